@@ -20,7 +20,7 @@ import numpy as np
 import pounding_risk
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.scene.reader import read_scene, study_from
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 
 THREADS = 2
 LAWS = ("jankowski", "viscous_elastoplastic")
@@ -42,7 +42,7 @@ def measure(gaps: int, strengths: int) -> dict[str, float]:
         }
 
 
-def study_of(gaps: int, strengths: int) -> Study:
+def study_of(gaps: int, strengths: int) -> Scene:
     """The grid's study; the records are those of the scene `compare.toml` that ships."""
     shipped = Path(pounding_risk.__file__).parent / "scene" / "shipped" / "compare.toml"
     forces = [f"{force:.6g} N" for force in np.geomspace(1e5, 1e7, strengths - 1)]

@@ -125,7 +125,7 @@ class Assessment(ShortRepr):
     unused_keys: tuple[str, ...] = ()
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """Study, cases, and the verdict on each gap, as pairs of a name and words."""
+        """Scene, cases, and the verdict on each gap, as pairs of a name and words."""
         yield "study", self.title
         yield "cases", f"{self.cases}, {self.simulated} of them simulated, {self.failed} failed"
         for interface in self.interfaces:

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.layout import Template
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 
 
 class ScanInput(NamedTuple):
     """All that a job is made from; another process makes the same job from it."""
 
-    study: Study
+    study: Scene
     motions: tuple[Motion, ...]
     screening: bool = True  # leave out runs whose result follows from another run
     check_fraction: float = 0.0  # share of the runs that is repeated at a tighter tolerance

@@ -8,22 +8,22 @@ from typing import Any
 from pounding_risk.errors import SceneError
 from pounding_risk.models.contact.relation import least_of, out_of_reach
 from pounding_risk.models.effects import with_effects
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.pair.isolated import equal_stiffness
 
 
-def laws_of(study: Study) -> tuple[Any, ...]:
+def laws_of(study: Scene) -> tuple[Any, ...]:
     """The contact laws of the grid; where the unit of the stiffness differs, it follows from equal terms."""
     return tuple(law_of(study, name) for name in study.grid.contact_models)
 
 
-def law_of(study: Study, name: str) -> Any:
+def law_of(study: Scene, name: str) -> Any:
     """One contact law of the scene with its effects; raises as `check_reach`."""
     check_reach(study, (name,))
     return with_effects(_calibrated(study, name), study.effects)
 
 
-def _calibrated(study: Study, name: str) -> Any:
+def _calibrated(study: Scene, name: str) -> Any:
     terms = study.equal_terms
     if not study.needs_equal_terms(name) or terms is None:
         return study.law(name)
@@ -38,14 +38,14 @@ def _calibrated(study: Study, name: str) -> Any:
     return study.law(name, stiffness)
 
 
-def beyond_reach(study: Study, names: Iterable[str]) -> str:
+def beyond_reach(study: Scene, names: Iterable[str]) -> str:
     """A sentence for the first law that cannot reach the scene's coefficient of restitution, or the least of e(v)."""
     least = least_of(study.restitution)
     sentences = (out_of_reach(study.law_class(name), least, study.design_penetration) for name in names)
     return next(filter(None, sentences), "")
 
 
-def check_reach(study: Study, names: Iterable[str]) -> None:
+def check_reach(study: Scene, names: Iterable[str]) -> None:
     """Raise SceneError for a law that cannot reach the scene's coefficient of restitution."""
     if sentence := beyond_reach(study, names):
         raise SceneError(study.source, [f"interface.restitution: {sentence}"])

@@ -18,14 +18,14 @@ from pounding_risk.errors import SceneError
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.motion import Motion
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 
 TURN = 2.5  # rad, largest phase between nodes
 BYTES_A_NODE = 120.0  # of a response while it is made: ground, time, four states, and NumPy's copies of the first two
 MOST_BYTES = 1e14  # of a dataset: more than any disk that a scan is written to
 
 
-def fastest_rate(study: Study) -> float:
+def fastest_rate(study: Scene) -> float:
     """Upper bound of the circular frequencies of the buildings [rad/s]; exact for single masses.
 
     For a chain it is sqrt(max_i 2 (k_i + k_{i+1}) / m_i), Gershgorin's bound of M⁻¹ K.
@@ -43,13 +43,13 @@ def fastest_rate(study: Study) -> float:
     return max(rates)
 
 
-def response_bytes(study: Study, motion: Motion) -> float:
+def response_bytes(study: Scene, motion: Motion) -> float:
     """Memory of one response without contact to a motion [bytes]."""
     parts = max(1, ceil(fastest_rate(study) * motion.dt / TURN))
     return BYTES_A_NODE * parts * motion.acceleration.size
 
 
-def check_memory(study: Study, motions: Iterable[Motion]) -> None:
+def check_memory(study: Scene, motions: Iterable[Motion]) -> None:
     """Raise SceneError where one response would not fit the free memory."""
     free = free_memory()
     for motion in motions:
@@ -66,7 +66,7 @@ def check_memory(study: Study, motions: Iterable[Motion]) -> None:
             )
 
 
-def check_dataset(study: Study, cases: int, size: int) -> None:
+def check_dataset(study: Scene, cases: int, size: int) -> None:
     """Raise SceneError for a grid whose dataset fits no disk."""
     if size > MOST_BYTES:
         raise SceneError(
@@ -78,7 +78,7 @@ def check_dataset(study: Study, cases: int, size: int) -> None:
         )
 
 
-def check_disk(study: Study, size: int, folder: Path) -> None:
+def check_disk(study: Scene, size: int, folder: Path) -> None:
     """Raise SceneError where the dataset, before compression, is larger than the free disk space.
 
     Chunks are kept uncompressed until the dataset is written.
@@ -94,7 +94,7 @@ def check_disk(study: Study, size: int, folder: Path) -> None:
         )
 
 
-def check_held(study: Study, size: int) -> None:
+def check_held(study: Scene, size: int) -> None:
     """Raise SceneError where a dataset that is to stay in memory is larger than the free memory."""
     free = free_memory()
     if free and size > free:

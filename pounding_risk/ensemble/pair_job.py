@@ -28,7 +28,7 @@ from pounding_risk.motions.motion import driven
 from pounding_risk.results.layout import Slab, Template, bytes_per_case, slabs
 from pounding_risk.results.pair_labels import OUTCOME, amplitudes, pair_skeleton, pair_values, pair_variables
 from pounding_risk.results.tolerance_check import tighter
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import COMPLETE, STATUS
 from pounding_risk.solver.pair.api import free_response, oscillators, vibration_maps
 from pounding_risk.solver.pair.flight import SIGNALS, Free
@@ -149,7 +149,7 @@ class PairJob:
         return PairWriter(self)
 
 
-def chunk_bytes(study: Study) -> int:
+def chunk_bytes(study: Scene) -> int:
     """Size of a case in a chunk: raw columns, whether it was simulated, and how far a repeated run moves."""
     return 8 * COLUMNS + bytes_per_case({HOW: OUTCOME[HOW], **check_variables(study.rtol)}, {})
 

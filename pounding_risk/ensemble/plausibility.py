@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quantity
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
-from pounding_risk.scene.scene import Study, known_law
+from pounding_risk.scene.scene import Scene, known_law
 from pounding_risk.units import (
     FLOOR_MASS,
     GAP,
@@ -78,12 +78,12 @@ HERTZ_TIME = 3.2181  # 2 ∫ ds / √(1 − s^(5/2)) (5/4)^(2/5) from 0 to 1: t 
 UNIT_CHECKED = "check the unit"  # ends the flag of a motion whose unit another check questions
 
 
-def of_input(study: Study, motions: Iterable[Motion]) -> tuple[str, ...]:
+def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
     """A sentence for each unusual number of a scene and of its motions.
 
     Parameters
     ----------
-    study : Study
+    study : Scene
         The scene.
     motions : iterable of Motion
         Its motions, before polarity and the grid's amplitudes.
@@ -110,7 +110,7 @@ def _unusual(what: str, values: Mapping[str, float]) -> Iterator[str]:
         yield f"{whose}: {what} {words} ({usual.source}); {slip}"
 
 
-def _of_buildings(study: Study) -> Iterator[str]:
+def _of_buildings(study: Scene) -> Iterator[str]:
     moving = [building for building in study.buildings if not building.is_rigid]
     for building in moving:
         masses = getattr(building, "masses", None) or (building.mass,)
@@ -119,13 +119,13 @@ def _of_buildings(study: Study) -> Iterator[str]:
     yield from _unusual("period", {building.name: building.period for building in moving})
 
 
-def _of_gaps(study: Study) -> Iterator[str]:
+def _of_gaps(study: Scene) -> Iterator[str]:
     own = [neighbour.gap for neighbour in study.neighbours] or [study.gap]
     yield from _unusual("gap", dict(zip(study.interfaces, own, strict=True)))
     yield from _unusual("gap", {"grid.gap": max(study.grid.gaps)} if max(study.grid.gaps) > max(own) else {})
 
 
-def _of_stiffnesses(study: Study) -> Iterator[str]:
+def _of_stiffnesses(study: Scene) -> Iterator[str]:
     """Notes on the contact durations that follow from the stiffness of each interface."""
     if all(is_instant(known_law(name)) for name in study.grid.contact_models):
         return
@@ -181,7 +181,7 @@ def contact_duration(stiffness: float, unit: str, mass: float, speed: float = SP
     return float(HERTZ_TIME * (mass * speed**2 / stiffness) ** 0.4 / speed)
 
 
-def _of_motions(study: Study, motions: tuple[Motion, ...]) -> Iterator[str]:
+def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
     """Notes on the peaks of motions as recorded, and on the amplitudes that the scene asks for."""
     request = study.records
     amplitudes = [pga for pga in (*study.grid.pgas, request.pga) if pga is not None]

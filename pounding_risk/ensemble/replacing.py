@@ -13,7 +13,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import head_of
 
 if TYPE_CHECKING:
-    from pounding_risk.scene.scene import Study
+    from pounding_risk.scene.scene import Scene
 
 # A variable or dimension by which the datasets of a command are recognised, tried in this order.
 MARKS = {
@@ -73,7 +73,7 @@ def check_replaceable(
         raise PoundingError(f"{target}: holds the finished {command} of a study that was another:{listed}\n{choice}")
 
 
-def check_replaceable_scene(target: Path, command: str, study: Study, new: bool = False) -> None:
+def check_replaceable_scene(target: Path, command: str, study: Scene, new: bool = False) -> None:
     """Refuse to replace results of another scene or command: raises PoundingError."""
     scene = {key: table for key, table in study.resolved().items() if key != "scene"}
     check_replaceable(target, command, {"scene": scene}, new)

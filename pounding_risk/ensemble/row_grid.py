@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.ensemble.laws import law_of
 from pounding_risk.models.structures.mdof import chain_of
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.row.cases import Mechanics
 from pounding_risk.solver.row.grid import RowGrid
 from pounding_risk.solver.row.model import RowModel
@@ -18,7 +18,7 @@ from pounding_risk.solver.row.outputs import frame_of
 Array = NDArray[np.float64]
 
 
-def row_grid(study: Study) -> RowGrid:
+def row_grid(study: Scene) -> RowGrid:
     """The grid of a study; raises as `chain_of` and as `laws.law_of`."""
     model = model_of(study)
     gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
@@ -30,12 +30,12 @@ def row_grid(study: Study) -> RowGrid:
     return RowGrid(frame_of(model), mechanics, gaps, forces, study.rtol)
 
 
-def model_of(study: Study) -> RowModel:
+def model_of(study: Scene) -> RowModel:
     """The buildings of a scene and their contact points; raises as `chain_of`."""
     return RowModel([chain_of(building, study.effects) for building in study.buildings], study.points)
 
 
-def mechanics_of(study: Study, model: RowModel, name: str, levels: Array) -> Mechanics:
+def mechanics_of(study: Scene, model: RowModel, name: str, levels: Array) -> Mechanics:
     """One contact model at every contact point, with the values of its interface; ``levels`` as in `Mechanics` [N]."""
     laws = [law_of(study.at(place), name) for place in range(len(study.neighbours))]
     rules = [neighbour.restitution for neighbour in study.neighbours]

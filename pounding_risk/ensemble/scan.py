@@ -28,8 +28,8 @@ from pounding_risk.results.provenance import provenance
 from pounding_risk.results.store import Blockwise, Memory, store_of
 from pounding_risk.results.tolerance_check import check_share
 from pounding_risk.scene.motions import gathered
-from pounding_risk.scene.reader import as_study
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.reader import as_scene
+from pounding_risk.scene.scene import Scene
 
 if TYPE_CHECKING:
     from pounding_risk.ensemble.checkpoint.folder import Checkpoint
@@ -51,7 +51,7 @@ class Scan:
 
     def __init__(
         self,
-        study: Study | str | Path,
+        study: Scene | str | Path,
         *,
         screening: bool,
         check_fraction: float,
@@ -60,7 +60,7 @@ class Scan:
         command: str,
     ):
         check_fraction = check_share(check_fraction)
-        self.study = as_study(study)
+        self.study = as_scene(study)
         ensemble = gathered(self.study)
         motions = len(ensemble.motions)
         shape = (motions, len(self.study.records.polarities), *map(len, self.study.grid))
@@ -148,7 +148,7 @@ def stoppable(checkpoint: Checkpoint) -> Iterator[None]:
 
 
 def scan(
-    study: Study | str | Path,
+    study: Scene | str | Path,
     out: str | Path | None = None,
     *,
     screening: bool = True,
@@ -163,7 +163,7 @@ def scan(
 
     Parameters
     ----------
-    study : Study, str or Path
+    study : Scene, str or Path
         A scene, or the path of a scene file.
     out : str or Path, optional
         File to write, ending in .nc or .zarr. Results are kept in a folder beside it as they are computed (``r.study``
@@ -232,7 +232,7 @@ def scan(
 
 
 def scan_shard(
-    study: Study | str | Path,
+    study: Scene | str | Path,
     out: str | Path,
     shard: str,
     *,
@@ -250,7 +250,7 @@ def scan_shard(
 
     Parameters
     ----------
-    study : Study, str or Path
+    study : Scene, str or Path
         A scene, or the path of a scene file.
     out : str or Path
         File of the scan, ending in .nc or .zarr.

@@ -12,7 +12,7 @@ from pounding_risk.reports.html import write_page
 from pounding_risk.results.files import save
 
 if TYPE_CHECKING:
-    from pounding_risk.scene.scene import Study
+    from pounding_risk.scene.scene import Scene
 
 
 def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = print) -> dict[str, Path]:
@@ -71,12 +71,12 @@ def _scene_file(folder: Path, name: str) -> Path:
     return file
 
 
-def _assumed(study: Study) -> str:
+def _assumed(study: Scene) -> str:
     """Words on the values that the paper does not publish."""
     return f"{_damping(study)} and F_E = {study.yield_force / 1e3:.0f} kN are not published, but assumed"
 
 
-def _damping(study: Study) -> str:
+def _damping(study: Scene) -> str:
     return (
         " and ".join(f"{100.0 * value:g} %" for value in sorted({building.damping for building in study.buildings}))
         + " damping"

@@ -19,7 +19,7 @@ from pounding_risk.units import FLOOR_LENGTH, GAP, PERIOD, TIME, QuantityError, 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from pounding_risk.scene.scene import Study
+    from pounding_risk.scene.scene import Scene
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ def _damaged(attribute: str) -> PoundingError:
     )
 
 
-def of_run(run: xr.Dataset, study: Study) -> tuple[str, ...]:
+def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
     """A sentence for each way in which the contacts of one run are implausible."""
     lengths = (getattr(building, "floor_length", 0.0) for building in study.buildings)
     if "interface" in run.dims:

@@ -15,7 +15,7 @@ from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.record import recording_numbers
 from pounding_risk.results.files import as_text, versions
 from pounding_risk.results.layout import AXES, CaseVariable
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.solver.counters import STATUS, STATUS_SENTENCES
 from pounding_risk.solver.pair.outputs import BUILDING, HIGH, RUN, building_outputs, run_outputs
@@ -25,7 +25,7 @@ PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra
 CONVENTIONS = "CF-1.11"  # that the datasets follow
 
 
-def pair_skeleton(study: Study, motions: tuple[Motion, ...], alone: np.ndarray, laws: tuple[Any, ...]) -> xr.Dataset:
+def pair_skeleton(study: Scene, motions: tuple[Motion, ...], alone: np.ndarray, laws: tuple[Any, ...]) -> xr.Dataset:
     """The dataset of a pair without its cases.
 
     ``alone`` (record, polarity, amplitude, outputs.COLUMNS) are raw columns of the responses without contact.
@@ -42,7 +42,7 @@ def pair_skeleton(study: Study, motions: tuple[Motion, ...], alone: np.ndarray, 
     return one_amplitude(xr.Dataset(variables, coords=coords, attrs=attributes(study, motions, laws)), study)
 
 
-def amplitudes(study: Study, motions: tuple[Motion, ...]) -> np.ndarray:
+def amplitudes(study: Scene, motions: tuple[Motion, ...]) -> np.ndarray:
     """PGA of each motion of the grid (record, polarity, amplitude) [m/s²]."""
     polarities, pgas = study.records.polarities, study.grid.pgas
     peaks = [[[driven(motion, sense, pga).pga for pga in pgas] for sense in polarities] for motion in motions]
@@ -60,7 +60,7 @@ def pair_variables() -> dict[str, CaseVariable]:
     return pair | OUTCOME
 
 
-def pair_values(study: Study, raw: np.ndarray, pgas: np.ndarray) -> dict[str, np.ndarray]:
+def pair_values(study: Scene, raw: np.ndarray, pgas: np.ndarray) -> dict[str, np.ndarray]:
     """The variables of `pair_variables` but ``simulated``, from raw columns (batches, yield forces, outputs.COLUMNS).
 
     ``pgas`` [m/s²] is by batch.
@@ -71,7 +71,7 @@ def pair_values(study: Study, raw: np.ndarray, pgas: np.ndarray) -> dict[str, np
     return values | {"status": raw[..., STATUS].astype(np.int8)}
 
 
-def one_amplitude(dataset: xr.Dataset, study: Study) -> xr.Dataset:
+def one_amplitude(dataset: xr.Dataset, study: Scene) -> xr.Dataset:
     """Remove the axis ``pga`` of a scan of one amplitude; the amplitude stays as a label, where there is one."""
     return dataset.squeeze("pga", drop=study.grid.pgas == (None,)) if len(study.grid.pgas) == 1 else dataset
 
@@ -124,7 +124,7 @@ def motion_spectra(motions: tuple[Motion, ...]) -> dict[str, Any]:
     return {"record_spectral_acceleration": (("record", "period"), spectra, described("m/s2", words))}
 
 
-def case_coordinates(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
+def case_coordinates(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
     """The axes of the cases, facts on the records, names of the buildings, and periods of the spectra."""
 
     def about(key: str) -> list[str]:
@@ -178,7 +178,7 @@ def _number(value: Any) -> float:
     return np.nan if value in (None, "") else float(value)
 
 
-def _amplitudes_felt(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
+def _amplitudes_felt(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
     """PGA of each record before and after scaling to the grid's amplitude, and the factor of all scaling together."""
     pgas = np.array([np.nan if pga is None else pga for pga in study.grid.pgas])
     peaks = np.array([motion.pga for motion in motions])
@@ -199,7 +199,7 @@ def _amplitudes_felt(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any
     }
 
 
-def building_coordinates(study: Study, period: str = "period of vibration") -> dict[str, Any]:
+def building_coordinates(study: Scene, period: str = "period of vibration") -> dict[str, Any]:
     """Mass, period and damping of each building; NaN for a rigid one."""
     facts = {"mass": ("kg", "mass"), "period": ("s", period), "damping": ("1", "damping ratio")}
     coords = {}
@@ -209,13 +209,13 @@ def building_coordinates(study: Study, period: str = "period of vibration") -> d
     return coords
 
 
-def sources_of(study: Study, laws: Iterable[Any]) -> list[str]:
+def sources_of(study: Scene, laws: Iterable[Any]) -> list[str]:
     """References of these laws and of the effects of the scene."""
     others = [EFFECTS[effect.name] for effect in study.effects if not acts_on_law(effect.name)]
     return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in others)]))
 
 
-def attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...]) -> dict[str, Any]:
+def attributes(study: Scene, motions: tuple[Motion, ...], laws: tuple[Any, ...]) -> dict[str, Any]:
     """Attributes of a scan: all that it takes to repeat it, and the references of its laws."""
     return {
         "Conventions": CONVENTIONS,
@@ -236,7 +236,7 @@ def attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...])
     }
 
 
-def made_from(study: Study, motions: Iterable[Motion]) -> dict[str, Any]:
+def made_from(study: Scene, motions: Iterable[Motion]) -> dict[str, Any]:
     """Attributes of every dataset of a scene: the scene, its motions, and the versions of the libraries."""
     unused = unused_keys(study)
     return {

@@ -17,7 +17,7 @@ from pounding_risk.results.files import as_text, told
 from pounding_risk.results.tolerance_check import check_share
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.records import missing_files
-from pounding_risk.scene.scene import Study, own_laws
+from pounding_risk.scene.scene import Scene, own_laws
 from pounding_risk.scene.toml import as_list, table, tables
 
 if TYPE_CHECKING:
@@ -30,12 +30,12 @@ SHOWN = 12  # digits of a checksum
 class Recorded(NamedTuple):
     """The scene and the options that a results file was made from."""
 
-    study: Study
+    study: Scene
     screening: bool
     check_fraction: float
 
 
-def provenance(study: Study, motions: Iterable[Motion], screening: bool, check_fraction: float) -> dict[str, str]:
+def provenance(study: Scene, motions: Iterable[Motion], screening: bool, check_fraction: float) -> dict[str, str]:
     """Attributes of a dataset: the scene file, options, and digests of the scene, motions, kernels and own laws.
 
     `recorded` reads them together with ``scene_resolved``, ``records`` and ``versions``.

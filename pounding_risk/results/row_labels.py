@@ -26,7 +26,7 @@ from pounding_risk.results.pair_labels import (
     one_amplitude,
 )
 from pounding_risk.scene.level_notes import level_notes
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.row.grid import RowGrid
 from pounding_risk.solver.row.outputs import (
     AT_STOREYS,
@@ -40,7 +40,7 @@ from pounding_risk.solver.row.outputs import (
 )
 
 
-def row_skeleton(study: Study, motions: tuple[Motion, ...], driven: np.ndarray, grid: RowGrid) -> xr.Dataset:
+def row_skeleton(study: Scene, motions: tuple[Motion, ...], driven: np.ndarray, grid: RowGrid) -> xr.Dataset:
     """The dataset of a row without its cases; ``driven`` holds `cases.Driven` by record, polarity and amplitude."""
     free = _free(driven, grid) | motion_spectra(motions)
     laws = tuple(mechanics.laws[0] for mechanics in grid.mechanics)
@@ -92,7 +92,7 @@ def _by_motion(values: np.ndarray, shape: tuple[int, ...], dims: tuple[str, ...]
     return (*MOTIONS, *dims), values.reshape(*shape, *values.shape[1:]), described(unit, words)
 
 
-def row_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
+def row_coordinates(study: Scene, grid: RowGrid) -> dict[str, Any]:
     """Interfaces, contact points, buildings and storeys, with facts on each."""
     points = grid.model.points
     names = [building.name for building in study.buildings]
@@ -135,7 +135,7 @@ def _point_coordinates(points: tuple[Point, ...], grid: RowGrid) -> dict[str, An
     return coords
 
 
-def _building_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
+def _building_coordinates(study: Scene, grid: RowGrid) -> dict[str, Any]:
     """Facts on each building; NaN where a rigid one, or one without storeys, has no such value."""
     buildings = study.buildings
     levels = np.full(grid.frame.storeys.shape, np.nan)
@@ -162,7 +162,7 @@ def positions(count: int) -> list[str]:
     return ["alone"] if count == 1 else ["end", *["interior"] * (count - 2), "end"]
 
 
-def _gap_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
+def _gap_coordinates(study: Scene, grid: RowGrid) -> dict[str, Any]:
     """The gap of each interface, where it is not the gap of the grid at all of them."""
     if (grid.gaps == np.array(study.grid.gaps)[:, None]).all():
         return {}
@@ -171,7 +171,7 @@ def _gap_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
     return {"interface_gap": (("gap", "interface"), grid.gaps, described("m", words + of_axis))}
 
 
-def _stiffnesses(study: Study, grid: RowGrid) -> dict[str, list[float]]:
+def _stiffnesses(study: Scene, grid: RowGrid) -> dict[str, list[float]]:
     """Stiffness by contact model, interface by interface."""
     return {
         name: [float(bare(mechanics.laws[place]).stiffness) for place in grid.model.bounds[:-1]]

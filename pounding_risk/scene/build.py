@@ -17,7 +17,7 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import RecordRequest
 from pounding_risk.scene.buildings import building_of
 from pounding_risk.scene.interfaces import Beside, contact_points, neighbour
-from pounding_risk.scene.scene import Effect, EqualTerms, Grid, Neighbour, Study, interface_name, stiff_model
+from pounding_risk.scene.scene import Effect, EqualTerms, Grid, Neighbour, Scene, interface_name, stiff_model
 from pounding_risk.scene.toml import Fault, KeyPath
 from pounding_risk.units import parse
 
@@ -37,7 +37,7 @@ class Origin(NamedTuple):
     overrides: tuple[str, ...]
 
 
-def assembled(tables: Any, origin: Origin, row: bool) -> tuple[Study, list[Fault]]:
+def assembled(tables: Any, origin: Origin, row: bool) -> tuple[Scene, list[Fault]]:
     """The study, of a ``row`` or of a pair, and its faults: without any, the study holds."""
     grid, records = tables.grid, tables.records
     effects = tuple(found for name in EFFECTS if (found := getattr(tables.effects, name)) is not None)
@@ -50,7 +50,7 @@ def assembled(tables: Any, origin: Origin, row: bool) -> tuple[Study, list[Fault
     gap = _gap(first, grid)
     shared = {key: _shared(tables.interface, key) for key in ("plastic_exponent", "design_penetration")}
     terms = _shared(tables.interface, "equal_terms")
-    study = Study(
+    study = Scene(
         name=tables.scene.name or Path(origin.source).stem,
         buildings=buildings,
         gap=gap,

@@ -11,7 +11,7 @@ from math import isnan
 from typing import Any, NamedTuple
 
 from pounding_risk.models.structures.contact_points import ROUNDING, LevelRule, automatic_points, outlines
-from pounding_risk.scene.scene import Neighbour, Study
+from pounding_risk.scene.scene import Neighbour, Scene
 from pounding_risk.units import STOREY_HEIGHT, say
 
 NEAR, NEAR_SHARE = 0.05, 0.2  # m, and share of the limit: nearer than the larger of both is near
@@ -28,7 +28,7 @@ class CloseCall(NamedTuple):
     is_one: bool
 
 
-def level_notes(study: Study) -> dict[str, str]:
+def level_notes(study: Scene) -> dict[str, str]:
     """What to know of each interface of a row where close calls decide what meets what, by its name."""
     notes = {}
     for place, neighbour in enumerate(study.neighbours):

@@ -11,15 +11,15 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.motions.request import conflicts
 from pounding_risk.motions.source import lowest_usable
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 
 
-def motions_of(study: Study) -> tuple[Motion, ...]:
+def motions_of(study: Scene) -> tuple[Motion, ...]:
     """The ground motions of a scene, one per record; see `gathered`."""
     return gathered(study).motions
 
 
-def gathered(study: Study) -> MotionEnsemble:
+def gathered(study: Scene) -> MotionEnsemble:
     """The scene's ground motions, one per record, before polarity and the grid's amplitudes, and what was left out.
 
     Raises as `read_ensemble`, and SceneError where the grid sets the amplitude that the records have already, where no
@@ -42,7 +42,7 @@ def gathered(study: Study) -> MotionEnsemble:
     return found
 
 
-def _for_buildings(motion: Motion, study: Study) -> Motion:
+def _for_buildings(motion: Motion, study: Scene) -> Motion:
     """The motion, flagged where it is too coarse or was filtered too narrowly for these buildings."""
     periods = [building.period for building in study.buildings if not building.is_rigid]
     if not periods:

@@ -1,4 +1,4 @@
-"""Scene files: TOML with quantities in, a `Study` out, and every fault of a file told at once.
+"""Scene files: TOML with quantities in, a `Scene` out, and every fault of a file told at once.
 
 Keys are declared once, in the tables below, and pydantic walks them. `scene.values` reads their values, `scene.checks`
 holds the rules on several keys, `scene.toml` reads and writes the text.
@@ -52,7 +52,7 @@ from pounding_risk.scene.scene import (
     Effect,
     EqualTerms,
     Grid,
-    Study,
+    Scene,
 )
 from pounding_risk.scene.toml import Fault, KeyPath, key_lines, parse_toml, read_text, sentences
 from pounding_risk.scene.words import described, facts
@@ -83,7 +83,7 @@ __all__ = [
     "EqualTerms",
     "Grid",
     "RecordRequest",
-    "Study",
+    "Scene",
     "parse_scene",
     "read_scene",
     "scene_schema",
@@ -264,7 +264,7 @@ ABSENT = {
 }
 
 
-def read_scene(scene: str | Path | Mapping[str, Any], overrides: Sequence[str] = ()) -> Study:
+def read_scene(scene: str | Path | Mapping[str, Any], overrides: Sequence[str] = ()) -> Scene:
     """The study of a scene file, with ``--set``-like ``overrides`` ('interface.gap="20 mm"') applied.
 
     Parameters
@@ -277,7 +277,7 @@ def read_scene(scene: str | Path | Mapping[str, Any], overrides: Sequence[str] =
 
     Returns
     -------
-    Study
+    Scene
         The scene with every number in SI and every default filled in.
 
     Raises
@@ -295,19 +295,19 @@ def read_scene(scene: str | Path | Mapping[str, Any], overrides: Sequence[str] =
     return parse_scene(read_text(path), str(path), overrides)
 
 
-def parse_scene(text: str, source: str = "scene", overrides: Sequence[str] = ()) -> Study:
+def parse_scene(text: str, source: str = "scene", overrides: Sequence[str] = ()) -> Scene:
     """The study of a scene's TOML text. As `read_scene`; record files are relative to ``source``'s folder."""
     raw = parse_toml(text, source)
     return _study(raw, Origin(source, text, key_lines(text), _listed(overrides)))
 
 
-def study_from(tables: Mapping[str, Any], source: str = "scene", overrides: Sequence[str] = ()) -> Study:
+def study_from(tables: Mapping[str, Any], source: str = "scene", overrides: Sequence[str] = ()) -> Scene:
     """The study of a dict with the keys of a scene file. As `read_scene`; faults have no lines then."""
     study = _study(dict(tables), Origin(source, "", {}, _listed(overrides)))
     return replace(study, text=study.to_toml())
 
 
-def written_tables(study: Study) -> dict[str, Any]:
+def written_tables(study: Scene) -> dict[str, Any]:
     """The tables of a study's text with its overrides, as they were written; its resolved ones where it has no text."""
     if not study.text:
         return study.resolved()
@@ -330,7 +330,7 @@ def _listed(overrides: Sequence[str]) -> tuple[str, ...]:
     return (overrides,) if isinstance(overrides, str) else tuple(overrides)
 
 
-def _study(raw: dict[str, Any], origin: Origin) -> Study:
+def _study(raw: dict[str, Any], origin: Origin) -> Scene:
     raw = copy.deepcopy(raw)
     outside = [path for text in origin.overrides for path in override(raw, text, KNOWN, origin.source)]
     written = copy.deepcopy(raw)
@@ -400,8 +400,8 @@ def _not_a_table(path: KeyPath, value: Any) -> str:
     return f"{shown(value)} is not a table; write {_header(section)} and its keys below"
 
 
-def as_study(scene: Study | Mapping[str, Any] | str | Path) -> Study:
+def as_scene(scene: Scene | Mapping[str, Any] | str | Path) -> Scene:
     """A study, or the scene file of that name read, or the tables of one."""
-    if isinstance(scene, Study):
+    if isinstance(scene, Scene):
         return scene
     return read_scene(scene)

@@ -85,7 +85,7 @@ class Neighbour(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class Study(ShortRepr):
+class Scene(ShortRepr):
     """One scene: buildings, what stands between neighbours, the ground motions and the grid of cases.
 
     Of a row, which has ``neighbours``, the fields of an interface are those of the first; `at` gives each. Two studies
@@ -152,7 +152,7 @@ class Study(ShortRepr):
         )
         return left, right
 
-    def at(self, place: int) -> Study:
+    def at(self, place: int) -> Scene:
         """The scene of interface ``place`` alone, from 0: its two buildings and what stands between them."""
         if not self.neighbours:
             return self
@@ -396,7 +396,7 @@ def interface_name(left: str, right: str) -> str:
     return f"{left} | {right}"
 
 
-def needs_pair(study: Study, command: str) -> Study:
+def needs_pair(study: Scene, command: str) -> Scene:
     """The study; raises SceneError where ``command``, which runs two single masses, is given a row."""
     if study.is_row:
         count = len(study.buildings)
@@ -424,7 +424,7 @@ def _ends(values: Sequence[float], quantity: Quantity) -> str:
     return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"
 
 
-def own_laws(study: Study) -> dict[str, str]:
+def own_laws(study: Scene) -> dict[str, str]:
     """Digests of the code of those contact laws of the scene that are not the package's."""
     from pounding_risk.models.contact.register import is_own, law_digest
 

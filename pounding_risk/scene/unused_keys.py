@@ -15,7 +15,7 @@ from pounding_risk.models.effects import acts_on_law, wave_of
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys
-from pounding_risk.scene.scene import Neighbour, Study, known_law
+from pounding_risk.scene.scene import Neighbour, Scene, known_law
 from pounding_risk.scene.toml import KeyPath, key_name
 from pounding_risk.units import YIELD_FORCE, parse, say
 
@@ -40,7 +40,7 @@ class Models(NamedTuple):
     of_floors: tuple[str, ...]  # those that read the length of a floor
 
 
-def unused_keys(study: Study) -> tuple[str, ...]:
+def unused_keys(study: Scene) -> tuple[str, ...]:
     """A sentence for each key that the scene gives without effect: "interface.restitution: no effect: ..."."""
     given = given_keys(study)
     tables = {
@@ -51,7 +51,7 @@ def unused_keys(study: Study) -> tuple[str, ...]:
     return tuple(f"{key_name(unused.path, tables)}: no effect{unused.on}: {unused.reason}" for unused in listed)
 
 
-def given_keys(study: Study) -> dict[KeyPath, Any]:
+def given_keys(study: Scene) -> dict[KeyPath, Any]:
     """The keys that the scene's text and its overrides give; those of the resolved scene where it has no text."""
     from pounding_risk.scene.reader import written_tables
 
@@ -71,7 +71,7 @@ def interface_tables(given: Given) -> int:
     return 1 + max((path[1] for path in given if path[0] == "interface" and isinstance(path[1], int)), default=0)
 
 
-def models_of(study: Study) -> Models:
+def models_of(study: Scene) -> Models:
     """The contact models of the grid and of the interface, which `simulate` runs."""
     names = tuple(dict.fromkeys((study.law_name, *study.grid.contact_models)))
     laws = {name: known_law(name) for name in names}
@@ -84,7 +84,7 @@ def models_of(study: Study) -> Models:
     )
 
 
-def _of_buildings(study: Study, given: Given) -> Iterator[Unused]:
+def _of_buildings(study: Scene, given: Given) -> Iterator[Unused]:
     models, yielding = models_of(study), "inelastic_storeys" in dict(study.effects)
     for index, building in enumerate(study.buildings):
         base = ("building", index)
@@ -124,7 +124,7 @@ def _of_storeys(base: KeyPath, building: Storeys, yielding: bool) -> Iterator[Un
             yield Unused((*base, "damping_rule"), "a building of one storey has one mode, damped alike by every rule")
 
 
-def _of_interfaces(study: Study, given: Given) -> Iterator[Unused]:
+def _of_interfaces(study: Scene, given: Given) -> Iterator[Unused]:
     models, count = models_of(study), interface_tables(given)
     for index in range(count):
         base = ("interface", index)
@@ -142,7 +142,7 @@ def _of_interfaces(study: Study, given: Given) -> Iterator[Unused]:
         yield Unused(("interface", 0, "plastic_exponent"), "every yield force is inf, so that nothing yields")
 
 
-def _yield_force(path: KeyPath, study: Study, given: Given, index: int) -> Iterator[Unused]:
+def _yield_force(path: KeyPath, study: Scene, given: Given, index: int) -> Iterator[Unused]:
     """The yield force of the floors of an interface."""
     models, gridded = models_of(study), study.grid.yield_forces
     if len(models.instant) == len(models.names):
@@ -159,7 +159,7 @@ def _yield_force(path: KeyPath, study: Study, given: Given, index: int) -> Itera
         yield _uncapped(path, models)
 
 
-def _neighbours(study: Study, index: int, count: int) -> tuple[Neighbour, ...]:
+def _neighbours(study: Scene, index: int, count: int) -> tuple[Neighbour, ...]:
     """The interfaces that table ``index`` of ``count`` stands for."""
     return study.neighbours if count == 1 else study.neighbours[index : index + 1]
 
@@ -181,7 +181,7 @@ def _levels_known(neighbours: tuple[Neighbour, ...]) -> bool:
     return not all(isnan(point.level) for neighbour in neighbours for point in neighbour.points)
 
 
-def _of_grid(study: Study, given: Given) -> Iterator[Unused]:
+def _of_grid(study: Scene, given: Given) -> Iterator[Unused]:
     models, forces, path = models_of(study), study.grid.yield_forces, ("grid", "yield_force")
     if all(force == inf for force in forces):
         return
@@ -201,7 +201,7 @@ def _of_grid(study: Study, given: Given) -> Iterator[Unused]:
         yield Unused(path, f"these yield at column_yield_force of their interface, {', '.join(places)}", where)
 
 
-def _of_effects(study: Study, given: Given) -> Iterator[Unused]:
+def _of_effects(study: Scene, given: Given) -> Iterator[Unused]:
     for effect in study.effects:
         base, options = ("effects", effect.name), dict(effect.options)
         if acts_on_law(effect.name) and not _may_yield(study):
@@ -214,7 +214,7 @@ def _of_effects(study: Study, given: Given) -> Iterator[Unused]:
             yield Unused(base, "over a distance of 0 m no building has the motion later")
 
 
-def _of_records(study: Study, given: Given) -> Iterator[Unused]:
+def _of_records(study: Scene, given: Given) -> Iterator[Unused]:
     asked = study.records
     if ("grid", "pga") in given:
         yield Unused(("records", "pga"), "grid.pga sets the amplitude of every motion")
@@ -223,7 +223,7 @@ def _of_records(study: Study, given: Given) -> Iterator[Unused]:
         yield Unused(("records", "dt"), f"every record of {named} has a time step of its own")
 
 
-RULES: tuple[Callable[[Study, Given], Iterable[Unused]], ...] = (
+RULES: tuple[Callable[[Scene, Given], Iterable[Unused]], ...] = (
     _of_buildings,
     _of_interfaces,
     _of_effects,
@@ -236,13 +236,13 @@ def _is_finite(text: Any) -> bool:
     return text is not None and parse(text, YIELD_FORCE) < inf
 
 
-def _may_yield(study: Study) -> bool:
+def _may_yield(study: Scene) -> bool:
     """True where a contact of the scan or of `simulate` has a finite yield force."""
     forces = [study.yield_force, *study.grid.yield_forces]
     return any(force < inf for force in (*forces, *study.point_yield_forces()))
 
 
-def _storeys_may_yield(study: Study) -> bool:
+def _storeys_may_yield(study: Scene) -> bool:
     return any(strength < inf for building in study.buildings for strength in getattr(building, "strengths", ()))
 
 

@@ -33,8 +33,8 @@ from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import as_text, check_target, save, versions
 from pounding_risk.results.pair_labels import CONVENTIONS, described
 from pounding_risk.scene.motions import motions_of
-from pounding_risk.scene.reader import as_study
-from pounding_risk.scene.scene import Study, known_law, needs_pair
+from pounding_risk.scene.reader import as_scene
+from pounding_risk.scene.scene import Scene, known_law, needs_pair
 from pounding_risk.solver import counters as tally
 from pounding_risk.solver.baselines import fixed_step as fixed
 from pounding_risk.solver.baselines.solve_ivp import GaveUp, solve_general
@@ -133,7 +133,7 @@ class Outcome(NamedTuple):
 
 
 def accuracy(
-    study: Study | str | Path,
+    study: Scene | str | Path,
     out: str | Path | None = None,
     *,
     cases: int = 24,
@@ -151,7 +151,7 @@ def accuracy(
 
     Parameters
     ----------
-    study : Study or path
+    study : Scene or path
         A scene of a pair, or the path of its TOML file.
     out : path, optional
         File for the dataset, ``.nc``.
@@ -180,7 +180,7 @@ def accuracy(
         As `scan`, before the first run; also, unless ``new``, if ``out`` holds other results.
     """
     target = None if out is None else check_target(out)
-    study = needs_pair(as_study(study), "accuracy")
+    study = needs_pair(as_scene(study), "accuracy")
     if target is not None:
         check_replaceable_scene(target, "accuracy", study, new)
     bench = bench_of(study, cases)
@@ -200,7 +200,7 @@ def accuracy(
     return dataset
 
 
-def _event_only(study: Study) -> str:
+def _event_only(study: Scene) -> str:
     """Effects, path-dependent and impulsive models of the scene, which only the event-driven solver has."""
     paths = (
         name for name in study.grid.contact_models if is_path_dependent(known_law(name)) or is_instant(known_law(name))
@@ -208,7 +208,7 @@ def _event_only(study: Study) -> str:
     return ", ".join([*(effect.name for effect in study.effects), *paths])
 
 
-def bench_of(study: Study, cases: int) -> Bench:
+def bench_of(study: Scene, cases: int) -> Bench:
     """The scene's cases: all motions and laws, and as many gaps and yield forces as fit, evenly spaced."""
     grid = study.grid
     senses, amplitudes = study.records.polarities, grid.pgas
@@ -383,7 +383,7 @@ def _middle(outcomes: list[Outcome]) -> Outcome:
     return outcomes[0]._replace(**times)
 
 
-def _dataset(study: Study, bench: Bench, by_setting: dict[Setting, Outcome], reference: np.ndarray) -> xr.Dataset:
+def _dataset(study: Scene, bench: Bench, by_setting: dict[Setting, Outcome], reference: np.ndarray) -> xr.Dataset:
     settings, outcomes = list(by_setting), list(by_setting.values())
     errors = np.stack([errors_of(outcome.values, reference.copy()) for outcome in outcomes])
     for number, setting in enumerate(settings):

@@ -31,8 +31,8 @@ from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import check_target, save
 from pounding_risk.results.pair_labels import described
 from pounding_risk.scene.motions import motions_of
-from pounding_risk.scene.reader import as_study
-from pounding_risk.scene.scene import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, Study, known_law, needs_pair, unknown_law
+from pounding_risk.scene.reader import as_scene
+from pounding_risk.scene.scene import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, Scene, known_law, needs_pair, unknown_law
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators
 from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.studies.compare_findings import finding, tables, typical_case
@@ -53,7 +53,7 @@ CURVES = {"time": ("s", "time since the touch"), "penetration": ("m", "penetrati
 
 
 def compare(
-    study: Study | str | Path,
+    study: Scene | str | Path,
     out: str | Path | None = None,
     *,
     laws: Sequence[str] = (),
@@ -71,7 +71,7 @@ def compare(
 
     Parameters
     ----------
-    study : Study or path
+    study : Scene or path
         A scene of a pair, or the path of its TOML file.
     out : path, optional
         File for the dataset, ``.nc``.
@@ -107,7 +107,7 @@ def compare(
         ``new``, if ``out`` holds other results. All before the first run.
     """
     target = None if out is None else check_target(out)
-    study = needs_pair(as_study(study), "compare")
+    study = needs_pair(as_scene(study), "compare")
     without = "" if laws or len(study.grid.contact_models) > 1 else left_out(study)
     study = on_equal_terms(study, laws, baseline, (same, speed))
     study, unequal = with_relation(study, relation)
@@ -131,8 +131,8 @@ def compare(
 
 
 def on_equal_terms(
-    study: Study, laws: Sequence[str], baseline: str | None, terms: tuple[str | None, float | str | None]
-) -> Study:
+    study: Scene, laws: Sequence[str], baseline: str | None, terms: tuple[str | None, float | str | None]
+) -> Scene:
     """The study whose grid has the laws to compare, each with its calibrated stiffness; raises as `compare`."""
     if baseline is not None and (not isinstance(baseline, str) or baseline not in CONTACT_MODELS):
         raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
@@ -157,7 +157,7 @@ def on_equal_terms(
     return replace(study, grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same, fast, True))
 
 
-def with_relation(study: Study, relation: str | None) -> tuple[Study, str]:
+def with_relation(study: Scene, relation: str | None) -> tuple[Scene, str]:
     """The study under the relation with which its laws return the same e, or the one asked for; and why it is not."""
     laws = [known_law(name) for name in study.grid.contact_models]
     if relation is not None:
@@ -172,12 +172,12 @@ def with_relation(study: Study, relation: str | None) -> tuple[Study, str]:
     return exact, ""
 
 
-def runnable(study: Study) -> tuple[str, ...]:
+def runnable(study: Scene) -> tuple[str, ...]:
     """Every contact model that can collide the scene's buildings, under its effects and with its e."""
     return tuple(name for name in CONTACT_MODELS if not _hindered(study, name))
 
 
-def left_out(study: Study) -> str:
+def left_out(study: Scene) -> str:
     """A sentence for the contact models that are not `runnable`; "" where all are."""
     reasons: dict[str, list[str]] = {}
     for name in CONTACT_MODELS:
@@ -186,7 +186,7 @@ def left_out(study: Study) -> str:
     return "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
 
 
-def _hindered(study: Study, name: str) -> str:
+def _hindered(study: Scene, name: str) -> str:
     """Why a contact model cannot be compared in this scene unless it is asked for; "" where it can."""
     law = known_law(name)
     if needs_floors(law) and (short := study.without_floor()):
@@ -200,7 +200,7 @@ def _hindered(study: Study, name: str) -> str:
     return misfit([law], AS_ASKED) or beyond_reach(exact, [name])
 
 
-def _check_restitution(study: Study, names: tuple[str, ...]) -> None:
+def _check_restitution(study: Scene, names: tuple[str, ...]) -> None:
     """Tell every law at once that needs a restitution, where the scene gives none."""
     damped = [name for name in names if known_law(name).needs_restitution]
     if damped and study.restitution_words == NO_RESTITUTION:
@@ -215,7 +215,7 @@ def _check_restitution(study: Study, names: tuple[str, ...]) -> None:
         )
 
 
-def reference_impacts(study: Study, stiffnesses: dict[str, float]) -> list[Impact]:
+def reference_impacts(study: Scene, stiffnesses: dict[str, float]) -> list[Impact]:
     """The reference impact of every law of the grid: the buildings' reduced mass against a wall, without yielding.
 
     Floors collide as they are: their impedances are no matter of the reduced mass.
@@ -233,7 +233,7 @@ def reference_impacts(study: Study, stiffnesses: dict[str, float]) -> list[Impac
     return impacts
 
 
-def _impacts(study: Study, stiffnesses: dict[str, float]) -> dict[str, Any]:
+def _impacts(study: Scene, stiffnesses: dict[str, float]) -> dict[str, Any]:
     """Calibrated stiffness, restitution achieved, and the curves of the reference impacts, padded with NaN."""
     impacts = reference_impacts(study, stiffnesses)
     names = study.grid.contact_models
@@ -264,7 +264,7 @@ def _unit(name: str) -> str:
     return stiffness_quantity(known_law(name)).unit if "stiffness" in known_law(name)._fields else ""
 
 
-def _histories(study: Study, case: dict[str, int]) -> dict[str, Any]:
+def _histories(study: Scene, case: dict[str, int]) -> dict[str, Any]:
     """Relative displacement of one case under every law at the record's samples, and which case it is."""
     records, grid = study.records, study.grid
     pga = grid.pgas[case.get("pga", 0)]

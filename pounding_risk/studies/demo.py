@@ -17,7 +17,7 @@ from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.restitution import CONCRETE
 from pounding_risk.motions.request import AS_RECORDED
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 from pounding_risk.studies.impact import impact
 from pounding_risk.studies.simulate import simulate
 
@@ -43,7 +43,7 @@ class Window(NamedTuple):
     searched: xr.Dataset  # the scan behind it
 
 
-def scene(name: str) -> Study:
+def scene(name: str) -> Scene:
     """A scene that comes with the package: "paper", "ensemble" or "compare"."""
     return parse_scene(text_of(name), source=f"{name}.toml")
 
@@ -53,7 +53,7 @@ def text_of(name: str) -> str:
     return (files("pounding_risk.scene") / "shipped" / f"{name}.toml").read_text(encoding="utf-8")
 
 
-def figure_8(study: Study) -> tuple[xr.Dataset, xr.Dataset]:
+def figure_8(study: Scene) -> tuple[xr.Dataset, xr.Dataset]:
     """Histories of the paper's pair under both laws: nonlinear viscoelastic, viscous elastoplastic."""
     return simulate(study, law="jankowski", yield_force=inf), simulate(study)
 
@@ -65,7 +65,7 @@ def figure_4() -> list:
     ]
 
 
-def window(study: Study) -> Window:
+def window(study: Scene) -> Window:
     """Search the yield forces that fit the paper's statement, under the record as recorded.
 
     F_E fits where yielding starts within `STATED_TIME` and the peak relative displacement is smaller than without

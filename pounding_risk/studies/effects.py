@@ -22,8 +22,8 @@ from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_gro
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.results.files import as_text, check_target, save
 from pounding_risk.results.pair_labels import described
-from pounding_risk.scene.reader import as_study
-from pounding_risk.scene.scene import Effect, Study, known_law
+from pounding_risk.scene.reader import as_scene
+from pounding_risk.scene.scene import Effect, Scene, known_law
 from pounding_risk.studies.accuracy import bench_of, run_event
 from pounding_risk.units import Quantity, parse
 
@@ -43,7 +43,7 @@ DIGITS = 4  # that a table shows
 
 
 def effects(
-    study: Study | str | Path,
+    study: Scene | str | Path,
     out: str | Path | None = None,
     *,
     repeats: int = 5,
@@ -58,7 +58,7 @@ def effects(
 
     Parameters
     ----------
-    study : Study or path
+    study : Scene or path
         A scene, or the path of its TOML file.
     out : path, optional
         File for the dataset, ``.nc``.
@@ -84,7 +84,7 @@ def effects(
     target = None if out is None else check_target(out)
     if target is not None:
         check_replaceable(target, "effects", new=new)
-    study = as_study(study)
+    study = as_scene(study)
     laws = study.grid.contact_models
     unsuited = {} if study.effects else {name: why for name in EFFECTS if (why := _unsuited(study, name))}
     acting = [name for name in EFFECTS if name not in unsuited and any(_acts(name, law) for law in laws)]
@@ -138,12 +138,12 @@ def _acts(effect: str, law: str) -> bool:
     return not refusal(known_law(law), effect)
 
 
-def _fits(study: Study, effect: str) -> bool:
+def _fits(study: Scene, effect: str) -> bool:
     """True where an effect is one of a row or of a pair, as the scene is."""
     return not acts_on_ground(effect) if study.is_row else not acts_on_buildings(effect)
 
 
-def _unsuited(study: Study, effect: str) -> str:
+def _unsuited(study: Scene, effect: str) -> str:
     """Why the example of an effect has no place in a scene that names none; "" where it has."""
     if not _fits(study, effect):
         return f"{effect} is for {'pairs' if study.is_row else 'rows'}"
@@ -159,7 +159,7 @@ def _unsuited(study: Study, effect: str) -> str:
     return ""
 
 
-def run_times(scenes: list[Study], repeats: int) -> np.ndarray:
+def run_times(scenes: list[Scene], repeats: int) -> np.ndarray:
     """Processor time of one run [s] under each scene, (scenes, repeats); the scenes take turns."""
     timers = [_timer(scene) for scene in scenes]
     times = np.zeros((len(scenes), repeats))
@@ -171,7 +171,7 @@ def run_times(scenes: list[Study], repeats: int) -> np.ndarray:
     return times
 
 
-def _timer(scene: Study) -> Callable[[], float]:
+def _timer(scene: Scene) -> Callable[[], float]:
     """What runs some cases of a scene and tells the processor time of one [s]."""
     if scene.is_row:
         return row_bench(scene, CASES_TIMED).seconds
@@ -185,7 +185,7 @@ def _timer(scene: Study) -> Callable[[], float]:
     return timed
 
 
-def _dataset(scenes: list[tuple[str, Study]], scans: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
+def _dataset(scenes: list[tuple[str, Scene]], scans: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
     names = [name for name, _ in scenes]
     variables = [*COMPARED, "yield_exceedance", "status"]
     dataset = xr.concat([one[variables] for one in scans], dim="effects", combine_attrs="override")

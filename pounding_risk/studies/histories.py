@@ -44,7 +44,7 @@ from pounding_risk.results.row_labels import row_coordinates
 from pounding_risk.results.store import store_of
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import read_scene
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.pair.api import Interface
 from pounding_risk.studies.simulate import pair_histories
@@ -90,7 +90,7 @@ class Choice(NamedTuple):
 class Cases(NamedTuple):
     """The chosen cases of a study, ready to be run."""
 
-    study: Study
+    study: Scene
     motions: tuple[Motion, ...]
     choice: Choice
     laws: dict[int, Any]  # of a pair, by place
@@ -130,7 +130,7 @@ class Cases(NamedTuple):
 
 
 def histories(
-    source: Study | str | Path,
+    source: Scene | str | Path,
     out: str | Path,
     *,
     records: Sequence[str] | None = None,
@@ -153,7 +153,7 @@ def histories(
 
     Parameters
     ----------
-    source : Study or path
+    source : Scene or path
         A scene, or the results of a scan, whose scene and records are then those of the results.
     out : path
         File for the dataset, ``.nc`` or ``.zarr``.
@@ -194,7 +194,7 @@ def histories(
         cannot be written.
     """
     target = check_target(out, RESULTS)
-    if not isinstance(source, Study) and target.resolve() == Path(source).resolve():
+    if not isinstance(source, Scene) and target.resolve() == Path(source).resolve():
         raise PoundingError(f"{out}: is what the histories are of, which stays as it is; write to another name")
     wanted: Asked = {"record": records, "polarity": polarities, "pga": pgas}
     wanted |= {"contact_model": laws, "gap": gaps, "yield_force": yield_forces}
@@ -214,12 +214,12 @@ def histories(
     return target
 
 
-def _chosen_cases(source: Study | str | Path, wanted: Asked, output: str | None, folder: str | Path | None) -> Cases:
+def _chosen_cases(source: Scene | str | Path, wanted: Asked, output: str | None, folder: str | Path | None) -> Cases:
     """The cases that are asked for; the source is read, its records too."""
-    if isinstance(source, Study) or Path(source).suffix.lower() not in RESULTS:
+    if isinstance(source, Scene) or Path(source).suffix.lower() not in RESULTS:
         if output is not None:
             raise PoundingError(f"the case with the largest {output} is known from results; name those of a scan")
-        study = source if isinstance(source, Study) else read_scene(source)
+        study = source if isinstance(source, Scene) else read_scene(source)
         motions = motions_of(study)
         choice = chosen(values_of(study, [motion.name for motion in motions]), wanted)
     else:
@@ -333,7 +333,7 @@ def _write(cases: Cases, template: Template, target: Path, workers: int, progres
         store.finish(created("pounding_risk.histories"))
 
 
-def values_of(study: Study, records: Sequence[str]) -> dict[str, tuple[Any, ...]]:
+def values_of(study: Scene, records: Sequence[str]) -> dict[str, tuple[Any, ...]]:
     """The values of a study's grid by axis, in the order of `AXES`; ``records`` are the names of its motions."""
     grid = study.grid
     along = (tuple(records), study.records.polarities, grid.pgas, grid.contact_models, grid.gaps, grid.yield_forces)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, effective_shares, vibration
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 
 Array = NDArray[np.float64]
 
@@ -47,12 +47,12 @@ class Modes(NamedTuple):
     dampings: Array
 
 
-def modes(scene: Study | str | Path) -> tuple[Modes, ...]:
+def modes(scene: Scene | str | Path) -> tuple[Modes, ...]:
     """Modes of vibration of every building of a scene on its own, under the scene's effects and while it is elastic.
 
     Parameters
     ----------
-    scene : Study or path
+    scene : Scene or path
         A scene, or the path of its TOML file.
 
     Returns
@@ -65,7 +65,7 @@ def modes(scene: Study | str | Path) -> tuple[Modes, ...]:
     PoundingError
         If the scene cannot be read, or a building cannot take an effect.
     """
-    if not isinstance(scene, Study):
+    if not isinstance(scene, Scene):
         from pounding_risk.scene.reader import read_scene
 
         scene = read_scene(scene)

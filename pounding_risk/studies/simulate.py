@@ -26,8 +26,8 @@ from pounding_risk.results.contact_notes import of_run
 from pounding_risk.results.files import as_text, versions
 from pounding_risk.results.pair_labels import CONVENTIONS, sources_of
 from pounding_risk.scene.motions import motions_of
-from pounding_risk.scene.reader import as_study
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.reader import as_scene
+from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.solver.counters import (
     COMPLETE,
@@ -66,7 +66,7 @@ CONTACT_UNITS = {
 
 
 def simulate(
-    study: Study | str | Path,
+    study: Scene | str | Path,
     *,
     record: str | None = None,
     polarity: str | None = None,
@@ -81,7 +81,7 @@ def simulate(
 
     Parameters
     ----------
-    study : Study or path
+    study : Scene or path
         A scene, or the path of its TOML file.
     record, polarity, law : str, optional
         Names of a record, a polarity and a contact model; the first record and polarity of the scene and its own
@@ -107,7 +107,7 @@ def simulate(
     PoundingError
         As `scan`; and if the scene does not have the record or polarity, or a number is out of its range.
     """
-    study = as_study(study)
+    study = as_scene(study)
     gap, yield_force, pga = (
         None if value is None else si(value, quantity, f"simulate: {name}")
         for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA))
@@ -146,19 +146,19 @@ def about_run() -> dict[str, str]:
     return {"Conventions": CONVENTIONS, "source": source, **created("pounding_risk.simulate")}
 
 
-def _narrowed(study: Study, gap: float | None, pga: float | None) -> Study:
+def _narrowed(study: Scene, gap: float | None, pga: float | None) -> Scene:
     """The study with the gap [m] and the amplitude [m/s²] of one run for its grid, where they are asked for."""
     grid = study.grid
     gaps = (study.gap if gap is None else gap,)
     return replace(study, grid=grid._replace(gaps=gaps, pgas=grid.pgas if pga is None else (pga,)))
 
 
-def _notes(run: xr.Dataset, study: Study, motion: Motion) -> str:
+def _notes(run: xr.Dataset, study: Scene, motion: Motion) -> str:
     """On unusual numbers of the scene, of this motion and of the run's contacts."""
     return as_text([*of_input(study, (motion,)), *of_run(run, study)])
 
 
-def pair_histories(study: Study, motion: Motion, interface: Interface) -> xr.Dataset:
+def pair_histories(study: Scene, motion: Motion, interface: Interface) -> xr.Dataset:
     """A run of a pair with its histories, under a motion of one polarity and amplitude."""
     pair = oscillators(*study.pair)
     free = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
@@ -223,7 +223,7 @@ def _until(run: xr.Dataset, last: float) -> xr.Dataset:
     return run.assign({name: run[name].where(before_failure).assign_attrs(run[name].attrs) for name in names})
 
 
-def _dataset(study: Study, parts: tuple[Any, Free, Log, float]) -> xr.Dataset:
+def _dataset(study: Scene, parts: tuple[Any, Free, Log, float]) -> xr.Dataset:
     pair, free, log, gap = parts
     # A motion beyond all numbers is told by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):

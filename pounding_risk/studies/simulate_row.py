@@ -17,7 +17,7 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.results.files import as_text, versions
 from pounding_risk.results.pair_labels import described, sources_of
 from pounding_risk.results.row_labels import row_coordinates
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import RowRun
@@ -49,7 +49,7 @@ class Cell(NamedTuple):
     yield_forces: Array
 
 
-def cell_of(study: Study, motion: Motion, law: str, gap: float | None, yield_force: float | None) -> Cell:
+def cell_of(study: Scene, motion: Motion, law: str, gap: float | None, yield_force: float | None) -> Cell:
     """The scene's own gaps and yield forces, or those named.
 
     A gap is that of all interfaces, but of the only one that the grid varies where it names one.
@@ -60,7 +60,7 @@ def cell_of(study: Study, motion: Motion, law: str, gap: float | None, yield_for
     return Cell(motion, law, np.array(gaps), np.array(study.point_yield_forces(yield_force)))
 
 
-def row_histories(study: Study, cell: Cell) -> xr.Dataset:
+def row_histories(study: Scene, cell: Cell) -> xr.Dataset:
     """The run with its histories, and every output of a case; raises as `row_grid`.
 
     Dimensions: time [s] (nodes of the record and every step in contact), building, storey, interface, contact_point,
@@ -86,7 +86,7 @@ def row_histories(study: Study, cell: Cell) -> xr.Dataset:
     return xr.Dataset(data, coords=coords, attrs=_attributes(study, cell, run.status))
 
 
-def _run(study: Study, grid: RowGrid, cell: Cell) -> tuple[RowRun, tuple[Array, float]]:
+def _run(study: Scene, grid: RowGrid, cell: Cell) -> tuple[RowRun, tuple[Array, float]]:
     """The run of the case, and a_g at its nodes with the time between them."""
     model, motion = grid.model, cell.motion
     finite = np.unique(cell.yield_forces[np.isfinite(cell.yield_forces)])
@@ -144,7 +144,7 @@ def _by_storey(grid: RowGrid, values: Array) -> Array:
     return np.where(indices >= 0, values[:, np.maximum(indices, 0)] if values.shape[1] else np.nan, np.nan)
 
 
-def _attributes(study: Study, cell: Cell, status: int) -> dict[str, Any]:
+def _attributes(study: Scene, cell: Cell, status: int) -> dict[str, Any]:
     law = study.law_at(0, cell.law)
     return {
         "title": study.name,

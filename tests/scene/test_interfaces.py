@@ -22,7 +22,7 @@ from pounding_risk.models.structures.storeys import Storeys, generated
 from pounding_risk.scene import reader as scenario
 from pounding_risk.scene.level_notes import level_notes
 from pounding_risk.scene.reader import parse_scene, study_from
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 
 ROW = (resources.files("pounding_risk.scene") / "shipped" / "row.toml").read_text("utf-8")
 PAIR = """[[building]]
@@ -380,7 +380,7 @@ def test_any_row_is_a_study_or_sentences(data):
         assert error.faults
         assert all("\n" not in fault and ": " in fault for fault in error.faults)
     else:
-        assert isinstance(found, Study)
+        assert isinstance(found, Scene)
         assert parse_scene(found.to_toml()) == found
 
 

@@ -148,10 +148,10 @@ def test_a_case_that_fails_is_told(capsys: pytest.CaptureFixture[str]):
 
 def test_a_trial_notices_a_broken_run():
     """Each thing that `unsound` watches, broken by hand in the outputs of a run that is sound."""
-    from pounding_risk.studies.stability.trial import Scene, Trial, largest_difference
+    from pounding_risk.studies.stability.trial import Trial, TrialScene, largest_difference
 
     trial = Trial("jankowski", 1e-6)
-    found = trial.solve(Scene())
+    found = trial.solve(TrialScene())
     assert 0.0 < trial.unsound(found) < 1e-6
     peak = found["peak_contact_force"]
     for name, value in (

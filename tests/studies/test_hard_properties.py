@@ -25,7 +25,7 @@ from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.studies.stability.cases.exact import factors, scaled
-from pounding_risk.studies.stability.trial import PULLING, Scene, Trial, largest_difference
+from pounding_risk.studies.stability.trial import PULLING, Trial, TrialScene, largest_difference
 from pounding_risk.units import STANDARD_GRAVITY
 
 PEAKS = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration", "peak_displacement_left")
@@ -51,7 +51,7 @@ def burst(seed: int, peak: float, dt: float, duration: float) -> np.ndarray:
     return a * (peak / np.abs(a).max())
 
 
-def ordinary(seed: int, duration: float = 3.0, closed: bool = False) -> Scene:
+def ordinary(seed: int, duration: float = 3.0, closed: bool = False) -> TrialScene:
     """A pair of damped buildings and a contact with e of 0.3 to 0.8, from a seed."""
     random = np.random.default_rng(seed)
 
@@ -61,7 +61,7 @@ def ordinary(seed: int, duration: float = 3.0, closed: bool = False) -> Scene:
     left, right = (
         Building(side, some(2e4, 2e6), some(0.1, 2.0), float(random.uniform(0.03, 0.1))) for side in ("left", "right")
     )
-    return Scene(
+    return TrialScene(
         left,
         right,
         0.0 if closed else some(1e-3, 0.03),
@@ -74,7 +74,7 @@ def ordinary(seed: int, duration: float = 3.0, closed: bool = False) -> Scene:
 
 
 @st.composite
-def extreme(draw) -> Scene:
+def extreme(draw) -> TrialScene:
     """Anything that a scene file may say, and more."""
     damping = st.sampled_from([0.0, 0.02, 0.05, 0.5, 0.95])
     left = Building("left", draw(between(1e3, 1e9)), draw(between(0.005, 5.0)), draw(damping))
@@ -83,7 +83,7 @@ def extreme(draw) -> Scene:
         right = Building.rigid("right")
     dt = draw(st.sampled_from([0.001, 0.005, 0.01, 0.02]))
     peak = draw(between(1e-9, 100.0)) * STANDARD_GRAVITY
-    return Scene(
+    return TrialScene(
         left,
         right,
         draw(st.sampled_from([0.0, 0.0, 1e-6, 1e-3, 0.02])),
@@ -103,7 +103,7 @@ def tell(figure: float, label: str) -> None:
 
 # What a search of 30,000 random scenes found worst, with the tolerance at 1e-6: an energy open by 6e-4, one open by
 # 3e-6, the stiffest contact under the strongest push, an energy open by more than 1e-4.
-HEAVY_ON_A_WALL = Scene(
+HEAVY_ON_A_WALL = TrialScene(
     Building("left", 16714779.414117662, 0.09069034192659026, 0.05),
     Building.rigid("right"),
     hertz=290136359.77375686,
@@ -113,7 +113,7 @@ HEAVY_ON_A_WALL = Scene(
     ground=burst(1617, 0.343, 0.02, 4.0),
     dt=0.02,
 )
-STIFF_BESIDE_LIGHT = Scene(
+STIFF_BESIDE_LIGHT = TrialScene(
     Building("left", 668890008.9133282, 0.009652217619187125, 0.0),
     Building("right", 3538.198961303328, 0.8782802780416037, 0.02),
     gap=0.02,
@@ -123,7 +123,7 @@ STIFF_BESIDE_LIGHT = Scene(
     ground=burst(2278, 3.01, 0.02, 4.0),
     dt=0.02,
 )
-PRESSED_AND_STIFF = Scene(
+PRESSED_AND_STIFF = TrialScene(
     Building("left", 7250.476439310831, 1.736406201746785, 0.02),
     Building("right", 8219.627671848579, 1.0689022811582762, 0.02),
     hertz=1e13,
@@ -133,7 +133,7 @@ PRESSED_AND_STIFF = Scene(
     dt=0.001,
 )
 
-HARD_ON_A_WALL = Scene(
+HARD_ON_A_WALL = TrialScene(
     Building("left", 994895678.4443728, 0.03634435182878445, 0.02),
     Building.rigid("right"),
     gap=1e-6,
@@ -152,7 +152,7 @@ HARD_ON_A_WALL = Scene(
 @example(name="hertz", scene=HEAVY_ON_A_WALL)
 @example(name="hertz_damp", scene=STIFF_BESIDE_LIGHT)
 @example(name="modified_kelvin_voigt", scene=PRESSED_AND_STIFF)
-def test_a_run_is_sound_or_says_why_not(name: str, scene: Scene):
+def test_a_run_is_sound_or_says_why_not(name: str, scene: TrialScene):
     """Never silent: closed energy and finite outputs, or a named status and no number at all.
 
     The energy may stay open by a hundred times the tolerance, where its status comes in: an extreme pair may spend
@@ -201,7 +201,7 @@ def test_an_independent_integrator_agrees(name: str, seed: int, closed: bool):
     stiffness = scene.linear if trial.is_linear else scene.hertz
     strength = scene.yield_force if trial.kind.capped else inf
     known = oracle.integrate(
-        oracle.Scene(*sides, name, stiffness, scene.gap, scene.restitution.c0, strength), scene.ground, scene.dt
+        oracle.TrialScene(*sides, name, stiffness, scene.gap, scene.restitution.c0, strength), scene.ground, scene.dt
     )
     worst = largest_difference(found, known, only=PEAKS)
     tell(worst, "disagreement")
@@ -225,7 +225,7 @@ def test_two_tolerances_agree(name: str, seed: int, closed: bool):
 
 @settings(max_examples=50)
 @given(name=NAMES, scene=extreme())
-def test_the_mirror_image_is_the_same_run(name: str, scene: Scene):
+def test_the_mirror_image_is_the_same_run(name: str, scene: TrialScene):
     """Buildings swapped and the ground reversed: the same bits, failed runs included."""
     one = Trial(name, 1e-6).solve(scene)
     other = Trial(name, 1e-6).solve(scene._replace(left=scene.right, right=scene.left, ground=-scene.ground))
@@ -237,7 +237,7 @@ def test_the_mirror_image_is_the_same_run(name: str, scene: Scene):
 
 @settings(max_examples=50)
 @given(name=NAMES, scene=extreme(), power=st.integers(-60, 60))
-def test_masses_times_a_power_of_two(name: str, scene: Scene, power: int):
+def test_masses_times_a_power_of_two(name: str, scene: TrialScene, power: int):
     """m, k, β and F_E times 2^n: the same motion to the bit, forces and energies times it."""
     factor = 2.0**power
     heavy = scene._replace(
@@ -286,7 +286,7 @@ def test_zeros_before_the_record_only_shift_it(name: str, seed: int, zeros: int)
 
 @settings(max_examples=30)
 @given(name=NAMES, scene=extreme())
-def test_twins_do_not_meet(name: str, scene: Scene):
+def test_twins_do_not_meet(name: str, scene: TrialScene):
     twins = scene._replace(left=scene.left, right=scene.left._replace(name="twin", mass=7.0 * scene.left.mass))
     found = Trial(name, 1e-6).solve(twins)
     assert found["status"] == COMPLETE
@@ -295,7 +295,7 @@ def test_twins_do_not_meet(name: str, scene: Scene):
 
 @settings(max_examples=40)
 @given(name=NAMES, scene=extreme(), more=st.sampled_from([1.0, 1.0 + 1e-12, 2.0, inf]))
-def test_past_the_free_closing_no_law_plays_a_part(name: str, scene: Scene, more: float):
+def test_past_the_free_closing_no_law_plays_a_part(name: str, scene: TrialScene, more: float):
     """The gap is the closing of the free motion, or more: the run without contact, to the bit."""
     trial = Trial(name, 1e-6)
     free = trial.solve(scene._replace(gap=inf))
@@ -382,7 +382,7 @@ def test_a_ground_motion_that_is_no_number_has_a_status(name: str, seed: int, at
 def test_laws_that_pull_are_the_published_ones():
     """Kelvin-Voigt before every parting; of the others none where buildings part slower than they met."""
     assert set(PULLING) < set(LAWS)
-    found = {name: Trial(name, 1e-6).solve(Scene(gap=0.005)) for name in LAWS}
+    found = {name: Trial(name, 1e-6).solve(TrialScene(gap=0.005)) for name in LAWS}
     assert found["kelvin_voigt"]["lowest_contact_force"] < -0.05 * found["kelvin_voigt"]["peak_contact_force"]
     for name in set(LAWS) - set(PULLING):
         assert found[name]["lowest_contact_force"] >= -1e-12 * found[name]["peak_contact_force"]

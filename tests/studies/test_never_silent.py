@@ -29,15 +29,15 @@ from pounding_risk.solver.counters import (
 from pounding_risk.solver.pair.outputs import COLUMNS, building_outputs, run_outputs
 from pounding_risk.studies import demo
 from pounding_risk.studies.stability.cases.rest import bouncing
-from pounding_risk.studies.stability.trial import Scene, Trial, shaking
+from pounding_risk.studies.stability.trial import Trial, TrialScene, shaking
 
 # Limits are constants of compiled code: where they are lowered, the code must be interpreted.
 LOWERED = """
 import json
 from pounding_risk.solver.pair import run, contact
-from pounding_risk.studies.stability.trial import Scene, Trial, shaking
+from pounding_risk.studies.stability.trial import TrialScene, Trial, shaking
 
-scene = Scene(ground=shaking(4.0, duration=1.0))
+scene = TrialScene(ground=shaking(4.0, duration=1.0))
 found = {}
 for module, name, value in json.loads('LIMITS'):
     module = {"run": run, "contact": contact}[module]
@@ -71,7 +71,7 @@ def lowered() -> dict[str, dict[str, float]]:
     package = str(Path(pr.__file__).resolve().parent.parent)
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": package}
     # An absolute floor for rounding would hide an open energy: off.
-    code = code.replace("scene = Scene", "run.OPEN_FLOOR = 0.0\nscene = Scene")
+    code = code.replace("scene = TrialScene", "run.OPEN_FLOOR = 0.0\nscene = TrialScene")
     run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=300)
     assert run.returncode == 0, run.stderr
     return {name: {key: float(value) for key, value in row.items()} for name, row in json.loads(run.stdout).items()}
@@ -124,20 +124,20 @@ def test_a_row_that_takes_too_much_work_ends_and_the_scan_goes_on(tmp_path: Path
 @pytest.mark.parametrize("name", LAWS)
 def test_a_tolerance_below_rounding(name: str):
     """rtol 1e-300: the first step in contact shrinks to nothing."""
-    says_why_not(Trial(name, 1e-300).solve(Scene()), UNDERFLOW)
+    says_why_not(Trial(name, 1e-300).solve(TrialScene()), UNDERFLOW)
 
 
 @pytest.mark.parametrize("name", LAWS)
 def test_a_motion_that_numbers_do_not_hold(name: str):
     """1e300 m/s²: energies past the largest number."""
-    says_why_not(Trial(name, 1e-6).solve(Scene(ground=shaking(1e300))), NOT_FINITE)
+    says_why_not(Trial(name, 1e-6).solve(TrialScene(ground=shaking(1e300))), NOT_FINITE)
 
 
 def test_a_failed_run_leaves_no_output():
     """Whatever the raw columns hold: every output of every failed run is NaN or −1, none of a complete one."""
     raw = np.full((len(STATUS_SENTENCES), COLUMNS), 2.0)
     raw[:, STATUS] = list(STATUS_SENTENCES)
-    scene = Scene()
+    scene = TrialScene()
     found = {**run_outputs(raw, 1e6), **building_outputs(raw, (scene.left, scene.right), 1.0)}
     for name, values in found.items():
         gone = np.isnan(values) | (values == -1.0)
@@ -148,7 +148,7 @@ def test_a_failed_run_leaves_no_output():
 def test_an_infinite_sample_has_a_status_and_no_warning(bad: float):
     ground = shaking(4.0).copy()
     ground[250] = bad
-    says_why_not(Trial("jankowski", 1e-6).solve(Scene(ground=ground)), NOT_FINITE)
+    says_why_not(Trial("jankowski", 1e-6).solve(TrialScene(ground=ground)), NOT_FINITE)
 
 
 @pytest.mark.parametrize(
@@ -173,8 +173,8 @@ def test_a_yield_force_just_under_the_peak_counts_as_yielding(name: str, short: 
     trial = Trial(name, 1e-6)
     counts = []
     for gap in np.linspace(0.0, 0.01, 11):
-        peak = trial.solve(Scene(gap=gap))["peak_contact_force"]
-        found = trial.solve(Scene(gap=gap, yield_force=(1.0 - short) * peak))
+        peak = trial.solve(TrialScene(gap=gap))["peak_contact_force"]
+        found = trial.solve(TrialScene(gap=gap, yield_force=(1.0 - short) * peak))
         counts.append((found["yield_exceedance"], min(found["yield_count"], 1.0), found["first_yield_time"] >= 0.0))
     assert counts == [(1.0, 1.0, True)] * 11
 
@@ -190,5 +190,5 @@ def test_a_rest_takes_no_more_steps_than_it_has_samples_for():
 @pytest.mark.parametrize("name", ["modified_kelvin_voigt", "jankowski", "viscous_elastoplastic"])
 def test_an_overdamped_contact_at_a_loose_tolerance(name: str):
     trial = Trial(name, 1e-2)
-    scene = Scene(hertz=2.75e9, linear=9.35e7, restitution=Restitution(0.01))
+    scene = TrialScene(hertz=2.75e9, linear=9.35e7, restitution=Restitution(0.01))
     assert trial.collide(scene, 0.5, 570.0).restitution < 0.05

@@ -10,7 +10,7 @@ import numpy as np
 from pounding_risk._jit.compile import INTERPRETED, ForgivingCache, is_foreign, lowered
 from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.models.effects import wave_of, with_effects
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.pair.api import at_rest, oscillators
 from pounding_risk.solver.pair.contact import integrate_contact
 from pounding_risk.solver.pair.free import fill_free_response
@@ -45,14 +45,14 @@ class Kernels(NamedTuple):
         return self.motion and self.solver and not self.missing
 
 
-def kernels_of(study: Study) -> Kernels:
-    """What is compiled for a scene, in this process or in the cache; raises as `Study.law`."""
+def kernels_of(study: Scene) -> Kernels:
+    """What is compiled for a scene, in this process or in the cache; raises as `Scene.law`."""
     if INTERPRETED:
         return Kernels(True, True, (True,) * len(study.grid.contact_models), False, interpreted=True)
     return _of_row(study) if study.is_row else _of_pair(study)
 
 
-def _of_pair(study: Study) -> Kernels:
+def _of_pair(study: Scene) -> Kernels:
     pair = oscillators(*study.pair)
     free = at_rest(pair, *STILL, wave_of(study.effects))
     cases = np.zeros(1), np.zeros(1), study.restitution
@@ -70,7 +70,7 @@ def _of_pair(study: Study) -> Kernels:
     )
 
 
-def _of_row(study: Study) -> Kernels:
+def _of_row(study: Scene) -> Kernels:
     *call, terms, states = rows.unmoved(model_of(study).row(STILL[1]), STILL[0])
     solver = is_compiled(rows_march.march, (*call, terms, study.rtol, states))
     places = [study.at(place) for place in range(len(study.neighbours))]
@@ -84,12 +84,12 @@ def _of_row(study: Study) -> Kernels:
     return Kernels(is_compiled(rows_march.march_free, (*call, terms, states)), solver, laws, at_each_start=True)
 
 
-def _like(study: Study, name: str) -> Any:
+def _like(study: Scene, name: str) -> Any:
     """A contact model of the scene; its stiffness is 1 where finding it takes a run."""
     return with_effects(study.law(name, 1.0 if study.needs_equal_terms(name) else None), study.effects)
 
 
-def _calibrates(study: Study, name: str) -> bool:
+def _calibrates(study: Scene, name: str) -> bool:
     """True where the stiffness by equal terms, if the scene has any, is found without compiling."""
     if not study.needs_equal_terms(name) or study.equal_terms is None:
         return True

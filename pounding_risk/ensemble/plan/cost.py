@@ -21,7 +21,7 @@ from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.models.effects import wave_of
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.scene.motions import motions_of
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import free_response, oscillators
 from pounding_risk.solver.row import api as rows
@@ -46,7 +46,7 @@ class Alone(NamedTuple):
     size: int  # bytes of the largest response
 
 
-def alone(study: Study, motions: tuple[Motion, ...]) -> Alone:
+def alone(study: Scene, motions: tuple[Motion, ...]) -> Alone:
     """How far the motion without contact closes the tightest gap, for each motion and gap; raises as `chain_of`."""
     respond = _of_row(study) if study.is_row else _of_pair(study)
     shape = (len(motions), len(study.records.polarities), len(study.grid.pgas))
@@ -58,7 +58,7 @@ def alone(study: Study, motions: tuple[Motion, ...]) -> Alone:
     return Alone(closed, size)
 
 
-def _of_pair(study: Study) -> Response:
+def _of_pair(study: Scene) -> Response:
     pair, wave, gaps = oscillators(*study.pair), wave_of(study.effects), np.array(study.grid.gaps)
 
     def respond(motion: Motion) -> tuple[NDArray[np.float64], int]:
@@ -68,7 +68,7 @@ def _of_pair(study: Study) -> Response:
     return respond
 
 
-def _of_row(study: Study) -> Response:
+def _of_row(study: Scene) -> Response:
     model = model_of(study)
     gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])[:, model.interfaces]
 
@@ -103,7 +103,7 @@ class Cost(NamedTuple):
         return self.batches * self.deviation * sqrt(unknown / self.sampled)
 
 
-def costs(study: Study, motions: tuple[Motion, ...], closed: NDArray[np.float64]) -> list[Cost]:
+def costs(study: Scene, motions: tuple[Motion, ...], closed: NDArray[np.float64]) -> list[Cost]:
     """Time of the batches of each contact model that touch, then of all others.
 
     ``closed`` is that of `Alone`: batches differ mostly in how far they close their gap, so the sample is spread evenly
@@ -129,7 +129,7 @@ def costs(study: Study, motions: tuple[Motion, ...], closed: NDArray[np.float64]
     return costs
 
 
-def thinned(study: Study) -> tuple[Study, float]:
+def thinned(study: Scene) -> tuple[Scene, float]:
     """The study with `FEW` of its yield forces at most, evenly drawn, and the share of them.
 
     A batch with thousands of yield forces may take minutes.
@@ -140,7 +140,7 @@ def thinned(study: Study) -> tuple[Study, float]:
     return replace(study, grid=study.grid._replace(yield_forces=_evenly(forces, FEW))), FEW / len(forces)
 
 
-def few_batches(study: Study, records: int) -> tuple[Study, float]:
+def few_batches(study: Scene, records: int) -> tuple[Scene, float]:
     """The study with `MOST_BATCHES` batches at most, of gaps and amplitudes evenly drawn, and the share of them."""
     grid, polarities = study.grid, len(study.records.polarities)
     rest = records * polarities * len(grid.contact_models)
@@ -204,7 +204,7 @@ class RowBench(NamedTuple):
         return (process_time() - start) / len(self.cases)
 
 
-def row_bench(study: Study, most: int) -> RowBench:
+def row_bench(study: Scene, most: int) -> RowBench:
     """At most ``most`` cases of a row's grid; raises as `row_grid`."""
     from pounding_risk.ensemble.row_job import RowJob
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from math import inf
 from typing import Any
 
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 from pounding_risk.units import Quantity, say
 
 NOWHERE = "not given"
@@ -14,7 +14,7 @@ FEW = 6  # values of a list that are shown one by one
 OF_MOTIONS = ("records.unit", "records.dt", "records.window", "records.processing")  # act on motions and nothing else
 
 
-def changes(before: Study, after: Study) -> tuple[str, ...]:
+def changes(before: Scene, after: Scene) -> tuple[str, ...]:
     """A line for each value that differs, such as "interface.gap: 10 mm -> 20 mm", with the names of `--set`.
 
     Defaults are filled in on both sides, so that values that follow from a changed one are listed too.
@@ -68,7 +68,7 @@ def _shown(value: Any, text: Callable[[str], str]) -> str:
 
 
 def _rounded(text: str) -> str:
-    """A quantity in SI, as in `Study.resolved`, rounded and in a convenient unit."""
+    """A quantity in SI, as in `Scene.resolved`, rounded and in a convenient unit."""
     number, _, unit = text.partition(" ")
     try:
         return say(float(number), Quantity(unit, -inf, inf, "")) if unit else text

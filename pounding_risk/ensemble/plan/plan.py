@@ -14,7 +14,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.plan.scene_text import scene_words
 from pounding_risk.motions.motion import Motion
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.units import PGA, TIME, say
 
@@ -45,7 +45,7 @@ class Plan(ShortRepr):
     Numbers that could only be known by compiling are None unless that was asked for.
     """
 
-    study: Study
+    study: Scene
     records: tuple[PlannedRecord, ...]
     kernels: Kernels  # compiled before the plan was made
     bytes: int  # of the dataset's variables, before compression
@@ -100,12 +100,12 @@ class Plan(ShortRepr):
         return "\n".join([*(f"{what:<{width}}  {words}" for what, words in rows), *records])
 
 
-def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
+def validate(scene: Scene | str | Path, overrides: Sequence[str] = ()) -> Plan:
     """Check a scene and its records, and plan its scan without compiling or running anything.
 
     Parameters
     ----------
-    scene : Study, str or Path
+    scene : Scene, str or Path
         A scene, or the path of a scene file.
     overrides : sequence of str
         Values to change, as after ``--set`` on the command line: 'interface.gap="20 mm"'.
@@ -126,13 +126,13 @@ def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
 
 
 def plan(
-    scene: Study | str | Path, overrides: Sequence[str] = (), *, workers: int | None = None, compiling: bool = True
+    scene: Scene | str | Path, overrides: Sequence[str] = (), *, workers: int | None = None, compiling: bool = True
 ) -> Plan:
     """Check a scene and its records, and estimate the size and the time of its scan. No file is written.
 
     Parameters
     ----------
-    scene : Study, str or Path
+    scene : Scene, str or Path
         A scene, or the path of a scene file.
     overrides : sequence of str
         Values to change, as after ``--set`` on the command line: 'interface.gap="20 mm"'.
@@ -184,7 +184,7 @@ def plan(
     return _timed(untimed, ensemble)
 
 
-def shape_of(study: Study, records: int) -> dict[str, int]:
+def shape_of(study: Scene, records: int) -> dict[str, int]:
     """Number of values along each dimension of the dataset, by its name, in order."""
     grid = study.grid
     return {
@@ -197,12 +197,12 @@ def shape_of(study: Study, records: int) -> dict[str, int]:
     }
 
 
-def _read(scene: Study | str | Path, overrides: Sequence[str]) -> tuple[Study | None, Study]:
+def _read(scene: Scene | str | Path, overrides: Sequence[str]) -> tuple[Scene | None, Scene]:
     """The scene without the overrides, None where there are none or it has faults, and the scene with them."""
     from pounding_risk.errors import SceneError
     from pounding_risk.scene.reader import parse_scene, read_scene
 
-    if isinstance(scene, Study):
+    if isinstance(scene, Scene):
         if not overrides:
             return None, scene
         # A study's own text may lack what was changed in it since: its resolved form does not.
@@ -217,7 +217,7 @@ def _read(scene: Study | str | Path, overrides: Sequence[str]) -> tuple[Study | 
         return None, study
 
 
-def _changes(before: Study | None, study: Study, motions: tuple[Motion, ...]) -> tuple[str, ...]:
+def _changes(before: Scene | None, study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
     """What the overrides change, which of them change no motion, and how the number of cases changes."""
     from pounding_risk.ensemble.plan.overrides import changes, told_as_idle
 
@@ -233,7 +233,7 @@ def _changes(before: Study | None, study: Study, motions: tuple[Motion, ...]) ->
     return (*sentences, f"cases: {old} -> {new}") if old != new else sentences
 
 
-def _motions_before(before: Study, study: Study, motions: tuple[Motion, ...]) -> tuple[Motion, ...] | None:
+def _motions_before(before: Scene, study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...] | None:
     """The motions of the scene without the overrides; None where they cannot be used."""
     from pounding_risk.errors import RecordError, SceneError
     from pounding_risk.scene.motions import gathered

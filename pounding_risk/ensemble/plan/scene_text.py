@@ -14,7 +14,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import Spectral
 from pounding_risk.scene.level_notes import level_notes
-from pounding_risk.scene.scene import Effect, Study, known_law
+from pounding_risk.scene.scene import Effect, Scene, known_law
 from pounding_risk.scene.unused_keys import Given, given_keys
 from pounding_risk.units import (
     DAMPING,
@@ -34,7 +34,7 @@ from pounding_risk.units import (
 )
 
 
-def scene_words(study: Study, records: int) -> list[tuple[str, str]]:
+def scene_words(study: Scene, records: int) -> list[tuple[str, str]]:
     """The scene in words: (what, words) by line of a table."""
     given = given_keys(study)
     return [
@@ -48,7 +48,7 @@ def scene_words(study: Study, records: int) -> list[tuple[str, str]]:
     ]
 
 
-def _of_pair(study: Study) -> list[tuple[str, str]]:
+def _of_pair(study: Scene) -> list[tuple[str, str]]:
     """Buildings, interface and contact models of two single masses."""
     sides = zip(("left", "right"), study.buildings, strict=True)
     return [
@@ -59,7 +59,7 @@ def _of_pair(study: Study) -> list[tuple[str, str]]:
     ]
 
 
-def _of_row(study: Study) -> list[tuple[str, str]]:
+def _of_row(study: Scene) -> list[tuple[str, str]]:
     """Buildings from left to right, contact models, and each interface with its contact points."""
     yielding = "inelastic_storeys" in dict(study.effects)
     rows = [("building", _building(building, yielding)) for building in study.buildings]
@@ -83,7 +83,7 @@ def _levels(rule: LevelRule) -> str:
     return f"floors {depths} deep are one where they overlap in height, by floor_depth"
 
 
-def _points(here: Study) -> list[str]:
+def _points(here: Scene) -> list[str]:
     """Contact points of two neighbours, floor to floor and floor to column, with the yield force of each kind."""
     kinds = []
     (neighbour,), (left, right) = here.neighbours, here.buildings
@@ -130,12 +130,12 @@ def _building(building: Building | Storeys, yielding: bool) -> str:
     )
 
 
-def _interface(study: Study) -> str:
+def _interface(study: Scene) -> str:
     strength = "no yielding" if study.yield_force == inf else f"yield force {say(study.yield_force, YIELD_FORCE)}"
     return f"gap {say(study.gap, GAP)}, {strength}"
 
 
-def _laws(study: Study) -> list[str]:
+def _laws(study: Scene) -> list[str]:
     """Each contact model of the grid, with the origin of its stiffness."""
     terms = study.equal_terms
     models = []
@@ -152,7 +152,7 @@ def _laws(study: Study) -> list[str]:
     return models
 
 
-def _restitution(study: Study) -> str:
+def _restitution(study: Scene) -> str:
     rule = study.restitution
     exact = "" if study.relation == AS_PUBLISHED else ", returned exactly by an impact alone"
     if rule.c1 == rule.c2 == rule.c3 == 0.0:
@@ -174,7 +174,7 @@ def _effect(effect: Effect, given: Given) -> str:
     return f"{effect.name}: {options}" if options else effect.name
 
 
-def _amplitude(study: Study, count: int) -> str:
+def _amplitude(study: Scene, count: int) -> str:
     asked, pgas = study.records, study.grid.pgas
     scaled = "as recorded" if asked.scale is None else f"times {asked.scale:g}"
     if asked.manifest:
@@ -198,7 +198,7 @@ def _spectral(asked: Spectral) -> str:
     return f"Sa({asked.period:g} s, {100.0 * asked.damping:g} %)"
 
 
-def _grid(study: Study) -> list[tuple[str, str]]:
+def _grid(study: Scene) -> list[tuple[str, str]]:
     """The dimensions that have more than one value."""
     gaps = f"gaps of {study.gridded_interface}" if study.gridded_interface else "gaps"
     axes = {gaps: (study.grid.gaps, GAP), "yield forces": (study.grid.yield_forces, YIELD_FORCE)}

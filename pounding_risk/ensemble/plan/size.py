@@ -15,7 +15,7 @@ from pounding_risk.ensemble.threads import CHUNK_BYTES
 from pounding_risk.ensemble.tolerance_check import check_variables
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.layout import AXES, BLOCK_BYTES, bytes_per_case
-from pounding_risk.scene.scene import Study
+from pounding_risk.scene.scene import Scene
 
 RECORD_BYTES = 60 * 8  # of the spectrum of a record
 WRITER_BYTES = 40e6  # about, of the libraries that write a dataset, which a plan does not load
@@ -36,19 +36,19 @@ class Sizes(NamedTuple):
         return self.case * prod(shape.values()) + self.motion * motions + self.record * shape["record"]
 
 
-def sizes(study: Study) -> Sizes:
+def sizes(study: Scene) -> Sizes:
     """Sizes of the dataset that `scan` makes of a study."""
     return _of_row(study) if study.is_row else _of_pair(study)
 
 
-def grid_bytes(study: Study, records: int) -> int:
+def grid_bytes(study: Scene, records: int) -> int:
     """Size of the dataset of a study with so many records."""
     grid = study.grid
     values = (records, len(study.records.polarities), *map(len, (grid.pgas, grid.contact_models)))
     return sizes(study).of(dict(zip(AXES, (*values, len(grid.gaps), len(grid.yield_forces)), strict=True)))
 
 
-def _of_pair(study: Study) -> Sizes:
+def _of_pair(study: Scene) -> Sizes:
     from pounding_risk.results.pair_labels import pair_variables
     from pounding_risk.solver.pair.outputs import BUILDING
 
@@ -58,7 +58,7 @@ def _of_pair(study: Study) -> Sizes:
     return Sizes(case, 8 * along["building"] * len(BUILDING) + closing, chunk_bytes(study))
 
 
-def _of_row(study: Study) -> Sizes:
+def _of_row(study: Scene) -> Sizes:
     from pounding_risk.ensemble.row_grid import model_of
     from pounding_risk.results.row_labels import case_variables, row_variables
     from pounding_risk.solver.row.outputs import frame_of, moving_variables
@@ -70,7 +70,7 @@ def _of_row(study: Study) -> Sizes:
     return Sizes(case, bytes_per_case(case_variables(moving_variables(frame)), along) + closing, case)
 
 
-def memory(study: Study, shape: Mapping[str, int], threads: int, motions: Iterable[Motion], free: int) -> int:
+def memory(study: Scene, shape: Mapping[str, int], threads: int, motions: Iterable[Motion], free: int) -> int:
     """About the memory that a scan into a file takes [bytes]; ``free`` is the size of a response without contact.
 
     The sum of what this process holds now, the records, the responses without contact that are kept, a block of the

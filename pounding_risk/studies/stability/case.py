@@ -10,7 +10,7 @@ from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS, SHIPPED
 from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
-from pounding_risk.studies.stability.trial import Scene, Trial
+from pounding_risk.studies.stability.trial import Trial, TrialScene
 
 # Contact laws that a case can be put to: those with a force, and also those whose velocities jump.
 FORCES = SHIPPED
@@ -77,12 +77,12 @@ class Group:
 
         return declare
 
-    def energy(self, number: str, words: str, scene: Scene, laws: tuple[str, ...] = ALL) -> None:
+    def energy(self, number: str, words: str, scene: TrialScene, laws: tuple[str, ...] = ALL) -> None:
         """Declare a case of one run, of which `Trial.unsound` measures the energy."""
         self.case(number, words, ENERGY, LEDGER, laws, scene=scene)(unsound)
 
 
-def unsound(trial: Trial, scene: Scene) -> float:
+def unsound(trial: Trial, scene: TrialScene) -> float:
     """Energy that one run leaves unaccounted for, over its largest energy; infinite where the run is not sound."""
     return trial.unsound(trial.solve(scene))
 

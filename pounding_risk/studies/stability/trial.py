@@ -54,7 +54,7 @@ def push(level: float, rise: float, hold: float, dt: float = 0.01, release: floa
     return np.concatenate(parts)
 
 
-class Scene(NamedTuple):
+class TrialScene(NamedTuple):
     """A pair, its interface and its ground motion; a law takes the stiffness of its kind."""
 
     left: Building = SOFT
@@ -91,7 +91,7 @@ class Trial:
         """True for the laws whose stiffness is in N/m."""
         return not is_instant(self.kind) and stiffness_quantity(self.kind).unit == "N/m"
 
-    def law(self, scene: Scene) -> Any:
+    def law(self, scene: TrialScene) -> Any:
         """The law with the scene's stiffness or floors, where it takes them."""
         if needs_floors(self.kind):
             pair = (scene.left, scene.right)
@@ -101,11 +101,11 @@ class Trial:
             return self.kind()
         return self.kind(scene.linear if self.is_linear else scene.hertz)
 
-    def interface(self, scene: Scene) -> Interface:
+    def interface(self, scene: TrialScene) -> Interface:
         """The scene's interface under this law."""
         return Interface(scene.gap, self.law(scene), scene.restitution, scene.yield_force)
 
-    def solve(self, scene: Scene, expected: int = COMPLETE) -> dict[str, float]:
+    def solve(self, scene: TrialScene, expected: int = COMPLETE) -> dict[str, float]:
         """Every output of one run; a status other than the one ``expected`` is kept."""
         interface = self.interface(scene)
         outputs = solve(scene.left, scene.right, interface, scene.ground, scene.dt, rtol=self.rtol)
@@ -114,7 +114,7 @@ class Trial:
             self.status = int(outputs["status"])
         return outputs
 
-    def follow(self, scene: Scene) -> History:
+    def follow(self, scene: TrialScene) -> History:
         """The contacts and steps of one run."""
         pair = oscillators(scene.left, scene.right)
         log = make_log(STEPS_KEPT // 20, STEPS_KEPT, np.zeros(0))
@@ -122,7 +122,7 @@ class Trial:
         self.steps += int(log.used[1])
         return History(log.contacts[: log.used[0]], log.steps[: log.used[1]])
 
-    def collide(self, scene: Scene, speed: float, mass: float, other: float = inf) -> Impact:
+    def collide(self, scene: TrialScene, speed: float, mass: float, other: float = inf) -> Impact:
         """One isolated impact of two free masses, at the trial's tolerance."""
         collision = impact(
             self.law(scene),

@@ -12,7 +12,7 @@ from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.studies.stability.case import BITS, HERTZ, LINEAR, ONE, POTENTIAL, Bound, Group
-from pounding_risk.studies.stability.trial import SOFT, STIFF, Scene, Trial, largest_difference, shaking
+from pounding_risk.studies.stability.trial import SOFT, STIFF, Trial, TrialScene, largest_difference, shaking
 
 GROUP = Group("exact")
 
@@ -23,7 +23,7 @@ YIELDING = 1.5e6  # N
 @GROUP.case("31", "seen from behind: −a_g, left for right", "the same run", BITS)
 def mirror(trial: Trial) -> float:
     """The pair seen from behind: buildings swapped, the ground reversed."""
-    scene = Scene(gap=0.005, yield_force=YIELDING)
+    scene = TrialScene(gap=0.005, yield_force=YIELDING)
     one = trial.solve(scene)
     other = trial.solve(scene._replace(left=STIFF, right=SOFT, ground=-scene.ground))
     swapped = {"left": "right", "right": "left"}
@@ -64,8 +64,8 @@ def factors(*, length: float = 1.0, time: float = 1.0, force: float = 1.0) -> di
 @GROUP.case("41b", "the same × 2^200", "same motion, forces × it", BITS, factor=2.0**200)
 def masses(trial: Trial, factor: float) -> float:
     """m, k, β and F_E times a power of two: the same motion, forces times it."""
-    scene = Scene(gap=0.005, yield_force=YIELDING)
-    heavy = Scene(
+    scene = TrialScene(gap=0.005, yield_force=YIELDING)
+    heavy = TrialScene(
         SOFT._replace(mass=factor * SOFT.mass),
         STIFF._replace(mass=factor * STIFF.mass),
         scene.gap,
@@ -82,7 +82,7 @@ def amplitude(trial: Trial) -> float:
 
     16 and not 4: the fourth root of a penetration, in Jankowski's dashpot, then doubles.
     """
-    scene = Scene(gap=0.005, yield_force=YIELDING)
+    scene = TrialScene(gap=0.005, yield_force=YIELDING)
     more = scene._replace(
         gap=16.0 * scene.gap,
         hertz=0.25 * scene.hertz,
@@ -94,8 +94,8 @@ def amplitude(trial: Trial) -> float:
 
 def slowed(trial: Trial) -> tuple[dict[str, float], dict[str, float]]:
     """Time times 16: periods and dt; a_g, k, β and F_E divided by 256. What must come out, and what does."""
-    scene = Scene(gap=0.005, yield_force=YIELDING)
-    slow = Scene(
+    scene = TrialScene(gap=0.005, yield_force=YIELDING)
+    slow = TrialScene(
         SOFT._replace(period=16.0 * SOFT.period),
         STIFF._replace(period=16.0 * STIFF.period),
         scene.gap,
@@ -131,7 +131,7 @@ def slow_motion_of_hertz(trial: Trial) -> float:
 @GROUP.case("37c", "a_g × 2^40, × 2^−40, no contact", "displacements × it", BITS)
 def free_motion_scales(trial: Trial) -> float:
     """a_g times 2^40 and 2^−40 without contact: every displacement times it."""
-    scene = Scene(gap=inf)
+    scene = TrialScene(gap=inf)
     one = trial.solve(scene)
     worst = 0.0
     for factor in (2.0**40, 2.0**-40):
@@ -157,7 +157,7 @@ def quiet_before(trial: Trial) -> float:
 )
 def quiet_before_contact(trial: Trial) -> float:
     """The same with contact, whose clock rounds otherwise at another time: difference of the peaks."""
-    scene = Scene(gap=0.005, yield_force=YIELDING)
+    scene = TrialScene(gap=0.005, yield_force=YIELDING)
     one = trial.solve(scene)
     later = trial.solve(scene._replace(ground=np.append(np.zeros(48), scene.ground)))
     peaks = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration", "impact_count")
@@ -167,13 +167,13 @@ def quiet_before_contact(trial: Trial) -> float:
 @GROUP.case("43", "gap = inf", "a gap of 10 m", BITS)
 def infinite_gap(trial: Trial) -> float:
     """gap = inf, and a gap that the free motion does not close: any difference."""
-    return largest_difference(trial.solve(Scene(gap=inf)), trial.solve(Scene(gap=10.0)))
+    return largest_difference(trial.solve(TrialScene(gap=inf)), trial.solve(TrialScene(gap=10.0)))
 
 
 @GROUP.case("48", "the same run twice", "the same run", BITS)
 def same_again(trial: Trial) -> float:
     """Largest difference of two runs of one case."""
-    return largest_difference(trial.solve(Scene()), trial.solve(Scene()))
+    return largest_difference(trial.solve(TrialScene()), trial.solve(TrialScene()))
 
 
 @GROUP.case("45", "7 gaps × 4 yield forces, screened", "every case run by itself", BITS)
@@ -188,8 +188,8 @@ def pruned(trial: Trial) -> float:
     for screening in (True, False):
         out = np.zeros((len(gaps), len(forces), COLUMNS))
         how = np.zeros((len(gaps), len(forces)), dtype=np.int8)
-        grid = (gaps, forces, Scene().restitution)
-        solve_grid(pair, free, trial.law(Scene()), grid, trial.rtol, screening, make_workspace(), out, how)
+        grid = (gaps, forces, TrialScene().restitution)
+        solve_grid(pair, free, trial.law(TrialScene()), grid, trial.rtol, screening, make_workspace(), out, how)
         trial.steps += int(out[..., STEPS].sum())
         answers.append(np.delete(out, STEPS, axis=-1))
         runs.append(int(how.sum()))

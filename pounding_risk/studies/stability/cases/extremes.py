@@ -19,24 +19,24 @@ from pounding_risk.studies.stability.trial import (
     STIFF,
     WALL,
     Ground,
-    Scene,
     Trial,
+    TrialScene,
     largest_difference,
     shaking,
 )
 from pounding_risk.units import STANDARD_GRAVITY
 
 GROUP = Group("extreme numbers")
-GROUP.energy("19d", "1 t beside 1e6 t", Scene(SOFT._replace(mass=1e3), STIFF._replace(mass=1e9)))
-GROUP.energy("19e", "1e6 t beside 1 t", Scene(SOFT._replace(mass=1e9), STIFF._replace(mass=1e3)))
+GROUP.energy("19d", "1 t beside 1e6 t", TrialScene(SOFT._replace(mass=1e3), STIFF._replace(mass=1e9)))
+GROUP.energy("19e", "1e6 t beside 1 t", TrialScene(SOFT._replace(mass=1e9), STIFF._replace(mass=1e3)))
 LONG, SHORT = SOFT._replace(period=3.0), STIFF._replace(period=0.005)
-GROUP.energy("20b", "T = 0.005 s beside 3 s", Scene(LONG, SHORT, hertz=1e11, linear=1e9))
-GROUP.energy("22a", "β = 1e13, k = 1e11", Scene(hertz=1e13, linear=1e11), FORCES)
-GROUP.energy("37a", "100 g", Scene(ground=shaking(100.0 * STANDARD_GRAVITY)))
-GROUP.energy("37b", "1e-12 g", Scene(ground=shaking(1e-12 * STANDARD_GRAVITY)))  # relative speeds of 1e-12 m/s
+GROUP.energy("20b", "T = 0.005 s beside 3 s", TrialScene(LONG, SHORT, hertz=1e11, linear=1e9))
+GROUP.energy("22a", "β = 1e13, k = 1e11", TrialScene(hertz=1e13, linear=1e11), FORCES)
+GROUP.energy("37a", "100 g", TrialScene(ground=shaking(100.0 * STANDARD_GRAVITY)))
+GROUP.energy("37b", "1e-12 g", TrialScene(ground=shaking(1e-12 * STANDARD_GRAVITY)))  # relative speeds of 1e-12 m/s
 UNDAMPED = SOFT._replace(damping=0.0), STIFF._replace(damping=0.0)
-GROUP.energy("40b", "two undamped buildings, shaken", Scene(*UNDAMPED, gap=0.005))
-GROUP.energy("42b", "ζ = 0.99, shaken", Scene(SOFT._replace(damping=0.99), STIFF._replace(damping=0.99)))
+GROUP.energy("40b", "two undamped buildings, shaken", TrialScene(*UNDAMPED, gap=0.005))
+GROUP.energy("42b", "ζ = 0.99, shaken", TrialScene(SOFT._replace(damping=0.99), STIFF._replace(damping=0.99)))
 
 
 @GROUP.case(
@@ -49,7 +49,7 @@ GROUP.energy("42b", "ζ = 0.99, shaken", Scene(SOFT._replace(damping=0.99), STIF
 def nearly_rigid(trial: Trial) -> float:
     """A neighbour of T = 0.005 s and of a thousand times the mass, against one that moves with the ground."""
     peaks = ("peak_opening", "peak_closing", "peak_displacement_left", "peak_contact_force")
-    scene = Scene(gap=0.01)
+    scene = TrialScene(gap=0.01)
     rigid = trial.solve(scene._replace(right=WALL))
     stiff = trial.solve(scene._replace(right=Building("stiff", 1e3 * SOFT.mass, 0.005, 0.05)))
     return largest_difference(stiff, rigid, only=peaks)
@@ -58,7 +58,7 @@ def nearly_rigid(trial: Trial) -> float:
 @GROUP.case("21", "β = 1e6, k = 1e5: contacts longer than a period", ENERGY, LEDGER, FORCES)
 def cushion(trial: Trial) -> float:
     """β = 1e6, k = 1e5: contacts that last longer than the stiffer building's period; energy."""
-    outputs = trial.solve(Scene(right=STIFF._replace(period=0.1), hertz=1e6, linear=1e5))
+    outputs = trial.solve(TrialScene(right=STIFF._replace(period=0.1), hertz=1e6, linear=1e5))
     mean = outputs["contact_time"] / outputs["impact_count"]
     return trial.unsound(outputs) if mean > 0.1 else inf
 
@@ -68,7 +68,7 @@ def not_finite(trial: Trial) -> float:
     """A NaN in a_g, at sample 250: outputs that are numbers all the same, and runs that say nothing of it."""
     ground = shaking(4.0).copy()
     ground[250] = np.nan
-    outputs = trial.solve(Scene(ground=ground), NOT_FINITE)
+    outputs = trial.solve(TrialScene(ground=ground), NOT_FINITE)
     said = ("status", "steps")
     return float(sum(not isnan(value) and value != -1.0 for name, value in outputs.items() if name not in said))
 
@@ -82,7 +82,7 @@ def not_finite(trial: Trial) -> float:
 )
 def two_samples(trial: Trial) -> float:
     """The shortest record: one ramp of 0.01 s from rest. u of each building against −∫∫ a_g, at T ≫ dt."""
-    scene = Scene(*UNDAMPED, inf, ground=np.array([0.0, 6.0]))
+    scene = TrialScene(*UNDAMPED, inf, ground=np.array([0.0, 6.0]))
     outputs = trial.solve(scene)
     worst = 0.0
     for side, building in (("left", scene.left), ("right", scene.right)):
@@ -147,13 +147,13 @@ def nearly_critical(trial: Trial) -> float:
 
 
 @lru_cache(maxsize=2)
-def minutes(count: int) -> tuple[Scene, Free]:
+def minutes(count: int) -> tuple[TrialScene, Free]:
     """So many minutes, each with 5 s of the same shaking at its start and then quiet, and their free response."""
     dt = 0.005
     one = np.zeros(round(60.0 / dt))
     burst = shaking(4.0, dt)
     one[: len(burst)] = burst
-    scene = Scene(gap=0.005, ground=np.append(np.tile(one, count), 0.0), dt=dt)
+    scene = TrialScene(gap=0.005, ground=np.append(np.tile(one, count), 0.0), dt=dt)
     return scene, free_response(oscillators(scene.left, scene.right), scene.ground, dt)
 
 

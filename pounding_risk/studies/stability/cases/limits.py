@@ -10,12 +10,21 @@ from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.studies.stability.case import BITS, CAPPED, ENERGY, FORCES, LEDGER, PATH, POTENTIAL, Bound, Group
-from pounding_risk.studies.stability.trial import NO_PULL, SOFT, STIFF, WALL, Scene, Trial, largest_difference, shaking
+from pounding_risk.studies.stability.trial import (
+    NO_PULL,
+    SOFT,
+    STIFF,
+    WALL,
+    Trial,
+    TrialScene,
+    largest_difference,
+    shaking,
+)
 
 GROUP = Group("limits of a law")
 
 ROUNDING = Bound(1e-12, 0.0, "rounding of some tens of steps; both masses are moved by the same force")
-BLOCK, SPEED = Scene(hertz=2.75e9, linear=9.35e7), 0.5  # N/m^1.5, N/m, m/s: concrete cubes of 570 kg
+BLOCK, SPEED = TrialScene(hertz=2.75e9, linear=9.35e7), 0.5  # N/m^1.5, N/m, m/s: concrete cubes of 570 kg
 MASS = 570.0
 
 # What each law returns where e = 0.01 is asked for: its closed form, and for Jankowski's law, which has none, an
@@ -96,7 +105,7 @@ def same_at_any_speed(trial: Trial) -> float:
 def faster_than_the_fit(trial: Trial) -> float:
     """A run with approaches past 7.1 m/s, where the published cubic is negative: energy; inf where none is held."""
     long, short = Building("long", 5e5, 3.0, 0.05), Building("short", 8e5, 0.5, 0.05)
-    outputs = trial.solve(Scene(long, short, gap=0.3, restitution=CONCRETE, ground=shaking(60.0, duration=10.0)))
+    outputs = trial.solve(TrialScene(long, short, gap=0.3, restitution=CONCRETE, ground=shaking(60.0, duration=10.0)))
     fast = outputs["peak_approach_speed"] > 7.2 and outputs["restitution_held"] > 0.0
     return trial.unsound(outputs) if fast else inf
 
@@ -110,8 +119,8 @@ def faster_than_the_fit(trial: Trial) -> float:
 )
 def no_yield_force(trial: Trial) -> float:
     """F_E = 1e-9 N, the contact of two ghosts: difference from the motion without contact."""
-    free = trial.solve(Scene(gap=inf))
-    outputs = trial.solve(Scene(yield_force=1e-9))
+    free = trial.solve(TrialScene(gap=inf))
+    outputs = trial.solve(TrialScene(yield_force=1e-9))
     if outputs["impact_count"] < 1.0:
         return inf
     names = ("peak_closing", "peak_opening", "peak_displacement_left", "peak_displacement_right")
@@ -135,7 +144,7 @@ def low_yield_force(trial: Trial) -> float:
 @GROUP.case("16", "F_E above the largest force", "the law without a cap", BITS, CAPPED)
 def high_yield_force(trial: Trial) -> float:
     """F_E infinite and a rounding above the largest force: any difference from the law without a cap."""
-    scene = Scene(gap=0.005)
+    scene = TrialScene(gap=0.005)
     bare = Trial("hertz" if trial.name == "van_mier" else "jankowski", trial.rtol)
     uncapped = bare.solve(scene)
     above = uncapped["peak_contact_force"] * (1.0 + 1e-12)
@@ -146,7 +155,7 @@ def high_yield_force(trial: Trial) -> float:
 @GROUP.case("17", "F_E just below the largest force, and far", "the largest force is F_E", BITS, CAPPED)
 def yield_force_just_reached(trial: Trial) -> float:
     """F_E from just below the largest force down: the largest force is F_E, to the bit, up to that of no cap."""
-    scene = Scene(gap=0.005)
+    scene = TrialScene(gap=0.005)
     whole = trial.solve(scene)
     peak = whole["peak_contact_force"]
     worst = 0.0
@@ -172,7 +181,7 @@ def stiff_limit(trial: Trial) -> float:
     swinging = Building("swinging", 2e5, 1.0, 0.0)
     ground = np.zeros(81)
     ground[1:10] = -3.0
-    scene = Scene(swinging, WALL, gap=0.03, hertz=1e13, linear=1e12, ground=ground)
+    scene = TrialScene(swinging, WALL, gap=0.03, hertz=1e13, linear=1e12, ground=ground)
     contacts = trial.follow(scene).contacts
     if len(contacts) != 1:
         return inf
@@ -199,7 +208,7 @@ def stiff_limit(trial: Trial) -> float:
 def force_of_stiffness(trial: Trial) -> float:
     """β and 1024 β, up to 1e13: the peak force of a free impact grows by 1024^(2/5) = 16, of a linear law by 32."""
     power = 32.0 if trial.is_linear else 16.0
-    soft = Scene(hertz=1e13 / 1024.0, linear=1e13 / 1024.0)
+    soft = TrialScene(hertz=1e13 / 1024.0, linear=1e13 / 1024.0)
     one = trial.collide(soft, SPEED, STIFF.mass, SOFT.mass)
     other = trial.collide(soft._replace(hertz=1e13, linear=1e13), SPEED, STIFF.mass, SOFT.mass)
     return abs(other.peak_force / one.peak_force / power - 1.0)

@@ -10,13 +10,13 @@ import numpy as np
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.studies.stability.case import BITS, CAPPED, DAMPED, LEDGER, PATH, POTENTIAL, Bound, Group
-from pounding_risk.studies.stability.trial import SOFT, STIFF, Scene, Trial, push, shaking
+from pounding_risk.studies.stability.trial import SOFT, STIFF, Trial, TrialScene, push, shaking
 
 GROUP = Group("rest")
-GROUP.energy("3", "no gap, different buildings, shaken", Scene())
+GROUP.energy("3", "no gap, different buildings, shaken", TrialScene())
 LIGHT = Building("light", 7.8e3, 1.8, 0.058)  # leans on the heavy one throughout
 HEAVY = SOFT._replace(period=1.4)
-GROUP.energy("46", "a light building leans on a heavy one, shaken", Scene(HEAVY, LIGHT, ground=shaking(6.0)))
+GROUP.energy("46", "a light building leans on a heavy one, shaken", TrialScene(HEAVY, LIGHT, ground=shaking(6.0)))
 
 # Damped well, so that a building that is let alone is at rest within seconds.
 LEANING, PROP = SOFT._replace(damping=0.3), STIFF._replace(damping=0.3)
@@ -28,14 +28,14 @@ GENTLE = -0.02  # m/s²
 @GROUP.case("36", "a gap, at rest, still ground", "every output is 0", BITS, gap=0.02)
 def still_ground(trial: Trial, gap: float) -> float:
     """Largest output of a pair at rest that stays at rest; the energy residual is 0/0 there and must be 0."""
-    outputs = trial.solve(Scene(gap=gap, ground=np.zeros(200)))
+    outputs = trial.solve(TrialScene(gap=gap, ground=np.zeros(200)))
     return max(abs(value) for value in outputs.values() if not isnan(value))
 
 
 @GROUP.case("2", "no gap, two equal buildings, shaken", "no relative motion, no contact", BITS)
 def twins(trial: Trial) -> float:
     """Relative displacement and count of two equal buildings without a gap."""
-    outputs = trial.solve(Scene(right=SOFT))
+    outputs = trial.solve(TrialScene(right=SOFT))
     return max(outputs["peak_relative_displacement"], outputs["impact_count"])
 
 
@@ -46,7 +46,7 @@ class Static(NamedTuple):
     penetration: float
 
 
-def static_solution(trial: Trial, scene: Scene, level: float) -> Static:
+def static_solution(trial: Trial, scene: TrialScene, level: float) -> Static:
     """F and δ with k1 u1 + F = −m1 a, k2 u2 − F = −m2 a, δ = u1 − u2 − gap, F the law's force at rest."""
     from scipy.optimize import brentq
 
@@ -64,7 +64,7 @@ def static_solution(trial: Trial, scene: Scene, level: float) -> Static:
     return Static(force(delta), delta)
 
 
-def settled(trial: Trial, scene: Scene) -> float:
+def settled(trial: Trial, scene: TrialScene) -> float:
     """How far the end of a long push lies from the static solution, in force and in penetration."""
     steps = trial.follow(scene).steps
     resting = static_solution(trial, scene, float(scene.ground[-1]))
@@ -88,7 +88,7 @@ def resting(trial: Trial) -> float:
     A gentle one: the touch is from rest, where the Hertz-damp laws have a damper that lets the buildings creep to
     their place in a time that grows with the force (100 s at 3 m/s²).
     """
-    return settled(trial, Scene(LEANING, PROP, ground=push(GENTLE, 1.0, 30.0)))
+    return settled(trial, TrialScene(LEANING, PROP, ground=push(GENTLE, 1.0, 30.0)))
 
 
 @GROUP.case(
@@ -103,7 +103,7 @@ def resting_in_balance(trial: Trial) -> float:
 
     k1 u1 + F = −m1 a and k2 u2 − F = −m2 a; infinite where F is not between the ends of the law's loop at this δ.
     """
-    scene = Scene(LEANING, PROP, ground=push(LEVEL, 1.0, 60.0))
+    scene = TrialScene(LEANING, PROP, ground=push(LEVEL, 1.0, 60.0))
     last = trial.follow(scene).steps[-1]
     left, right, force = last[1], last[2], last[5]
     delta, law = left - right - scene.gap, trial.law(scene)
@@ -120,9 +120,9 @@ def resting_in_balance(trial: Trial) -> float:
     return max(map(abs, missed)) / force
 
 
-def bouncing(hold: float, dt: float = 0.02) -> Scene:
+def bouncing(hold: float, dt: float = 0.02) -> TrialScene:
     """A sudden push over a gap that leaves 1.7 mm of it, e = 0.9: a bounce, smaller ones after it, rest."""
-    return Scene(
+    return TrialScene(
         SOFT._replace(damping=0.1),
         STIFF._replace(damping=0.1),
         gap=0.01,
@@ -158,7 +158,7 @@ def chattering(trial: Trial) -> float:
 )
 def pushed_past_yielding(trial: Trial) -> float:
     """A push that needs three times F_E to be held: F = F_E, and the structures carry the rest."""
-    scene = Scene(LEANING, PROP, ground=push(LEVEL, 1.0, 30.0))
+    scene = TrialScene(LEANING, PROP, ground=push(LEVEL, 1.0, 30.0))
     return settled(trial, scene._replace(yield_force=static_solution(trial, scene, LEVEL).force / 3.0))
 
 
@@ -167,7 +167,7 @@ def pushed_past_yielding(trial: Trial) -> float:
 )
 def shaken_on_the_plateau(trial: Trial) -> float:
     """The same shaken, so that approach and retreat change within the plateau: energy; inf where F leaves F_E."""
-    held = Scene(LEANING, PROP, ground=push(LEVEL, 1.0, 8.0))
+    held = TrialScene(LEANING, PROP, ground=push(LEVEL, 1.0, 8.0))
     strength = static_solution(trial, held, LEVEL).force / 3.0
     ground = held.ground.copy()
     ground[300:801] += shaking(0.5)
@@ -184,7 +184,7 @@ def shaken_on_the_plateau(trial: Trial) -> float:
 @GROUP.case("7", "a push taken back slowly", "parts once", BITS)
 def released(trial: Trial) -> float:
     """A push that rests, then is taken back over 4 s: partings after the rest, but for the one there must be."""
-    scene = Scene(LEANING, PROP, ground=push(LEVEL, 1.0, 15.0, release=4.0))
+    scene = TrialScene(LEANING, PROP, ground=push(LEVEL, 1.0, 15.0, release=4.0))
     contacts = trial.follow(scene).contacts
     return float(abs(np.count_nonzero(contacts[:, 1] > 12.0) - 1))
 
@@ -192,7 +192,7 @@ def released(trial: Trial) -> float:
 @GROUP.case("25", "pressed together, e = 0.05", "one contact, which does not end", BITS, DAMPED)
 def never_parting(trial: Trial) -> float:
     """e = 0.05 and a push that stays: contacts that have not ended with the record, but for the one there must be."""
-    scene = Scene(LEANING, PROP, restitution=Restitution(0.05), ground=push(LEVEL, 1.0, 10.0))
+    scene = TrialScene(LEANING, PROP, restitution=Restitution(0.05), ground=push(LEVEL, 1.0, 10.0))
     contacts = trial.follow(scene).contacts
     trial.solve(scene)
     end = (len(scene.ground) - 1) * scene.dt

@@ -11,14 +11,14 @@ from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.studies.stability.case import BITS, FORCES, Bound, Group
 from pounding_risk.studies.stability.cases.rest import bouncing
-from pounding_risk.studies.stability.trial import SOFT, WALL, Scene, Trial, largest_difference
+from pounding_risk.studies.stability.trial import SOFT, WALL, Trial, TrialScene, largest_difference
 
 GROUP = Group("touches")
 
 OVERLAP = 1e-6  # of the gap
 
 
-def free_closing(trial: Trial, scene: Scene) -> dict[str, float]:
+def free_closing(trial: Trial, scene: TrialScene) -> dict[str, float]:
     """Outputs of the run without contact."""
     return trial.solve(scene._replace(gap=inf))
 
@@ -26,8 +26,8 @@ def free_closing(trial: Trial, scene: Scene) -> dict[str, float]:
 @GROUP.case("8a", "gap = closing of the free motion × (1 + 1e-12)", "no contact; the free motion", BITS)
 def just_not_touching(trial: Trial) -> float:
     """The gap is the closing of the free motion and a rounding: any difference from the run without contact."""
-    free = free_closing(trial, Scene())
-    return largest_difference(trial.solve(Scene(gap=free["peak_closing"] * (1.0 + 1e-12))), free)
+    free = free_closing(trial, TrialScene())
+    return largest_difference(trial.solve(TrialScene(gap=free["peak_closing"] * (1.0 + 1e-12))), free)
 
 
 @GROUP.case(
@@ -39,21 +39,21 @@ def just_not_touching(trial: Trial) -> float:
 )
 def just_touching(trial: Trial) -> float:
     """The gap is a millionth less: one touch, and by how much the largest closing differs from the free one."""
-    free = free_closing(trial, Scene())
-    outputs = trial.solve(Scene(gap=free["peak_closing"] * (1.0 - OVERLAP)))
+    free = free_closing(trial, TrialScene())
+    outputs = trial.solve(TrialScene(gap=free["peak_closing"] * (1.0 - OVERLAP)))
     if outputs["impact_count"] != 1.0:
         return inf
     return abs(outputs["peak_closing"] / free["peak_closing"] - 1.0)
 
 
-def finer(scene: Scene, parts: int) -> Scene:
+def finer(scene: TrialScene, parts: int) -> TrialScene:
     """The same a_g, with ``parts`` samples for each one; linear between samples, so the same motion."""
     count = (len(scene.ground) - 1) * parts + 1
     places = np.arange(count) / parts
     return scene._replace(ground=np.interp(places, np.arange(len(scene.ground)), scene.ground), dt=scene.dt / parts)
 
 
-def resampled(trial: Trial, scene: Scene, parts: int) -> float:
+def resampled(trial: Trial, scene: TrialScene, parts: int) -> float:
     """Difference of two samplings of one motion; infinite where they count differently or never twice a sample."""
     starts = trial.follow(scene).contacts[:, 0]
     if not np.any(np.diff(starts) < scene.dt):
@@ -76,7 +76,7 @@ def two_touches_in_one_sample(trial: Trial) -> float:
     """T = 0.1 s against a wall, kicked by one pulse of a record that has four samples a second."""
     quick, pulse = Building("quick", 2e5, 0.1, 0.02), np.zeros(10)
     pulse[1] = 3.0
-    return resampled(trial, Scene(quick, WALL, hertz=2e10, linear=2e9, ground=pulse, dt=0.25), 16)
+    return resampled(trial, TrialScene(quick, WALL, hertz=2e10, linear=2e9, ground=pulse, dt=0.25), 16)
 
 
 @GROUP.case(
@@ -94,7 +94,7 @@ def bounces_in_one_sample(trial: Trial) -> float:
 @GROUP.case("13", "e(v) of concrete, record cut after one contact", "as with the e of its touch", BITS)
 def restitution_is_that_of_the_touch(trial: Trial) -> float:
     """A record cut after the first contact: the run with e(v) differs from that with the e of its touch nowhere."""
-    scene = Scene(gap=0.01, restitution=CONCRETE)
+    scene = TrialScene(gap=0.01, restitution=CONCRETE)
     contacts = trial.follow(scene).contacts
     if len(contacts) < 2:
         return inf
@@ -110,7 +110,7 @@ def restitution_is_that_of_the_touch(trial: Trial) -> float:
 @GROUP.case("47", "a record cut short", "the longer one takes no peak back", BITS)
 def further_record(trial: Trial) -> float:
     """A record cut at two places: peaks and counts of the longer one that lie below those of the shorter one."""
-    scene = Scene(SOFT, gap=0.005)
+    scene = TrialScene(SOFT, gap=0.005)
     runs = [trial.solve(scene._replace(ground=scene.ground[:count])) for count in (250, 350, 501)]
     names = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration", "impact_count", "contact_time")
     missing = [max(0.0, one[name] - other[name]) for one, other in pairwise(runs) for name in names]
