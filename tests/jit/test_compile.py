@@ -84,7 +84,7 @@ def test_a_second_process_compiles_nothing(filled):
 @compiled
 def test_an_edited_law_is_never_answered_from_the_cache(copy, filled, tmp_path):
     """∫ β x^1.5 dx = 0.4 β δ^2.5; with 0.8 in its place the depth found must be another one."""
-    law = copy / "models" / "contact" / "laws.py"
+    law = copy / "models" / "contact" / "law.py"
     before = run(PROBE, copy, NUMBA_CACHE_DIR=str(tmp_path))
     assert Path(before["file"]).is_relative_to(copy)
     assert before["values"] == filled[1]["values"]
