@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_NAMES = 48  # motions that are named below the axis; more are not
-MARKS = (("^", "-"), ("s", "--"), ("D", "-."))  # of ABS, SRSS and CQC
+MARKS = (("^", "-"), ("s", "--"), ("D", "-."))  # of ABS, SRSS and CQC, then again
 
 
 def separations_figure(table: CodeTable, note: str = "") -> Figure:
@@ -48,7 +49,7 @@ def _by_motion(axis: Any, table: CodeTable) -> None:
     """Draw the motions in the order of the gap they need."""
     order = np.argsort(table.closing)
     positions = np.arange(order.size)
-    for (mark, dash), name in zip(MARKS, COMBINATIONS, strict=True):
+    for (mark, dash), name in zip(cycle(MARKS), COMBINATIONS, strict=False):
         asked = 1e3 * np.array(table.asked[name])[order]
         look: dict[str, Any] = {"color": MEANING["rule"], "linestyle": dash, "linewidth": 0.8, "markersize": 4.5}
         axis.plot(positions, asked, mark, label=name.upper(), **look)

@@ -13,7 +13,6 @@ from pounding_risk.models.contact.relation import (
     faults,
     is_ratio,
     misfit,
-    out_of_reach,
     related,
     written_ratio,
 )
@@ -84,9 +83,6 @@ def impact(
     yield_force = si(yield_force, YIELD_FORCE, "impact: yield_force")
     rtol = si(rtol, RTOL._replace(low=0.0, open_low=True), "impact: rtol")
     law, rule = _damped(_in_si(law), restitution, relation)
-    beyond = out_of_reach(type(bare(law)), rule.at(speed), getattr(bare(law), "design_penetration", 0.0))
-    if beyond:
-        raise PoundingError(f"impact: restitution: {beyond}")
     return collide(law, rule, speed, (mass, other_mass, yield_force, rtol))
 
 

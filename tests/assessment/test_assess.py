@@ -16,6 +16,7 @@ from scipy.stats import lognorm, norm
 from typer.testing import CliRunner
 
 from pounding_risk import assess, cli
+from pounding_risk.assessment import demands
 from pounding_risk.assessment.assess import interfaces
 from pounding_risk.assessment.demands import intensities, motions_of
 from pounding_risk.assessment.separations.table import code_table
@@ -23,6 +24,7 @@ from pounding_risk.cli.assess import print_assessment
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.assess import assessment_figure
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.results.files import as_text, save
 from pounding_risk.scene.reader import parse_scene
 
@@ -797,3 +799,9 @@ def test_an_assessment_needs_no_solver():
         "import pounding_risk.assessment.assess, pounding_risk.figures.assess, pounding_risk.results.files"
     )
     assert subprocess.run([sys.executable, "-c", code], timeout=60).returncode == 0
+
+
+def test_every_effect_is_known_to_leave_the_free_motion_linear_or_not():
+    """One that is neither would count as nonlinear, and a scene with it would lose its scaled fragility."""
+    nonlinear = {"inelastic_storeys"}  # twice the motion is not twice the closing
+    assert set(EFFECTS) == demands.LINEAR | nonlinear and not demands.LINEAR & nonlinear

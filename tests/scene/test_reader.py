@@ -17,6 +17,7 @@ from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.processing import read_steps
 from pounding_risk.motions.request import Spectral, matching
+from pounding_risk.scene import buildings
 from pounding_risk.scene import reader as scenario
 from pounding_risk.scene import records as scene_records
 from pounding_risk.scene.reader import parse_scene, read_scene, study_from
@@ -547,3 +548,9 @@ def test_any_scene_is_a_study_or_sentences(data):
         assert all("\n" not in fault and ": " in fault for fault in error.faults)
     else:
         assert parse_scene(found.to_toml()) == found
+
+
+def test_a_key_of_a_building_is_taken_by_a_kind_of_building():
+    """One that is declared alone would be read and dropped."""
+    declared = set(scenario.BuildingTable.model_fields) - {"name"}
+    assert declared == set(buildings.KEYS)

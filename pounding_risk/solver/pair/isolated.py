@@ -15,7 +15,7 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._jit.compile import lowered
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import needs_floors
-from pounding_risk.models.contact.relation import name_of
+from pounding_risk.models.contact.relation import name_of, out_of_reach
 from pounding_risk.models.effects import bare
 from pounding_risk.models.ground import UniformGround
 from pounding_risk.models.restitution import Restitution
@@ -89,8 +89,11 @@ def collide(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
     Raises
     ------
     PoundingError
-        Where the contact does not end, or takes more steps than `ROWS`.
+        For an e that the law cannot return, a contact that does not end, and one of more steps than `ROWS`.
     """
+    beyond = out_of_reach(type(bare(law)), rule.at(speed), getattr(bare(law), "design_penetration", 0.0))
+    if beyond:
+        raise PoundingError(f"impact: restitution: {beyond}")
     mass, other_mass, *_ = values
     pair, *_, workspace, log = arguments = meeting(law, rule, speed, values)
     finish, *_ = begin_contact(*arguments)
