@@ -308,9 +308,9 @@ def made_run(seconds: float = 20.0, gap: float = 0.02, dt: float = 0.005) -> xr.
     force = np.zeros((time.size, row.sizes["contact_point"]))
     for place in range(row.sizes["contact_point"]):
         at = int(row["contact_point_interface"][place])
+        floors = [float(row[f"contact_point_{name}_floor"][place]) for name in ("left", "right")]
         left, right = (
-            _at_floor(moved[:, None, None], at + side, float(row[f"contact_point_{name}_floor"][place]))[:, 0, 0]
-            for side, name in enumerate(("left", "right"))
+            _at_floor(moved[:, None, None], at + side, floor, STREET)[:, 0, 0] for side, floor in enumerate(floors)
         )
         force[:, place] = 5e7 * np.maximum(left - right - gap, 0.0)
     coordinates = [name for name in row.coords if set(row[name].dims) & {"building", "contact_point", "interface"}]
