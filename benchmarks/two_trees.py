@@ -29,7 +29,7 @@ PAIR = {
     "interface": [{"gap": "0 mm", "contact_model": "viscous_elastoplastic", "yield_force": "1 MN", **CONTACT}],
     "records": RECORD,
     "grid": {
-        "gap": {"start": "0 mm", "stop": "100 mm", "num": 25},
+        "gap": {"start": "0 mm", "stop": "100 mm", "num": 100},
         "yield_force": [f"{100 * 10 ** (step / 7):.6g} kN" for step in range(15)],
     },
 }
