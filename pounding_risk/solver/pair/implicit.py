@@ -217,14 +217,20 @@ def implicit_attempt(impact, phase, s, h, rtol, workspace):
 
 @part
 def begin_defect(h, depth, speed, workspace):
-    """The error of the step: how far its polynomial's slopes are off at its beginning, over the step, in the scales."""
+    """The error of the step: how far its polynomial's slopes are off at its beginning, over the step, in the scales.
+
+    Both buildings' shares are added before the next kind of slope, so that a mirrored pair has the same bits.
+    """
     total = 0.0
-    for column in range(4):
-        off = -workspace.slopes[FIRST_STAGE, column]
-        for j in range(PARTS):
-            off += BEGIN_SLOPE[j] * workspace.slopes[1 + j, column]
-        off = off / (depth if column < 2 else speed)
-        total += off * off
+    for kind in range(2):
+        scale, of_kind = depth if kind == 0 else speed, 0.0
+        for column in range(2 * kind, 2 * kind + 2):
+            off = -workspace.slopes[FIRST_STAGE, column]
+            for j in range(PARTS):
+                off += BEGIN_SLOPE[j] * workspace.slopes[1 + j, column]
+            off = off / scale
+            of_kind += off * off
+        total += of_kind
     return h * sqrt(total)
 
 
