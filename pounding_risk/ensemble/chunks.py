@@ -92,7 +92,7 @@ class ChunksInMemory:
         self._chunks: dict[range, Chunk] = {}
 
     def keep(self, batches: range, chunk: Chunk, seconds: float) -> None:
-        """Add a chunk."""
+        """Add the chunk of a range of batches to those in memory."""
         self._chunks[batches] = chunk
 
     def chunks(self, blocks: Iterable[range]) -> Iterator[Chunk]:

@@ -145,7 +145,7 @@ class PairJob:
         return alone
 
     def writer(self) -> PairWriter:
-        """A new dataset writer."""
+        """A new writer of this job's dataset, before its first batch."""
         return PairWriter(self)
 
 

@@ -176,7 +176,7 @@ class RowJob:
         return Template(skeleton, row_variables(self.grid.frame) | checks, self.shape)
 
     def writer(self) -> RowWriter:
-        """A new dataset writer."""
+        """A new writer of this job's dataset, before its first batch."""
         return RowWriter(self)
 
 

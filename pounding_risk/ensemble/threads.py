@@ -46,7 +46,7 @@ class Executor(Protocol):
 
 
 class Solved(NamedTuple):
-    """A finished chunk."""
+    """A finished chunk: its batches, results and seconds of work."""
 
     batches: range
     chunk: Chunk
@@ -248,7 +248,7 @@ class ThreadedRun:
         self.room = Semaphore(2 * workers + 1)
 
     def start(self) -> None:
-        """Start the threads."""
+        """Start the worker threads, which take batches from the queue."""
         for number in range(min(self.workers, self.expected)):
             Thread(target=self._work, name=f"{WORKER}{number + 1}", daemon=True).start()
 

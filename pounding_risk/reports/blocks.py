@@ -85,7 +85,7 @@ def head(words: str, unit: str) -> str:
 
 
 def paragraph(text: str) -> Block:
-    """A paragraph of text."""
+    """Block of one paragraph of text, for the page and the PDF."""
     return {"kind": "paragraph", "text": text}
 
 

@@ -108,7 +108,7 @@ class Bench:
 
     @property
     def size(self) -> int:
-        """Number of cases."""
+        """Number of cases that every setting runs."""
         return len(self.batches) * len(self.gaps) * len(self.yield_forces)
 
     @property

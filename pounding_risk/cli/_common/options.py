@@ -18,7 +18,7 @@ NONE: list[Any] = []  # default of an option that may be repeated
 
 
 def argument(metavar: str, help: str) -> Any:
-    """A required argument."""
+    """Declare a positional argument without a default, shown in the help as ``metavar``."""
     return typer.Argument(metavar=metavar, help=help, show_default=False)
 
 

@@ -107,7 +107,7 @@ class Lock:
         os.write(self._handle, f"{json.dumps(me._asdict())}\n".encode())
 
     def close(self) -> None:
-        """Release the lock."""
+        """Release the lock, so that another process may write to the folder."""
         if self.is_open:
             os.close(self._handle)
             self._handle = -1
