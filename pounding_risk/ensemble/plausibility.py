@@ -120,8 +120,8 @@ def _of_buildings(study: Scene) -> Iterator[str]:
 
 
 def _of_gaps(study: Scene) -> Iterator[str]:
-    own = [neighbour.gap for neighbour in study.neighbours] or [study.gap]
-    yield from _unusual("gap", dict(zip(study.interfaces, own, strict=True)))
+    own = [neighbour.gap for neighbour in study.neighbours]
+    yield from _unusual("gap", dict(zip(study.interface_names, own, strict=True)))
     yield from _unusual("gap", {"grid.gap": max(study.grid.gaps)} if max(study.grid.gaps) > max(own) else {})
 
 
@@ -129,7 +129,7 @@ def _of_stiffnesses(study: Scene) -> Iterator[str]:
     """Notes on the contact durations that follow from the stiffness of each interface."""
     if all(is_instant(known_law(name)) for name in study.grid.contact_models):
         return
-    for place, name in enumerate(study.interfaces):
+    for place, name in enumerate(study.interface_names):
         here = study.at(place)
         if here.stiffness is None:
             continue

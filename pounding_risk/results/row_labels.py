@@ -97,7 +97,7 @@ def row_coordinates(study: Scene, grid: RowGrid) -> dict[str, Any]:
     points = grid.model.points
     names = [building.name for building in study.buildings]
     return {
-        "interface": ("interface", list(study.interfaces), {"long_name": "neighbours, left | right"}),
+        "interface": ("interface", list(study.interface_names), {"long_name": "neighbours, left | right"}),
         "contact_point": (
             "contact_point",
             [_label(point, names) for point in points],

@@ -44,8 +44,8 @@ def assembled(tables: Any, origin: Origin, row: bool) -> tuple[Scene, list[Fault
     buildings, faults = _buildings(tables.building, effects)
     law_name = _shared(tables.interface, "contact_model") or grid.contact_model[0]
     neighbours: tuple[Neighbour, ...] = ()
-    if row and not faults:
-        neighbours, faults = _neighbours(tables, buildings, law_name)
+    if not faults:
+        neighbours, faults = _neighbours(tables, buildings, law_name, row)
     first = tables.interface[0]
     gap = _gap(first, grid)
     shared = {key: _shared(tables.interface, key) for key in ("plastic_exponent", "design_penetration")}
@@ -53,13 +53,9 @@ def assembled(tables: Any, origin: Origin, row: bool) -> tuple[Scene, list[Fault
     study = Scene(
         name=tables.scene.name or Path(origin.source).stem,
         buildings=buildings,
-        gap=gap,
+        neighbours=neighbours,
         law_name=law_name,
-        stiffness=_stiffness(first, law_name, grid.contact_model),
         **shared,
-        restitution=first.restitution[0],
-        restitution_words=first.restitution[1],
-        yield_force=_yield_force(first, grid, row),
         equal_terms=EqualTerms(**dict(terms)) if terms else None,
         records=RecordRequest(**{RENAMED.get(key, key): value for key, value in records}),
         grid=Grid(
@@ -71,8 +67,8 @@ def assembled(tables: Any, origin: Origin, row: bool) -> tuple[Scene, list[Fault
         rtol=tables.solver.rtol,
         effects=effects,
         relation=_relation(tables.interface),
-        neighbours=neighbours,
-        gridded_interface=_gridded(grid, buildings, neighbours),
+        is_row=row,
+        gridded_interface=_gridded(grid, buildings, neighbours) if row else None,
         text=origin.text,
         source=origin.source,
         overrides=origin.overrides,
@@ -95,7 +91,7 @@ def _buildings(tables: list[Any], effects: tuple[Effect, ...]) -> tuple[tuple[Bu
 
 
 def _neighbours(
-    tables: Any, buildings: tuple[Building | Storeys, ...], law_name: str
+    tables: Any, buildings: tuple[Building | Storeys, ...], law_name: str, row: bool
 ) -> tuple[tuple[Neighbour, ...], list[Fault]]:
     """What stands between each two buildings; one table stands for all where there is one."""
     found, faults = [], []
@@ -108,7 +104,7 @@ def _neighbours(
         faults += wrong
         stiffness = _stiffness(table, law_name, tables.grid.contact_model)
         made = neighbour(here, points, _gap(table, tables.grid), stiffness)
-        found.append(made._replace(yield_force=_yield_force(table, tables.grid, True)))
+        found.append(made._replace(yield_force=_yield_force(table, tables.grid, row)))
     return tuple(found), faults
 
 
@@ -136,7 +132,7 @@ def _yield_force(table: Any, grid: Any, row: bool) -> float:
 
 def _gridded(grid: Any, buildings: tuple[Building | Storeys, ...], neighbours: tuple[Neighbour, ...]) -> str | None:
     """The only interface whose gap varies; the first where the scene has several gaps and no grid of them."""
-    if grid.interface and neighbours:
+    if grid.interface:
         return str(grid.interface)
     if not grid.gap and len({each.gap for each in neighbours}) > 1:
         return interface_name(buildings[0].name, buildings[1].name)

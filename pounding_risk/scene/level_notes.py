@@ -35,7 +35,7 @@ def level_notes(study: Scene) -> dict[str, str]:
         sides = study.buildings[place], study.buildings[place + 1]
         calls = [] if neighbour.given else close_calls(*sides, neighbour.levels)
         if calls:
-            notes[study.interfaces[place]] = _sentence(sides, neighbour, calls)
+            notes[study.interface_names[place]] = _sentence(sides, neighbour, calls)
     return notes
 
 

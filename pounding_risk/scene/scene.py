@@ -71,7 +71,7 @@ class Grid(NamedTuple):
 
 
 class Neighbour(NamedTuple):
-    """What stands between two neighbours of a row."""
+    """What stands between two neighbours."""
 
     gap: float  # m
     stiffness: float | None  # in the unit of the scene's contact model
@@ -88,28 +88,23 @@ class Neighbour(NamedTuple):
 class Scene(ShortRepr):
     """One scene: buildings, what stands between neighbours, the ground motions and the grid of cases.
 
-    Of a row, which has ``neighbours``, the fields of an interface are those of the first; `at` gives each. Two studies
-    are equal where they ask for the same runs; ``text``, ``source`` and ``overrides`` say where one came from and do
-    not count.
+    Gap, stiffness, restitution and yield force are those of the first interface; `at` gives each. Two scenes are equal
+    where they ask for the same runs; ``text``, ``source`` and ``overrides`` say where one came from and do not count.
     """
 
     name: str
     buildings: tuple[Building | Storeys, ...]  # left to right
-    gap: float  # m
+    neighbours: tuple[Neighbour, ...]  # what stands between each two buildings, left to right
     law_name: str
-    stiffness: float | None  # N/m or N/m^1.5, as the law has it; None where no model of the scene takes one
     plastic_exponent: float  # of van_mier
     design_penetration: float  # of bilinear [m]; 0 follows the approach speed
-    restitution: Restitution
-    restitution_words: str  # the relation's name, the number, or NO_RESTITUTION
-    yield_force: float  # N, inf without yielding
     equal_terms: EqualTerms | None
     records: RecordRequest
     grid: Grid
     rtol: float
     effects: tuple[Effect, ...] = ()  # in the order in which they wrap a law
     relation: str = AS_PUBLISHED  # of restitution and damping
-    neighbours: tuple[Neighbour, ...] = ()  # one between each two buildings of a row; none of a pair
+    is_row: bool = False  # whether the row solver runs it: all but two masses that meet mass to mass
     gridded_interface: str | None = None  # "left | right", the only one whose gap the grid varies; None for all
     text: str = field(default="", compare=False, repr=False)
     source: str = field(default="scene", compare=False)
@@ -129,19 +124,43 @@ class Scene(ShortRepr):
         yield "records", ", ".join(asked.names or asked.files) or asked.set or asked.manifest
 
     @property
-    def is_row(self) -> bool:
-        """True where more than two single masses that meet mass to mass are asked for."""
-        return bool(self.neighbours)
+    def gap(self) -> float:
+        """Clear distance at the first interface [m]."""
+        return self.neighbours[0].gap
 
     @property
-    def interfaces(self) -> tuple[str, ...]:
+    def stiffness(self) -> float | None:
+        """Contact stiffness of the first interface [N/m or N/m^1.5, as the law has it]; None where no model has one."""
+        return self.neighbours[0].stiffness
+
+    @property
+    def restitution(self) -> Restitution:
+        """Relation e(v) of the first interface."""
+        return self.neighbours[0].restitution
+
+    @property
+    def restitution_words(self) -> str:
+        """Name of the relation at the first interface, the number, or `NO_RESTITUTION`."""
+        return self.neighbours[0].restitution_words
+
+    @property
+    def yield_force(self) -> float:
+        """Yield force of the floors at the first interface [N]; inf without yielding."""
+        return self.neighbours[0].yield_force
+
+    def with_interfaces(self, **changes: Any) -> Scene:
+        """The scene with these values of `Neighbour` at every interface."""
+        return replace(self, neighbours=tuple(neighbour._replace(**changes) for neighbour in self.neighbours))
+
+    @property
+    def interface_names(self) -> tuple[str, ...]:
         """The name "left | right" of each interface."""
         names = [building.name for building in self.buildings]
         return tuple(interface_name(left, right) for left, right in pairwise(names))
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """The contact points of a row, interface by interface from the ground up."""
+        """The contact points, interface by interface from the ground up."""
         return tuple(point for neighbour in self.neighbours for point in neighbour.points)
 
     @property
@@ -154,19 +173,14 @@ class Scene(ShortRepr):
 
     def at(self, place: int) -> Scene:
         """The scene of interface ``place`` alone, from 0: its two buildings and what stands between them."""
-        if not self.neighbours:
+        if not self.is_row:
             return self
         here, grid = self.neighbours[place], self.grid
-        gaps = grid.gaps if self.gridded_interface in (None, self.interfaces[place]) else (here.gap,)
+        gaps = grid.gaps if self.gridded_interface in (None, self.interface_names[place]) else (here.gap,)
         forces = grid.yield_forces if len(grid.yield_forces) > 1 else (here.yield_force,)
         return replace(
             self,
             buildings=self.buildings[place : place + 2],
-            gap=here.gap,
-            stiffness=here.stiffness,
-            restitution=here.restitution,
-            restitution_words=here.restitution_words,
-            yield_force=here.yield_force,
             grid=grid._replace(gaps=gaps, yield_forces=forces),
             neighbours=(here._replace(points=tuple(point._replace(interface=0) for point in here.points)),),
             gridded_interface=None,
@@ -177,9 +191,9 @@ class Scene(ShortRepr):
         return self.at(place).law(name, stiffness)
 
     def interface_gaps(self, gap: float) -> tuple[float, ...]:
-        """The gap of each interface of a row where that of the grid is ``gap`` [m]."""
+        """The gap of each interface where that of the grid is ``gap`` [m]."""
         named = self.gridded_interface
-        pairs = zip(self.interfaces, self.neighbours, strict=True)
+        pairs = zip(self.interface_names, self.neighbours, strict=True)
         return tuple(gap if named in (None, name) else neighbour.gap for name, neighbour in pairs)
 
     def point_yield_forces(self, force: float | None = None) -> tuple[float, ...]:
@@ -281,7 +295,7 @@ class Scene(ShortRepr):
         return {
             "scene": {"name": self.name},
             "building": [building_table(each) | self._depth(place) for place, each in enumerate(self.buildings)],
-            "interface": [self.at(place)._interface() for place in range(max(len(self.neighbours), 1))],
+            "interface": [self.at(place)._interface() for place in range(len(self.neighbours))],
             **({"effects": effects} if effects else {}),
             "records": self.records.written(),
             "grid": self._grid(),
@@ -330,7 +344,7 @@ class Scene(ShortRepr):
 
     def _points(self) -> dict[str, Any]:
         """Where the two meet, as a scene file has it; nothing of a pair."""
-        if not self.neighbours:
+        if not self.is_row:
             return {}
         here = self.neighbours[0]
         column = (
@@ -350,7 +364,7 @@ class Scene(ShortRepr):
 
     def _depth(self, place: int) -> dict[str, Any]:
         """The depth of the floors of building ``place``, as a scene file has it; nothing of a pair."""
-        if not self.neighbours:
+        if not self.is_row:
             return {}
         is_last = place == len(self.neighbours)
         levels = self.neighbours[place - is_last].levels

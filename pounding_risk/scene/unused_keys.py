@@ -196,7 +196,7 @@ def _of_grid(study: Scene, given: Given) -> Iterator[Unused]:
     if not models.capped:
         yield _uncapped(path, models)
     if columns:
-        places = list(dict.fromkeys(study.interfaces[point.interface] for point in columns))
+        places = list(dict.fromkeys(study.interface_names[point.interface] for point in columns))
         where = f" on the {len(columns)} of {len(study.points)} contact points where a floor meets a column"
         yield Unused(path, f"these yield at column_yield_force of their interface, {', '.join(places)}", where)
 

@@ -55,7 +55,7 @@ def cell_of(study: Scene, motion: Motion, law: str, gap: float | None, yield_for
     A gap is that of all interfaces, but of the only one that the grid varies where it names one.
     """
     varied = study.gridded_interface if len(study.grid.gaps) > 1 else None
-    pairs = zip(study.interfaces, study.neighbours, strict=True)
+    pairs = zip(study.interface_names, study.neighbours, strict=True)
     gaps = [neighbour.gap if gap is None or varied not in (None, name) else gap for name, neighbour in pairs]
     return Cell(motion, law, np.array(gaps), np.array(study.point_yield_forces(yield_force)))
 

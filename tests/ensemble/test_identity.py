@@ -90,15 +90,14 @@ def test_what_asks_for_the_same_numbers_has_one_identity():
     """A quantity in another unit, the scene's text and its file do not count, nor that it was changed by a --set."""
     study = parse_scene(SCENE.replace('"20 mm"', '"2 cm"') + "# a comment\n", "other.toml", [])
     assert told(asked(), asked()._replace(study=study)) == []
-    assert told(asked('interface.gap="25 mm"'), asked()._replace(study=replace(study, gap=0.025))) == []
+    assert told(asked('interface.gap="25 mm"'), asked()._replace(study=study.with_interfaces(gap=0.025))) == []
 
 
 def test_numbers_of_numpy_are_numbers():
     """As a search hands them over that makes its studies in Python."""
     study = asked().study
-    same = replace(
-        study, gap=np.float64(0.02), rtol=np.float64(1e-6), plastic_exponent=np.float64(study.plastic_exponent)
-    )
+    numbers = {"rtol": np.float64(1e-6), "plastic_exponent": np.float64(study.plastic_exponent)}
+    same = replace(study.with_interfaces(gap=np.float64(0.02)), **numbers)
     assert told(asked(), asked()._replace(study=same)) == []
     assert told(asked(), asked(check_fraction=np.float64(0.0), screening=np.bool_(True))) == []
     assert difference({"options": {"a": np.int64(1)}}, {"options": {"a": 1}}) == []

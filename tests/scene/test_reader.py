@@ -283,13 +283,15 @@ def test_round_trip_of_any_numbers(numbers, fraction, gaps, name):
     base = parse_scene(DESIGN)
     mass, period, stiffness, force, tail = numbers
     changed = dataclasses.replace(
-        base,
+        base.with_interfaces(
+            gap=min(gaps),
+            stiffness=stiffness,
+            restitution=Restitution(fraction),
+            restitution_words=repr(fraction),
+            yield_force=force,
+        ),
         name=name,
         buildings=(Building("left", mass, period, fraction), base.buildings[1]),
-        stiffness=stiffness,
-        restitution=Restitution(fraction),
-        restitution_words=repr(fraction),
-        yield_force=force,
         records=base.records._replace(tail=tail, window=(tail, 2 * tail)),
         grid=base.grid._replace(gaps=tuple(sorted(gaps))),
     )

@@ -99,7 +99,9 @@ def test_why_e_is_not_equal(study):
     """A relation that is asked for; a law that cannot return so little; laws without any."""
     terms = on_equal_terms(study, LAWS, None, (None, None))
     assert with_relation(terms, "published") == (terms, "")
-    little = on_equal_terms(replace(study, restitution=constant(0.2)), ["jankowski", "bilinear"], None, (None, None))
+    little = on_equal_terms(
+        study.with_interfaces(restitution=constant(0.2)), ["jankowski", "bilinear"], None, (None, None)
+    )
     same, why = with_relation(little, None)
     assert same.relation == "published" and why.startswith("bilinear returns no e below 0.354")
     elastic = on_equal_terms(replace(study, law_name="hertz"), ["hertz", "van_mier"], None, (None, None))
@@ -111,7 +113,7 @@ def test_why_e_is_not_equal(study):
 def test_what_a_scene_hinders_is_left_out_unless_asked_for(study):
     """By name, with the reason: floors without a length, a loop that cannot return so little, laws without yielding."""
     assert [name for name in CONTACT_MODELS if name not in runnable(study)] == ["distributed_mass"]
-    little = replace(study, restitution=constant(0.2))
+    little = study.with_interfaces(restitution=constant(0.2))
     assert "bilinear" not in runnable(little) and "bilinear: bilinear returns no e below 0.354" in left_out(little)
     assert with_relation(on_equal_terms(little, (), None, (None, None)), None)[0].relation == "exact"
     yielding = replace(study, law_name="van_mier", effects=(Effect("permanent_set"),))
@@ -130,7 +132,9 @@ def test_ratios_are_those_of_two_scans(study, dataset):
     """Each law by a scan of its own, its stiffness written by hand into the scene; then plain division."""
     grid = study.grid._replace(contact_models=("kelvin_voigt",))
     stiffness = json.loads(dataset.attrs["stiffness"])["kelvin_voigt"]
-    one = scan(replace(study, law_name="kelvin_voigt", stiffness=stiffness, grid=grid), check_fraction=0.0)
+    one = scan(
+        replace(study.with_interfaces(stiffness=stiffness), law_name="kelvin_voigt", grid=grid), check_fraction=0.0
+    )
     base = scan(study, check_fraction=0.0)
     touched = base["impact_count"].values > 0
     assert 0 < touched.sum() < touched.size

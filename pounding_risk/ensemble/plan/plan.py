@@ -161,7 +161,7 @@ def plan(
     from pounding_risk.scene.motions import gathered
 
     before, study = _read(scene, overrides)
-    for place in range(len(study.interfaces)):
+    for place in range(len(study.interface_names)):
         check_reach(study.at(place), study.grid.contact_models)
     ensemble = gathered(study)
     shape = shape_of(study, len(ensemble.motions))

@@ -64,7 +64,7 @@ def _of_row(study: Scene) -> list[tuple[str, str]]:
     yielding = "inelastic_storeys" in dict(study.effects)
     rows = [("building", _building(building, yielding)) for building in study.buildings]
     rows += [("contact model", words) for words in _laws(study)]
-    for place, name in enumerate(study.interfaces):
+    for place, name in enumerate(study.interface_names):
         here = study.at(place)
         quantity = stiffness_quantity(known_law(study.stiff_name))
         stiffness = "" if here.stiffness is None else f", stiffness {say(here.stiffness, quantity)}"
