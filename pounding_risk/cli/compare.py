@@ -93,7 +93,7 @@ def _laws(dataset: Any) -> list[tuple[str, Any]]:
 
 def _print_terms(dataset: Any) -> None:
     """Print the stiffness of each law and what it does in the reference impact."""
-    from pounding_risk.scene.scene import known_law
+    from pounding_risk.scene.interfaces import known_law
     from pounding_risk.studies.compare_findings import with_terms_of_its_own
 
     heads = ("law", "stiffness", "e asked", "e achieved", "peak force", "penetration", "duration", "")
@@ -119,7 +119,7 @@ def _print_terms(dataset: Any) -> None:
 
 def _own_terms(law: Any, has_own_terms: bool) -> str:
     """Why a law does not have the restitution that is asked for."""
-    from pounding_risk.scene.scene import known_law
+    from pounding_risk.scene.interfaces import known_law
 
     if has_own_terms:
         return "e and force are its own: nothing can be made equal"

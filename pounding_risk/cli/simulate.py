@@ -108,7 +108,7 @@ def print_run(dataset: Any) -> None:
 
 def _print_pair(dataset: Any) -> None:
     """Print the outputs of a pair and a table of its contacts."""
-    from pounding_risk.scene.scene import known_law
+    from pounding_risk.scene.interfaces import known_law
 
     print_table(("output", "value", "meaning"), _outputs(dataset), "lrl")
     print()

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quantity
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
-from pounding_risk.scene.scene import Scene, known_law
+from pounding_risk.scene.interfaces import known_law
+from pounding_risk.scene.scene import Scene
 from pounding_risk.units import (
     FLOOR_MASS,
     GAP,

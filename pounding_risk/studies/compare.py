@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from math import inf, nan
 from pathlib import Path
 from typing import Any
@@ -30,9 +29,10 @@ from pounding_risk.models.effects import refusal, wave_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import check_target, save
 from pounding_risk.results.pair_labels import described
+from pounding_risk.scene.interfaces import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, known_law, unknown_law
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_scene
-from pounding_risk.scene.scene import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, Scene, known_law, needs_pair, unknown_law
+from pounding_risk.scene.scene import Scene, needs_pair
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators
 from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.studies.compare_findings import finding, tables, typical_case
@@ -40,7 +40,7 @@ from pounding_risk.studies.impact import impact
 from pounding_risk.studies.simulate import histories, logged, relative_displacement
 from pounding_risk.units import SPEED, shown, si
 
-USUAL_TERMS = EqualTerms(EQUAL_TERMS[0], 0.5)  # where neither the call nor the scene says otherwise
+USUAL_TERMS = EqualTerms(same=EQUAL_TERMS[0], speed=0.5)  # where neither the call nor the scene says otherwise
 ELASTIC = 1e-6  # a law whose restitution is this close to 1 does not dissipate
 IMPACT_COLUMNS = {
     "restitution_asked": ("1", "restitution that the relation gives for the reference impact"),
@@ -154,7 +154,9 @@ def on_equal_terms(
     if same not in EQUAL_TERMS:
         raise PoundingError(f"compare: same is {shown(same)}; it may be {' or '.join(map(shown, EQUAL_TERMS))}")
     fast = si(speed, SPEED, "compare: speed")
-    return replace(study, grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same, fast, True))
+    return study.updated(
+        grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same=same, speed=fast, every_law=True)
+    )
 
 
 def with_relation(study: Scene, relation: str | None) -> tuple[Scene, str]:
@@ -163,12 +165,12 @@ def with_relation(study: Scene, relation: str | None) -> tuple[Scene, str]:
     if relation is not None:
         if wrong := relation_fault(relation) or misfit(laws, relation):
             raise PoundingError(f"compare: {wrong}")
-        return replace(study, relation=relation), ""
+        return study.updated(relation=relation), ""
     if not any(law.needs_restitution for law in laws):
         return study, ""
-    exact = replace(study, relation=AS_ASKED)
+    exact = study.updated(relation=AS_ASKED)
     if wrong := misfit(laws, AS_ASKED) or beyond_reach(exact, study.grid.contact_models):
-        return replace(study, relation=AS_PUBLISHED), wrong
+        return study.updated(relation=AS_PUBLISHED), wrong
     return exact, ""
 
 
@@ -196,7 +198,7 @@ def _hindered(study: Scene, name: str) -> str:
             return f"{why}, under {effect.name}"
     if study.restitution_words == NO_RESTITUTION or not law.needs_restitution:
         return ""
-    exact = replace(study, relation=AS_ASKED)
+    exact = study.updated(relation=AS_ASKED)
     return misfit([law], AS_ASKED) or beyond_reach(exact, [name])
 
 

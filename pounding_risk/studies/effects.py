@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from math import inf
 from pathlib import Path
 from statistics import median
@@ -22,8 +21,10 @@ from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_gro
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.results.files import as_text, check_target, save
 from pounding_risk.results.pair_labels import described
+from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.reader import as_scene
-from pounding_risk.scene.scene import Effect, Scene, known_law
+from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.tables import Effect
 from pounding_risk.studies.accuracy import bench_of, run_event
 from pounding_risk.units import Quantity, parse
 
@@ -90,8 +91,8 @@ def effects(
     acting = [name for name in EFFECTS if name not in unsuited and any(_acts(name, law) for law in laws)]
     switched = study.effects or tuple(_example(name) for name in acting)
     kept_laws = tuple(law for law in laws if all(_acts(effect.name, law) for effect in switched))
-    study = replace(study, grid=study.grid._replace(contact_models=kept_laws))
-    scenes = [(name, replace(study, effects=chosen)) for name, chosen in combinations(switched).items()]
+    study = study.updated(grid=study.grid._replace(contact_models=kept_laws))
+    scenes = [(name, study.updated(effects=chosen)) for name, chosen in combinations(switched).items()]
     scans = []
     for number, (_, scene) in enumerate(scenes):
         scans.append(scan(scene, check_fraction=0.0))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from importlib import resources
 from itertools import pairwise
 from math import inf
@@ -311,7 +310,7 @@ def written(rows: list[Building | Storeys], gaps: list[float]) -> dict:
     """The tables of a scene of these buildings, through those of the shipped one."""
     shipped = parse_scene(ROW)
     one = {"neighbours": shipped.neighbours[:1], "is_row": False, "gridded_interface": None}
-    tables = dataclasses.replace(shipped, buildings=tuple(rows), **one).resolved()
+    tables = shipped.updated(buildings=tuple(rows), **one).resolved()
     tables["interface"] = [{**tables["interface"][0], "gap": f"{gap!r} m"} for gap in gaps]
     del tables["grid"]["gap"], tables["grid"]["yield_force"]
     return tables

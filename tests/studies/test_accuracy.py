@@ -182,7 +182,7 @@ def test_smaller_steps_lead_to_the_same_answer(dataset, method):
 
 def test_a_wrong_law_does_not_converge(study, dataset):
     """A tenth more stiffness: the errors stay, whatever the step."""
-    bench = bench_of(study.with_interfaces(stiffness=1.1 * study.stiffness), 6)
+    bench = bench_of(study.updated(stiffness=1.1 * study.stiffness), 6)
     values = run_fixed(bench, "rk4", 1e-5).values
     errors = errors_of(values, dataset["reference"].values.copy())
     assert np.median(errors[:, FORCE]) > 1e-3

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +17,9 @@ from pounding_risk.ensemble.laws import laws_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.restitution import constant
+from pounding_risk.scene.interfaces import EqualTerms, known_law
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.scene import Effect, EqualTerms, known_law
+from pounding_risk.scene.tables import Effect
 from pounding_risk.studies import compare_findings
 from pounding_risk.studies.compare import left_out, on_equal_terms, reference_impacts, runnable, with_relation
 from pounding_risk.studies.demo import scene
@@ -99,12 +99,10 @@ def test_why_e_is_not_equal(study):
     """A relation that is asked for; a law that cannot return so little; laws without any."""
     terms = on_equal_terms(study, LAWS, None, (None, None))
     assert with_relation(terms, "published") == (terms, "")
-    little = on_equal_terms(
-        study.with_interfaces(restitution=constant(0.2)), ["jankowski", "bilinear"], None, (None, None)
-    )
+    little = on_equal_terms(study.updated(restitution=constant(0.2)), ["jankowski", "bilinear"], None, (None, None))
     same, why = with_relation(little, None)
     assert same.relation == "published" and why.startswith("bilinear returns no e below 0.354")
-    elastic = on_equal_terms(replace(study, law_name="hertz"), ["hertz", "van_mier"], None, (None, None))
+    elastic = on_equal_terms(study.updated(law_name="hertz"), ["hertz", "van_mier"], None, (None, None))
     assert with_relation(elastic, None) == (elastic, "")
     with pytest.raises(PoundingError, match=r'"exakt" is not a relation .* \(did you mean "exact"'):
         with_relation(terms, "exakt")
@@ -113,10 +111,10 @@ def test_why_e_is_not_equal(study):
 def test_what_a_scene_hinders_is_left_out_unless_asked_for(study):
     """By name, with the reason: floors without a length, a loop that cannot return so little, laws without yielding."""
     assert [name for name in CONTACT_MODELS if name not in runnable(study)] == ["distributed_mass"]
-    little = study.with_interfaces(restitution=constant(0.2))
+    little = study.updated(restitution=constant(0.2))
     assert "bilinear" not in runnable(little) and "bilinear: bilinear returns no e below 0.354" in left_out(little)
     assert with_relation(on_equal_terms(little, (), None, (None, None)), None)[0].relation == "exact"
-    yielding = replace(study, law_name="van_mier", effects=(Effect("permanent_set"),))
+    yielding = study.updated(law_name="van_mier", effects=(Effect("permanent_set"),))
     assert runnable(yielding) == ("van_mier", "viscous_elastoplastic")
     assert "linear, kelvin_voigt" in left_out(yielding) and "nothing yields, under permanent_set" in left_out(yielding)
 
@@ -132,9 +130,7 @@ def test_ratios_are_those_of_two_scans(study, dataset):
     """Each law by a scan of its own, its stiffness written by hand into the scene; then plain division."""
     grid = study.grid._replace(contact_models=("kelvin_voigt",))
     stiffness = json.loads(dataset.attrs["stiffness"])["kelvin_voigt"]
-    one = scan(
-        replace(study.with_interfaces(stiffness=stiffness), law_name="kelvin_voigt", grid=grid), check_fraction=0.0
-    )
+    one = scan(study.updated(stiffness=stiffness, law_name="kelvin_voigt", grid=grid), check_fraction=0.0)
     base = scan(study, check_fraction=0.0)
     touched = base["impact_count"].values > 0
     assert 0 < touched.sum() < touched.size

@@ -15,7 +15,7 @@ from pounding_risk import figures
 from pounding_risk.cli import app
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings
 from pounding_risk.scene.reader import parse_scene, study_from
-from pounding_risk.scene.scene import Effect
+from pounding_risk.scene.tables import Effect
 from pounding_risk.studies import demo
 from pounding_risk.studies.effects import (
     ALL,

@@ -6,7 +6,6 @@ Where the motion without contact closes no gap, it is the result.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from math import sqrt
 from time import process_time, thread_time
 from typing import Any, NamedTuple
@@ -137,7 +136,7 @@ def thinned(study: Scene) -> tuple[Scene, float]:
     forces = study.grid.yield_forces
     if len(forces) <= FEW:
         return study, 1.0
-    return replace(study, grid=study.grid._replace(yield_forces=_evenly(forces, FEW))), FEW / len(forces)
+    return study.updated(grid=study.grid._replace(yield_forces=_evenly(forces, FEW))), FEW / len(forces)
 
 
 def few_batches(study: Scene, records: int) -> tuple[Scene, float]:
@@ -150,7 +149,7 @@ def few_batches(study: Scene, records: int) -> tuple[Scene, float]:
     gaps = _evenly(grid.gaps, max(1, room // min(len(grid.pgas), FEW)))
     pgas = _evenly(grid.pgas, max(1, room // len(gaps)))
     share = len(gaps) * len(pgas) / (len(grid.gaps) * len(grid.pgas))
-    return replace(study, grid=grid._replace(gaps=gaps, pgas=pgas)), share
+    return study.updated(grid=grid._replace(gaps=gaps, pgas=pgas)), share
 
 
 def _evenly(values: tuple[Any, ...], most: int) -> tuple[Any, ...]:

@@ -13,8 +13,10 @@ from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, LevelR
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import Spectral
+from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.level_notes import level_notes
-from pounding_risk.scene.scene import Effect, Scene, known_law
+from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.tables import Effect
 from pounding_risk.scene.unused_keys import Given, given_keys
 from pounding_risk.units import (
     DAMPING,
