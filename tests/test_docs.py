@@ -29,7 +29,7 @@ from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.motions import quality
 from pounding_risk.motions.formats import formats
 from pounding_risk.motions.processing import known_steps
-from pounding_risk.scene.words import KEYS
+from pounding_risk.scene.sections import KEYS
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"

@@ -128,7 +128,7 @@ def _of_gaps(study: Scene) -> Iterator[str]:
 
 def _of_stiffnesses(study: Scene) -> Iterator[str]:
     """Notes on the contact durations that follow from the stiffness of each interface."""
-    if all(is_instant(known_law(name)) for name in study.grid.contact_models):
+    if all(is_instant(known_law(name)) for name in study.model_names):
         return
     for place, name in enumerate(study.interface_names):
         here = study.at(place)

@@ -241,8 +241,6 @@ class EqualTerms(Table):
         Whether laws of the same unit are calibrated too.
     """
 
-    by_position = 3
-
     same: Annotated[
         str,
         Key(

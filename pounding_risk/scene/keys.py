@@ -12,7 +12,7 @@ from fractions import Fraction
 from itertools import pairwise
 from math import inf
 from os import PathLike
-from typing import Any, ClassVar
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, core_schema
@@ -81,20 +81,25 @@ class Key:
 class Table(BaseModel):
     """A table of a scene; in Python an object with the same keys, whose numbers may be floats in SI.
 
-    The first key may be given by position. Raises SceneError with every fault.
+    Keys may be given by position, in the order of the class. Raises SceneError with every fault.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
-    by_position: ClassVar[int] = 1
 
     def __init__(self, *values: Any, **keys: Any):
-        names = list(type(self).model_fields)[: self.by_position]
+        names = list(type(self).model_fields)
         if len(values) > len(names):
-            raise SceneError(type(self).__name__, [f"{len(values)} values without a key; write {_calls(names)}"])
+            raise SceneError(type(self).__name__, [f"{len(values)} values for its keys {', '.join(names)}"])
         try:
             super().__init__(**dict(zip(names, values, strict=False)), **keys)
         except ValidationError as error:
             raise SceneError(type(self).__name__, list(self._sentences(error))) from None
+
+    def __repr_args__(self) -> Iterator[tuple[str, Any]]:
+        """What `repr` shows: the keys that are given."""
+        return ((name, getattr(self, name)) for name in type(self).model_fields if name in self.model_fields_set)
+
+    __str__ = BaseModel.__repr__
 
     @classmethod
     def keys(cls) -> dict[str, Key]:
@@ -131,10 +136,6 @@ class Table(BaseModel):
                 yield f"{name}: unknown key{nearest(name, cls.model_fields)}; it takes {', '.join(cls.model_fields)}"
             else:
                 yield f"{name}: {cause}"
-
-
-def _calls(names: Sequence[str]) -> str:
-    return ", ".join(f"{name}=..." for name in names)
 
 
 def _plain(value: Any) -> Any:

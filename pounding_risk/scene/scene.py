@@ -176,8 +176,9 @@ class Scene(ShortRepr):
 
     @property
     def law_name(self) -> str:
-        """Contact model of the first interface."""
-        return self.neighbours[0].law_name
+        """Contact model of the interfaces; `OF_EACH_INTERFACE` where they differ in theirs."""
+        names = {neighbour.law_name for neighbour in self.neighbours}
+        return self.neighbours[0].law_name if len(names) == 1 else OF_EACH_INTERFACE
 
     @property
     def stiffness(self) -> float | None:
@@ -327,7 +328,7 @@ class Scene(ShortRepr):
         return law(**values)
 
     def _own_name(self, name: str | None) -> str:
-        return self.law_name if name in (None, OF_EACH_INTERFACE) else str(name)
+        return self.neighbours[0].law_name if name in (None, OF_EACH_INTERFACE) else str(name)
 
     def without_floor(self) -> tuple[str, ...]:
         """The buildings of which a model of colliding floors would miss the length; a rigid one is a wall."""
@@ -360,7 +361,8 @@ class Scene(ShortRepr):
     @property
     def stiff_name(self) -> str:
         """The contact model whose stiffness the scene gives: its own, or the grid's first that takes one."""
-        return stiff_model(self.law_name, self._gridded_models) or self.law_name
+        own = self.neighbours[0].law_name
+        return stiff_model(own, self._gridded_models) or own
 
     @property
     def folder(self) -> Path:

@@ -8,8 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import tomlkit
-
 from pounding_risk._common.words import nearest
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene import buildings
@@ -145,6 +143,8 @@ def _not_a_table(path: KeyPath, value: Any) -> str:
 
 def written_overrides(text: str, overrides: Sequence[str], source: str) -> str:
     """The text of a scene file with the values of overrides in their place, its comments kept."""
+    import tomlkit  # only where a scene is written back
+
     document = tomlkit.parse(text)
     for assignment in overrides:
         override(document, assignment, KNOWN, source)

@@ -16,8 +16,8 @@ from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.processing import read_steps
 from pounding_risk.motions.request import Spectral, matching
-from pounding_risk.scene import sections
 from pounding_risk.scene import records as scene_records
+from pounding_risk.scene import sections
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.reader import parse_scene, read_scene, study_from
 from pounding_risk.scene.toml import key_lines

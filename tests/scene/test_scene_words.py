@@ -12,11 +12,12 @@ import pytest
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene.buildings import KINDS as BUILDINGS
 from pounding_risk.scene.interfaces import EqualTerms
-from pounding_risk.scene.sections import KEYS, KINDS, scene_schema
+from pounding_risk.scene.sections import KINDS, scene_schema
 from pounding_risk.scene.tables import option_example
 from pounding_risk.units import parse
 
-TABLES = [*(table for section, table in KINDS.items() if section not in ("building", "effects")), *BUILDINGS, EqualTerms]
+ONCE = [table for section, table in KINDS.items() if section not in ("building", "effects")]
+TABLES = [*ONCE, *BUILDINGS, EqualTerms]
 ALL = [(table, key) for table in TABLES for key in table.model_fields]
 
 
