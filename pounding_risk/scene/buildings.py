@@ -169,25 +169,7 @@ class AnyBuilding(Table):
 
 
 class SingleMass(AnyBuilding):
-    """A building of one mass on a linear spring.
-
-    Parameters
-    ----------
-    name : str
-        What tables and figures call it.
-    mass : float or str
-        Its mass [kg].
-    period, stiffness : float or str
-        Its natural period [s], or its lateral stiffness [N/m].
-    damping : float
-        Its viscous damping, as a ratio of critical.
-    height : float or str, optional
-        Height of its roof [m]; without one it is as tall as its neighbour.
-    floor_length, wave_speed : float or str, optional
-        Length of its floor along the row [m], and speed of a wave along it [m/s], for ``distributed_mass``.
-    floor_depth : float or str, optional
-        Depth of its floor below its level [m].
-    """
+    """A building of one mass on a linear spring."""
 
     repair = (
         "a building of one mass has no {key}; remove {key}, or write floor_masses, storey_stiffnesses and "
@@ -198,8 +180,7 @@ class SingleMass(AnyBuilding):
     mass: Mass
     period: Period = 0.0
     stiffness: Annotated[
-        float,
-        measured(STIFFNESS, "Its lateral stiffness, in place of period.", '"40.5 MN/m"', "from mass and period"),
+        float, measured(STIFFNESS, "Its lateral stiffness, in place of period.", '"40.5 MN/m"', "from mass and period")
     ] = inf
     damping: Damping = 0.05
     floor_length: Annotated[
@@ -238,19 +219,7 @@ class SingleMass(AnyBuilding):
 
 
 class RigidWall(AnyBuilding):
-    """A building, or the ground, that moves with the ground.
-
-    Parameters
-    ----------
-    name : str
-        What tables and figures call it.
-    height : float or str, optional
-        Its height [m]; without one it is as tall as its neighbour.
-    mass : float or str, optional
-        Its mass [kg], which changes no motion.
-    floor_depth : float or str, optional
-        Depth of its floors below their levels [m].
-    """
+    """A building, or the ground, that moves with the ground."""
 
     repair = "a rigid building moves with the ground and has no {key}; remove {key}, or rigid = true"
 
@@ -270,23 +239,7 @@ class RigidWall(AnyBuilding):
 
 
 class ShearBuilding(AnyBuilding):
-    """A building of storeys: floor masses on storey springs, from the ground up.
-
-    Parameters
-    ----------
-    name : str
-        What tables and figures call it.
-    floor_masses, storey_stiffnesses, storey_heights : list of float or str, or one value for all storeys
-        Mass of each floor [kg], stiffness [N/m] and height [m] of the storey below it.
-    storeys : int, optional
-        How many, where no list tells it.
-    storey_strengths : list of float or str, or one value for all storeys, optional
-        Yield shear of each storey [N], for the effect ``inelastic_storeys``.
-    damping, damping_rule : float, str
-        Its ratio of critical damping, and how it is spread over the modes.
-    floor_depth : float or str, optional
-        Depth of its floors below their levels [m].
-    """
+    """A building of storeys: floor masses on storey springs, from the ground up."""
 
     repair = (
         "a building with floor_masses, storey_stiffnesses and storey_heights takes no {key}; remove {key}, or these"
@@ -328,10 +281,7 @@ class ShearBuilding(AnyBuilding):
     storey_strengths: Annotated[
         tuple[float, ...] | float,
         _storeyed(
-            STOREY_STRENGTH,
-            "Yield shear of each storey, for inelastic_storeys",
-            '"1400 kN"',
-            "storeys stay elastic",
+            STOREY_STRENGTH, "Yield shear of each storey, for inelastic_storeys", '"1400 kN"', "storeys stay elastic"
         ),
     ] = ()
     storeys: StoreyCount = 0
@@ -368,27 +318,7 @@ class ShearBuilding(AnyBuilding):
 
 
 class TypologyBuilding(AnyBuilding):
-    """A building of which no more is known than its height, storeys, kind and mass of a floor.
-
-    Parameters
-    ----------
-    name : str
-        What tables and figures call it.
-    typology : str
-        What storeys are generated from: a code's approximate period, and a shape of the first mode.
-    height : float or str
-        Height of its roof [m].
-    storeys : int
-        How many, of equal height.
-    floor_mass : float or str
-        Mass of every floor [kg].
-    period : float or str, optional
-        Its first period [s], in place of the code's.
-    damping, damping_rule : float, str
-        Its ratio of critical damping, and how it is spread over the modes.
-    floor_depth : float or str, optional
-        Depth of its floors below their levels [m].
-    """
+    """A building of which no more is known than its height, storeys, kind and mass of a floor."""
 
     repair = (
         "a building generated from its typology takes no {key}; remove {key}, or write floor_masses, "

@@ -230,15 +230,6 @@ class EqualTerms(Table):
 
     Of the laws of the other family; with ``every_law`` of all but the scene's own, since equal β do not make equal
     blows either.
-
-    Parameters
-    ----------
-    same : str
-        "peak force" or "penetration".
-    speed : float or str
-        Approach speed of the reference impact [m/s].
-    every_law : bool
-        Whether laws of the same unit are calibrated too.
     """
 
     same: Annotated[
@@ -255,11 +246,7 @@ class EqualTerms(Table):
     speed: Annotated[
         float,
         measured(
-            SPEED,
-            "Approach speed of the reference impact.",
-            '"0.5 m/s"',
-            REQUIRED,
-            'missing; write speed = "0.5 m/s"',
+            SPEED, "Approach speed of the reference impact.", '"0.5 m/s"', REQUIRED, 'missing; write speed = "0.5 m/s"'
         ),
     ]
     every_law: Annotated[bool, flag("every_law", "true calibrates laws of the same unit too.")] = False
@@ -284,28 +271,7 @@ def _equal_terms(value: Any, number: Number) -> EqualTerms:
 class Interface(Table):
     """What stands between two neighbours: a gap, and what happens when it closes.
 
-    Parameters
-    ----------
-    gap : float or str
-        Clear distance at rest [m].
-    contact_model : str
-        Name of the contact model.
-    stiffness : float or str
-        Stiffness of the contact, k [N/m] or β [N/m^1.5] as the contact model has it.
-    law : contact law, optional
-        A law of `pounding_risk.laws`, in place of ``contact_model``, ``stiffness`` and the law's own parameters.
-    restitution : float, str, dict or Restitution, optional
-        e, the name of a relation e(v), or a table of value and relation.
-    yield_force, column_yield_force : float or str, optional
-        Force at which floors yield, and columns that are hit part-way up [N]; inf by default.
-    contact : list of dict, optional
-        Where the two meet: ``[{"left": "storey 2", "right": "column 3 at 0.5"}]``.
-    tolerance : float or str, optional
-        How far apart the levels of floors may be that meet floor to floor [m].
-    plastic_exponent, design_penetration : float or str, optional
-        Parameters of ``van_mier`` and of ``bilinear`` [m].
-    equal_terms : EqualTerms or dict, optional
-        How the stiffness of other contact models follows.
+    A contact law of `pounding_risk.laws` may be given as ``law``, in place of contact model, stiffness and parameters.
     """
 
     gap: Annotated[
@@ -345,8 +311,7 @@ class Interface(Table):
         ),
     ] = GivenRestitution(constant(1.0), NO_RESTITUTION)
     yield_force: Annotated[
-        float,
-        measured(YIELD_FORCE, "Force F_E at which the contact yields; inf never yields.", '"450 kN"', '"inf"'),
+        float, measured(YIELD_FORCE, "Force F_E at which the contact yields; inf never yields.", '"450 kN"', '"inf"')
     ] = inf
     column_yield_force: Annotated[
         float,
@@ -489,8 +454,7 @@ def _count(draft: Draft) -> Iterator[Fault]:
     else:
         repair = f"write {buildings - 1}, one between each two neighbours from left to right, or one for all of them"
     yield Fault(
-        ("interface", count - 1) if count else ("interface",),
-        f"{count} interfaces for {buildings} buildings: {repair}",
+        ("interface", count - 1) if count else ("interface",), f"{count} interfaces for {buildings} buildings: {repair}"
     )
 
 

@@ -9,9 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from inspect import Parameter, Signature
 from itertools import pairwise
 from math import inf
 from os import PathLike
+from textwrap import wrap
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
@@ -73,6 +75,23 @@ class Key:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(lambda value: self.read(_plain(value), si))
 
+    def documented(self, name: str, required: bool) -> list[str]:
+        """The key as a parameter of its class, in the form of numpydoc."""
+        unit = f" [{self.schema['x-unit']}]" if self.schema.get("x-unit", "1") != "1" else ""
+        absent = "" if required else f" Without it: {self.absent}."
+        words = f"{self.words.rstrip('.')}{unit}, such as {self.example}.{absent}"
+        return [f"{name} : {self.kind}{'' if required else ', optional'}", *(f"    {row}" for row in wrap(words, 110))]
+
+    @property
+    def kind(self) -> str:
+        """What Python may give, in words."""
+        kinds = self.schema.get("type", "object")
+        kinds = [kinds] if isinstance(kinds, str) else kinds
+        if "x-unit" in self.schema:
+            return "list of float or str" if "array" in kinds else "float or str"
+        usual = {"string": "str", "boolean": "bool", "integer": "int", "array": "list", "object": "str or object"}
+        return " or ".join(usual[kind] for kind in kinds)
+
     def described(self) -> dict[str, Any]:
         """The key in a JSON schema; ``x-...`` tells what a JSON schema has no keyword for."""
         return {**self.schema, "description": self.words, "x-example": self.example, "x-absent": self.absent}
@@ -100,6 +119,20 @@ class Table(BaseModel):
         return ((name, getattr(self, name)) for name in type(self).model_fields if name in self.model_fields_set)
 
     __str__ = BaseModel.__repr__
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **settings: Any) -> None:
+        """Give the class a signature and the parameters of its docstring, from the declarations of its keys."""
+        by_name = Parameter.POSITIONAL_OR_KEYWORD
+        cls.__signature__ = Signature(
+            [
+                Parameter(name, by_name, default=Parameter.empty if about.is_required() else about.default)
+                for name, about in cls.model_fields.items()
+            ]
+        )
+        rows = [row for name, key in cls.keys().items() for row in key.documented(name, name in cls.required())]
+        if rows:
+            cls.__doc__ = "\n".join([(cls.__doc__ or "").rstrip(), "", "Parameters", "----------", *rows, ""])
 
     @classmethod
     def keys(cls) -> dict[str, Key]:

@@ -32,20 +32,7 @@ from pounding_risk.scene.keys import (
     text,
 )
 from pounding_risk.scene.toml import Fault, KeyPath, as_list, table
-from pounding_risk.units import (
-    DAMPING,
-    DIRECTION,
-    PERIOD,
-    PGA,
-    SCALE,
-    STEP,
-    TAIL,
-    TIME,
-    Quantity,
-    exact,
-    parse,
-    shown,
-)
+from pounding_risk.units import DAMPING, DIRECTION, PERIOD, PGA, SCALE, STEP, TAIL, TIME, Quantity, exact, parse, shown
 
 STEPS_EXAMPLE = '[{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
 RENAMED = {"polarity": "polarities"}  # keys that are called otherwise in a request
@@ -219,28 +206,7 @@ def _to_median(value: Any, number: Number) -> str | Spectral:
 
 
 class Records(Table):
-    """Which ground motions a scene uses, and how they are treated before a run.
-
-    Parameters
-    ----------
-    names, files, set, manifest : list of str, list of str, str, str
-        Ids of the catalogue; files, patterns or folders; a published record set; a list of records with factors. One
-        of them is required.
-    unit, dt : str, float or str, optional
-        Unit of the samples and time step [s] of files that state none.
-    direction : float or str, optional
-        Direction of the row, in degrees clockwise from north.
-    window : list of two, optional
-        The part of each record that is kept [s].
-    pga, sa, to_median, scale : optional
-        What the motions are scaled to: a PGA [m/s²], a spectral acceleration, the ensemble's median, or a factor.
-    polarity : str or list of str, optional
-        "as recorded", "reversed", or both.
-    processing : str or list of dict, optional
-        "auto", "none", or the steps from record to motion.
-    tail : float or str, optional
-        Free vibration after each record [s].
-    """
+    """Which ground motions a scene uses, and how they are treated before a run."""
 
     names: Annotated[
         tuple[str, ...],
@@ -281,8 +247,7 @@ class Records(Table):
         ),
     ] = ""
     dt: Annotated[
-        float | None,
-        measured(STEP, "Time step of files that state none.", '"0.01 s"', "the files state it"),
+        float | None, measured(STEP, "Time step of files that state none.", '"0.01 s"', "the files state it")
     ] = None
     direction: Annotated[
         float | None,

@@ -20,27 +20,12 @@ class Title(Table):
     """The table [scene]."""
 
     name: Annotated[
-        str,
-        text("What reports and figures call the study.", "Frame beside masonry", "the file's name"),
+        str, text("What reports and figures call the study.", "Frame beside masonry", "the file's name")
     ] = ""
 
 
 class Grid(Table):
-    """The values of each dimension of a scan.
-
-    Parameters
-    ----------
-    gap : list of float or str, or dict, optional
-        Gaps [m]: a list in ascending order, or ``{"start": ..., "stop": ..., "num": ...}``.
-    interface : str, optional
-        The only interface whose gap varies, "left | right".
-    yield_force : list of float or str, or dict, optional
-        Yield forces F_E [N].
-    contact_model : list of str, optional
-        Contact models.
-    pga : list of float or str, or dict, optional
-        Peak ground accelerations that every motion is scaled to [m/s²].
-    """
+    """The values of each dimension of a scan."""
 
     gap: Annotated[
         tuple[float, ...],
@@ -59,13 +44,7 @@ class Grid(Table):
 
 
 class Solver(Table):
-    """How exactly the runs are solved.
-
-    Parameters
-    ----------
-    rtol : float
-        Relative tolerance of every run.
-    """
+    """How exactly the runs are solved."""
 
     rtol: Annotated[float, measured(RTOL, "Relative tolerance of every run.", "1e-6", "1e-6")] = 1e-6
 
@@ -74,7 +53,15 @@ class Solver(Table):
 
 
 class Effect(NamedTuple):
-    """One effect that the scene names, with its options in SI."""
+    """One effect that the scene names, with its options.
+
+    Parameters
+    ----------
+    name : str
+        Its name, as in [effects].
+    options : tuple of (str, value)
+        Its options in SI; of a new scene a dict too, with text and units.
+    """
 
     name: str
     options: tuple[tuple[str, Any], ...] = ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import inf
 from pathlib import Path
 
@@ -233,3 +234,15 @@ def test_what_no_scene_can_be_made_of_is_told_in_words(make, sentences):
     with pytest.raises(SceneError) as error:
         make()
     assert sorted(error.value.faults) == sorted(sentences)
+
+
+def test_the_examples_of_the_page_run(root, monkeypatch, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    page = (root / "docs" / "scenes.md").read_text("utf-8")
+    first, second = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    names: dict = {}
+    exec(compile(first, "scenes.md", "exec"), names)
+    assert names["results"].sizes["gap"] == 3 and names["wider"].grid.gaps[-1] == 0.1
+    assert parse_scene(capsys.readouterr().out) == names["wider"]
+    exec(compile(second, "scenes.md", "exec"), names)
+    assert 'gap = "25 mm"           # measured' in capsys.readouterr().out
