@@ -11,11 +11,12 @@ from itertools import pairwise
 from math import inf
 from typing import Any, NamedTuple
 
+from pounding_risk._common.counted import counted
 from pounding_risk._common.words import nearest
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.contact.relation import AS_PUBLISHED
-from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground
+from pounding_risk.models.effects import EFFECTS, PerInterface, acts_on_buildings
 from pounding_risk.models.structures.contact_points import (
     LevelRule,
     Meeting,
@@ -68,16 +69,23 @@ def row_checks(raw: Mapping[str, Any]) -> Iterator[Fault]:
     """All faults that only a scene of several interfaces, or of storeys, can have."""
     yield from _count(raw)
     yield from _gridded(raw)
+    yield from _listed(raw)
     if is_row(raw):
         yield from _one_for_all(raw)
         yield from _instant(raw)
-        for name in table(raw, "effects"):
-            if name in EFFECTS and acts_on_ground(name):
-                yield Fault(
-                    ("effects", name),
-                    "acts on a pair of single masses, and this scene is a row; remove it: all buildings then stand on "
-                    "one ground motion",
-                )
+
+
+def _listed(raw: Mapping[str, Any]) -> Iterator[Fault]:
+    """Options of effects that are lists have one value for each interface."""
+    count = most_interfaces(raw)
+    each = f", or {count}, one between each two neighbours from left to right" if count > 1 else ""
+    for name, options in table(raw, "effects").items():
+        kinds = EFFECTS[name].options if name in EFFECTS and isinstance(options, dict) else {}
+        for key in (key for key, allowed in kinds.items() if isinstance(allowed, PerInterface)):
+            value = options.get(key)
+            if isinstance(value, list) and len(value) not in (0, count):
+                told = f"a list of {len(value)} for {counted(count, 'interface')}: write one value for all{each}"
+                yield Fault(("effects", name, key), told)
 
 
 def _count(raw: Mapping[str, Any]) -> Iterator[Fault]:
@@ -175,7 +183,8 @@ def _instant(raw: Mapping[str, Any]) -> Iterator[Fault]:
     ]
     for path, name in named:
         if isinstance(name, str) and name in INSTANT_LAWS:
-            yield Fault(path, f"{name} is for a pair of single masses; in a row choose among {', '.join(LAWS)}")
+            why = "of floors that touch at one instant, momentum and e leave the velocities open (Halm and Posa 2021)"
+            yield Fault(path, f"{name} is for a pair of single masses: {why}; in a row choose among {', '.join(LAWS)}")
 
 
 class Beside(NamedTuple):

@@ -17,7 +17,7 @@ from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant, n
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.laws.bilinear import DESIGN_PENETRATION
 from pounding_risk.models.contact.relation import AS_PUBLISHED, related
-from pounding_risk.models.effects import EFFECTS
+from pounding_risk.models.effects import EFFECTS, written_option
 from pounding_risk.models.restitution import NAMED, Restitution
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR_DEPTH, LevelRule, Point, floor_words
 from pounding_risk.models.structures.sdof import Building
@@ -54,7 +54,8 @@ class Effect(NamedTuple):
         """The options as a scene file has them: quantities as text, exact."""
         kinds = EFFECTS[self.name].options
         return {
-            key: exact(value, kinds[key]) if isinstance(kinds[key], Quantity) else value for key, value in self.options
+            key: written_option(value, kinds[key]) if isinstance(kinds[key], Quantity) else value
+            for key, value in self.options
         }
 
 

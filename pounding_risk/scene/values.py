@@ -16,7 +16,7 @@ from typing import Any
 from pounding_risk._common.words import nearest
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.contact.relation import AS_PUBLISHED, faults, is_ratio, written_ratio
-from pounding_risk.models.effects import EFFECTS, defaults
+from pounding_risk.models.effects import EFFECTS, defaults, read_option
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures.contact_points import floor_number
 from pounding_risk.models.structures.storeys import MOST_STOREYS
@@ -194,7 +194,7 @@ def effect(name: str) -> Callable[[Any], Effect]:
     def option(key: str, value: Any) -> Any:
         allowed = kind.options[key]
         if isinstance(allowed, Quantity):
-            return parse(value, allowed)
+            return read_option(value, allowed)
         if value not in allowed:
             hint = nearest(value, allowed) if isinstance(value, str) else ""
             raise Unreadable(f"{shown(value)} is not one of {', '.join(map(shown, allowed))}{hint}; write one of these")

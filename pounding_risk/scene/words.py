@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from pounding_risk.models.effects import EFFECTS, default_example
+from pounding_risk.models.effects import EFFECTS, PerInterface, default_example
 from pounding_risk.units import EXAMPLES, Quantity, bounds, shown
 
 REQUIRED = "required"
@@ -231,6 +231,7 @@ def _option(allowed: Quantity | tuple[str, ...], absent: str) -> dict[str, Any]:
     if not isinstance(allowed, Quantity):
         return {"enum": list(allowed), **more}
     kind = ["number", "string"] if allowed.unit == "1" else "string"
+    kind = ["string", "array"] if isinstance(allowed, PerInterface) else kind
     words = f"{allowed.words[0].upper()}{allowed.words[1:]}."
     return {"type": kind, "description": words, **facts(allowed), **more}
 
