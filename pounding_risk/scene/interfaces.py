@@ -9,6 +9,7 @@ from itertools import pairwise
 from math import inf
 from typing import Annotated, Any, NamedTuple
 
+from pounding_risk._common.counted import counted
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, INSTANT_LAWS, is_instant
@@ -28,7 +29,7 @@ from pounding_risk.models.contact.relation import (
     related,
     written_ratio,
 )
-from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground
+from pounding_risk.models.effects import EFFECTS, PerInterface, acts_on_buildings
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures.contact_points import (
     LevelRule,
@@ -425,9 +426,9 @@ def interface_checks(draft: Draft) -> Iterator[Fault]:
     """All faults that more than one key of the interfaces takes part in."""
     yield from _count(draft)
     yield from _gridded(draft)
+    yield from _per_interface(draft)
     if is_row(draft):
         yield from _instant(draft)
-        yield from _ground(draft)
     interfaces = draft.tables("interface")[: most_interfaces(draft)]
     first = next((keys.raw["contact_model"] for keys in interfaces if "contact_model" in keys), None)
     for keys in interfaces:
@@ -440,6 +441,19 @@ def interface_checks(draft: Draft) -> Iterator[Fault]:
         own = keys.raw.get("contact_model", first)
         refused = isinstance(own, str) and own in INSTANT_LAWS and is_row(draft)  # which says what to choose instead
         yield from _laws(keys, draft.table("grid"), None if refused else own)
+
+
+def _per_interface(draft: Draft) -> Iterator[Fault]:
+    """Options of effects that are lists have one value for each interface."""
+    count = most_interfaces(draft)
+    several = f", or {count}, one between each two neighbours from left to right" if count > 1 else ""
+    for name, given in draft.table("effects").raw.items():
+        kinds = EFFECTS[name].options if name in EFFECTS and isinstance(given, dict) else {}
+        for key in (key for key, allowed in kinds.items() if isinstance(allowed, PerInterface)):
+            value = given.get(key)
+            if isinstance(value, list) and len(value) not in (0, count):
+                told = f"a list of {len(value)} for {counted(count, 'interface')}: write one value for all{several}"
+                yield Fault(("effects", name, key), told)
 
 
 def _count(draft: Draft) -> Iterator[Fault]:
@@ -510,18 +524,8 @@ def _instant(draft: Draft) -> Iterator[Fault]:
     ]
     for path, name in named:
         if isinstance(name, str) and name in INSTANT_LAWS:
-            yield Fault(path, f"{name} is for a pair of single masses; in a row choose among {', '.join(LAWS)}")
-
-
-def _ground(draft: Draft) -> Iterator[Fault]:
-    """Effects on the ground under each building, which only the pair knows."""
-    for name in draft.table("effects").raw:
-        if name in EFFECTS and acts_on_ground(name):
-            yield Fault(
-                ("effects", name),
-                "acts on a pair of single masses, and this scene is a row; remove it: all buildings then stand on one "
-                "ground motion",
-            )
+            why = "of floors that touch at one instant, momentum and e leave the velocities open (Halm and Posa 2021)"
+            yield Fault(path, f"{name} is for a pair of single masses: {why}; in a row choose among {', '.join(LAWS)}")
 
 
 def _as_list(value: object) -> list[Any]:

@@ -6,12 +6,20 @@ from typing import Annotated, Any, NamedTuple
 from pounding_risk._common.words import nearest
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, needs_floors
 from pounding_risk.models.contact.laws import LAWS
-from pounding_risk.models.effects import EFFECTS, default_example, defaults, refusal
+from pounding_risk.models.effects import (
+    EFFECTS,
+    PerInterface,
+    default_example,
+    defaults,
+    read_option,
+    refusal,
+    written_option,
+)
 from pounding_risk.scene.buildings import RigidWall
 from pounding_risk.scene.interfaces import LAW_NAMES, known_models
 from pounding_risk.scene.keys import Draft, Key, Number, Table, Unreadable, axis, facts, measured, options, text
 from pounding_risk.scene.toml import Fault, as_list
-from pounding_risk.units import EXAMPLES, GAP, PGA, RTOL, YIELD_FORCE, Quantity, exact, shown
+from pounding_risk.units import EXAMPLES, GAP, PGA, RTOL, YIELD_FORCE, Quantity, shown
 
 _RANGE = "a list in ascending order, or {start, stop, num}; a dimension of the dataset"
 
@@ -69,11 +77,10 @@ class Effect(NamedTuple):
     def written(self) -> dict[str, Any]:
         """The options as a scene file has them: quantities as text, exact."""
         kinds = EFFECTS[self.name].options
-        return {key: _written(value, kinds[key]) for key, value in self.options}
-
-
-def _written(value: Any, kind: Any) -> Any:
-    return exact(float(value), kind) if isinstance(kind, Quantity) else value
+        return {
+            key: written_option(value, kinds[key]) if isinstance(kinds[key], Quantity) else value
+            for key, value in self.options
+        }
 
 
 def effect_key(name: str) -> Key:
@@ -110,7 +117,7 @@ def _read(name: str, value: Any, number: Number) -> Effect:
 
 def _value(value: Any, allowed: Any, number: Number) -> Any:
     if isinstance(allowed, Quantity):
-        return number(value, allowed)
+        return read_option(value, allowed, number)
     if value not in allowed:
         hint = nearest(value, allowed) if isinstance(value, str) else ""
         raise Unreadable(f"{shown(value)} is not one of {', '.join(map(shown, allowed))}{hint}; write one of these")
@@ -133,7 +140,8 @@ def _option(allowed: Quantity | tuple[str, ...], absent: str) -> dict[str, Any]:
     more = {"x-example": option_example(allowed), "x-absent": absent}
     if not isinstance(allowed, Quantity):
         return {"enum": list(allowed), **more}
-    kind = ["number", "string"] if allowed.unit == "1" else "string"
+    kind: Any = ["number", "string"] if allowed.unit == "1" else "string"
+    kind = ["string", "array"] if isinstance(allowed, PerInterface) else kind
     words = f"{allowed.words[0].upper()}{allowed.words[1:]}."
     return {"type": kind, "description": words, **facts(allowed), **more}
 
