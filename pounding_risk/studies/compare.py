@@ -37,7 +37,7 @@ from pounding_risk.solver.pair.api import Interface, free_response, oscillators
 from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.studies.compare_findings import finding, tables, typical_case
 from pounding_risk.studies.impact import impact
-from pounding_risk.studies.simulate import histories, logged, relative_displacement
+from pounding_risk.studies.pair_trace import histories, logged, relative_displacement
 from pounding_risk.units import SPEED, shown, si
 
 USUAL_TERMS = EqualTerms(EQUAL_TERMS[0], 0.5)  # where neither the call nor the scene says otherwise

@@ -47,8 +47,8 @@ from pounding_risk.scene.reader import read_scene
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.pair.api import Interface
+from pounding_risk.studies.row_trace import Cell, row_histories
 from pounding_risk.studies.simulate import pair_histories
-from pounding_risk.studies.simulate_row import Cell, row_histories
 from pounding_risk.units import GAP, PGA, YIELD_FORCE, Quantity, say, si
 
 LAW = AXES.index("contact_model")

@@ -26,7 +26,7 @@ from pounding_risk.solver.pair.api import Interface, free_response, oscillators,
 from pounding_risk.solver.pair.taylor import bend_at, value_at
 from pounding_risk.solver.workspace import SIGNAL, make_workspace
 from pounding_risk.studies import demo
-from pounding_risk.studies.simulate import _node_times, energies, histories, relative_displacement
+from pounding_risk.studies.pair_trace import _node_times, energies, histories, relative_displacement
 from pounding_risk.studies.stability.trial import shaking
 
 FRAME, SHED = Building("frame", 500e3, 0.5, 0.05), Building("shed", 800e3, 0.31, 0.05)

@@ -18,7 +18,7 @@ from pounding_risk.results import layout
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.counters import STATUS, STATUS_SENTENCES
-from pounding_risk.studies import simulate
+from pounding_risk.studies import pair_trace
 from pounding_risk.studies.histories import OF_A_PAIR, OF_A_ROW
 
 SCENE = scene_text(
@@ -185,14 +185,14 @@ def test_what_is_not_there_is_refused_before_anything_is_written(results, study,
 def test_a_run_that_fails_has_no_motion_past_its_failure(study, tmp_path, monkeypatch):
     """A run said to fail after its last contact: nobody swings on as if parted. (Real failures take a minute.)"""
     whole = pr.simulate(study, gap=0.002, yield_force=inf, pga=0.5 * G)
-    real, failure = simulate.run, max(STATUS_SENTENCES)
+    real, failure = pair_trace.run, max(STATUS_SENTENCES)
 
     def failing(*given):
         raw = real(*given)
         raw[STATUS] = failure
         return raw
 
-    monkeypatch.setattr(simulate, "run", failing)
+    monkeypatch.setattr(pair_trace, "run", failing)
     one = replace(study, records=study.records._replace(names=("RSN6-180",), polarities=("as recorded",)))
     choice = {"gaps": [0.002], "yield_forces": [inf], "pgas": [0.5 * G], "laws": ["jankowski"]}
     pr.histories(one, tmp_path / "failed.nc", **choice)
