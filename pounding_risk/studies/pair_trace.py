@@ -8,15 +8,70 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.ensemble.laws import law_of
+from pounding_risk.models.effects import wave_of
 from pounding_risk.models.ground import DelayedGround
 from pounding_risk.models.structures.sdof import Oscillator
-from pounding_risk.solver.counters import FIRST_YIELD, YIELDS, Log, make_log
-from pounding_risk.solver.pair.api import Interface, run
+from pounding_risk.results.run_labels import Case, Trace, outputs_of_pair
+from pounding_risk.scene.scene import Scene
+from pounding_risk.solver.counters import CONTACT_COLUMNS, FIRST_YIELD, STATUS, YIELDS, Log, make_log
+from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run
 from pounding_risk.solver.pair.flight import Free, state_at, write_series
+from pounding_risk.solver.pair.outputs import building_outputs, run_outputs
 from pounding_risk.solver.workspace import make_workspace
 
 Array = NDArray[np.float64]
 ROWS = 4096  # to begin with; a log that overflows is made again with the room it asked for
+
+
+def pair_trace(study: Scene, case: Case) -> Trace:
+    """The run of a case of a pair in full."""
+    pair = oscillators(*study.pair)
+    free = free_response(pair, case.motion.acceleration, case.motion.dt, wave_of(study.effects))
+    strength = float(case.yield_forces[0])
+    law = law_of(study, case.contact_model)
+    raw, log = logged(pair, free, Interface(float(case.gaps[0]), law, study.restitution, strength), study.rtol)
+    # A motion beyond all numbers is told by the run's status, not by a warning of each sum.
+    with np.errstate(over="ignore", invalid="ignore"):
+        motion = histories(pair, free, log)
+        energy = energies(pair, free, motion)
+    time, states, force, _, impulse = motion
+    # A rigid building has no floor that moves.
+    moved = np.where([building.is_rigid for building in study.pair], np.nan, states.reshape(-1, 2, 2))
+    contacts = log.contacts[: log.used[0]]
+    return Trace(
+        time,
+        {
+            "displacement": moved[:, 0, :, None],
+            "velocity": moved[:, 1, :, None],
+            "relative_displacement": relative_displacement(free, time, states)[:, None],
+            "contact_force": force[:, None],
+            "contact_impulse_so_far": impulse[:, None],
+            **_grounds_at(free, time),
+            **{f"energy_{kind}": values for kind, values in energy.items()},
+        },
+        {name: contacts[:, column] for column, name in enumerate(CONTACT_COLUMNS)},
+        [0] * len(contacts),
+        outputs_of_pair(),
+        {name: values[None] for name, values in run_outputs(raw, strength).items()}
+        | building_outputs(raw, study.pair, case.motion.pga),
+        int(raw[STATUS]),
+        law,
+        float(log.steps[: log.used[1], 0].max(initial=0.0)),
+    )
+
+
+def _grounds_at(free: Free, time: Array) -> dict[str, Array]:
+    """Histories of the ground; those under each building where a wave passes."""
+    first = np.interp(time, _node_times(free), free.ground)
+    if not isinstance(free.passage, DelayedGround):
+        return {"ground_acceleration": first}
+    right = np.interp(time, _node_times(free), free.passage.right)
+    return {
+        "ground_acceleration": first,
+        "building_ground_acceleration": np.column_stack([first, right]),
+        "ground_widening": widening(free, time)[0][:, None],
+    }
 
 
 def logged(pair: Any, free: Free, interface: Interface, rtol: float) -> tuple[Array, Log]:
@@ -119,9 +174,7 @@ def _free_at(pair: tuple[Oscillator, Oscillator], free: Free, time: float) -> Ar
     return np.array(state_at(pair, workspace, free.terms, time - free.passage.moment(free.step, node)))
 
 
-def energies(
-    pair: tuple[Oscillator, Oscillator], free: Free, motion: tuple[Array, ...]
-) -> dict[str, tuple[Array, str]]:
+def energies(pair: tuple[Oscillator, Oscillator], free: Free, motion: tuple[Array, ...]) -> dict[str, Array]:
     """Energy of both buildings together at every time, by kind [J].
 
     Over an interval with a_g linear, −m ∫ a_g u̇ dt = −m ([a_g u] − a_g' ∫ u dt), and ∫ u dt follows from the
@@ -144,10 +197,10 @@ def energies(
         put_in[1:] -= oscillator.mass * np.cumsum(ends * u[1:] - begins * u[:-1] - slope * placed)
         held += 0.5 * oscillator.mass * (v * v + oscillator.omega2 * u * u)
     return {
-        "ground": (put_in, "work that the ground has done on both buildings"),
-        "held": (held, "kinetic and strain energy of both buildings"),
-        "contact": (work, "work of the contact force, dissipated and stored"),
-        "damping": (put_in - held - work, "energy that the structures' dampers have taken"),
+        "ground": put_in,
+        "held": held,
+        "contact": work,
+        "damping": put_in - held - work,
     }
 
 
