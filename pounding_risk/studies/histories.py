@@ -30,17 +30,17 @@ from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import RESULTS, check_target, open_results
-from pounding_risk.results.layout import AXES, CaseVariable, Template, blocks
-from pounding_risk.results.pair_labels import (
+from pounding_risk.results.labels import (
     CONVENTIONS,
     OUTCOME,
     case_coordinates,
     described,
     made_from,
     one_amplitude,
+    places_of,
 )
+from pounding_risk.results.layout import AXES, CaseVariable, Template, blocks
 from pounding_risk.results.provenance import check_records, recorded
-from pounding_risk.results.row_labels import row_coordinates
 from pounding_risk.results.store import store_of
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import read_scene
@@ -256,7 +256,8 @@ def _skeleton(cases: Cases) -> xr.Dataset:
     labels = case_coordinates(study, cases.motions)
     labels.pop("period", None)
     if study.is_row:
-        labels |= row_coordinates(study, row_grid(study))
+        grid = row_grid(study)
+        labels |= places_of(study, grid.gaps, grid.yield_forces)
     whole = one_amplitude(xr.Dataset(coords=labels), study)
     along = "contact_model" if choice.by_law else "record"
     indexers: dict[str, Any] = {axis: sorted(set(choice.places[:, place].tolist())) for place, axis in enumerate(AXES)}

@@ -24,7 +24,7 @@ from pounding_risk.models.structures.sdof import Oscillator
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.results.contact_notes import of_run
 from pounding_risk.results.files import as_text, versions
-from pounding_risk.results.pair_labels import CONVENTIONS, sources_of
+from pounding_risk.results.labels import CONVENTIONS, sources_of
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene

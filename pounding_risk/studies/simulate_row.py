@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from pounding_risk.ensemble.row_grid import mechanics_of, row_grid
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.files import as_text, versions
-from pounding_risk.results.pair_labels import described, sources_of
-from pounding_risk.results.row_labels import row_coordinates
+from pounding_risk.results.labels import described, places_of, sources_of
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.row import api as rows
@@ -76,7 +75,7 @@ def row_histories(study: Scene, cell: Cell) -> xr.Dataset:
     values = outputs(run, cell.yield_forces, cell.motion.pga, grid.frame)
     for name, variable in variables(grid.frame).items():
         data[name] = (variable.dims, values[name], described(variable.unit, variable.words))
-    coords = row_coordinates(study, grid)
+    coords = places_of(study, grid.gaps, grid.yield_forces)
     coords["contact_point_yield_force"] = ("contact_point", cell.yield_forces, described("N", "yield force F_E"))
     coords["interface_gap"] = ("interface", cell.gaps, described("m", "clear distance at rest"))
     names = [building.name for building in study.buildings]
