@@ -69,8 +69,7 @@ def _durations(run: xr.Dataset) -> list[Array]:
 def _of_contacts(results: xr.Dataset) -> Iterator[str]:
     """Notes on the deepest contact of a scan, and on contacts that mostly last half of a period."""
     names = ("peak_penetration", "contact_time", "impact_count", "building_period")
-    of_row = "interface" in results.dims
-    if any(name not in results.variables for name in names) or not (of_row or results["building"].size == 2):
+    if any(name not in results.variables for name in names) or "interface" not in results.dims:
         return
     depth, lasting = 0.0, _Lasting(results)
     for piece in streamed(results, names[:3]):
@@ -110,18 +109,16 @@ class _Lasting:
     def __init__(self, results: xr.Dataset) -> None:
         names = [str(name) for name in results["building"].values]
         periods = dict(zip(names, map(float, results["building_period"].values), strict=True))
-        sides = list(pairwise(names)) if "interface" in results.dims else [(names[0], names[-1])]
-        self.shortest = [shortest({name: periods[name] for name in pair}) for pair in sides]
-        limits = [LONGEST_CONTACT * short[1] if short else inf for short in self.shortest]
-        self.limits = np.array(limits) if "interface" in results.dims else limits[0]
-        self.long: Any = np.zeros(len(limits), dtype=int)
-        self.touching: Any = np.zeros(len(limits), dtype=int)
+        self.shortest = [shortest({name: periods[name] for name in pair}) for pair in pairwise(names)]
+        self.limits = np.array([LONGEST_CONTACT * short[1] if short else inf for short in self.shortest])
+        self.long: Any = np.zeros(self.limits.size, dtype=int)
+        self.touching: Any = np.zeros(self.limits.size, dtype=int)
 
     def add(self, time: Array, count: NDArray[np.int64]) -> None:
-        """Count a block of cases; the last axis is that of interfaces, where there is one."""
+        """Count a block of cases; the last axis is that of interfaces."""
         touching = (count > 0) & (time > 0.0)
         long = touching & (time >= self.limits * count)
-        over = tuple(range(touching.ndim - (np.ndim(self.limits) > 0)))
+        over = tuple(range(touching.ndim - 1))
         self.touching = self.touching + touching.sum(axis=over)
         self.long = self.long + long.sum(axis=over)
 

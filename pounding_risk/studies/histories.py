@@ -22,14 +22,14 @@ from pounding_risk._common.dates import created
 from pounding_risk._common.files import AGAIN
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
+from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import RESULTS, check_target, open_results
-from pounding_risk.results.layout import AXES, CaseVariable, Template, blocks
-from pounding_risk.results.pair_labels import (
+from pounding_risk.results.labels import (
     CONVENTIONS,
     OUTCOME,
     case_coordinates,
@@ -37,8 +37,9 @@ from pounding_risk.results.pair_labels import (
     made_from,
     one_amplitude,
 )
+from pounding_risk.results.layout import AXES, CaseVariable, Template, blocks
 from pounding_risk.results.provenance import check_records, recorded
-from pounding_risk.results.run_labels import DATASET_VERSION, Case, grid_coordinates, level_forces
+from pounding_risk.results.run_labels import Case, grid_coordinates, level_forces
 from pounding_risk.results.store import store_of
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import read_scene
@@ -64,7 +65,6 @@ WRITTEN = (
     "energy_damping",
 )
 CODES = {sentence: code for code, sentence in STATUS_SENTENCES.items()}
-SOURCE = "pounding_risk: event-driven solver"
 COMMENT = (
     "Values at the samples of the records. Between two samples a peak can be larger: the peaks in the results of "
     "scan are those of the continuous motion."
@@ -286,9 +286,8 @@ def _attributes(cases: Cases) -> dict[str, Any]:
     study = cases.study
     return {
         "Conventions": CONVENTIONS,
-        "dataset_version": DATASET_VERSION,
         "title": f"{study.name}: time histories",
-        "source": SOURCE,
+        "source": f"pounding_risk: event-driven {job_kind(study).solver} solver",
         "comment": COMMENT,
         **made_from(study, [cases.motions[place] for place in cases.choice.records]),
     }

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.ensemble.laws import law_of
+from pounding_risk.ensemble.pair_job import PairJob
 from pounding_risk.models.effects import wave_of
 from pounding_risk.models.ground import DelayedGround
 from pounding_risk.models.structures.sdof import Oscillator
-from pounding_risk.results.run_labels import Case, Trace, outputs_of_pair
+from pounding_risk.results.run_labels import Case, Trace
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import CONTACT_COLUMNS, FIRST_YIELD, STATUS, YIELDS, Log, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run
@@ -39,6 +40,8 @@ def pair_trace(study: Scene, case: Case) -> Trace:
     # A rigid building has no floor that moves.
     moved = np.where([building.is_rigid for building in study.pair], np.nan, states.reshape(-1, 2, 2))
     contacts = log.contacts[: log.used[0]]
+    outputs = {name: value[None] for name, value in run_outputs(raw, strength).items()}
+    outputs |= building_outputs(raw, study.pair, case.motion.pga)
     return Trace(
         time,
         {
@@ -52,9 +55,7 @@ def pair_trace(study: Scene, case: Case) -> Trace:
         },
         {name: contacts[:, column] for column, name in enumerate(CONTACT_COLUMNS)},
         [0] * len(contacts),
-        outputs_of_pair(),
-        {name: values[None] for name, values in run_outputs(raw, strength).items()}
-        | building_outputs(raw, study.pair, case.motion.pga),
+        {name: (output, outputs[name]) for name, output in PairJob.outputs(study).items()},
         int(raw[STATUS]),
         law,
         float(log.steps[: log.used[1], 0].max(initial=0.0)),

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.ensemble.row_grid import mechanics_of, model_of
-from pounding_risk.results.run_labels import Case, Trace, outputs_of_row
+from pounding_risk.results.run_labels import Case, Trace
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import Laid, RowRun
 from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
 from pounding_risk.solver.row.model import RowModel
-from pounding_risk.solver.row.outputs import Frame, frame_of, outputs
+from pounding_risk.solver.row.outputs import Frame, frame_of, outputs, variables
 from pounding_risk.solver.row.trace_reader import FACTS, contacts_of, forces_at, impulses_at, instants_of, motion_at
 
 Array = NDArray[np.float64]
@@ -34,6 +34,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
     # A motion beyond all numbers is told by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):
         states = motion_at(run.log, run.states, instants)
+    values = outputs(run, forces, case.motion.pga, frame)
     known = instants.every[np.isfinite(states).all(axis=(1, 2))]
     return Trace(
         instants.every,
@@ -47,8 +48,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
         },
         {name: np.array([touch.facts[column] for touch in touches]) for column, name in enumerate(FACTS)},
         [touch.place for touch in touches],
-        outputs_of_row(frame),
-        outputs(run, forces, case.motion.pga, frame),
+        {name: (output, values[name]) for name, output in variables(frame).items()},
         run.status,
         mechanics.laws[0],
         float(known.max(initial=0.0)),

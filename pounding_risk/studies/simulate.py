@@ -9,6 +9,7 @@ import xarray as xr
 
 from pounding_risk._common.dates import created
 from pounding_risk._common.words import nearest
+from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.limits import check_memory
 from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.errors import PoundingError
@@ -16,7 +17,7 @@ from pounding_risk.models.structures.contact_points import COLUMN
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.results.contact_notes import of_run
 from pounding_risk.results.files import as_text
-from pounding_risk.results.pair_labels import CONVENTIONS
+from pounding_risk.results.labels import CONVENTIONS
 from pounding_risk.results.run_labels import Case, run_dataset
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_scene
@@ -25,6 +26,8 @@ from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.studies.pair_trace import pair_trace
 from pounding_risk.studies.row_trace import row_trace
 from pounding_risk.units import GAP, PGA, YIELD_FORCE, si
+
+TRACES = {"pair": pair_trace, "row": row_trace}  # by solver
 
 
 def simulate(
@@ -103,7 +106,7 @@ def case_of(study: Scene, motion: Motion, law: str, gap: float | None, yield_for
     return Case(
         motion,
         law,
-        (own[varied] if varied else study.gap) if gap is None else gap,
+        own[study.gridded_interface or study.interface_names[0]] if gap is None else gap,
         study.yield_force if yield_force is None else yield_force,
         gaps,
         study.point_yield_forces(yield_force),
@@ -112,7 +115,7 @@ def case_of(study: Scene, motion: Motion, law: str, gap: float | None, yield_for
 
 def run_of(study: Scene, case: Case) -> xr.Dataset:
     """The run of a case with its histories; to the bit the one that a scan makes of it."""
-    return run_dataset(study, case, (row_trace if study.is_row else pair_trace)(study, case))
+    return run_dataset(study, case, TRACES[job_kind(study).solver](study, case))
 
 
 def about_run() -> dict[str, str]:
