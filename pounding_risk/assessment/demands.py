@@ -103,7 +103,8 @@ def interfaces(results: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
 
 def _one_interface(results: xr.Dataset, at: int) -> xr.Dataset:
     part = {"interface": at, "building": slice(at, at + 2)}
-    part["contact_point"] = np.flatnonzero(results["contact_point_interface"].values == at)
+    if "contact_point" in results.dims:
+        part["contact_point"] = np.flatnonzero(results["contact_point_interface"].values == at)
     gaps = own_gaps(results).isel(interface=at)
     if gaps.size > 1 and np.ptp(gaps.values) == 0.0:
         part["gap"] = slice(*(scene_place(results) + end for end in (0, 1)))
