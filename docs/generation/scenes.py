@@ -87,8 +87,8 @@ places, and no number changes. A file of a newer version is refused.
 """
 STOREYS_AND_POINTS = """## Variables of contact points and storeys
 
-Of buildings with storeys, of more than two buildings, and of contact points that the scene gives. Two single masses that
-meet mass to mass have none of these: they would repeat those of the interface and of the buildings.
+Of buildings with storeys, of more than two buildings, and of contact points that the scene gives. Two single masses
+that meet mass to mass have none of these: they would repeat those of the interface and of the buildings.
 
 """
 
@@ -110,10 +110,10 @@ def outputs_page(dataset: dict[str, dict[str, Any]]) -> str:
     more = {name: about for name, about in dataset["variables"].items() if name not in known}
     attributes = [(f"`{name}`", f"`{_short(value)}`" if value else "") for name, value in dataset["attributes"].items()]
     return (
-        f"{OUTPUTS}## Variables of an interface\n\nOf each run, along `interface`; where an interface has several contact "
-        f"points, `long_name` says how its value follows from theirs.\n\n{table(heads, run)}\n"
-        "## Variables of a building\n\nOf each run, along `building`; those without contact only along the dimensions of "
-        f"the motion.\n\n{table(heads, buildings)}\n"
+        f"{OUTPUTS}## Variables of an interface\n\nOf each run, along `interface`; where an interface has several "
+        f"contact points, `long_name` says how its value follows from theirs.\n\n{table(heads, run)}\n"
+        "## Variables of a building\n\nOf each run, along `building`; those without contact only along the dimensions "
+        f"of the motion.\n\n{table(heads, buildings)}\n"
         f"{STOREYS_AND_POINTS}{table((*heads, 'along'), places)}\n"
         f"Along `contact_point`, as for an interface: {points}. Those of storeys and of `building` have a twin without "
         f"contact, with `_free` at its end, and so has `{POINT}peak_closing`.\n\n"

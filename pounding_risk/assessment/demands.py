@@ -240,6 +240,8 @@ def finite_forces(results: xr.Dataset) -> Array:
 
 def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
     """Yield forces of the grid under which some contact may yield, as a mask."""
+    if "contact_point_yield_force" not in results.variables:
+        return np.asarray(np.isfinite(results["yield_force"].values))
     # By the grid's yield force where floors meet; a column keeps its own.
     own = results["contact_point_yield_force"].broadcast_like(results["yield_force"])
     return np.asarray(np.isfinite(own.transpose("yield_force", "contact_point").values).any(axis=1))

@@ -445,7 +445,7 @@ def test_the_command_lists_every_rule():
 
 def test_the_command_prints_the_numbers_of_the_table(results, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    save(results, "results.nc")
+    save(results.assign_coords(gap=[0.01]), "results.nc")
     told = run("results.nc", "--height", "12 m", "--height", "20 m", "--zone", "II", "--figure", "codes.svg")
     assert told.exit_code == 0, told.output
     cells = {line.split()[0]: re.split(r" {2,}", line) for line in told.output.split("\n\n")[0].splitlines()}
