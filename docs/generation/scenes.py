@@ -9,6 +9,7 @@ from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene.reader import scene_schema
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
+from pounding_risk.solver.row.outputs import OF_BUILDINGS, OF_POINTS, OF_RUNS, OF_STOREYS, OF_YIELDING, POINT
 
 SCENE = """# Scene keys
 
@@ -74,6 +75,21 @@ OUTPUTS = """# Results
 `scan` writes one netCDF file, an xarray dataset. Units are SI. A failed run has NaN in its
 numbers and −1 in its counts, and `status` gives the reason; it is never counted as a run without contact.
 
+Two buildings and a whole row have the same shape of dataset. Its cases are along `record`, `polarity`, `pga`,
+`contact_model`, `gap` and `yield_force`; an output lives at the cases alone, or at each `interface`, `contact_point`,
+`building` or `storey` of each. Two buildings have one interface: `results.squeeze("interface")` does without, and every
+command and call reads what is left.
+
+The attribute `dataset_version` is the version of this shape. Files of version 0.1 have none; they are read as if this
+version had written them: those of two single masses get the axis `interface`, of length 1, and the coordinates of their
+places, and no number changes. A file of a newer version is refused.
+
+"""
+STOREYS_AND_POINTS = """## Variables of contact points and storeys
+
+Of buildings with storeys, of more than two buildings, and of contact points that the scene gives. Two single masses
+that meet mass to mass have none of these: they would repeat those of the interface and of the buildings.
+
 """
 
 
@@ -85,13 +101,22 @@ def outputs_page(dataset: dict[str, dict[str, Any]]) -> str:
         (f"`{name}`, `{name}_free`", plain(unit), plain(f"{words}; `_free` is the value without contact"))
         for name, (unit, words, _) in BUILDING.items()
     ]
+    places = [
+        (f"`{name}`", plain(each.unit), plain(each.words), _along(list(each.dims)) or "every run")
+        for name, each in (OF_STOREYS | OF_YIELDING | {"peak_drift": OF_BUILDINGS["peak_drift"]} | OF_RUNS).items()
+    ]
+    points = ", ".join(f"`{POINT}{name}`" for name in OF_POINTS)
     known = {*RUN, *BUILDING, *(f"{name}_free" for name in BUILDING)}
     more = {name: about for name, about in dataset["variables"].items() if name not in known}
     attributes = [(f"`{name}`", f"`{_short(value)}`" if value else "") for name, value in dataset["attributes"].items()]
     return (
-        f"{OUTPUTS}## Variables of a run\n\nAlong all dimensions except `building`.\n\n{table(heads, run)}\n"
-        "## Variables of a building\n\nAlong all dimensions; those without contact only along those of the motion.\n\n"
-        f"{table(heads, buildings)}\n"
+        f"{OUTPUTS}## Variables of an interface\n\nOf each run, along `interface`; where an interface has several "
+        f"contact points, `long_name` says how its value follows from theirs.\n\n{table(heads, run)}\n"
+        "## Variables of a building\n\nOf each run, along `building`; those without contact only along the dimensions "
+        f"of the motion.\n\n{table(heads, buildings)}\n"
+        f"{STOREYS_AND_POINTS}{table((*heads, 'along'), places)}\n"
+        f"Along `contact_point`, as for an interface: {points}. Those of storeys and of `building` have a twin without "
+        f"contact, with `_free` at its end, and so has `{POINT}peak_closing`.\n\n"
         f"## Further variables of runs and motions\n\n`change_` and `sensitive` exist if `--check-fraction` is above 0."
         f"\n\n{_labels(more)}\n"
         f"## Status of a run\n\n{table(('status', 'meaning'), _endings())}\n"

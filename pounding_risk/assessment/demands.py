@@ -103,7 +103,8 @@ def interfaces(results: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
 
 def _one_interface(results: xr.Dataset, at: int) -> xr.Dataset:
     part = {"interface": at, "building": slice(at, at + 2)}
-    part["contact_point"] = np.flatnonzero(results["contact_point_interface"].values == at)
+    if "contact_point" in results.dims:
+        part["contact_point"] = np.flatnonzero(results["contact_point_interface"].values == at)
     gaps = own_gaps(results).isel(interface=at)
     if gaps.size > 1 and np.ptp(gaps.values) == 0.0:
         part["gap"] = slice(*(scene_place(results) + end for end in (0, 1)))
@@ -239,6 +240,8 @@ def finite_forces(results: xr.Dataset) -> Array:
 
 def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
     """Yield forces of the grid under which some contact may yield, as a mask."""
+    if "contact_point_yield_force" not in results.variables:
+        return np.asarray(np.isfinite(results["yield_force"].values))
     # By the grid's yield force where floors meet; a column keeps its own.
     own = results["contact_point_yield_force"].broadcast_like(results["yield_force"])
     return np.asarray(np.isfinite(own.transpose("yield_force", "contact_point").values).any(axis=1))

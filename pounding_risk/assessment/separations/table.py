@@ -256,7 +256,7 @@ def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, 
         percentile out of its range.
     """
     percentile = percentile_of(percentile)
-    shown = _one_amplitude(_complete(with_axes(results))).isel(interface=0)
+    shown = _one_amplitude(_complete(with_axes(results))).isel(interface=0, missing_dims="ignore")
     left, right = (by_motion(at_contact(shown, side)).astype(float) for side in (0, 1))
     site = _known_site(shown, site)
     closing = by_motion(shown["peak_closing_free"]).astype(float)
