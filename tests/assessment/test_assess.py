@@ -25,7 +25,10 @@ from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.models.effects import EFFECTS
+from pounding_risk.models.structures.contact_points import Point
+from pounding_risk.models.structures.sdof import Building
 from pounding_risk.results.files import as_text, save
+from pounding_risk.results.places import place_coordinates
 from pounding_risk.scene.reader import parse_scene
 
 G = 9.80665
@@ -561,7 +564,9 @@ def test_interfaces_are_taken_one_by_one():
     both["building_period"], both["building_damping"] = ("building", [0.5, 0.6, 0.7]), ("building", [0.05] * 3)
     both["peak_displacement_free"] = (("record", "polarity", "building"), np.full((6, 2, 3), 0.03))
     both = both.set_coords(["building_period", "building_damping"])
-    both = both.assign_coords(building_position=("building", ["end", "interior", "end"]))
+    sides = [Building(name, 1e5, 0.5, 0.05) for name in "ABC"]
+    points = [Point(at, 1.0, 1.0, "floor", np.nan) for at in (0, 1)]
+    both = both.assign_coords(place_coordinates(sides, points, np.tile(both["yield_force"].values[:, None], 2)))
     both["peak_closing"] = both["impact_count"] * 0.0  # no run closes more than the motion without contact
     both.attrs = one.attrs | {"scene_resolved": 2 * one.attrs["scene_resolved"]}
     assert [name for name, _ in interfaces(both)] == ["A | B", "B | C"]

@@ -286,6 +286,7 @@ def made_results(closing: np.ndarray, left: np.ndarray, right: np.ndarray, perio
     count = closing.shape
     sides = [Building(name, 1e5, 1.0, 0.05) for name in BUILDINGS]
     places = place_coordinates(sides, [Point(0, 1.0, 1.0, "floor", np.nan)], np.full((1, 1), np.inf))
+    del places["contact_point_yield_force"]
     return xr.Dataset(
         {
             "peak_closing_free": ((*axes, "interface"), closing[..., None]),

@@ -312,9 +312,10 @@ def _known_site(results: xr.Dataset, site: Site) -> Site:
     left, right = (float(height) for height in results["building_height"].values)
     known = all(isfinite(height) and height > 0.0 for height in (left, right))
     heights = (left, right) if site.heights is None and known else site.heights
-    # Of floors whose levels are not known nobody can say that they are aligned.
+    # Floors of a single mass, and those whose levels are not known, cannot be said to be aligned.
     level = (results["contact_point_kind"] == "floor") & np.isfinite(results["contact_point_level"])
-    return site._replace(heights=heights, aligned=site.aligned or bool(level.all()))
+    aligned = "storey_displacement_free" in results and bool(level.all())
+    return site._replace(heights=heights, aligned=site.aligned or aligned)
 
 
 def _complete(results: xr.Dataset) -> xr.Dataset:
