@@ -104,9 +104,10 @@ class Cases(NamedTuple):
     def run(self, case: Sequence[int]) -> xr.Dataset:
         """Dataset of a case, as `simulate` returns it."""
         study, grid = self.study, self.study.grid
-        model, gap, force = grid.contact_models[case[3]], grid.gaps[case[4]], grid.yield_forces[case[5]]
-        limits = study.interface_gaps(gap), level_forces(study, force)
-        return run_of(study, Case(self.motion(case), model, gap, force, *limits))
+        law, gap, force = case[LAW:]
+        level = grid.gaps[gap], grid.yield_forces[force]
+        limits = study.interface_gaps(level[0]), level_forces(study, level[1])
+        return run_of(study, Case(self.motion(case), grid.contact_models[law], *level, *limits))
 
     def at_samples(self, case: Sequence[int]) -> dict[str, Any]:
         """The variables of a case, time last and NaN past the end of its record, and its status."""

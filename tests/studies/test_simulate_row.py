@@ -200,6 +200,7 @@ def test_a_run_that_fails_has_no_motion_past_its_failure():
     assert wild.attrs["status"].startswith("the step in contact fell below")
     moved = np.isfinite(wild["displacement"].values[:, 0, 0])
     assert 10 < moved.sum() < moved.size and not moved[-1]
+    assert np.isnan(wild["contact_force"].values[~moved]).all() and np.isfinite(wild["ground_acceleration"]).all()
     assert not np.isfinite(wild["storey_displacement"].values).any()
     assert run_finding(wild).startswith("The run is not complete: the step")
     assert figures.simulation_figure(wild).axes
