@@ -6,9 +6,11 @@ from typing import Any
 
 from generation.markdown import docstring, plain, table
 from pounding_risk.models.effects import EFFECTS
+from pounding_risk.results.run_variables import CONTACT_PLACE, CONTACTS, HISTORIES
 from pounding_risk.scene.sections import scene_schema
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
+from pounding_risk.solver.row.outputs import OF_BUILDINGS, OF_POINTS, OF_RUNS, OF_STOREYS, OF_YIELDING, POINT
 
 SCENE = """# Scene keys
 
@@ -74,6 +76,31 @@ OUTPUTS = """# Results
 `scan` writes one netCDF file, an xarray dataset. Units are SI. A failed run has NaN in its
 numbers and −1 in its counts, and `status` gives the reason; it is never counted as a run without contact.
 
+Two buildings and a whole row have the same shape of dataset. Its cases are along `record`, `polarity`, `pga`,
+`contact_model`, `gap` and `yield_force`; an output lives at the cases alone, or at each `interface`, `contact_point`,
+`building` or `storey` of each. Two buildings have one interface: `results.squeeze("interface")` does without, and every
+command and call reads what is left.
+
+The attribute `dataset_version` is the version of this shape. Files of version 0.1 have none; they are read as if this
+version had written them: those of two single masses get the axis `interface`, of length 1, and the coordinates of their
+places, and no number changes. A file of a newer version is refused.
+
+"""
+STOREYS_AND_POINTS = """## Variables of contact points and storeys
+
+Of buildings with storeys, of more than two buildings, and of contact points that the scene gives. Two single masses
+that meet mass to mass have none of these: they would repeat those of the interface and of the buildings.
+
+"""
+ONE_RUN = """## One run
+
+`simulate` returns one run: its histories, its contacts in the order of their touches, and every output above that the
+solver makes, along `interface`, `contact_point`, `building` and `storey` with the coordinates below. What a solver does
+not make is absent: the energies are those of two single masses, and of a row the contacts have their times, speed,
+force and impulse. The attributes name the case (`record`, `polarity`, `pga`, `contact_model`, `gap`, `yield_force`),
+and `status` says how the run ended; after a failure the histories are NaN. `histories` writes displacements, forces and
+energies of many runs at the samples of their records, along the axes of the cases.
+
 """
 
 
@@ -85,13 +112,23 @@ def outputs_page(dataset: dict[str, dict[str, Any]]) -> str:
         (f"`{name}`, `{name}_free`", plain(unit), plain(f"{words}; `_free` is the value without contact"))
         for name, (unit, words, _) in BUILDING.items()
     ]
+    places = [
+        (f"`{name}`", plain(each.unit), plain(each.words), _along(list(each.dims)) or "every run")
+        for name, each in (OF_STOREYS | OF_YIELDING | {"peak_drift": OF_BUILDINGS["peak_drift"]} | OF_RUNS).items()
+    ]
+    points = ", ".join(f"`{POINT}{name}`" for name in OF_POINTS)
     known = {*RUN, *BUILDING, *(f"{name}_free" for name in BUILDING)}
     more = {name: about for name, about in dataset["variables"].items() if name not in known}
     attributes = [(f"`{name}`", f"`{_short(value)}`" if value else "") for name, value in dataset["attributes"].items()]
     return (
-        f"{OUTPUTS}## Variables of a run\n\nAlong all dimensions except `building`.\n\n{table(heads, run)}\n"
-        "## Variables of a building\n\nAlong all dimensions; those without contact only along those of the motion.\n\n"
-        f"{table(heads, buildings)}\n"
+        f"{OUTPUTS}## Variables of an interface\n\nOf each run, along `interface`; where an interface has several "
+        f"contact points, `long_name` says how its value follows from theirs.\n\n{table(heads, run)}\n"
+        "## Variables of a building\n\nOf each run, along `building`; those without contact only along the dimensions "
+        f"of the motion.\n\n{table(heads, buildings)}\n"
+        f"{STOREYS_AND_POINTS}{table((*heads, 'along'), places)}\n"
+        f"Along `contact_point`, as for an interface: {points}. Those of storeys and of `building` have a twin without "
+        f"contact, with `_free` at its end, and so has `{POINT}peak_closing`.\n\n"
+        f"{ONE_RUN}{_labels(HISTORIES)}\nOf each contact, along `contact`:\n\n{table(heads, _contacts())}\n"
         f"## Further variables of runs and motions\n\n`change_` and `sensitive` exist if `--check-fraction` is above 0."
         f"\n\n{_labels(more)}\n"
         f"## Status of a run\n\n{table(('status', 'meaning'), _endings())}\n"
@@ -101,6 +138,11 @@ def outputs_page(dataset: dict[str, dict[str, Any]]) -> str:
         f"{table(('attribute', 'example'), attributes)}\n"
         f"## Instant impacts\n\n{docstring(_jumps())}"
     )
+
+
+def _contacts() -> list[tuple[str, str, str]]:
+    facts = [(f"`contact_{name}`", plain(unit), plain(words)) for name, (unit, words) in CONTACTS.items()]
+    return [*facts, ("`contact_place`", "", plain(CONTACT_PLACE["long_name"]))]
 
 
 def _endings() -> list[tuple[str, str]]:

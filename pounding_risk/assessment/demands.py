@@ -9,7 +9,6 @@ import re
 import shlex
 import tomllib
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -61,7 +60,7 @@ class Motions(NamedTuple):
     amplitudes: tuple[float | None, ...]  # m/s2, of the grid; None for motions as recorded
     closing: Array  # (motions, amplitudes) [m]
     finite: NDArray[np.bool_]  # (motions,) False where a closing is not finite at some amplitude, or the record is dead
-    alone: Array | None = None  # of a row: what the motion closes without contact anywhere, at most ``closing``
+    alone: Array | None = None  # of one interface of several: closing without contact anywhere, at most ``closing``
 
 
 def open_dataset(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
@@ -99,11 +98,7 @@ def interfaces(results: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     ``gap`` is the interface's own. Where the grid varies another's gap, its own is one: beside that gap of the other
     which is nearest to the scene's.
     """
-    names = [str(name) for name in results["building"].values]
-    pairs = [f"{left} | {right}" for left, right in pairwise(names)]
-    if "interface" not in results.dims:
-        return [(pairs[0], results)]
-    return [(name, _one_interface(results, at)) for at, name in enumerate(pairs)]
+    return [(str(name), _one_interface(results, at)) for at, name in enumerate(results["interface"].values)]
 
 
 def _one_interface(results: xr.Dataset, at: int) -> xr.Dataset:
@@ -133,7 +128,7 @@ def motions_of(results: xr.Dataset) -> Motions:
     if "pga" in results.coords:
         amplitudes = tuple(float(pga) for pga in np.atleast_1d(results["pga"].values))
     alone = _by_amplitude(results["peak_closing_free"])
-    closing = np.fmax(alone, _pushed(results)) if is_of_row(results) else alone
+    closing = np.fmax(alone, _pushed(results)) if is_pushed(results) else alone
     turns = len(polarities)
     return Motions(
         tuple(name for name in records for _ in polarities),
@@ -142,7 +137,7 @@ def motions_of(results: xr.Dataset) -> Motions:
         amplitudes,
         closing,
         np.atleast_1d(np.isfinite(alone).all(axis=1)) & np.repeat(_is_shaking(results), turns),
-        alone if is_of_row(results) else None,
+        alone if is_pushed(results) else None,
     )
 
 
@@ -182,9 +177,9 @@ def _is_shaking(results: xr.Dataset) -> NDArray[np.bool_]:
     return np.asarray(results["record_pga"].values >= LEAST_SHAKING)
 
 
-def is_of_row(results: xr.Dataset) -> bool:
-    """True for one interface of a row, as `interfaces` gives it."""
-    return "interface" in results.coords
+def is_pushed(results: xr.Dataset) -> bool:
+    """True for one interface of several: what stands further along the row may push its buildings."""
+    return "interior" in results["building_position"].values
 
 
 def _pushed(results: xr.Dataset) -> Array:
@@ -245,7 +240,7 @@ def finite_forces(results: xr.Dataset) -> Array:
 
 def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
     """Yield forces of the grid under which some contact may yield, as a mask."""
-    if not (is_of_row(results) and "contact_point_yield_force" in results.variables):
+    if "contact_point_yield_force" not in results.variables:
         return np.asarray(np.isfinite(results["yield_force"].values))
     # By the grid's yield force where floors meet; a column keeps its own.
     own = results["contact_point_yield_force"].broadcast_like(results["yield_force"])

@@ -1,4 +1,4 @@
-"""One cell of a row's grid: buildings and contact points, and contact, force and yielding over the motions at each.
+"""One cell of a grid: buildings and contact points, and contact, force and yielding over the motions at each.
 
 Read from a dataset of `scan`; nothing here runs a case. Lengths in m, forces in N.
 """
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 UNDEFINED = -1  # counts and flags of a failed run
+POINT = "contact_point_"
 STOREY_HEIGHT = 3.0  # m, of a building of which no height is known
 
 
@@ -78,16 +79,6 @@ class RowCase(NamedTuple):
         return tuple(map(str, self.results["interface"].values))
 
 
-def check_row(results: xr.Dataset) -> None:
-    """Raise PoundingError for what is no dataset of `scan`, and for one of a pair, which has no row to draw."""
-    check_dataset(results)
-    if "interface" not in results.dims:
-        raise PoundingError(
-            "the dataset is one of a pair, which is no row; `pounding-risk scan SCENE --figure` draws a pair. A row "
-            "is a scene with storeys, with given points of contact, or with more than two buildings"
-        )
-
-
 def row_case(
     results: xr.Dataset,
     *,
@@ -96,12 +87,12 @@ def row_case(
     yield_force: float | str | None = None,
     pga: float | str | None = None,
 ) -> RowCase:
-    """One cell of the grid of a row: the nearest to what is asked, by default the scene's own.
+    """One cell of the grid: the nearest to what is asked, by default the scene's own.
 
     Parameters
     ----------
     results : xarray.Dataset
-        A dataset of `scan`, of a row.
+        A dataset of `scan`.
     gap : float or str, optional
         Gap [m, or text with a unit].
     contact_model : str, optional
@@ -119,9 +110,9 @@ def row_case(
     Raises
     ------
     PoundingError
-        For a dataset that is none of a row, and for a contact model that the grid has not.
+        For what is no dataset of `scan`, and for a contact model that the grid has not.
     """
-    check_row(results)
+    check_dataset(results)
     gap = None if gap is None else si(gap, GAP, "gap")
     yield_force = None if yield_force is None else si(yield_force, YIELD_FORCE, "yield_force")
     pga = None if pga is None else si(pga, PGA, "pga")
@@ -155,7 +146,7 @@ def _model(results: xr.Dataset, asked: str | None) -> int:
 
 
 def building_shapes(shown: xr.Dataset) -> tuple[BuildingShape, ...]:
-    """Every building of a row's dataset; one without a height is as tall as its taller neighbour."""
+    """Every building of a dataset; one without a height is as tall as its taller neighbour."""
     heights = shown["building_height"].values.astype(float)
     levels = shown["floor_level"].transpose("building", "storey").values
     storeys = shown["building_storeys"].values
@@ -175,13 +166,15 @@ def building_shapes(shown: xr.Dataset) -> tuple[BuildingShape, ...]:
 def _points(shown: xr.Dataset) -> tuple[ContactPoint, ...]:
     buildings = building_shapes(shown)
     columns = [shown[f"contact_point_{name}"].values for name in ("interface", "left_floor", "right_floor", "kind")]
-    points = []
+    points, touches = [], _touches(shown)
     for at, (interface, left, right, kind) in enumerate(zip(*columns, strict=True)):
         level = float(shown["contact_point_level"].values[at])
         if not np.isfinite(level):
             # Two masses of which no height is given touch where the lower is drawn to end.
             level = min(buildings[int(interface) + side].height for side in (0, 1))
-        touch = _touch(shown.isel(contact_point=at), "contact_point_")
+        # What is not told point by point is that of an interface with one point.
+        several = f"{POINT}impact_count" in shown
+        touch = _touch(shown.isel(contact_point=at), POINT) if several else touches[int(interface)]
         points.append(ContactPoint(int(interface), float(left), float(right), str(kind), level, touch))
     return tuple(points)
 

@@ -50,6 +50,7 @@ def separations(
     from pounding_risk.assessment.separations.table import Site, code_table
     from pounding_risk.results.check import check_scan
     from pounding_risk.results.files import open_results
+    from pounding_risk.results.selected_axes import with_axes
     from pounding_risk.units import PGA, Quantity
 
     required = percentile_of(percentile, "--percentile")
@@ -58,9 +59,9 @@ def separations(
     heights = _pair("--height", [read_option("--height", text, length) for text in height], '"12 m"', '"20 m"')
     factors = _pair("--factor", factor, "0.8", "1") or (1.0, 1.0)
     site = Site(heights, factors, aligned, alike, zone, intensity, structure, surface)
-    dataset = open_results(results)
+    dataset = with_axes(open_results(results), str(results))
     check_scan(dataset, str(results), names=("building", "building_period", "building_damping"))
-    parts = _chosen(interfaces(dataset) if "interface" in dataset.dims else [("", dataset)], interface)
+    parts = _chosen(interfaces(dataset), interface)
     if len(parts) > 1 and figure is not None:
         raise PoundingError(f'--figure: shows one of {len(parts)} interfaces; add --interface "{parts[0][0]}"')
     for name, part in parts:
@@ -85,7 +86,7 @@ def _chosen(parts: list[tuple[str, Any]], name: str | None) -> list[tuple[str, A
     """The part of the dataset of the interface of this name, or all; raises PoundingError for an unknown name."""
     chosen = [part for part in parts if name in (None, part[0])]
     if not chosen:
-        known = ", ".join(part[0] for part in parts if part[0]) or "none: it is of a pair"
+        known = ", ".join(part[0] for part in parts)
         raise PoundingError(f"--interface: {name!r} is not in the dataset, which has {known}")
     return chosen
 

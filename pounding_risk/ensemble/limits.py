@@ -11,12 +11,11 @@ import os
 import shutil
 from collections.abc import Iterable
 from itertools import pairwise
-from math import ceil, pi, sqrt
+from math import ceil, sqrt
 from pathlib import Path
 
 from pounding_risk.errors import SceneError
 from pounding_risk.models.structures.mdof import chain_of
-from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.scene import Scene
 
@@ -34,10 +33,10 @@ def fastest_rate(study: Scene) -> float:
     for building in study.buildings:
         if building.is_rigid:
             continue
-        if isinstance(building, Building) and not study.is_row:
-            rates.append(2.0 * pi / building.period)
-            continue
         chain = chain_of(building, study.effects)
+        if chain.mass.size == 1:
+            rates.append(sqrt(chain.spring[0] / chain.mass[0]))
+            continue
         springs = pairwise([*chain.spring.tolist(), 0.0])
         rates += [sqrt(2.0 * (below + above) / mass) for mass, (below, above) in zip(chain.mass, springs, strict=True)]
     return max(rates)

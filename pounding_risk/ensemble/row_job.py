@@ -13,64 +13,87 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.once import Shared
 from pounding_risk.ensemble.chunks import RAGGED, Chunk
-from pounding_risk.ensemble.job import Finish, ScanInput, never
-from pounding_risk.ensemble.row_grid import row_grid
-from pounding_risk.ensemble.tolerance_check import (
-    SENSITIVE,
-    AtLeastOne,
-    check_variables,
-    differences,
-    drawn,
-    made_again,
-    not_made_again,
-)
-from pounding_risk.motions.motion import driven
+from pounding_risk.ensemble.grid_job import HOW, Array, GridJob, Place, Sizes
+from pounding_risk.ensemble.job import Finish, ScanInput
+from pounding_risk.ensemble.row_grid import model_of, row_grid
+from pounding_risk.ensemble.tolerance_check import SENSITIVE, AtLeastOne, differences, not_made_again
+from pounding_risk.motions.motion import Motion
 from pounding_risk.results.files import as_text
-from pounding_risk.results.layout import Slab, Template, bytes_per_case, slabs
-from pounding_risk.results.pair_labels import kept_as
-from pounding_risk.results.row_labels import row_skeleton, row_variables
-from pounding_risk.results.tolerance_check import COUNTED, RELATIVE, tighter
+from pounding_risk.results.labels import kept_as
+from pounding_risk.results.layout import Slab
+from pounding_risk.results.tolerance_check import COUNTED, RELATIVE
+from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.grid import KNOWN, SIMULATED
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.api import RowRun
+from pounding_risk.solver.row.api import HIGHEST, RowRun
 from pounding_risk.solver.row.cases import Answered, Cases, Driven
-from pounding_risk.solver.row.outputs import Outputs, outputs, variables
+from pounding_risk.solver.row.outputs import (
+    Outputs,
+    Variable,
+    closing,
+    frame_of,
+    moving_outputs,
+    moving_variables,
+    outputs,
+    variables,
+)
 
-Place = tuple[int, ...]
 MOTIONS = 128  # responses without contact that are kept, each with its motion, some hundred kB
 CASES = 16  # motions under a contact model that are kept, with the runs that their cases share
-NOTHING = np.zeros(0)
+CLOSINGS = ("contact_point_peak_closing", "peak_closing")  # in the order of `closing`
 # How the parts of a case were answered: a key of each run, zero beyond the last, and whether the run was known before.
 KEYS, ANSWERS = f"keys{RAGGED}", f"answers{RAGGED}"
 OWN, FROM_LARGER = 1, 2
-STATUS, HOW = "status", "simulated"
+STATUS = "status"
 
 
-class RowJob:
-    """The grid of a row; see `job.Job`. Raises as `row_grid.row_grid`."""
+class RowJob(GridJob):
+    """The grid of a row. Raises as `row_grid.row_grid`."""
+
+    solver = "row"
 
     def __init__(self, scan_input: ScanInput):
-        self.scan_input, self.study = scan_input, scan_input.study
-        self.grid = row_grid(self.study)
-        self.variables = variables(self.grid.frame)
-        study = self.study
-        self.motions_shape = (len(scan_input.motions), len(study.records.polarities), len(study.grid.pgas))
-        self.shape = (*self.motions_shape, *self.grid.shape)
-        self.batches, self.width = int(np.prod(self.shape[:-1])), self.shape[-1]
-        self.bytes_per_batch = self.width * bytes_per_case(row_variables(self.grid.frame), self.grid.frame.sizes)
+        self.grid = row_grid(scan_input.study)
+        firsts = self.grid.model.bounds[:-1]  # contact points of the interfaces
+        laws = tuple(tuple(mechanics.laws[first] for first in firsts) for mechanics in self.grid.mechanics)
+        super().__init__(scan_input, laws, (self.grid.gaps, self.grid.yield_forces))
         self._driven: Shared[Driven] = Shared(MOTIONS)
         self._cases: Shared[Cases] = Shared(CASES)
 
-    def driven(self, motion: Place) -> Driven:
-        """A motion of the grid (record, polarity, amplitude) and the row's response to it without contact."""
-        record, polarity, amplitude = motion
+    @classmethod
+    def outputs(cls, study: Scene) -> dict[str, Variable]:
+        return variables(frame_of(model_of(study)))
+
+    @classmethod
+    def free_outputs(cls, study: Scene) -> dict[str, Variable]:
+        every = cls.outputs(study)
+        closings = {name: every[name] for name in CLOSINGS}
+        return moving_variables(frame_of(model_of(study))) | closings
+
+    @classmethod
+    def sizes(cls, study: Scene) -> Sizes:
+        return cls.sizes_along(study, frame_of(model_of(study)).sizes)
+
+    @classmethod
+    def closing(cls, study: Scene) -> Callable[[Motion], tuple[Array, Any]]:
+        model = model_of(study)
+        gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])[:, model.interfaces]
+
+        def respond(motion: Motion) -> tuple[Array, Any]:
+            free = rows.free_row(model.row(motion.dt), motion.acceleration)
+            # A response that fails is the result of its cases.
+            is_whole = free.status == COMPLETE
+            closed = (free.points[:, HIGHEST] - gaps).max(axis=1) if is_whole else np.zeros(len(gaps))
+            return closed, (free, motion.acceleration)
+
+        return respond
+
+    def free(self, motion: Place) -> Driven:
+        """A motion of the grid and the row's response to it without contact."""
 
         def respond() -> Driven:
-            study = self.study
-            ground = driven(
-                self.scan_input.motions[record], study.records.polarities[polarity], study.grid.pgas[amplitude]
-            )
+            ground = self.ground(motion)
             free = rows.free_row(self.grid.model.row(ground.dt), ground.acceleration)
             return Driven(ground.acceleration, ground.dt, ground.pga, free)
 
@@ -78,7 +101,7 @@ class RowJob:
 
     def cases(self, motion: Place, law: int, rtol: float) -> Cases:
         """The cases of one motion under one contact model."""
-        return Cases(self.grid.model, self.grid.mechanics[law], self.driven(motion), rtol)
+        return Cases(self.grid.model, self.grid.mechanics[law], self.free(motion), rtol)
 
     @cached_property
     def prepared(self) -> str:
@@ -89,15 +112,11 @@ class RowJob:
                 digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()
 
-    def law_at(self, batch: int) -> int:
-        """Index of the contact model that a batch needs."""
-        return batch // self.shape[-2] % self.shape[-3]
-
-    def solve(self, batches: range, stop: Callable[[], bool] = never) -> Chunk | None:
-        """Outputs of every case, how its parts were answered, and how far runs that are repeated move."""
+    def solved(self, batches: range, stop: Callable[[], bool]) -> tuple[Chunk, NDArray[np.bool_]] | None:
+        """Outputs of every case, and how its parts were answered."""
         chunk = self._empty(len(batches))
         answers: list[list[list[Answered]]] = []
-        for slab in slabs(batches, self.shape, 1):
+        for slab in self.slabs(batches):
             answered = self._solved(slab, chunk, stop)
             if answered is None:
                 return None
@@ -106,18 +125,14 @@ class RowJob:
         if self.scan_input.screening:
             own = np.array([_own(answered) for answered in answers]).reshape(own.shape)
             chunk |= _written(answers, self.width)
-        if self.scan_input.check_fraction > 0.0:
-            places = drawn(batches, own & (chunk[STATUS] == COMPLETE), self.scan_input.check_fraction)
-            checked = self.checked(batches, chunk, places, stop)
-            return None if checked is None else chunk | checked
-        return chunk
+        return chunk, own & (chunk[STATUS] == COMPLETE)
 
     def _empty(self, count: int) -> Chunk:
         """Arrays of zeros for so many batches."""
         sizes = self.grid.frame.sizes
         chunk: Chunk = {
             name: np.zeros((count, self.width, *(sizes[dim] for dim in variable.dims)), kept_as(variable.whole))
-            for name, variable in self.variables.items()
+            for name, variable in variables(self.grid.frame).items()
         }
         return chunk | {STATUS: np.zeros((count, self.width), np.int8)}
 
@@ -135,48 +150,34 @@ class RowJob:
             answers.append(answered)
         run = stacked(runs)
         chunk[STATUS][slab.batches] = run.status
-        pga = self.driven(slab.motion).pga
+        pga = self.free(slab.motion).pga
         for name, values in outputs(run, self.grid.yield_forces, pga, self.grid.frame).items():
             chunk[name][slab.batches] = values
         return answers
 
-    def checked(
-        self, batches: range, chunk: Chunk, places: NDArray[np.bool_], stop: Callable[[], bool]
-    ) -> Chunk | None:
-        """Repeat the runs at ``places`` at the tighter tolerance, the whole row at once.
+    def repeated(self, slab: Slab, strength: int, rtol: float) -> tuple[int, Outputs]:
+        """The whole row at once."""
+        run = self.cases(slab.motion, slab.law, rtol).whole(self.grid.limits(slab.gaps.start, strength))
+        return run.status, outputs(run, self.grid.yield_forces[strength], 0.0, self.grid.frame)
 
-        The change of a run is the largest over its interfaces.
-        """
-        at = np.argwhere(places)
-        if not len(at):
-            return not_made_again((len(batches), self.width))
-        second: list[tuple[int, Outputs]] = []
-        for batch, level in at:
-            if stop():
-                return None
-            (slab,) = slabs(range(batches.start + batch, batches.start + batch + 1), self.shape, 1)
-            limits = self.grid.limits(slab.gaps.start, level)
-            run = self.cases(slab.motion, slab.law, tighter(self.grid.rtol)).whole(limits)
-            second.append((run.status, outputs(run, self.grid.yield_forces[level], 0.0, self.grid.frame)))
+    def moves(self, chunk: Chunk, places: NDArray[np.bool_], second: list[tuple[int, Outputs]]) -> dict[str, Array]:
+        """The change of a run is the largest over its interfaces."""
         failed = np.array([status != COMPLETE for status, _ in second], dtype=bool)
         names = (*RELATIVE, *COUNTED)
         after = {name: np.array([repeated[name] for _, repeated in second]) for name in names}
         before = {name: chunk[name][places] for name in names}
-        moves = differences(before, after, failed[:, None])
-        return made_again(places, {name: values.max(axis=1) for name, values in moves.items()}, self.grid.rtol)
+        return {name: moved.max(axis=1) for name, moved in differences(before, after, failed[:, None]).items()}
 
-    @cached_property
-    def template(self) -> Template:
-        """The dataset without the values of its cases."""
-        places = np.empty(self.motions_shape, dtype=object)
+    def free_values(self) -> dict[str, Array]:
+        frame, every = self.grid.frame, []
         for motion in np.ndindex(self.motions_shape):
-            places[motion] = self.driven(motion)._replace(acceleration=NOTHING)  # of every motion at once: too much
-        checks = check_variables(self.grid.rtol) if self.scan_input.check_fraction > 0.0 else {}
-        skeleton = row_skeleton(self.study, self.scan_input.motions, places, self.grid)
-        return Template(skeleton, row_variables(self.grid.frame) | checks, self.shape)
+            driven = self.free(motion)
+            closings = dict(zip(CLOSINGS, closing(driven.free, frame.model), strict=True))
+            every.append(moving_outputs(driven.free, driven.pga, frame) | closings)
+        stacks = {name: np.array([values[name] for values in every]) for name in every[0]}
+        return {name: stack.reshape(*self.motions_shape, *stack.shape[1:]) for name, stack in stacks.items()}
 
     def writer(self) -> RowWriter:
-        """A new writer of this job's dataset, before its first batch."""
         return RowWriter(self)
 
 
@@ -203,14 +204,14 @@ class RowWriter:
                 if batch % job.shape[-2] == 0:  # the first gap of another motion or contact model
                     self._seen.clear()
                 self._settle(chunk[KEYS][place], chunk[ANSWERS][place], how[place])
-        variables = {name: chunk[name] for name in (*job.variables, STATUS)} | {HOW: how}
-        if job.scan_input.check_fraction > 0.0:
+        answers = {name: chunk[name] for name in (*variables(job.grid.frame), STATUS)} | {HOW: how}
+        if job.check_names:
             own = how == SIMULATED
             for name, none in not_made_again(how.shape).items():
                 # A run that an earlier batch has made may have been repeated here as well: it counts there.
-                variables[name] = np.where(own, chunk[name], none)
-            self._check.see(batches, own & (chunk[STATUS] == COMPLETE), variables[SENSITIVE])
-        return variables
+                answers[name] = np.where(own, chunk[name], none)
+            self._check.see(batches, own & (chunk[STATUS] == COMPLETE), answers[SENSITIVE])
+        return answers
 
     def _settle(self, keys: NDArray[np.uint64], answers: NDArray[np.int8], how: NDArray[np.int8]) -> None:
         """Set in ``how`` which cases of a batch were simulated, and count their parts."""

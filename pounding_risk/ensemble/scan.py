@@ -189,8 +189,8 @@ def scan(
     -------
     xarray.Dataset
         Dimensions are record, polarity, pga (where the grid has several) [m/s2], contact_model, gap [m] and yield_force
-        [N]; of a row also interface, contact_point, building and storey. A dataset of more than 100 MB that was written
-        is read lazily.
+        [N], and those of the places, of which each variable has its own: interface, contact_point, building and storey.
+        A dataset of more than 100 MB that was written is read lazily.
 
     Raises
     ------

@@ -104,14 +104,17 @@ def elevation_finding(case: RowCase) -> str:
         range(len(shares)), key=lambda index: (np.nan_to_num(shares[index]), np.nan_to_num(case.touches[index].force))
     )
     most = case.touches[at]
-    touched = sum(share > 0.0 for share in shares)
-    where = f"{touched} of {counted(len(shares), 'interface')}, most often between {between(case.interfaces[at])}"
+    touched, several = sum(share > 0.0 for share in shares), len(shares) > 1
+    where = f"at {touched} of {len(shares)} interfaces, most often " if several else ""
     motions = f"{round(most.contact * most.runs)} of {counted(most.runs, 'motion')}"
-    finding = f"Contact at {where}: {motions}, {force_text(most.force)} in the median"
+    finding = (
+        f"Contact {where}between {between(case.interfaces[at])}: {motions}, {force_text(most.force)} in the median"
+    )
     yields = [touch.yielding for touch in case.touches]
     if max(np.nan_to_num(yields)) > 0.0:
         index = int(np.nanargmax(yields))
-        finding += f"; F_E reached in up to {100 * yields[index]:.0f} % ({between(case.interfaces[index])})"
+        share = f"{100 * yields[index]:.0f} %"
+        finding += f"; F_E reached in {f'up to {share} ({between(case.interfaces[index])})' if several else share}"
     return finding
 
 

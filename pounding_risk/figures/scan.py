@@ -105,20 +105,18 @@ def _without_yielding(results: xr.Dataset) -> int:
 def _one_law(results: xr.Dataset) -> xr.Dataset:
     """Dataset at the scene's own contact law and amplitude; gaps and yield forces in rising order.
 
-    Of a row the interface whose gap alone the grid varies, or the largest of all.
+    Of several interfaces the one whose gap alone the grid varies, or the largest of all.
     """
     own = own_case(results)
     chosen = results.isel({axis: own.get(axis, -1) for axis in ("pga", "contact_model") if axis in results.dims})
-    if "interface" in chosen.dims:
-        shown = ["peak_relative_displacement", "impact_count", "yield_exceedance"]
-        every, at = chosen[shown], _varied(results)
-        one = every.max("interface", keep_attrs=True) if at is None else every.isel(interface=at)
-        chosen = one.assign_attrs(results.attrs)
-    return chosen.sortby(["gap", "yield_force"])
+    shown = ["peak_relative_displacement", "impact_count", "yield_exceedance"]
+    every, at = chosen[shown], _varied(results)
+    one = every.max("interface", keep_attrs=True) if at is None else every.isel(interface=at)
+    return one.assign_attrs(results.attrs).sortby(["gap", "yield_force"])
 
 
 def _varied(results: xr.Dataset) -> int | None:
-    """Index of the interface of a row whose gap alone the grid varies; None where it varies all or none."""
+    """Index of the interface whose gap alone the grid varies; None where it varies several or none."""
     varied = np.flatnonzero(np.ptp(own_gaps(results).values, axis=0) > 0.0)
     return int(varied[0]) if varied.size == 1 else None
 
@@ -128,8 +126,8 @@ def _whose(results: xr.Dataset, shown: xr.Dataset) -> str:
     parts = [str(results.attrs["title"])]
     if results.sizes.get("contact_model", 1) > 1:
         parts.append(law_words(str(shown["contact_model"].values)))
-    if "interface" in results.dims:
-        at, count = _varied(results), results.sizes["interface"]
+    if (count := results.sizes["interface"]) > 1:
+        at = _varied(results)
         one = results["interface"].values[at or 0]
         parts.append(f"the largest of {count} interfaces" if at is None else f"{one}, whose gap varies")
     parts.append(f"motions {amplitude_words(shown)}")

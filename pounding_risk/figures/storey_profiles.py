@@ -74,10 +74,10 @@ def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = ""
     PoundingError
         For a name that the row has not, and for a row without storeys.
     """
-    chosen = _chosen(case, buildings)
     rows = [name for name in QUANTITIES if name in case.results]
-    if not chosen or not rows:
-        raise PoundingError("no building of the row has storeys; profiles need floor_masses, or a height and storeys")
+    chosen = _chosen(case, buildings) if rows else []
+    if not chosen:
+        raise PoundingError("no building has storeys; profiles need floor_masses, or a height and storeys")
     figure, axes = blank(len(rows), len(chosen), (1.6 + 2.3 * max(len(chosen), 3), 1.8 + 2.9 * len(rows)), sharey="row")
     for row, name in enumerate(rows):
         for column, at in enumerate(chosen):

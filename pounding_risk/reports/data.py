@@ -92,9 +92,14 @@ class ReportData:
         return Pair(assessed.name, f"interface-{number}", assessed, codes, results, f", motions {assessed.at}")
 
     @property
-    def is_row(self) -> bool:
-        """True for a row of buildings, False for a pair."""
-        return "interface" in self.results.dims
+    def several(self) -> bool:
+        """True where there are several interfaces."""
+        return self.results.sizes["interface"] > 1
+
+    @property
+    def has_points(self) -> bool:
+        """True where outputs are known at each contact point and storey, and not only at interfaces and buildings."""
+        return "contact_point_impact_count" in self.results
 
     @cached_property
     def row(self) -> RowCase:

@@ -139,7 +139,7 @@ def _check_size(dataset: xr.Dataset, source: str) -> None:
     hint = "scan fewer gaps or yield forces"
     if left <= MOST_CASES:
         hint = f"choose a part with {' or '.join(several.values())}, such as {' '.join(part)} ({left:,} cases)"
-    of_all = " of all interfaces" if "interface" in dataset.dims else ""
+    of_all = " of all interfaces" if dataset.sizes.get("interface", 1) > 1 else ""
     raise PoundingError(
         f"{source}: {cases:,} cases{of_all} are more than the {MOST_CASES:,} that a page can hold; {hint}"
     )
@@ -168,7 +168,7 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
 
 
 def _profiles(dataset: xr.Dataset, axes: Sequence[str]) -> dict[str, Any] | None:
-    """Quantities of storeys, with contact and without; None for a pair, and where they would be too many."""
+    """Quantities of storeys, with contact and without; None where there are none, or too many."""
     if not _has_profiles(dataset):
         return None
     deep = [*axes, "storey"]
@@ -209,8 +209,13 @@ def _sentences(status: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _prepared(dataset: xr.Dataset) -> xr.Dataset:
-    """The dataset with both axes of the map, and whether there was contact as an output of its own."""
+    """The dataset with both axes of the map, and whether there was contact as an output of its own.
+
+    The only interface of two buildings without storeys is nothing to choose.
+    """
     dataset = dataset.expand_dims([dim for dim in MAP if dim not in dataset.dims])
+    if dataset.sizes["interface"] == 1 and not any(name in dataset for name in PROFILES):
+        dataset = dataset.squeeze("interface", drop=True)
     count = dataset["impact_count"]
     touched = count.where(count < 0, count > 0).astype(np.int8)
     touched.attrs = {"units": "1", "long_name": "whether the buildings touch"}
@@ -281,16 +286,14 @@ def _facts(dataset: xr.Dataset) -> list[str]:
     if "sensitive" in dataset:
         again, moved = int((dataset["sensitive"] >= 0).sum()), int((dataset["sensitive"] == 1).sum())
         facts.append(f"{again:,} made again at a tighter tolerance, {moved:,} of them sensitive to it.")
-    facts += _facts_of_a_row(dataset)
+    facts += _facts_of_places(dataset)
     failed = int((status != 0).sum())
     if failed:
         facts.append(f"{failed:,} failed: marked × and counted in no number.")
     return facts
 
 
-def _facts_of_a_row(dataset: xr.Dataset) -> list[str]:
-    if "interface" not in dataset.dims:
-        return []
+def _facts_of_places(dataset: xr.Dataset) -> list[str]:
     sentences = []
     if "interface_gap" in dataset.variables:
         gaps = dataset["interface_gap"].transpose("gap", "interface").values
@@ -305,8 +308,8 @@ def _facts_of_a_row(dataset: xr.Dataset) -> list[str]:
 
 
 def row_pictures(dataset: xr.Dataset) -> str:
-    """The row in elevation and in plan, over all motions, as a part of the page; nothing for a pair."""
-    if "interface" not in dataset.dims:
+    """The row in elevation and in plan, over all motions, as a part of the page; nothing without contact points."""
+    if "contact_point_impact_count" not in dataset:
         return ""
     from pounding_risk.assessment.row import row_case
     from pounding_risk.figures.elevation import elevation_figure

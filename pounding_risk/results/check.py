@@ -1,136 +1,46 @@
-"""Declaration of the datasets of `scan`, and their check before they are used.
+"""Check of a dataset of `scan` before it is used.
 
-A file may have been damaged or changed since it was written. Declared are dimensions, units and types of the variables
-that commands read, the labels of the axes, and the types of the attributes. Each command names the variables that it
-needs. No solver is imported.
+A file may have been damaged or changed since it was written. Dimensions, units and types of the variables are those of
+the table in `results.variables`; declared here are the labels of the axes and the types of the attributes. Each command
+names the variables that it needs. No solver is imported.
 """
 
 from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from hashlib import sha256
 from math import isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.layout import AXES
-from pounding_risk.results.tolerance_check import COUNTED, RELATIVE
+from pounding_risk.results.variables import CHANGES, COORDINATES, NUMBER, TEXT, VARIABLES, WHOLE, Declared
 from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MOTION = AXES[:3]
 POLARITIES = ("as recorded", "reversed")
 KINDS = ("floor", "column")  # of contact points
-NUMBER, WHOLE, TEXT = "iuf", "iu", "UOT"  # kinds of dtypes; netCDF gives texts as objects
 REPAIR = "the file was damaged or changed since it was written: take the one that scan wrote, or run the scan again"
-
-
-class Declared(NamedTuple):
-    """A variable or coordinate of a scan's dataset."""
-
-    dims: tuple[str, ...]
-    unit: str | None = None  # None for texts, flags and what has no unit of its own
-    kinds: str = NUMBER
-
-
-def _declared(dims: tuple[str, ...], names: Mapping[str, str], kinds: str = NUMBER, wrap: str = "{}") -> Any:
-    """Declarations of variables with the same dimensions, from their names by unit; "" is no unit."""
-    listed = ((unit, name) for unit, text in names.items() for name in text.split())
-    return {wrap.format(name): Declared(dims, unit or None, kinds) for unit, name in listed}
-
-
-STOREYS = ("building", "storey")
-# Outputs of each run of a pair, and of each interface and contact point of a row, by unit.
-OF_RUNS = {
-    "m": "peak_relative_displacement peak_closing peak_opening peak_penetration permanent_set",
-    "s": "first_impact_time contact_time first_yield_time",
-    "m/s": "peak_approach_speed",
-    "N": "peak_contact_force lowest_contact_force",
-    "N s": "impulse",
-    "J": "energy_viscous energy_plastic",
-    "1": "impact_count yield_exceedance yield_demand yield_count energy_residual restitution_held",
-}
-OF_BUILDINGS = {"m": "peak_displacement peak_drift", "N": "peak_storey_shear", "m/s2": "peak_floor_acceleration"}
-OF_STOREYS = {
-    "m": "storey_displacement storey_drift storey_residual_drift",
-    "N": "storey_shear",
-    "m/s2": "storey_acceleration",
-    "1": "storey_ductility",
-}
-# In a row the outputs of runs and the closing without contact are by interface as well.
-BY_INTERFACE = {*" ".join(OF_RUNS.values()).split(), "peak_closing_free"}
-CHANGES = tuple(f"change_{name}" for name in (*RELATIVE, *COUNTED))
-
-VARIABLES: dict[str, Declared] = {
-    **_declared(AXES, OF_RUNS),
-    **_declared((*AXES, "contact_point"), OF_RUNS, wrap="contact_point_{}"),
-    **_declared((*AXES, "building"), OF_BUILDINGS),
-    **_declared((*MOTION, "building"), OF_BUILDINGS, wrap="{}_free"),
-    **_declared((*AXES, *STOREYS), OF_STOREYS),
-    **_declared((*MOTION, *STOREYS), OF_STOREYS, wrap="{}_free"),
-    **_declared(AXES, {"N s": "row_impulse", "J": "row_energy_lost", "1": " ".join(CHANGES)}),
-    **_declared(MOTION, {"m": "peak_closing_free"}),
-    **_declared((*MOTION, "contact_point"), {"m": "contact_point_peak_closing_free"}),
-    **_declared(("record", "period"), {"m/s2": "record_spectral_acceleration"}),
-    **_declared(AXES, {"": "status simulated sensitive"}, WHOLE),
-}
-COORDINATES: dict[str, Declared] = {
-    axis: Declared((axis,), None, TEXT)
-    for axis in ("record", "polarity", "contact_model", "building", "interface", "contact_point")
-}
-COORDINATES |= {
-    axis: Declared((axis,), unit)
-    for axis, unit in {"pga": "m/s2", "gap": "m", "yield_force": "N", "period": "s"}.items()
-}
-COORDINATES |= {
-    "storey": Declared(("storey",), "1", WHOLE),
-    **_declared(("record",), {"": "record_event record_sha256"}, TEXT),
-    **_declared(
-        ("record",), {"m/s2": "record_pga", "1": "record_magnitude", "km": "record_distance", "m/s": "record_vs30"}
-    ),
-    **_declared(("record",), {"1": "record_recording"}, WHOLE),
-    **_declared(("record", "pga"), {"m/s2": "record_pga_felt", "1": "record_scale_factor"}),
-    **_declared(
-        ("building",), {"kg": "building_mass", "s": "building_period", "1": "building_damping", "m": "building_height"}
-    ),
-    **_declared(("building",), {"1": "building_storeys"}, WHOLE),
-    **_declared(("building",), {"": "building_position"}, TEXT),
-    **_declared(("gap", "interface"), {"m": "interface_gap"}),
-    **_declared(("contact_point",), {"": "contact_point_interface"}, WHOLE),
-    **_declared(("contact_point",), {"m": "contact_point_level"}),
-    **_declared(("contact_point",), {"": "contact_point_kind"}, TEXT),
-    **_declared(("contact_point",), {"1": "contact_point_left_floor contact_point_right_floor"}),
-    **_declared(("yield_force", "contact_point"), {"N": "contact_point_yield_force"}),
-    **_declared(STOREYS, {"m": "floor_level"}),
-}
 # Attributes that hold JSON, and of what kind: a table, or a list.
 TABLES = ("stiffness", "flags", "options", "motions_sha256", "processing", "versions", "level_notes")
 LISTS = ("left_out", "overrides", "copies", "notes", "unused_keys")
 TEXTS = ("title", "source", "references", "scene", "scene_file", "restitution", "restitution_relation", "command")
 AXES_OF_CASES = ("record", "polarity", "contact_model", "gap", "yield_force")  # with labels in every dataset of a scan
-# What every dataset with contact points has.
-OF_CONTACT_POINTS = (
-    "peak_closing",
-    "peak_contact_force",
-    "contact_point_impact_count",
-    "contact_point_peak_contact_force",
-    "contact_point_yield_exceedance",
-    "contact_point_interface",
-    "contact_point_kind",
-    "contact_point_level",
-    "contact_point_left_floor",
-    "contact_point_right_floor",
-    "building_height",
-    "building_storeys",
-    "building_position",
-    "floor_level",
-)
+# Coordinates of every dataset with these dimensions.
+OF_PLACES = {
+    "contact_point": [name for name in COORDINATES if name.startswith("contact_point_") and "yield" not in name],
+    "storey": ["building_height", "building_storeys", "building_position", "floor_level"],
+}
+# What stands beside any output of contact points, and of storeys.
+BESIDE = {
+    "contact_point_": [f"contact_point_{name}" for name in ("impact_count", "peak_contact_force", "yield_exceedance")],
+    "storey_": ["storey_displacement_free"],
+}
 
 
 def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), attrs: Iterable[str] = ()) -> None:
@@ -170,11 +80,14 @@ def _missing(dataset: xr.Dataset, names: Iterable[str], attrs: Iterable[str]) ->
     yield from (f"the axis {axis} has no labels" for axis in axes)
     if "sensitive" in dataset.variables:
         yield from (f"the variable {name} is missing" for name in CHANGES if name not in dataset.variables)
-    if "contact_point" in dataset.dims:
-        lost = [name for name in OF_CONTACT_POINTS if name not in dataset.variables]
-        yield from (f"the variable {name} is missing" for name in lost)
-    if "storey" in dataset.dims and "storey_displacement_free" not in dataset.variables:
-        yield "the variable storey_displacement_free is missing"
+    lost = [name for dim, names in OF_PLACES.items() if dim in dataset.dims for name in names]
+    lost += [
+        name
+        for prefix, names in BESIDE.items()
+        if any(str(variable).startswith(prefix) for variable in dataset.data_vars)
+        for name in names
+    ]
+    yield from (f"the variable {name} is missing" for name in lost if name not in dataset.variables)
     yield from (f"the dimension {dim} has a length of 0" for dim, size in dataset.sizes.items() if size == 0)
 
 
@@ -184,7 +97,7 @@ def _form_faults(dataset: xr.Dataset) -> Iterator[str]:
         if name not in dataset.variables:
             continue
         variable = dataset[name]
-        expected = _dims(dataset, name, declared)
+        expected = _dims(dataset, declared)
         if set(variable.dims) != set(expected):
             yield f"the variable {name} has the dimensions {_list(variable.dims)}, not {_list(expected)}"
         if variable.dtype.kind not in declared.kinds:
@@ -195,10 +108,9 @@ def _form_faults(dataset: xr.Dataset) -> Iterator[str]:
             yield f"the variable {name} is in {unit!r}, not in {declared.unit!r}"
 
 
-def _dims(dataset: xr.Dataset, name: str, declared: Declared) -> tuple[str, ...]:
+def _dims(dataset: xr.Dataset, declared: Declared) -> tuple[str, ...]:
     """The dimensions that a variable must have; an axis with one value selected is none."""
-    interface = ("interface",) if name in BY_INTERFACE and "interface" in dataset.dims else ()
-    return tuple(dim for dim in (*declared.dims, *interface) if not _is_selected(dataset, dim))
+    return tuple(dim for dim in declared.dims if not _is_selected(dataset, dim))
 
 
 def _is_selected(dataset: xr.Dataset, dim: str) -> bool:
@@ -273,10 +185,10 @@ def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:
     for name in ("gap", "yield_force", "pga", "period"):
         if name in dataset.dims and np.unique(dataset[name].values).size < dataset.sizes[name]:
             yield f"a value of the axis {name} stands there twice"
-    yield from _row_faults(dataset)
+    yield from _place_faults(dataset)
 
 
-def _row_faults(dataset: xr.Dataset) -> Iterator[str]:
+def _place_faults(dataset: xr.Dataset) -> Iterator[str]:
     buildings = dataset.sizes.get("building", 2)
     if "interface" in dataset.dims and dataset.sizes["interface"] != buildings - 1:
         yield f"{dataset.sizes['interface']} interfaces do not stand between {buildings} buildings"
@@ -284,7 +196,7 @@ def _row_faults(dataset: xr.Dataset) -> Iterator[str]:
         return
     places = dataset["contact_point_interface"].values
     if places.min() < 0 or places.max() >= dataset.sizes["interface"]:
-        yield "the contact points are not all at interfaces of the row"
+        yield "the contact points are not all at the interfaces"
     if wrong := set(map(str, np.atleast_1d(dataset["contact_point_kind"].values))) - set(KINDS):
         yield f"a contact point is of the kind {sorted(wrong)[0]!r}, not {' or '.join(KINDS)}"
 

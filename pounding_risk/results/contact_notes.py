@@ -50,13 +50,8 @@ def _damaged(attribute: str) -> PoundingError:
 def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
     """A sentence for each way in which the contacts of one run are implausible."""
     lengths = (getattr(building, "floor_length", 0.0) for building in study.buildings)
-    if "interface" in run.dims:
-        depth, lasting = run["peak_penetration"].values, _durations(run)
-    else:
-        depth = run["contact_peak_penetration"].values
-        lasting = [(run["contact_end"] - run["contact_start"]).values]
-    notes = [_depth_words(float(np.nanmax(depth, initial=0.0)), lengths)]
-    for sides, durations in zip(pairwise(study.buildings), lasting, strict=True):
+    notes = [_depth_words(float(np.nanmax(run["peak_penetration"].values, initial=0.0)), lengths)]
+    for sides, durations in zip(pairwise(study.buildings), _durations(run), strict=True):
         short = shortest({building.name: building.period for building in sides if not building.is_rigid})
         if short and durations.size and (middle := float(np.median(durations))) >= LONGEST_CONTACT * short[1]:
             notes.append(f"contacts last {say(middle, TIME, 3)}, {share_of(middle, *short)}: {PUSHING}")
@@ -64,16 +59,17 @@ def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
 
 
 def _durations(run: xr.Dataset) -> list[Array]:
-    """Mean duration of the contacts of a run of a row [s], by interface; empty where there is none."""
-    times, counts = run["contact_time"].values, run["impact_count"].values
-    return [np.array([time / count]) if count > 0 else np.empty(0) for time, count in zip(times, counts, strict=True)]
+    """Durations of the contacts of a run [s], by interface."""
+    point = dict(zip(run["contact_point"].values, run["contact_point_interface"].values, strict=True))
+    interface = np.array([point[name] for name in run["contact_place"].values])
+    durations = (run["contact_end"] - run["contact_start"]).values
+    return [durations[interface == number] for number in range(run.sizes["interface"])]
 
 
 def _of_contacts(results: xr.Dataset) -> Iterator[str]:
     """Notes on the deepest contact of a scan, and on contacts that mostly last half of a period."""
     names = ("peak_penetration", "contact_time", "impact_count", "building_period")
-    of_row = "interface" in results.dims
-    if any(name not in results.variables for name in names) or not (of_row or results["building"].size == 2):
+    if any(name not in results.variables for name in names) or "interface" not in results.dims:
         return
     depth, lasting = 0.0, _Lasting(results)
     for piece in streamed(results, names[:3]):
@@ -113,18 +109,16 @@ class _Lasting:
     def __init__(self, results: xr.Dataset) -> None:
         names = [str(name) for name in results["building"].values]
         periods = dict(zip(names, map(float, results["building_period"].values), strict=True))
-        sides = list(pairwise(names)) if "interface" in results.dims else [(names[0], names[-1])]
-        self.shortest = [shortest({name: periods[name] for name in pair}) for pair in sides]
-        limits = [LONGEST_CONTACT * short[1] if short else inf for short in self.shortest]
-        self.limits = np.array(limits) if "interface" in results.dims else limits[0]
-        self.long: Any = np.zeros(len(limits), dtype=int)
-        self.touching: Any = np.zeros(len(limits), dtype=int)
+        self.shortest = [shortest({name: periods[name] for name in pair}) for pair in pairwise(names)]
+        self.limits = np.array([LONGEST_CONTACT * short[1] if short else inf for short in self.shortest])
+        self.long: Any = np.zeros(self.limits.size, dtype=int)
+        self.touching: Any = np.zeros(self.limits.size, dtype=int)
 
     def add(self, time: Array, count: NDArray[np.int64]) -> None:
-        """Count a block of cases; the last axis is that of interfaces, where there is one."""
+        """Count a block of cases; the last axis is that of interfaces."""
         touching = (count > 0) & (time > 0.0)
         long = touching & (time >= self.limits * count)
-        over = tuple(range(touching.ndim - (np.ndim(self.limits) > 0)))
+        over = tuple(range(touching.ndim - 1))
         self.touching = self.touching + touching.sum(axis=over)
         self.long = self.long + long.sum(axis=over)
 

@@ -16,11 +16,15 @@ from threading import RLock
 from typing import Any
 
 import netCDF4
+import numpy as np
 import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
 
 from pounding_risk._common import files
 from pounding_risk._common.files import discard, move_into_place, moved_away, not_written, partial_of
 from pounding_risk.errors import PoundingError
+from pounding_risk.results.upgrade import upgrade, widened
 from pounding_risk.results.zarr_metadata import ZARR_MARK, is_zarr_of_ours
 
 RESULTS = (".nc", ".zarr")  # suffixes of a dataset
@@ -140,12 +144,12 @@ def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        As it was written.
+        As it was written; one of an older version in the shape of this version, see `results.upgrade`.
 
     Raises
     ------
     PoundingError
-        Where the file is missing, damaged, or of another kind.
+        Where the file is missing, damaged, of another kind, or of a newer version.
     """
     if not lazy:
         with NETCDF, reading(path), _opened(Path(path), None) as dataset:
@@ -175,9 +179,30 @@ def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
             + (f", or rename {older}, the results of before, which a crash left there" if older else "")
         )
     if is_zarr:
-        return zarr_store().opened(source, chunks)
+        return upgrade(zarr_store().opened(source, chunks), str(source), _widened)
     with reading(source):
-        return xr.open_dataset(source, engine="netcdf4")
+        return upgrade(xr.open_dataset(source, engine="netcdf4"), str(source), _widened)
+
+
+class _Widened(BackendArray):
+    """A variable on disk with another axis of length 1 behind the others; values are read when they are used."""
+
+    def __init__(self, variable: xr.Variable):
+        self.variable, self.shape, self.dtype = variable, (*variable.shape, 1), variable.dtype
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> np.ndarray:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
+
+    def _read(self, key: tuple[Any, ...]) -> np.ndarray:
+        return self.variable[key[:-1]].values[..., None][..., key[-1]]
+
+
+def _widened(variable: xr.Variable, dim: str) -> xr.Variable:
+    """As `upgrade.widened`, without reading any values."""
+    if variable.chunks is not None:  # of Dask arrays
+        return widened(variable, dim)
+    lazy = indexing.LazilyIndexedArray(_Widened(variable))
+    return xr.Variable((*variable.dims, dim), lazy, variable.attrs)
 
 
 @contextmanager

@@ -1,27 +1,33 @@
 """Restoring the axes of a dataset of `scan` in which one value along an axis was selected.
 
-``dataset.sel(polarity="reversed")`` leaves the polarity as a label without an axis. Functions that read a dataset of
-`scan` rely on all axes of its cases, and call `with_axes` first.
+``dataset.sel(polarity="reversed")`` leaves the polarity as a label without an axis, and ``dataset.squeeze()`` the
+interface of two buildings. Functions that read a dataset of `scan` rely on all axes of its cases and places, and call
+`with_axes` first.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.layout import AXES
+from pounding_risk.results.upgrade import MARK, scene_tables, upgrade
+from pounding_risk.results.variables import COORDINATES, PLACES, VARIABLES
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MARK = "impact_count"  # a case variable of every dataset of a scan
 MAY_LACK = ("pga",)  # a scan of one amplitude has no such axis
-OF_COORDINATES = {"interface_gap": ("gap",), "contact_point_yield_force": ("yield_force",)}
 
 
 def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
-    """The dataset with every axis of its cases; unchanged where none is missing, or where it is not of `scan`.
+    """The dataset with every axis of its cases and places; unchanged where none is missing, or it is not of `scan`.
+
+    One of an older version is brought into the shape of this version. Where some interfaces of a row were selected, the
+    contact points are those of these alone.
 
     Parameters
     ----------
@@ -48,41 +54,59 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     if MARK not in dataset.data_vars or "contact_model" not in dataset.variables:
         return dataset
     _check_buildings(dataset, source)
-    missing = [axis for axis in AXES if axis not in dataset.dims and axis not in MAY_LACK]
-    lost = [axis for axis in missing if axis not in dataset.coords]
+    dataset = upgrade(dataset, source)
+    lost = [axis for axis in AXES if axis not in {*dataset.dims, *dataset.coords} and axis not in MAY_LACK]
     if lost:
         raise PoundingError(
             f"{source}: has lost its {' and '.join(lost)}: select with a list, such as {lost[0]}=[...], or without "
             "drop=True, so that it is known what was selected"
         )
+    missing = [dim for dim in (*AXES, *PLACES) if dim not in dataset.dims and dim in dataset.coords]
+    missing = [dim for dim in missing if dim not in MAY_LACK]
     if not missing:
-        return dataset
+        return _with_own_points(dataset)
     labels = {axis: dataset[axis].variable for axis in missing}
     bare = dataset.drop_vars(missing)
     changed: dict[Any, Any] = {
-        name: _expanded(variable, [axis for axis in missing if axis in axes_of(str(name), name in bare.coords)])
+        name: _expanded(variable, [dim for dim in missing if dim in dims_of(str(name), name in bare.coords)])
         for name, variable in bare.variables.items()
     }
     coords: dict[Any, Any] = {name: changed[name] for name in bare.coords if name not in bare.dims}
     coords |= {axis: label.set_dims({axis: 1}) for axis, label in labels.items()}
-    return bare.assign({name: changed[name] for name in bare.data_vars}).assign_coords(coords)
+    return _with_own_points(bare.assign({name: changed[name] for name in bare.data_vars}).assign_coords(coords))
 
 
-def axes_of(name: str, is_coordinate: bool) -> tuple[str, ...]:
-    """The axes of cases that a variable of this name has."""
-    if name.startswith("record_"):
-        return AXES[:1]
+def dims_of(name: str, is_coordinate: bool) -> tuple[str, ...]:
+    """The dimensions of a variable of this name; those of one that is not declared are axes of cases."""
+    declared = (VARIABLES | COORDINATES).get(name)
+    if declared is not None:
+        return declared.dims
     if is_coordinate:
-        return OF_COORDINATES.get(name, ())
+        return ()
     return AXES[:3] if name.endswith("_free") else AXES
 
 
 def _expanded(variable: xr.Variable, axes: list[str]) -> xr.Variable:
     """The variable with these axes added, of length 1, and all axes in order."""
     sizes: dict[Any, int] = dict.fromkeys(axes, 1) | dict(variable.sizes)
-    first = [axis for axis in AXES if axis in sizes]
-    own = [dim for dim in variable.dims if dim not in AXES]
-    return variable.set_dims({dim: sizes[dim] for dim in (*first, *own)}) if axes else variable
+    ordered = [dim for dim in (*AXES, *PLACES) if dim in sizes]
+    own = [dim for dim in variable.dims if dim not in ordered]
+    return variable.set_dims({dim: sizes[dim] for dim in (*ordered, *own)}) if axes else variable
+
+
+def _with_own_points(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset without the contact points of other interfaces, where neighbours were selected from a row."""
+    names = [str(table.get("name")) for table in scene_tables(dataset, "building")]
+    count, first = dataset.sizes.get("interface", 0), str(dataset["building"].values[0])
+    if not {"interface", "contact_point"} <= set(dataset.dims) or first not in names or count >= len(names) - 1:
+        return dataset
+    places, start = dataset["contact_point_interface"], names.index(first)
+    if places.values.max(initial=0) < count:  # they were selected
+        return dataset
+    mine = np.flatnonzero((places.values >= start) & (places.values < start + count))
+    return dataset.isel(contact_point=mine).assign_coords(
+        contact_point_interface=("contact_point", places.values[mine] - start, places.attrs)
+    )
 
 
 def _check_buildings(dataset: xr.Dataset, source: str) -> None:
@@ -93,7 +117,7 @@ def _check_buildings(dataset: xr.Dataset, source: str) -> None:
             f"{source}: has one building left, and a gap is between two: select two neighbours, such as "
             "building=slice(0, 2)"
         )
-    interfaces = dataset.sizes.get("interface", 1 if "interface" in dataset.coords or count == 2 else count - 1)
+    interfaces = dataset.sizes.get("interface", 1 if "interface" in dataset.coords else count - 1)
     if interfaces != count - 1:
         raise PoundingError(
             f"{source}: has {count} buildings and {interfaces} of the {count - 1} interfaces between them: select the "

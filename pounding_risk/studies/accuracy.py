@@ -31,7 +31,7 @@ from pounding_risk.models.effects import wave_of
 from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import as_text, check_target, save, versions
-from pounding_risk.results.pair_labels import CONVENTIONS, described
+from pounding_risk.results.labels import CONVENTIONS, described
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_scene

@@ -28,7 +28,7 @@ from pounding_risk.models.contact.relation import AS_ASKED, AS_PUBLISHED, misfit
 from pounding_risk.models.effects import refusal, wave_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import check_target, save
-from pounding_risk.results.pair_labels import described
+from pounding_risk.results.labels import described
 from pounding_risk.scene.interfaces import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, known_law, unknown_law
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_scene
@@ -37,7 +37,7 @@ from pounding_risk.solver.pair.api import Interface, free_response, oscillators
 from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.studies.compare_findings import finding, tables, typical_case
 from pounding_risk.studies.impact import impact
-from pounding_risk.studies.simulate import histories, logged, relative_displacement
+from pounding_risk.studies.pair_trace import histories, logged, relative_displacement
 from pounding_risk.units import SPEED, shown, si
 
 USUAL_TERMS = EqualTerms(same=EQUAL_TERMS[0], speed=0.5)  # where neither the call nor the scene says otherwise
@@ -116,10 +116,11 @@ def compare(
         check_replaceable_scene(target, "compare", study, new)
     dataset = scan(study, progress=progress)
     # A law without a stiffness may have none there.
-    stiffnesses = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
+    stiffnesses = {name: k for name, (k,) in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
     dataset = dataset.assign(_impacts(study, stiffnesses))
-    dataset = dataset.assign(tables(dataset, baseline))
-    dataset = dataset.assign(_histories(study, typical_case(dataset, baseline)))
+    between = dataset.squeeze("interface", drop=True)
+    dataset = dataset.assign(tables(between, baseline))
+    dataset = dataset.assign(_histories(study, typical_case(between, baseline)))
     same_as, at_speed, _ = study.equal_terms or USUAL_TERMS
     dataset.attrs |= {"baseline": baseline, "reference_law": study.law_name, "same": same_as}
     dataset.attrs |= {"speed": at_speed, "reduced_mass": study.striking_mass}

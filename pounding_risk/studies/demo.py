@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from importlib.resources import files
 from math import inf
 from typing import NamedTuple
@@ -95,7 +94,7 @@ def fitting(line: xr.Dataset) -> np.ndarray:
 def pair_findings(elastic: xr.Dataset, plastic: xr.Dataset) -> list[str]:
     """Both laws on the paper's pair, in sentences with numbers."""
     peaks = [float(np.abs(run["relative_displacement"]).max()) * 1e3 for run in (elastic, plastic)]
-    first = json.loads(plastic.attrs["outputs"])["first_yield_time"]
+    first = float(plastic["first_yield_time"].min())
     contacts = plastic.sizes["contact"]
     yielding = int((plastic["contact_yields"] > 0).sum())
     return [

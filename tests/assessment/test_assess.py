@@ -25,7 +25,10 @@ from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.models.effects import EFFECTS
+from pounding_risk.models.structures.contact_points import Point
+from pounding_risk.models.structures.sdof import Building
 from pounding_risk.results.files import as_text, save
+from pounding_risk.results.places import place_coordinates
 from pounding_risk.scene.reader import parse_scene
 
 G = 9.80665
@@ -134,11 +137,12 @@ def test_a_scan_is_assessed_as_its_numbers_say(dataset):
 
 def test_motions_know_their_recordings(dataset):
     """Both components of one station and both polarities belong together, record by record."""
-    motions = motions_of(dataset)
+    ((_, interface),) = interfaces(dataset)
+    motions = motions_of(interface)
     assert motions.recordings.tolist() == [0, 0, 0, 0, 1, 1]
     assert motions.records[::2] == ("RSN6-180", "RSN6-270", "RSN1690-090")
     assert motions.polarities == ("as recorded", "reversed") * 3
-    assert motions.closing[3, 1] == dataset["peak_closing_free"].values[1, 1, 1]
+    assert motions.closing[3, 1] == dataset["peak_closing_free"].values[1, 1, 1, 0]
 
 
 def test_a_gap_between_those_of_the_grid_is_known_exactly(dataset):
@@ -560,6 +564,9 @@ def test_interfaces_are_taken_one_by_one():
     both["building_period"], both["building_damping"] = ("building", [0.5, 0.6, 0.7]), ("building", [0.05] * 3)
     both["peak_displacement_free"] = (("record", "polarity", "building"), np.full((6, 2, 3), 0.03))
     both = both.set_coords(["building_period", "building_damping"])
+    sides = [Building(name, 1e5, 0.5, 0.05) for name in "ABC"]
+    points = [Point(at, 1.0, 1.0, "floor", np.nan) for at in (0, 1)]
+    both = both.assign_coords(place_coordinates(sides, points, np.tile(both["yield_force"].values[:, None], 2)))
     both["peak_closing"] = both["impact_count"] * 0.0  # no run closes more than the motion without contact
     both.attrs = one.attrs | {"scene_resolved": 2 * one.attrs["scene_resolved"]}
     assert [name for name, _ in interfaces(both)] == ["A | B", "B | C"]

@@ -35,7 +35,10 @@ from pounding_risk.cli.separations import footnotes, own_note
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.separations import separations_figure
 from pounding_risk.figures.style import MEANING
+from pounding_risk.models.structures.contact_points import Point
+from pounding_risk.models.structures.sdof import Building
 from pounding_risk.results.files import save
+from pounding_risk.results.places import place_coordinates
 
 PERIODS = st.floats(0.05, 5.0)
 DAMPINGS = st.floats(0.005, 0.5)
@@ -281,9 +284,12 @@ def made_results(closing: np.ndarray, left: np.ndarray, right: np.ndarray, perio
     """Results as `scan` writes them; by record, polarity and amplitude."""
     axes = ("record", "polarity", "pga")
     count = closing.shape
+    sides = [Building(name, 1e5, 1.0, 0.05) for name in BUILDINGS]
+    places = place_coordinates(sides, [Point(0, 1.0, 1.0, "floor", np.nan)], np.full((1, 1), np.inf))
+    del places["contact_point_yield_force"]
     return xr.Dataset(
         {
-            "peak_closing_free": (axes, closing),
+            "peak_closing_free": ((*axes, "interface"), closing[..., None]),
             "peak_displacement_free": ((*axes, "building"), np.stack([left, right], axis=-1)),
         },
         coords={
@@ -293,6 +299,7 @@ def made_results(closing: np.ndarray, left: np.ndarray, right: np.ndarray, perio
             "building": list(BUILDINGS),
             "building_period": ("building", [0.9, period]),
             "building_damping": ("building", [0.05, 0.05 if np.isfinite(period) else np.nan]),
+            **places,
         },
     )
 
@@ -439,7 +446,7 @@ def test_the_command_lists_every_rule():
 
 def test_the_command_prints_the_numbers_of_the_table(results, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    save(results, "results.nc")
+    save(results.assign_coords(gap=[0.01]), "results.nc")
     told = run("results.nc", "--height", "12 m", "--height", "20 m", "--zone", "II", "--figure", "codes.svg")
     assert told.exit_code == 0, told.output
     cells = {line.split()[0]: re.split(r" {2,}", line) for line in told.output.split("\n\n")[0].splitlines()}

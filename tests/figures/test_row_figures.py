@@ -12,13 +12,17 @@ import pytest
 import xarray as xr
 from made_row import STREET, made_row
 from matplotlib.collections import PathCollection, PolyCollection
+from scenes import scene_text, single
 
 from pounding_risk.assessment.row import RowCase, any_of_building, row_case
+from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.elevation import ON_A_LINE, elevation_figure
+from pounding_risk.figures.elevation import ON_A_LINE, elevation_figure, elevation_finding
 from pounding_risk.figures.plan_view import PANELS, plan_figure
 from pounding_risk.figures.storey_profiles import amplification, profile, profiles_figure
 from pounding_risk.figures.style import in_lines, write
+from pounding_risk.reports.drawings import draw
+from pounding_risk.scene.reader import parse_scene
 
 HERE = {"gap": 0.05, "yield_force": 4e5, "contact_model": "viscous_elastoplastic"}
 
@@ -62,10 +66,19 @@ def test_shares_count_complete_runs_only(results):
     assert np.isfinite(any_of_building(first, "impact_count", 2)[1:]).all()
 
 
-def test_a_pair_is_no_row(results):
-    pair = results.isel(interface=0, building=slice(0, 2))
-    with pytest.raises(PoundingError, match="is one of a pair, which is no row"):
-        row_case(pair)
+def test_two_single_masses_are_drawn_with_the_contact_of_their_interface(tmp_path):
+    """Their one contact point is their interface; nothing is known of storeys."""
+    text = scene_text(single("A", "44 t", "0.2 s", height="6 m"), single("B", "80 t", "0.1 s"), law="hertz", gap="1 mm")
+    pair = scan(parse_scene(text, overrides=['records.window=["1 s", "3 s"]']), check_fraction=0.0)
+    case = row_case(pair)
+    (place,), (touch,) = case.points, case.touches
+    assert (place.touch, place.level, place.kind) == (touch, 6.0, "floor") and touch.contact == 1.0
+    assert touch.impacts == int(pair["impact_count"].squeeze())
+    assert touch.force == float(pair["peak_contact_force"].squeeze())
+    assert elevation_finding(case).startswith("Contact between A and B: 1 of 1 motion, ")
+    draw(pair, elevation=tmp_path / "pair.png", plan=tmp_path / "plan.png")
+    with pytest.raises(PoundingError, match="no building has storeys"):
+        draw(pair, profiles=tmp_path / "storeys.png")
 
 
 def test_a_building_without_a_height_is_as_tall_as_its_neighbour(case):
@@ -165,7 +178,7 @@ def test_profiles_tell_ends_from_interiors_and_name_what_is_not_there(case):
     assert "times at the row's ends" in said.replace("\n", " ")
     with pytest.raises(PoundingError, match="building 'Turm' is not in the row, which has Corner, Arcade"):
         profiles_figure(case, ["Turm"])
-    with pytest.raises(PoundingError, match="no building of the row has storeys"):
+    with pytest.raises(PoundingError, match="no building has storeys"):
         profiles_figure(case, ["Vault"])
 
 
@@ -183,8 +196,8 @@ def test_a_row_that_nothing_touches_says_so(results):
 
 def test_a_cell_without_a_complete_run_says_so():
     case = row_case(made_row(records=1, failed=True).isel(polarity=[0]), gap=0.0)
-    for draw in (elevation_figure, plan_figure):
-        assert "No run of 1 motion is complete" in texts(draw(case))
+    for drawing in (elevation_figure, plan_figure):
+        assert "No run of 1 motion is complete" in texts(drawing(case))
     profiles_figure(case)
 
 

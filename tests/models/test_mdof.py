@@ -15,7 +15,7 @@ from pounding_risk.models.effects import acts_on_buildings, acts_on_law, refusal
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, stiffness_matrix
-from pounding_risk.results.pair_labels import sources_of
+from pounding_risk.results.labels import sources_of
 from pounding_risk.scene.tables import Effect
 from pounding_risk.studies import demo
 from pounding_risk.studies.modes import building_modes

@@ -17,7 +17,7 @@ import pounding_risk as pr
 from pounding_risk._common.dates import created, now
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import open_results, save
-from pounding_risk.results.pair_labels import CONVENTIONS
+from pounding_risk.results.labels import CONVENTIONS
 from pounding_risk.scene.reader import parse_scene
 
 # A law that other tests compile too, in fixed steps and under a passing wave.

@@ -16,7 +16,7 @@ from pounding_risk.ensemble.scan import scan
 from pounding_risk.motions import catalogue, record_sets
 from pounding_risk.motions.read import read_motion
 from pounding_risk.results.files import open_results
-from pounding_risk.results.pair_labels import PERIODS
+from pounding_risk.results.labels import PERIODS
 from pounding_risk.scene.reader import parse_scene
 
 SCENE = two_records()
@@ -30,7 +30,7 @@ def dataset():
 def test_contact_is_where_the_gap_is_smaller_than_the_motion_needs(dataset):
     """Both come from one free response, so that they agree in every case, screened or run."""
     needed = dataset["peak_closing_free"]
-    assert needed.dims == ("record", "polarity", "pga")
+    assert needed.dims == ("record", "polarity", "pga", "interface")
     touches = dataset["impact_count"].isel(contact_model=0, yield_force=0) > 0
     assert (touches == (dataset["gap"] < needed)).all()
     assert 0 < int(touches.sum()) < touches.size
@@ -49,7 +49,7 @@ def test_the_gap_needed_is_that_of_two_oscillators(dataset):
     found = solve_ivp(slope, (0.0, times[-1]), np.zeros(4), "DOP853", times, rtol=1e-8, atol=1e-10, max_step=motion.dt)
     parting = found.y[0] - found.y[1]
     place = {"record": "RSN6-180", "pga": 0.1 * 9.80665}
-    needed = dataset["peak_closing_free"].sel(place, method=None)
+    needed = dataset["peak_closing_free"].sel(place, method=None).squeeze("interface")
     assert float(needed.sel(polarity="as recorded")) == pytest.approx(parting.max(), rel=1e-5)
     assert float(needed.sel(polarity="reversed")) == pytest.approx(-parting.min(), rel=1e-5)
 

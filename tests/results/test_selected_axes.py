@@ -72,6 +72,31 @@ def test_readers_say_the_same_of_both(dataset, axis, tmp_path):
         assert pictures[0] == pictures[1]
 
 
+def test_a_squeezed_dataset_is_read_as_the_whole(dataset, tmp_path):
+    """Records, gaps and places of one value lose their axes; those of places come back too."""
+    part = dataset.isel(record=[0], gap=[1], contact_model=[1], yield_force=[0])
+    flat = part.squeeze()
+    assert {"record", "gap", "storey"}.isdisjoint(flat.dims)
+    assert ("interface" in flat.dims) == (dataset.sizes["interface"] > 1)
+    xr.testing.assert_identical(with_axes(flat), part)
+    assert repr(assess(flat).as_dict()) == repr(assess(part).as_dict())
+    pages = [report(each, tmp_path / "page.html").read_text() for each in (flat, part)]
+    assert pages[0] == pages[1]
+    if dataset.sizes["interface"] == 1:
+        bare = dataset.squeeze("interface", drop=True)
+        assert repr(assess(bare).as_dict()) == repr(assess(dataset).as_dict())
+
+
+def test_neighbours_selected_from_a_row_are_assessed_as_in_it(dataset):
+    """With the runs of the whole row; the contact points are those between them."""
+    whole = assess(dataset)
+    for at in range(dataset.sizes["interface"]):
+        for interface in (at, [at]):
+            one = dataset.isel(interface=interface, building=slice(at, at + 2))
+            assert repr(assess(one).interfaces) == repr(whole.interfaces[at : at + 1])
+            assert with_axes(one)["contact_point_interface"].values.tolist() == [0]
+
+
 def test_one_amplitude_of_several_is_assessed(dataset):
     assert assess(dataset.isel(pga=0)).interfaces[0].closing == assess(dataset, pga="0.3 g").interfaces[0].closing
 
@@ -81,6 +106,6 @@ def test_what_cannot_come_back_is_named(dataset):
         assess(dataset.isel(gap=0, drop=True))
     with pytest.raises(PoundingError, match="has one building left"):
         assess(dataset.isel(building=0))
-    if "interface" in dataset.dims:
+    if dataset.sizes["interface"] > 1:
         with pytest.raises(PoundingError, match="3 buildings and 1 of the 2 interfaces"):
             assess(dataset.isel(interface=1))

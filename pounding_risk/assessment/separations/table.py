@@ -256,7 +256,7 @@ def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, 
         percentile out of its range.
     """
     percentile = percentile_of(percentile)
-    shown = _one_amplitude(_complete(with_axes(results)))
+    shown = _one_amplitude(_complete(with_axes(results))).isel(interface=0, missing_dims="ignore")
     left, right = (by_motion(at_contact(shown, side)).astype(float) for side in (0, 1))
     site = _known_site(shown, site)
     closing = by_motion(shown["peak_closing_free"]).astype(float)
@@ -298,7 +298,7 @@ def at_contact(results: xr.Dataset, side: int) -> xr.DataArray:
     which the peak there does not exceed.
     """
     whole = results["peak_displacement_free"].isel(building=side)
-    if results.sizes.get("contact_point", 0) == 0 or int(results["building_storeys"].values[side]) == 0:
+    if "storey_displacement_free" not in results or int(results["building_storeys"].values[side]) == 0:
         return whole
     floors = results[f"contact_point_{('left', 'right')[side]}_floor"].values
     below, part = divmod(float(floors[results["contact_point_left_floor"].values.argmax()]), 1.0)
@@ -309,13 +309,13 @@ def at_contact(results: xr.Dataset, side: int) -> xr.DataArray:
 
 def _known_site(results: xr.Dataset, site: Site) -> Site:
     """The site with heights and alignment of floors from the dataset, where ``site`` gives none."""
-    if "building_height" not in results.coords:
-        return site
     left, right = (float(height) for height in results["building_height"].values)
     known = all(isfinite(height) and height > 0.0 for height in (left, right))
     heights = (left, right) if site.heights is None and known else site.heights
-    level = results.sizes.get("contact_point", 0) > 0 and bool((results["contact_point_kind"] == "floor").all())
-    return site._replace(heights=heights, aligned=site.aligned or level)
+    # Floors of a single mass, and those whose levels are not known, cannot be said to be aligned.
+    level = (results["contact_point_kind"] == "floor") & np.isfinite(results["contact_point_level"])
+    aligned = "storey_displacement_free" in results and bool(level.all())
+    return site._replace(heights=heights, aligned=site.aligned or aligned)
 
 
 def _complete(results: xr.Dataset) -> xr.Dataset:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pounding_risk._jit.compile import INTERPRETED, ForgivingCache, is_foreign, lowered
+from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.models.effects import wave_of, with_effects
 from pounding_risk.scene.scene import Scene
@@ -49,7 +50,7 @@ def kernels_of(study: Scene) -> Kernels:
     """What is compiled for a scene, in this process or in the cache; raises as `Scene.law`."""
     if INTERPRETED:
         return Kernels(True, True, (True,) * len(study.grid.contact_models), False, interpreted=True)
-    return _of_row(study) if study.is_row else _of_pair(study)
+    return _OF_SOLVER[job_kind(study).solver](study)
 
 
 def _of_pair(study: Scene) -> Kernels:
@@ -82,6 +83,9 @@ def _of_row(study: Scene) -> Kernels:
 
     laws = tuple(map(known, study.grid.contact_models))
     return Kernels(is_compiled(rows_march.march_free, (*call, terms, states)), solver, laws, at_each_start=True)
+
+
+_OF_SOLVER = {"pair": _of_pair, "row": _of_row}
 
 
 def _like(study: Scene, name: str) -> Any:

@@ -5,7 +5,6 @@ Where the motion without contact closes no gap, it is the result.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import sqrt
 from time import process_time, thread_time
 from typing import Any, NamedTuple
@@ -14,17 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.ensemble.job import Job, ScanInput, never
-from pounding_risk.ensemble.job_choice import job_of
+from pounding_risk.ensemble.job_choice import job_kind, job_of
 from pounding_risk.ensemble.plan.size import bytes_of
-from pounding_risk.ensemble.row_grid import model_of
-from pounding_risk.models.effects import wave_of
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.scene import Scene
-from pounding_risk.solver.counters import COMPLETE
-from pounding_risk.solver.pair.api import free_response, oscillators
-from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.api import HIGHEST
 from pounding_risk.solver.row.cases import Cases, Limits
 
 SECONDS = 1.0  # of solving batches to learn what they cost, over all contact models
@@ -34,8 +27,6 @@ LONGEST = 4.0  # s of solving, after which no other batch of a contact model is 
 MOST_BATCHES = 20_000  # that are looked at: of a larger grid some gaps and amplitudes, evenly drawn
 SEED = 20110314  # of the sample: a scene always has the same
 GOLDEN = 0.5 * (sqrt(5.0) - 1.0)  # its multiples, modulo 1, are evenly distributed however many there are
-
-Response = Callable[[Motion], tuple[NDArray[np.float64], int]]  # closing beyond each gap [m], and bytes
 
 
 class Alone(NamedTuple):
@@ -47,37 +38,14 @@ class Alone(NamedTuple):
 
 def alone(study: Scene, motions: tuple[Motion, ...]) -> Alone:
     """How far the motion without contact closes the tightest gap, for each motion and gap; raises as `chain_of`."""
-    respond = _of_row(study) if study.is_row else _of_pair(study)
+    respond = job_kind(study).closing(study)
     shape = (len(motions), len(study.records.polarities), len(study.grid.pgas))
     closed, size = np.zeros((*shape, len(study.grid.gaps))), 0
     for place in np.ndindex(shape):
         motion = driven(motions[place[0]], study.records.polarities[place[1]], study.grid.pgas[place[2]])
         closed[place], held = respond(motion)
-        size = max(size, held)
+        size = max(size, bytes_of(held))
     return Alone(closed, size)
-
-
-def _of_pair(study: Scene) -> Response:
-    pair, wave, gaps = oscillators(*study.pair), wave_of(study.effects), np.array(study.grid.gaps)
-
-    def respond(motion: Motion) -> tuple[NDArray[np.float64], int]:
-        free = free_response(pair, motion.acceleration, motion.dt, wave)
-        return free.high[:, 0].max() - gaps, bytes_of(free)
-
-    return respond
-
-
-def _of_row(study: Scene) -> Response:
-    model = model_of(study)
-    gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])[:, model.interfaces]
-
-    def respond(motion: Motion) -> tuple[NDArray[np.float64], int]:
-        free = rows.free_row(model.row(motion.dt), motion.acceleration)
-        held = bytes_of(free) + motion.acceleration.nbytes
-        # A response that fails is the result of its cases.
-        return (free.points[:, HIGHEST] - gaps).max(axis=1) if free.status == COMPLETE else np.zeros(len(gaps)), held
-
-    return respond
 
 
 class Cost(NamedTuple):
@@ -178,7 +146,7 @@ def seconds_per_batch(job: Job, batches: NDArray[np.int64], seconds: float) -> C
 def _respond(job: Any, batch: np.int64) -> None:
     """Solve the motion without contact, which a scan does once for all batches of a motion."""
     motion = tuple(int(place) for place in np.unravel_index(batch, job.shape[:-1])[:3])
-    (job.driven if job.study.is_row else job.free)(motion)
+    job.free(motion)
 
 
 def _one(batch: np.int64) -> range:

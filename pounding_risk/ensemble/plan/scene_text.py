@@ -41,7 +41,7 @@ def scene_words(study: Scene, records: int) -> list[tuple[str, str]]:
     given = given_keys(study)
     return [
         ("scene", study.name),
-        *(_of_row(study) if study.is_row else _of_pair(study)),
+        *_places(study),
         *(("effect", _effect(effect, given)) for effect in study.effects),
         ("records", _amplitude(study, records)),
         ("polarity", " and ".join(study.records.polarities)),
@@ -50,31 +50,39 @@ def scene_words(study: Scene, records: int) -> list[tuple[str, str]]:
     ]
 
 
-def _of_pair(study: Scene) -> list[tuple[str, str]]:
-    """Buildings, interface and contact models of two single masses."""
-    sides = zip(("left", "right"), study.buildings, strict=True)
-    return [
-        *((f"{side} building", _building(building, False)) for side, building in sides),
-        ("interface", _interface(study)),
-        *(("contact model", words) for words in _laws(study)),
-        ("restitution", _restitution(study)),
-    ]
+def _places(study: Scene) -> list[tuple[str, str]]:
+    """Buildings from left to right, each interface with its contact points, and contact models.
 
-
-def _of_row(study: Scene) -> list[tuple[str, str]]:
-    """Buildings from left to right, contact models, and each interface with its contact points."""
-    yielding = "inelastic_storeys" in dict(study.effects)
-    rows = [("building", _building(building, yielding)) for building in study.buildings]
-    rows += [("contact model", words) for words in _laws(study)]
+    Stiffness and restitution stand with the interface where there are several.
+    """
+    yielding, several = "inelastic_storeys" in dict(study.effects), len(study.neighbours) > 1
+    sides = ["building"] * len(study.buildings) if several else ["left building", "right building"]
+    rows = [(side, _building(one, yielding)) for side, one in zip(sides, study.buildings, strict=True)]
     for place, name in enumerate(study.interface_names):
         here = study.at(place)
-        quantity = stiffness_quantity(known_law(study.stiff_name))
-        stiffness = "" if here.stiffness is None else f", stiffness {say(here.stiffness, quantity)}"
-        rows.append(("interface", f"{name}: gap {say(here.gap, GAP)}{stiffness}, restitution {_restitution(here)}"))
-        if not here.neighbours[0].given:
-            rows.append(("levels", _levels(here.neighbours[0].levels)))
-        rows += [("contact points", words) for words in _points(here)]
+        words = [f"{name}: " * several + f"gap {say(here.gap, GAP)}"]
+        if several:
+            words += [*_stiffness(here), f"restitution {_restitution(here)}"]
+        if not _has_floors(here):
+            words.append(_strength(here.yield_force))
+        rows += [("interface", ", ".join(words)), *_points(here)]
+    rows += [("contact model", words) for words in _laws(study)]
+    rows += [] if several else [("restitution", _restitution(study))]
     return rows + [("note", f"{name}: {note}") for name, note in level_notes(study).items()]
+
+
+def _stiffness(here: Scene) -> list[str]:
+    quantity = stiffness_quantity(known_law(here.stiff_name))
+    return [] if here.stiffness is None else [f"stiffness {say(here.stiffness, quantity)}"]
+
+
+def _strength(force: float) -> str:
+    return "no yielding" if force == inf else f"yield force {say(force, YIELD_FORCE)}"
+
+
+def _has_floors(here: Scene) -> bool:
+    """True where two neighbours do not just meet mass to mass."""
+    return any(isinstance(one, Storeys) for one in here.buildings) or here.neighbours[0].given or len(here.points) > 1
 
 
 def _levels(rule: LevelRule) -> str:
@@ -85,10 +93,12 @@ def _levels(rule: LevelRule) -> str:
     return f"floors {depths} deep are one where they overlap in height, by floor_depth"
 
 
-def _points(here: Scene) -> list[str]:
-    """Contact points of two neighbours, floor to floor and floor to column, with the yield force of each kind."""
-    kinds = []
+def _points(here: Scene) -> list[tuple[str, str]]:
+    """How levels are told apart, and contact points by kind with the yield force of each; nothing of two masses."""
+    if not _has_floors(here):
+        return []
     (neighbour,), (left, right) = here.neighbours, here.buildings
+    rows = [] if neighbour.given else [("levels", _levels(neighbour.levels))]
     for kind, force in ((FLOOR, neighbour.yield_force), (COLUMN, neighbour.column_yield_force)):
         places = [
             f"{_place(point.left_floor)} of {left.name}, {_place(point.right_floor)} of {right.name}"
@@ -96,9 +106,8 @@ def _points(here: Scene) -> list[str]:
             for point in neighbour.points
             if point.kind == kind
         ]
-        strength = "no yielding" if force == inf else f"yield force {say(force, YIELD_FORCE)}"
-        kinds += [f"floor to {kind}, {strength}: {'; '.join(places)}"] if places else []
-    return kinds
+        rows += [("contact points", f"floor to {kind}, {_strength(force)}: {'; '.join(places)}")] if places else []
+    return rows
 
 
 def _place(floor: float) -> str:
@@ -132,11 +141,6 @@ def _building(building: Building | Storeys, yielding: bool) -> str:
     )
 
 
-def _interface(study: Scene) -> str:
-    strength = "no yielding" if study.yield_force == inf else f"yield force {say(study.yield_force, YIELD_FORCE)}"
-    return f"gap {say(study.gap, GAP)}, {strength}"
-
-
 def _laws(study: Scene) -> list[str]:
     """Each contact model of the grid, with the origin of its stiffness."""
     terms = study.equal_terms
@@ -146,14 +150,14 @@ def _laws(study: Scene) -> list[str]:
             pairs = zip(study.interface_names, study.neighbours, strict=True)
             name = ", ".join(f"{between.law_name} at {interface}" for interface, between in pairs)
             stiffness = "stiffness of each interface"
-        elif study.is_row and not study.needs_equal_terms(name):
+        elif len(study.neighbours) > 1 and not study.needs_equal_terms(name):
             stiffness = "stiffness of each interface"
         elif is_instant(known_law(name)) or study.stiffness is None:
             stiffness = "no stiffness: the velocities jump at a touch"
         elif study.needs_equal_terms(name) and terms:
             stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.stiff_name}"
         else:
-            stiffness = f"stiffness {say(study.stiffness, stiffness_quantity(known_law(study.stiff_name)))}"
+            (stiffness,) = _stiffness(study)
         models.append(f"{name}, {stiffness}")
     return models
 

@@ -6,39 +6,24 @@ import os
 import sys
 from collections.abc import Iterable, Mapping
 from math import prod
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from pounding_risk.ensemble.pair_job import FREE_RESPONSES, chunk_bytes
+from pounding_risk.ensemble.grid_job import FREE_RESPONSES, Sizes
+from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.threads import CHUNK_BYTES
-from pounding_risk.ensemble.tolerance_check import check_variables
 from pounding_risk.motions.motion import Motion
-from pounding_risk.results.layout import AXES, BLOCK_BYTES, bytes_per_case
+from pounding_risk.results.layout import AXES, BLOCK_BYTES
 from pounding_risk.scene.scene import Scene
 
-RECORD_BYTES = 60 * 8  # of the spectrum of a record
 WRITER_BYTES = 40e6  # about, of the libraries that write a dataset, which a plan does not load
 CHUNKS_IN_FLIGHT = 2  # per thread: one being solved, one waiting to be kept
 
 
-class Sizes(NamedTuple):
-    """Bytes of the variables of a dataset, before compression; coordinates, some bytes a label, are not counted."""
-
-    case: int  # of a case, with the variables of the tolerance check
-    motion: int  # of a record, polarity and amplitude: its response without contact
-    chunk: int  # of a case in a chunk
-    record: int = RECORD_BYTES
-
-    def of(self, shape: Mapping[str, int]) -> int:
-        """Size of a dataset with so many values along each of its axes."""
-        motions = shape["record"] * shape["polarity"] * shape["pga"]
-        return self.case * prod(shape.values()) + self.motion * motions + self.record * shape["record"]
-
-
 def sizes(study: Scene) -> Sizes:
     """Sizes of the dataset that `scan` makes of a study."""
-    return _of_row(study) if study.is_row else _of_pair(study)
+    return job_kind(study).sizes(study)
 
 
 def grid_bytes(study: Scene, records: int) -> int:
@@ -46,28 +31,6 @@ def grid_bytes(study: Scene, records: int) -> int:
     grid = study.grid
     values = (records, len(study.records.polarities), *map(len, (grid.pgas, grid.contact_models)))
     return sizes(study).of(dict(zip(AXES, (*values, len(grid.gaps), len(grid.yield_forces)), strict=True)))
-
-
-def _of_pair(study: Scene) -> Sizes:
-    from pounding_risk.results.pair_labels import pair_variables
-    from pounding_risk.solver.pair.outputs import BUILDING
-
-    along = {"building": 2}
-    case = bytes_per_case(pair_variables() | check_variables(study.rtol), along)
-    closing = 8
-    return Sizes(case, 8 * along["building"] * len(BUILDING) + closing, chunk_bytes(study))
-
-
-def _of_row(study: Scene) -> Sizes:
-    from pounding_risk.ensemble.row_grid import model_of
-    from pounding_risk.results.row_labels import case_variables, row_variables
-    from pounding_risk.solver.row.outputs import frame_of, moving_variables
-
-    frame = frame_of(model_of(study))
-    along = frame.sizes
-    case = bytes_per_case(row_variables(frame) | check_variables(study.rtol), along)
-    closing = 8 * (along["interface"] + along["contact_point"])
-    return Sizes(case, bytes_per_case(case_variables(moving_variables(frame)), along) + closing, case)
 
 
 def memory(study: Scene, shape: Mapping[str, int], threads: int, motions: Iterable[Motion], free: int) -> int:

@@ -81,7 +81,7 @@ def _terms(data: ReportData) -> str:
     decides = (
         "Whether there is contact follows from the motion without contact alone, whatever the contact model and F_E."
     )
-    if data.is_row:
+    if data.several:
         decides = (
             "A motion counts as contact where it closes the gap by itself, or where contact elsewhere in the row made "
             "the buildings touch in a run, under any contact model and F_E. The F_E told is that of floors that meet; "

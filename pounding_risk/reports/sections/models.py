@@ -50,8 +50,7 @@ def write(data: ReportData) -> list[Block]:
     for pair in data.pairs:
         blocks += _by_model(data, pair)
     if len(data.laws) == 1 and "compare" not in data.others:
-        other = "more of them under contact_model of the grid" if data.is_row else "`pounding-risk compare`"
-        blocks.append(paragraph(f"One contact model was run. Whether another says otherwise: {other}."))
+        blocks.append(paragraph("One contact model was run. Whether another says otherwise: `pounding-risk compare`."))
     if "compare" in data.others:
         blocks += _compared(data.others["compare"])
     return blocks

@@ -134,9 +134,8 @@ def _at(values: Any, periods: Any, period: float) -> Any:
 def _records_table(data: ReportData) -> Block:
     results = data.results
     needed = results["peak_closing_free"]
-    if "interface" in needed.dims:
-        needed = needed.max("interface")
-    widest_of = "; of a row the widest that any two neighbours need" if data.is_row else ""
+    needed = needed.max("interface")
+    widest_of = "; of a row the widest that any two neighbours need" if data.several else ""
     at = ""
     if "pga" in needed.dims:
         needed = needed.sel(pga=data.assessment.interfaces[0].amplitude, method="nearest")

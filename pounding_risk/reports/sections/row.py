@@ -35,8 +35,8 @@ POSITIONS = ("end", "interior")
 
 
 def write(data: ReportData) -> list[Block]:
-    """Drawings and tables of a row; nothing for a pair."""
-    if not data.is_row:
+    """Drawings and tables of contact points and storeys; nothing where the interfaces say all."""
+    if not data.has_points:
         return []
     case = data.row
     where = where_words(case)

@@ -43,7 +43,7 @@ def write(data: ReportData) -> list[Block]:
     """Buildings, interfaces, the grid of cases and the assumptions."""
     results = data.results
     sides = [("building", "l"), (head("mass", "kg"), "r"), ("period [s]", "r"), (head("damping", "%"), "r")]
-    sides += [("storeys", "r"), ("height [m]", "r"), ("in the row", "l")] if data.is_row else []
+    sides += [("storeys", "r"), ("height [m]", "r"), ("in the row", "l")] if data.has_points else []
     rows = []
     for name in map(str, results["building"].values):
         one = results.sel(building=name)
@@ -60,13 +60,13 @@ def write(data: ReportData) -> list[Block]:
         *(facts(f"Between {pair.name.replace(' | ', ' and ')}.", _interface(data, index)) for index, pair in pairs),
         facts("The grid of cases.", _grid(data)),
         heading("Assumptions", "assumptions"),
-        listing([*(OF_A_ROW if data.is_row else ASSUMED), *_assumed(data)]),
+        listing([*(OF_A_ROW if data.has_points else ASSUMED), *_assumed(data)]),
     ]
 
 
 def _stature(data: ReportData, one: Any) -> list[Cell | str]:
-    """Cells of storeys, height and position of a building in a row; none for a pair."""
-    if not data.is_row:
+    """Cells of storeys, height and position of a building; none of two single masses."""
+    if not data.has_points:
         return []
     height = number(one["building_height"])
     return [count(one["building_storeys"]), height, str(one["building_position"].values)]
@@ -139,7 +139,7 @@ def _assumed(data: ReportData) -> list[str]:
     sentences = []
     effects = data.scene.get("effects", {})
     if "wave_passage" not in effects:
-        both = "All" if data.is_row else "Both"
+        both = "All" if data.several else "Both"
         sentences.append(f"{both} buildings stand on the same motion at the same time.")
     if "permanent_set" not in effects and np.isfinite(data.results["yield_force"].values).any():
         sentences.append(

@@ -116,7 +116,7 @@ def _caveats(data: ReportData) -> list[str]:
         sentences.append(
             f"{assessment.failed} of {counted(assessment.cases, 'case')} failed: they are left out of what contact "
             "does. Whether there is "
-            f"contact follows from the motion without it{', and in a row from the runs' if data.is_row else ''}."
+            f"contact follows from the motion without it{', and in a row from the runs' if data.several else ''}."
         )
     if assessment.sensitive:
         runs = counted(assessment.checked, "run")

@@ -1,8 +1,8 @@
-"""Variables, coordinates and attributes of the dataset of a pair, and those that pairs and rows share."""
+"""Variables, coordinates and attributes of the datasets of a scene."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,31 +15,53 @@ from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.record import recording_numbers
 from pounding_risk.results.files import as_text, versions
 from pounding_risk.results.layout import AXES, CaseVariable
+from pounding_risk.results.places import building_coordinates, place_coordinates
+from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
+from pounding_risk.results.variables import described, own_dims
+from pounding_risk.scene.level_notes import level_notes
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.unused_keys import unused_keys
-from pounding_risk.solver.counters import STATUS, STATUS_SENTENCES
-from pounding_risk.solver.pair.outputs import BUILDING, HIGH, RUN, building_outputs, run_outputs
+from pounding_risk.solver.counters import STATUS_SENTENCES
 
 MOTIONS = AXES[:3]
 PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra
 CONVENTIONS = "CF-1.11"  # that the datasets follow
+NEEDED = "gap that the motion needs: largest u_left - u_right of the continuous motion without contact"
+Array = np.ndarray
+Laws = Sequence[Sequence[Any]]  # of each contact model, that of each interface
 
 
-def pair_skeleton(study: Scene, motions: tuple[Motion, ...], alone: np.ndarray, laws: tuple[Any, ...]) -> xr.Dataset:
-    """The dataset of a pair without its cases.
+def skeleton(
+    study: Scene, motions: tuple[Motion, ...], free: Mapping[str, tuple[Any, Array]], coords: Mapping[str, Any]
+) -> xr.Dataset:
+    """The dataset of a scan without its cases and attributes.
 
-    ``alone`` (record, polarity, amplitude, outputs.COLUMNS) are raw columns of the responses without contact.
+    ``free`` are outputs of the motions without contact by name: the output, with its unit and words, and its values by
+    record, polarity, amplitude and its own dimensions. ``coords`` are those of `places_of`.
     """
-    pgas = amplitudes(study, motions)
-    variables: dict[str, Any] = {}
-    for name, values in building_outputs(alone, study.pair, pgas).items():
-        unit, words, _ = BUILDING[name]
-        variables[f"{name}_free"] = ((*MOTIONS, "building"), values, described(unit, f"{words}; without contact"))
-    needed = "gap that the motion needs: largest u_left - u_right of the continuous motion without contact"
-    variables["peak_closing_free"] = (MOTIONS, alone[..., HIGH], described("m", needed))
-    variables |= motion_spectra(motions)
-    coords = case_coordinates(study, motions) | building_coordinates(study)
-    return one_amplitude(xr.Dataset(variables, coords=coords, attrs=attributes(study, motions, laws)), study)
+    variables: dict[str, Any] = {
+        f"{name}_free": (
+            (*MOTIONS, *own_dims(f"{name}_free")),
+            values,
+            described(output.unit, NEEDED if name.endswith("peak_closing") else f"{output.words}; without contact"),
+        )
+        for name, (output, values) in free.items()
+    }
+    labels = case_coordinates(study, motions) | dict(coords)
+    return one_amplitude(xr.Dataset(variables | motion_spectra(motions), coords=labels), study)
+
+
+def places_of(study: Scene, gaps: Array, yield_forces: Array) -> dict[str, Any]:
+    """Interfaces, contact points, buildings and storeys of a scene, with facts on each.
+
+    ``gaps`` [m] are those of the grid at each interface, ``yield_forces`` [N] those at each contact point.
+    """
+    coords = building_coordinates(study.buildings) | place_coordinates(study.buildings, study.points, yield_forces)
+    if (gaps != np.array(study.grid.gaps)[:, None]).any():
+        words = "clear distance at rest of each interface; the axis gap is that of "
+        of_axis = study.gridded_interface or "the scene's first one"
+        coords["interface_gap"] = (("gap", "interface"), gaps, described("m", words + of_axis))
+    return coords
 
 
 def amplitudes(study: Scene, motions: tuple[Motion, ...]) -> np.ndarray:
@@ -49,26 +71,9 @@ def amplitudes(study: Scene, motions: tuple[Motion, ...]) -> np.ndarray:
     return np.array(peaks)
 
 
-def pair_variables() -> dict[str, CaseVariable]:
-    """Every case variable of a pair, except those of the tolerance check."""
-    pair = {
-        name: CaseVariable((), kept_as(output.whole), described(output.unit, output.words))
-        for name, output in RUN.items()
-    }
-    for name, (unit, words, _) in BUILDING.items():
-        pair[name] = CaseVariable(("building",), np.dtype(np.float64), described(unit, words))
-    return pair | OUTCOME
-
-
-def pair_values(study: Scene, raw: np.ndarray, pgas: np.ndarray) -> dict[str, np.ndarray]:
-    """The variables of `pair_variables` but ``simulated``, from raw columns (batches, yield forces, outputs.COLUMNS).
-
-    ``pgas`` [m/s²] is by batch.
-    """
-    outputs = run_outputs(raw, np.array(study.grid.yield_forces))
-    values = {name: array.astype(kept_as(RUN[name].whole), copy=False) for name, array in outputs.items()}
-    values |= building_outputs(raw, study.pair, pgas[:, None])
-    return values | {"status": raw[..., STATUS].astype(np.int8)}
+def case_variable(name: str, output: Any) -> CaseVariable:
+    """An output of a solver, with its unit and words, as a variable of a dataset; a count or flag has ``whole``."""
+    return CaseVariable(own_dims(name), kept_as(getattr(output, "whole", False)), described(output.unit, output.words))
 
 
 def one_amplitude(dataset: xr.Dataset, study: Scene) -> xr.Dataset:
@@ -79,11 +84,6 @@ def one_amplitude(dataset: xr.Dataset, study: Scene) -> xr.Dataset:
 def kept_as(whole: bool) -> np.dtype[Any]:
     """The type in which a variable is stored."""
     return np.dtype(np.int32) if whole else np.dtype(np.float64)
-
-
-def described(unit: str, words: str) -> dict[str, str]:
-    """Attributes of a variable or coordinate: unit and long name."""
-    return {"units": unit, "long_name": words}
 
 
 def _slug(sentence: str) -> str:
@@ -199,40 +199,36 @@ def _amplitudes_felt(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
     }
 
 
-def building_coordinates(study: Scene, period: str = "period of vibration") -> dict[str, Any]:
-    """Mass, period and damping of each building; NaN for a rigid one."""
-    facts = {"mass": ("kg", "mass"), "period": ("s", period), "damping": ("1", "damping ratio")}
-    coords = {}
-    for name, (unit, words) in facts.items():
-        values = [np.nan if building.is_rigid else getattr(building, name) for building in study.buildings]
-        coords[f"building_{name}"] = ("building", values, described(unit, f"{words} of the building"))
-    return coords
-
-
 def sources_of(study: Scene, laws: Iterable[Any]) -> list[str]:
     """References of these laws and of the effects of the scene."""
     others = [EFFECTS[effect.name] for effect in study.effects if not acts_on_law(effect.name)]
     return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in others)]))
 
 
-def attributes(study: Scene, motions: tuple[Motion, ...], laws: tuple[Any, ...]) -> dict[str, Any]:
-    """Attributes of a scan: all that it takes to repeat it, and the references of its laws."""
+def attributes(study: Scene, motions: tuple[Motion, ...], laws: Laws, solver: str) -> dict[str, Any]:
+    """Attributes of a scan: all that it takes to repeat it, and the references of its laws.
+
+    ``solver`` is its name, "pair" or "row".
+    """
+    notes = level_notes(study)
+    rules = [neighbour.restitution_words for neighbour in study.neighbours]
     return {
         "Conventions": CONVENTIONS,
         "title": study.name,
-        "source": "pounding_risk: event-driven pair solver",
-        "references": "; ".join(sources_of(study, laws)),
+        "source": f"pounding_risk: event-driven {solver} solver",
+        "references": "; ".join(sources_of(study, [of_model[0] for of_model in laws])),
         **made_from(study, motions),
         "stiffness": as_text(
             {
-                name: bare(law).stiffness
-                for name, law in zip(study.grid.contact_models, laws, strict=True)
-                if not is_instant(law)
+                name: [bare(law).stiffness for law in of_model]
+                for name, of_model in zip(study.grid.contact_models, laws, strict=True)
+                if not is_instant(of_model[0])
             }
         ),
-        "restitution": study.restitution_words,
+        "restitution": rules[0] if len(set(rules)) == 1 else "; ".join(rules),
         "restitution_relation": study.relation,
         "flags": as_text({motion.name: list(motion.flags) for motion in motions if motion.flags}),
+        **({"level_notes": as_text(notes)} if notes else {}),
     }
 
 
@@ -240,6 +236,7 @@ def made_from(study: Scene, motions: Iterable[Motion]) -> dict[str, Any]:
     """Attributes of every dataset of a scene: the scene, its motions, and the versions of the libraries."""
     unused = unused_keys(study)
     return {
+        VERSION: DATASET_VERSION,
         "scene": study.text or study.to_toml(),
         "scene_resolved": study.to_toml(),
         "overrides": as_text(list(study.overrides)),

@@ -1,0 +1,183 @@
+"""What the jobs of all scenes share: the grid as batches, the tolerance check, and the template of the dataset.
+
+A subclass has the compiled solver: how a motion without contact is computed, how a batch is solved, and what the chunks
+of its results hold.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from math import prod
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.ensemble.chunks import Chunk
+from pounding_risk.ensemble.job import DatasetWriter, ScanInput, never
+from pounding_risk.ensemble.tolerance_check import check_variables, drawn, made_again, not_made_again
+from pounding_risk.motions.motion import Motion, driven
+from pounding_risk.results.labels import OUTCOME, attributes, case_variable, places_of, skeleton
+from pounding_risk.results.layout import CaseVariable, Slab, Template, bytes_per_case, slabs
+from pounding_risk.results.tolerance_check import tighter
+from pounding_risk.results.variables import own_dims
+from pounding_risk.scene.scene import Scene
+
+Place = tuple[int, ...]  # record, polarity, amplitude
+Array = NDArray[np.float64]
+HOW = "simulated"
+FREE_RESPONSES = 128  # motions whose response without contact is kept, some hundred kB each
+RECORD_BYTES = 60 * 8  # of the spectrum of a record
+
+
+class Sizes(NamedTuple):
+    """Bytes of the variables of a dataset, before compression; coordinates, some bytes a label, are not counted."""
+
+    case: int  # of a case, with the variables of the tolerance check
+    motion: int  # of a record, polarity and amplitude: its response without contact
+    chunk: int  # of a case in a chunk
+    record: int = RECORD_BYTES
+
+    def of(self, shape: Mapping[str, int]) -> int:
+        """Size of a dataset with so many values along each of its axes."""
+        motions = shape["record"] * shape["polarity"] * shape["pga"]
+        return self.case * prod(shape.values()) + self.motion * motions + self.record * shape["record"]
+
+
+class GridJob(ABC):
+    """The grid of a scene; see `job.Job`."""
+
+    solver: ClassVar[str]  # its name
+    at_once: ClassVar[int] = 1  # batches in one call of the solver
+
+    def __init__(self, scan_input: ScanInput, laws: tuple[tuple[Any, ...], ...], places: tuple[Array, Array]):
+        """``laws`` are by contact model and interface, ``places`` the arguments of `labels.places_of`."""
+        study = self.study = scan_input.study
+        self.scan_input, self._laws, self._places = scan_input, laws, places
+        grid, motions = study.grid, len(scan_input.motions)
+        self.motions_shape = (motions, len(study.records.polarities), len(grid.pgas))
+        self.shape = (*self.motions_shape, len(laws), len(grid.gaps), len(grid.yield_forces))
+        self.batches, self.width = int(np.prod(self.shape[:-1])), self.shape[-1]
+        self.bytes_per_batch = self.width * self.sizes(study).chunk
+
+    @classmethod
+    @abstractmethod
+    def outputs(cls, study: Scene) -> dict[str, Any]:
+        """Every output of a case, with its unit and words, and ``whole`` of a count or flag."""
+
+    @classmethod
+    @abstractmethod
+    def free_outputs(cls, study: Scene) -> dict[str, Any]:
+        """Those that a motion without contact has too."""
+
+    @classmethod
+    @abstractmethod
+    def sizes(cls, study: Scene) -> Sizes:
+        """Sizes of the dataset of a study."""
+
+    @classmethod
+    @abstractmethod
+    def closing(cls, study: Scene) -> Callable[[Motion], tuple[Array, Any]]:
+        """What gives, for a motion without contact, how far it closes the tightest gap [m] by gap of the grid.
+
+        With it come the arrays of the response that a scan keeps.
+        """
+
+    @abstractmethod
+    def free(self, motion: Place) -> Any:
+        """The response without contact to a motion of the grid."""
+
+    @property
+    @abstractmethod
+    def prepared(self) -> str:
+        """As `job.Job`."""
+
+    @abstractmethod
+    def solved(self, batches: range, stop: Callable[[], bool]) -> tuple[Chunk, NDArray[np.bool_]] | None:
+        """Results of these batches, and which cases have a complete run of their own; None where ``stop`` was true."""
+
+    @abstractmethod
+    def repeated(self, slab: Slab, strength: int, rtol: float) -> Any:
+        """The run of one case, made at another tolerance."""
+
+    @abstractmethod
+    def moves(self, chunk: Chunk, places: NDArray[np.bool_], second: list[Any]) -> Mapping[str, Array]:
+        """How far each run at ``places`` (batches, yield forces) moves to the one `repeated`, by output."""
+
+    @abstractmethod
+    def free_values(self) -> dict[str, Array]:
+        """Values of `free_outputs` by record, polarity, amplitude and their own dimensions."""
+
+    @abstractmethod
+    def writer(self) -> DatasetWriter:
+        """A new writer of this job's dataset, before its first batch."""
+
+    def ground(self, motion: Place) -> Motion:
+        """A motion of the grid in its polarity and amplitude."""
+        record, polarity, amplitude = motion
+        study = self.study
+        return driven(self.scan_input.motions[record], study.records.polarities[polarity], study.grid.pgas[amplitude])
+
+    def law_at(self, batch: int) -> int:
+        """Index of the contact model that a batch needs."""
+        return batch // self.shape[-2] % self.shape[-3]
+
+    def solve(self, batches: range, stop: Callable[[], bool] = never) -> Chunk | None:
+        """Results of these batches, and how far runs that are repeated move."""
+        results = self.solved(batches, stop)
+        if results is None:
+            return None
+        chunk, own = results
+        if self.scan_input.check_fraction == 0.0:
+            return chunk
+        checked = self.checked(batches, chunk, drawn(batches, own, self.scan_input.check_fraction), stop)
+        return None if checked is None else chunk | checked
+
+    def slabs(self, batches: range) -> list[Slab]:
+        """The batches as the solver takes them."""
+        return list(slabs(batches, self.shape, self.at_once))
+
+    def checked(
+        self, batches: range, chunk: Chunk, places: NDArray[np.bool_], stop: Callable[[], bool]
+    ) -> Chunk | None:
+        """Repeat the runs at ``places`` (batches, yield forces) at the tighter tolerance, without screening."""
+        if not places.any():
+            return not_made_again((len(batches), self.width))
+        second, rtol = [], self.study.rtol
+        for batch, strength in np.argwhere(places):
+            if stop():
+                return None
+            (slab,) = slabs(range(batches.start + batch, batches.start + batch + 1), self.shape, 1)
+            second.append(self.repeated(slab, int(strength), tighter(rtol)))
+        return made_again(places, self.moves(chunk, places, second), rtol)
+
+    @property
+    def check_names(self) -> tuple[str, ...]:
+        """Names of the variables of the tolerance check; none where no run is repeated."""
+        return tuple(check_variables(self.study.rtol)) if self.scan_input.check_fraction > 0.0 else ()
+
+    @cached_property
+    def template(self) -> Template:
+        """The dataset without the values of its cases."""
+        study, motions = self.study, self.scan_input.motions
+        values = self.free_values()
+        free = {name: (output, values[name]) for name, output in self.free_outputs(study).items()}
+        whole = skeleton(study, motions, free, places_of(study, *self._places))
+        whole = whole.assign_attrs(attributes(study, motions, self._laws, self.solver))
+        checks = check_variables(study.rtol)
+        return Template(whole, self.variables(study) | {name: checks[name] for name in self.check_names}, self.shape)
+
+    @classmethod
+    def variables(cls, study: Scene) -> dict[str, CaseVariable]:
+        """Every case variable of a study, except those of the tolerance check."""
+        return {name: case_variable(name, output) for name, output in cls.outputs(study).items()} | OUTCOME
+
+    @classmethod
+    def sizes_along(cls, study: Scene, along: Mapping[str, int], chunk: int = 0) -> Sizes:
+        """Sizes from the lengths of the places; a case in a chunk is as large as in the dataset unless told."""
+        case = bytes_per_case(cls.variables(study) | check_variables(study.rtol), along)
+        free = (f"{name}_free" for name in cls.free_outputs(study))
+        motion = 8 * sum(prod(along[dim] for dim in own_dims(name)) for name in free)
+        return Sizes(case, motion, chunk or case)

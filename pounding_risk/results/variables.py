@@ -1,0 +1,107 @@
+"""The table of a scan's dataset: every variable and coordinate with its dimensions, unit and kind.
+
+A variable lives at the cases alone, or at each building, storey, interface or contact point of each case. Those known
+without contact live at the motions. No solver is imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from pounding_risk.results.layout import AXES
+from pounding_risk.results.tolerance_check import COUNTED, RELATIVE
+
+MOTION = AXES[:3]
+NUMBER, WHOLE, TEXT = "iuf", "iu", "UOT"  # kinds of dtypes; netCDF gives texts as objects
+
+
+class Declared(NamedTuple):
+    """A variable or coordinate of a scan's dataset."""
+
+    dims: tuple[str, ...]
+    unit: str | None = None  # None for texts, flags and what has no unit of its own
+    kinds: str = NUMBER
+
+
+def _declared(dims: tuple[str, ...], names: Mapping[str, str], kinds: str = NUMBER, wrap: str = "{}") -> Any:
+    """Declarations of variables with the same dimensions, from their names by unit; "" is no unit."""
+    listed = ((unit, name) for unit, text in names.items() for name in text.split())
+    return {wrap.format(name): Declared(dims, unit or None, kinds) for unit, name in listed}
+
+
+STOREYS = ("building", "storey")
+# Outputs of a run at each interface, and some of them at each contact point, by unit.
+OF_RUNS = {
+    "m": "peak_relative_displacement peak_closing peak_opening peak_penetration permanent_set",
+    "s": "first_impact_time contact_time first_yield_time",
+    "m/s": "peak_approach_speed",
+    "N": "peak_contact_force lowest_contact_force",
+    "N s": "impulse",
+    "J": "energy_viscous energy_plastic",
+    "1": "impact_count yield_exceedance yield_demand yield_count energy_residual restitution_held",
+}
+OF_BUILDINGS = {"m": "peak_displacement peak_drift", "N": "peak_storey_shear", "m/s2": "peak_floor_acceleration"}
+OF_STOREYS = {
+    "m": "storey_displacement storey_drift storey_residual_drift",
+    "N": "storey_shear",
+    "m/s2": "storey_acceleration",
+    "1": "storey_ductility",
+}
+CHANGES = tuple(f"change_{name}" for name in (*RELATIVE, *COUNTED))
+
+VARIABLES: dict[str, Declared] = {
+    **_declared((*AXES, "interface"), OF_RUNS),
+    **_declared((*AXES, "contact_point"), OF_RUNS, wrap="contact_point_{}"),
+    **_declared((*AXES, "building"), OF_BUILDINGS),
+    **_declared((*MOTION, "building"), OF_BUILDINGS, wrap="{}_free"),
+    **_declared((*AXES, *STOREYS), OF_STOREYS),
+    **_declared((*MOTION, *STOREYS), OF_STOREYS, wrap="{}_free"),
+    **_declared(AXES, {"N s": "row_impulse", "J": "row_energy_lost", "1": " ".join(CHANGES)}),
+    **_declared((*MOTION, "interface"), {"m": "peak_closing_free"}),
+    **_declared((*MOTION, "contact_point"), {"m": "contact_point_peak_closing_free"}),
+    **_declared(("record", "period"), {"m/s2": "record_spectral_acceleration"}),
+    **_declared(AXES, {"": "status simulated sensitive"}, WHOLE),
+}
+COORDINATES: dict[str, Declared] = {
+    axis: Declared((axis,), None, TEXT)
+    for axis in ("record", "polarity", "contact_model", "building", "interface", "contact_point")
+}
+COORDINATES |= {
+    axis: Declared((axis,), unit)
+    for axis, unit in {"pga": "m/s2", "gap": "m", "yield_force": "N", "period": "s"}.items()
+}
+COORDINATES |= {
+    "storey": Declared(("storey",), "1", WHOLE),
+    **_declared(("record",), {"": "record_event record_sha256"}, TEXT),
+    **_declared(
+        ("record",), {"m/s2": "record_pga", "1": "record_magnitude", "km": "record_distance", "m/s": "record_vs30"}
+    ),
+    **_declared(("record",), {"1": "record_recording"}, WHOLE),
+    **_declared(("record", "pga"), {"m/s2": "record_pga_felt", "1": "record_scale_factor"}),
+    **_declared(
+        ("building",), {"kg": "building_mass", "s": "building_period", "1": "building_damping", "m": "building_height"}
+    ),
+    **_declared(("building",), {"1": "building_storeys"}, WHOLE),
+    **_declared(("building",), {"": "building_position"}, TEXT),
+    **_declared(("gap", "interface"), {"m": "interface_gap"}),
+    **_declared(("contact_point",), {"": "contact_point_interface"}, WHOLE),
+    **_declared(("contact_point",), {"m": "contact_point_level"}),
+    **_declared(("contact_point",), {"": "contact_point_kind"}, TEXT),
+    **_declared(("contact_point",), {"1": "contact_point_left_floor contact_point_right_floor"}),
+    **_declared(("yield_force", "contact_point"), {"N": "contact_point_yield_force"}),
+    **_declared(STOREYS, {"m": "floor_level"}),
+}
+
+
+PLACES = ("interface", "contact_point", "building", "storey")  # where a variable may live, beside the cases
+
+
+def own_dims(name: str) -> tuple[str, ...]:
+    """The dimensions of a variable or coordinate of this table beside the axes of the cases."""
+    return tuple(dim for dim in (VARIABLES | COORDINATES)[name].dims if dim not in AXES)
+
+
+def described(unit: str, words: str) -> dict[str, str]:
+    """Attributes of a variable or coordinate: unit and long name."""
+    return {"units": unit, "long_name": words}
