@@ -8,7 +8,7 @@ from typing import Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
-from pounding_risk.units import GAP, PGA, YIELD_FORCE, Quantity, say, si
+from pounding_risk.units import GAP, PGA, YIELD_FORCE, say, si
 
 NEAR = 1e-9  # relative: a value of the grid that was written down and read again
 FEW = 8  # values of a grid that a sentence lists
@@ -36,20 +36,18 @@ def _absent(axis: str, known: tuple[Any, ...], value: Any) -> str:
     quantity = QUANTITIES.get(axis)
     if quantity is None:
         meant = nearest(str(value), known)
-        return f"{axis_words(axis)} {value!r} is not in the grid{meant}, which has {_listed(known)}"
+        return f"{axis_words(axis)} {value!r} is not in the grid{meant}, which has {listed_values(axis, known)}"
     written = say(value, quantity, 10)
     beside = sorted(known, key=lambda level: abs(level - value) if not isinf(level) else inf)[:2]
-    close = f" (next to it are {_numbers(sorted(beside), quantity)})" if len(known) > FEW else ""
-    return f"{axis_words(axis)} {written} is not in the grid, which has {_numbers(known, quantity)}{close}"
+    close = f" (next to it are {listed_values(axis, sorted(beside))})" if len(known) > FEW else ""
+    return f"{axis_words(axis)} {written} is not in the grid, which has {listed_values(axis, known)}{close}"
 
 
-def _numbers(values: Sequence[float], quantity: Quantity) -> str:
-    return _listed([say(value, quantity, 10) for value in values])
-
-
-def _listed(values: Sequence[str]) -> str:
-    """All where they are few, otherwise how many from which to which."""
-    return ", ".join(values) if len(values) <= FEW else f"{len(values)} from {values[0]} to {values[-1]}"
+def listed_values(axis: str, values: Sequence[Any]) -> str:
+    """Values of an axis in words: all where they are few, otherwise how many from which to which."""
+    quantity = QUANTITIES.get(axis)
+    words = [str(value) if quantity is None else say(value, quantity, 10) for value in values]
+    return ", ".join(words) if len(words) <= FEW else f"{len(words)} from {words[0]} to {words[-1]}"
 
 
 def axis_words(axis: str) -> str:

@@ -265,13 +265,13 @@ ABSENT = {
 
 
 def read_scene(scene: str | Path | Mapping[str, Any], overrides: Sequence[str] = ()) -> Scene:
-    """The study of a scene file, with ``--set``-like ``overrides`` ('interface.gap="20 mm"') applied.
+    """The study of a scene file or its text, with ``--set``-like ``overrides`` ('interface.gap="20 mm"') applied.
 
     Parameters
     ----------
     scene : str, path or mapping
-        A scene file; or the tables of one, with its keys and quantities as text: then record files are relative to
-        the working folder.
+        A scene file; or the text of one, which has several lines or a "[["; or its tables, with quantities as text. Of
+        text and tables record files are relative to the working folder.
     overrides : sequence of str
         Keys set from outside, one `path=value` each.
 
@@ -291,6 +291,8 @@ def read_scene(scene: str | Path | Mapping[str, Any], overrides: Sequence[str] =
         raise SceneError(
             "scene", [f"{shown(scene)} is no scene; give the name of a scene file, or its tables (a dict)"]
         )
+    if isinstance(scene, str) and ("\n" in scene or "[[" in scene):
+        return parse_scene(scene, overrides=overrides)
     path = Path(scene)
     return parse_scene(read_text(path), str(path), overrides)
 
