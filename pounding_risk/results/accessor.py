@@ -24,12 +24,12 @@ from pounding_risk.results.one_case import one_case, values_along
 MOST_COUNTED = 5_000_000  # cases whose states are read for the display
 # What may be called next on a dataset of each kind, as the display says it.
 NEXT = {
-    "scan": (".figure()", ".assess()", '.report("report.html")', '.case(gap="40 mm")', ".separations()", ".summary()"),
+    "scan": (".figure()", ".assess()", '.report("report.html")', ".case(gap=...)", ".separations()", ".summary()"),
     "simulate": (".figure()", '.save("run.nc")'),
-    "histories": (".case()",),
-    "compare": (".figure()", ".case()"),
+    "histories": (".case(gap=...)",),
+    "compare": (".figure()", ".case(gap=...)"),
     "accuracy": (".figure()",),
-    "effects": (".figure()", ".case()"),
+    "effects": (".figure()", ".case(gap=...)"),
 }
 REPAIR = "take what scan, simulate, compare, accuracy or effects returned, or open_results opened"
 OF_RUN = ("record", "polarity", "contact_model", "status")  # attributes of a run that its display shows
@@ -111,7 +111,7 @@ class Pounding(ShortRepr):
         yield from _facts_of_run(dataset) if kind == "simulate" else _facts_of_grid(dataset)
         if "finding" in dataset.attrs:
             yield "finding", str(dataset.attrs["finding"])
-        yield "go on with", ", ".join(f".pounding{call}" for call in NEXT[kind])
+        yield "go on with", f".pounding{', '.join(NEXT[kind])}"
 
 
 def _foreign(dataset: xr.Dataset) -> str:
