@@ -31,7 +31,7 @@ class ShortRepr:
 
     def _repr_html_(self) -> str:
         rows = "".join(
-            f'<tr><th style="{CELL}">{escape(what)}</th><td style="{CELL}">{escape(words)}</td></tr>'
+            f'<tr><th style="{CELL};white-space:nowrap">{escape(what)}</th><td style="{CELL}">{escape(words)}</td></tr>'
             for what, words in self.facts()
         )
         return f'<table><caption style="{CAPTION}">{escape(self.heading())}</caption>{rows}</table>'

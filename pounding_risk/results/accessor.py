@@ -10,6 +10,7 @@ from functools import reduce, wraps
 from inspect import signature
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 import pounding_risk
@@ -32,6 +33,8 @@ NEXT = {
     "effects": (".figure()", ".case(gap=...)"),
 }
 REPAIR = "take what scan, simulate, compare, accuracy or effects returned, or open_results opened"
+# Coordinates or attributes that have the value of a run: one for all, or one for each interface or contact point.
+LEVELS = {"pga": ("pga",), "gap": ("gap", "interface_gap"), "yield_force": ("yield_force", "contact_point_yield_force")}
 OF_RUN = ("record", "polarity", "contact_model", "status")  # attributes of a run that its display shows
 
 
@@ -123,11 +126,16 @@ def _foreign(dataset: xr.Dataset) -> str:
 
 def _facts_of_run(run: xr.Dataset) -> Iterator[tuple[str, str]]:
     facts: list[tuple[str, Any]] = [(axis_words(name), run.attrs.get(name, "")) for name in OF_RUN]
-    levels = {name: run.attrs.get(name) for name in ("pga", "gap", "yield_force")}
-    facts += [(axis_words(name), listed_values(name, [value])) for name, value in levels.items() if value is not None]
-    facts.append(("contacts", counted(run.sizes.get("contact", 0), "contact")))
+    facts += [(axis_words(axis), listed_values(axis, _levels(run, axis))) for axis in LEVELS]
+    facts.append(("contacts", run.sizes.get("contact", 0)))
     facts.append(("lasts", f"{float(run['time'][-1]):.6g} s, {counted(run.sizes['time'], 'instant')}"))
     yield from ((name, str(words)) for name, words in facts if words != "")
+
+
+def _levels(run: xr.Dataset, axis: str) -> list[float]:
+    """The amplitude, gaps or yield forces of a run, each once."""
+    known = [run[name].values if name in run.coords else run.attrs.get(name) for name in LEVELS[axis]]
+    return sorted({float(value) for values in known if values is not None for value in np.atleast_1d(values)})
 
 
 def _facts_of_grid(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
@@ -140,7 +148,7 @@ def _facts_of_grid(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
 
 def _cases(dataset: xr.Dataset) -> str:
     """Number of cases; how many of them were simulated and are complete, unless it takes long to read."""
-    cases = counted(dataset["status"].size, "case")
+    cases = f"{dataset['status'].size:,}"
     if dataset["status"].size > MOST_COUNTED:
         return f"{cases}; .summary() counts those that are complete"
     simulated = f"{int(dataset['simulated'].sum())} simulated, " if "simulated" in dataset.variables else ""

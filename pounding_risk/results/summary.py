@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 COMPLETE = 0  # of the variable ``status``
+IN_RECHECKS = ("made again", "of these sensitive")  # counts that the sentences on rechecks contain
+SHOWN = 3  # outputs that a short display names
 OUTCOMES = ("status", "simulated", "sensitive")  # counted, not averaged
 
 
@@ -54,9 +56,9 @@ class Summary(ShortRepr):
     def facts(self) -> Iterable[tuple[str, str]]:
         """Scene, counts of cases, rechecks, the variables with a spread, and notes, as pairs of a name and words."""
         yield "scene", self.title
-        yield from ((name, f"{count:,}") for name, count in self.counts.items())
+        yield from ((name, f"{count:,}") for name, count in self.counts.items() if name not in IN_RECHECKS)
         yield from self.rechecks.items()
-        yield "spreads of", ", ".join(self.spreads)
+        yield "spreads", f"of {len(self.spreads)} outputs, {', '.join([*self.spreads][:SHOWN])} and so on"
         yield from (("note", note) for note in self.notes)
 
 

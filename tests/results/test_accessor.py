@@ -247,12 +247,12 @@ def test_it_shows_a_short_table(made, facts, request):
 def test_cases_are_counted_but_not_where_that_takes_long(results, monkeypatch):
     known = dict(results.pounding.facts())["cases"]
     simulated = int((results["simulated"] == 1).sum())
-    assert known == f"{results['status'].size} cases, {simulated} simulated, {results['status'].size} complete"
+    assert known == f"{results['status'].size}, {simulated} simulated, {results['status'].size} complete"
     failed = results.assign(status=results["status"].where(results["gap"] > 0.002, 1))
     half = results["status"].size // 2
     assert dict(failed.pounding.facts())["cases"].endswith(f"{half} complete")
     monkeypatch.setattr("pounding_risk.results.accessor.MOST_COUNTED", 3)
-    assert dict(results.pounding.facts())["cases"] == f"{half * 2} cases; .summary() counts those that are complete"
+    assert dict(results.pounding.facts())["cases"] == f"{half * 2}; .summary() counts those that are complete"
 
 
 @pytest.mark.slow
