@@ -255,7 +255,7 @@ def test_the_example_of_results_in_python_runs(monkeypatch, tmp_path, capsys):
     assert printed.startswith("<results of scan>") and "20 mm, 40 mm, 60 mm" in printed
     assert names["assessment"].interfaces[0].gap == 0.055
     assert "55 mm" in figure_words.words_of(names["figure"])
-    assert int(names["case"].impact_count) > 0 and float(names["case"].gap) == 0.02
+    assert names["case"].impact_count.item() > 0 and float(names["case"].gap) == 0.02
     assert (tmp_path / "report.html").stat().st_size > 10_000
 
 

@@ -266,7 +266,8 @@ def code_table(
     """
     percentile = percentile_of(percentile)
     results = with_axes(results)
-    shown = _one_amplitude(_complete(_between(results, interface)))
+    part = results if interface is None else _between(results, interface)
+    shown = _one_amplitude(_complete(part)).isel(interface=0, missing_dims="ignore")
     left, right = (by_motion(at_contact(shown, side)).astype(float) for side in (0, 1))
     site = _known_site(shown, site)
     closing = by_motion(shown["peak_closing_free"]).astype(float)
@@ -301,13 +302,9 @@ def code_table(
     )
 
 
-def _between(results: xr.Dataset, interface: str | None) -> xr.Dataset:
-    """The part of a dataset that belongs to an interface, or to its only one; all of it where neither is known."""
-    if interface is None and results.sizes.get("interface") != 1:
-        return results
+def _between(results: xr.Dataset, interface: str) -> xr.Dataset:
+    """The part of a dataset that belongs to an interface."""
     parts = dict(interfaces(results))
-    if interface is None:
-        return next(iter(parts.values()))
     if interface not in parts:
         meant = nearest(str(interface), parts)
         raise PoundingError(f"interface: {interface!r} is not in the dataset{meant}, which has {', '.join(parts)}")
