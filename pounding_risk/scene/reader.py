@@ -37,7 +37,7 @@ def read_scene(scene: str | Path | Mapping[str, Any], overrides: Sequence[str] =
     """
     if isinstance(scene, Mapping):
         return study_from(scene, overrides=overrides)
-    if isinstance(scene, str) and "\n" in scene:
+    if isinstance(scene, str) and ("\n" in scene or "[[" in scene):
         return parse_scene(scene, overrides=overrides)
     if not isinstance(scene, str | Path):
         raise SceneError(
