@@ -27,6 +27,7 @@ from pounding_risk.models.effects import (
     refusal,
     with_effects,
 )
+from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.scene.reader import study_from
@@ -42,6 +43,7 @@ SCENES = {
     "permanent_set": {"permanent_set": {}},
     "unloading_stiffness": {"permanent_set": {}, "unloading_stiffness": {"ratio": 1.5}},
 }
+WAVE = {"velocity": "500 m/s", "distance": "9 m"}  # all effects together are compiled once, those of a scene with it
 
 
 def with_all(law):
@@ -232,11 +234,13 @@ def test_gap_widens_from_contact_to_contact_and_energy_closes():
 
 
 def test_effects_without_yielding_change_no_bit():
-    """F_E out of reach: every effect is there, and none acts."""
+    """F_E out of reach: every effect of yielding is there, and none acts; under a passing wave, as in the scenes."""
     bare = ViscousElastoplastic(BETA)
     ground = shaking(4.0)
-    plain = solve(LEFT, RIGHT, Interface(0.002, bare, constant(0.65), 1e12), ground, 0.01)
-    under = solve(LEFT, RIGHT, Interface(0.002, with_all(bare), constant(0.65), 1e12), ground, 0.01)
+    plain, under = (
+        solve(LEFT, RIGHT, Interface(0.002, law, constant(0.65), 1e12), ground, 0.01, wave=WavePassage(0.018))
+        for law in (bare, with_all(bare))
+    )
     assert plain["impact_count"] > 3.0 and str(under) == str(plain)
 
 
@@ -268,13 +272,15 @@ import json
 from pounding_risk.studies.stability.trial import shaking
 from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.effects import with_effects
+from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair.api import Interface, solve
 law = with_effects(ViscousElastoplastic(2.75e9), (("unloading_stiffness", (("ratio", 1.5),)), ("permanent_set", ()),
     ("strain_rate", (("code", "mc2010"), ("length", 0.6)))))
 pair = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 0.31, 0.05)
-found = solve(*pair, Interface(0.002, law, constant(0.65), 6e5), shaking(5.0, duration=1.5), 0.01)
+found = solve(*pair, Interface(0.002, law, constant(0.65), 6e5), shaking(5.0, duration=1.5), 0.01,
+    wave=WavePassage(0.018))
 print(json.dumps({name: repr(value) for name, value in found.items()}))
 """
     package = str(Path(pr.__file__).resolve().parent.parent)
@@ -313,7 +319,7 @@ def test_screening_with_effects():
     study = study_from(
         {
             **demo.scene("paper").resolved(),
-            "effects": {**SCENES["unloading_stiffness"], **SCENES["strain_rate"]},
+            "effects": {**SCENES["unloading_stiffness"], **SCENES["strain_rate"], "wave_passage": WAVE},
             "grid": {"gap": ["0 mm", "2 mm", "40 mm"], "yield_force": ["300 kN", "600 kN", "3 MN", "inf"]},
         }
     )
