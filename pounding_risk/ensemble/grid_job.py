@@ -6,7 +6,7 @@ of its results hold.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from math import prod
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.ensemble.chunks import Chunk
-from pounding_risk.ensemble.job import DatasetWriter, ScanInput, never
+from pounding_risk.ensemble.job import Job, ScanInput, never
 from pounding_risk.ensemble.tolerance_check import check_variables, drawn, made_again, not_made_again
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.results.labels import OUTCOME, attributes, case_variable, places_of, skeleton
@@ -46,7 +46,7 @@ class Sizes(NamedTuple):
         return self.case * prod(shape.values()) + self.motion * motions + self.record * shape["record"]
 
 
-class GridJob(ABC):
+class GridJob(Job):
     """The grid of a scene; see `job.Job`."""
 
     solver: ClassVar[str]  # its name
@@ -89,11 +89,6 @@ class GridJob(ABC):
     def free(self, motion: Place) -> Any:
         """The response without contact to a motion of the grid."""
 
-    @property
-    @abstractmethod
-    def prepared(self) -> str:
-        """As `job.Job`."""
-
     @abstractmethod
     def solved(self, batches: range, stop: Callable[[], bool]) -> tuple[Chunk, NDArray[np.bool_]] | None:
         """Results of these batches, and which cases have a complete run of their own; None where ``stop`` was true."""
@@ -109,10 +104,6 @@ class GridJob(ABC):
     @abstractmethod
     def free_values(self) -> dict[str, Array]:
         """Values of `free_outputs` by record, polarity, amplitude and their own dimensions."""
-
-    @abstractmethod
-    def writer(self) -> DatasetWriter:
-        """A new writer of this job's dataset, before its first batch."""
 
     def ground(self, motion: Place) -> Motion:
         """A motion of the grid in its polarity and amplitude."""

@@ -110,8 +110,10 @@ def _one_law(results: xr.Dataset) -> xr.Dataset:
     own = own_case(results)
     chosen = results.isel({axis: own.get(axis, -1) for axis in ("pga", "contact_model") if axis in results.dims})
     shown = ["peak_relative_displacement", "impact_count", "yield_exceedance"]
-    every, at = chosen[shown], _varied(results)
-    one = every.max("interface", keep_attrs=True) if at is None else every.isel(interface=at)
+    one = chosen[shown]
+    if "interface" in one.dims:
+        at = _varied(results)
+        one = one.max("interface", keep_attrs=True) if at is None else one.isel(interface=at)
     return one.assign_attrs(results.attrs).sortby(["gap", "yield_force"])
 
 
@@ -126,7 +128,7 @@ def _whose(results: xr.Dataset, shown: xr.Dataset) -> str:
     parts = [str(results.attrs["title"])]
     if results.sizes.get("contact_model", 1) > 1:
         parts.append(law_words(str(shown["contact_model"].values)))
-    if (count := results.sizes["interface"]) > 1:
+    if (count := results.sizes.get("interface", 1)) > 1:
         at = _varied(results)
         one = results["interface"].values[at or 0]
         parts.append(f"the largest of {count} interfaces" if at is None else f"{one}, whose gap varies")

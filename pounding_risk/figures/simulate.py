@@ -202,7 +202,7 @@ def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
     figure, axes = blank(2, 1, (9.0, 6.4), sharex=True, height_ratios=(2.0, 1.0))
     peaks = [_signed_peak(run) for run in runs]
     for (colour, dash), run, (time, value) in zip(styles(2), runs, peaks, strict=True):
-        label = f"{law_words(run.attrs['contact_model'])}, {force_words(run.attrs['yield_force'])}"
+        label = f"{law_words(run.attrs['contact_model'])}, {force_words(float(run['contact_point_yield_force']))}"
         axes[0, 0].plot(run["time"], run["relative_displacement"] * 1e3, color=colour, linestyle=dash, label=label)
         axes[1, 0].plot(run["time"], run["contact_force"] / 1e3, color=colour, linestyle=dash, linewidth=0.9)
         axes[0, 0].plot(time, value * 1e3, marker="o", markersize=6, color=colour, markerfacecolor="white")

@@ -216,13 +216,13 @@ def attributes(study: Scene, motions: tuple[Motion, ...], laws: Laws, solver: st
         "Conventions": CONVENTIONS,
         "title": study.name,
         "source": f"pounding_risk: event-driven {solver} solver",
-        "references": "; ".join(sources_of(study, [of_model[0] for of_model in laws])),
+        "references": "; ".join(sources_of(study, [law for of_model in laws for law in of_model])),
         **made_from(study, motions),
         "stiffness": as_text(
             {
-                name: [bare(law).stiffness for law in of_model]
+                name: [getattr(bare(law), "stiffness", None) for law in of_model]
                 for name, of_model in zip(study.grid.contact_models, laws, strict=True)
-                if not is_instant(of_model[0])
+                if not all(map(is_instant, of_model))
             }
         ),
         "restitution": rules[0] if len(set(rules)) == 1 else "; ".join(rules),

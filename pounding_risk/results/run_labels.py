@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.files import as_text, versions
-from pounding_risk.results.labels import case_variable, places_of, sources_of
+from pounding_risk.results.labels import case_variable, sources_of
+from pounding_risk.results.places import building_coordinates, place_coordinates
 from pounding_risk.results.run_variables import (
     BUILDING,
     CONTACT_PLACE,
@@ -59,7 +60,7 @@ class Trace(NamedTuple):
 
 def run_dataset(study: Scene, case: Case, trace: Trace) -> xr.Dataset:
     """The dataset of a run."""
-    coords = run_coordinates(study, case.gaps, case.yield_forces)
+    coords = run_coordinates(study, case, trace.time)
     attrs = {
         VERSION: DATASET_VERSION,
         "title": study.name,
@@ -74,7 +75,7 @@ def run_dataset(study: Scene, case: Case, trace: Trace) -> xr.Dataset:
         "scene_resolved": study.to_toml(),
         "versions": as_text(versions()),
     }
-    return xr.Dataset(run_variables(trace, coords["contact_point"][1]), coords | time_of(trace.time), attrs)
+    return xr.Dataset(run_variables(trace, coords["contact_point"][1]), coords, attrs)
 
 
 def run_variables(trace: Trace, point_names: Sequence[str]) -> dict[str, Any]:
@@ -97,32 +98,14 @@ def run_variables(trace: Trace, point_names: Sequence[str]) -> dict[str, Any]:
     return data | {"contact_place": ("contact", names, dict(CONTACT_PLACE))}
 
 
-def run_coordinates(study: Scene, gaps: Sequence[float], yield_forces: Sequence[float]) -> dict[str, Any]:
-    """Interfaces, contact points, buildings and storeys of one run, without its time."""
-    names = [building.name for building in study.buildings]
-    return grid_coordinates(study) | {
-        "contact_point_yield_force": ("contact_point", list(yield_forces), described(*FORCE_OF_RUN)),
-        "interface_gap": ("interface", list(gaps), described(*GAP_OF_RUN)),
-        "building": ("building", names, dict(BUILDING)),
+def run_coordinates(study: Scene, case: Case, time: Array) -> dict[str, Any]:
+    """Time, interfaces, contact points, buildings and storeys of one run."""
+    buildings, forces = study.buildings, np.array([case.yield_forces])
+    return {
+        **building_coordinates(buildings),
+        **place_coordinates(buildings, study.points, forces),
+        "contact_point_yield_force": ("contact_point", forces[0], described(*FORCE_OF_RUN)),
+        "interface_gap": ("interface", list(case.gaps), described(*GAP_OF_RUN)),
+        "building": ("building", [building.name for building in buildings], dict(BUILDING)),
+        "time": ("time", time, described("s", "time since the start of the record")),
     }
-
-
-def time_of(time: Any) -> dict[str, Any]:
-    """The coordinate time [s]."""
-    return {"time": ("time", time, described("s", "time since the start of the record"))}
-
-
-def grid_coordinates(study: Scene) -> dict[str, Any]:
-    """Interfaces, contact points, buildings and storeys of a scene, with gaps and yield forces over its grid."""
-    gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
-    forces = np.array([level_forces(study, force) for force in study.grid.yield_forces])
-    return places_of(study, gaps, forces)
-
-
-def level_forces(study: Scene, force: float) -> tuple[float, ...]:
-    """Yield forces of the contact points [N] at a yield force of the grid.
-
-    Of a grid of one yield force several interfaces have their own.
-    """
-    is_own = len(study.grid.yield_forces) == 1 and len(study.neighbours) > 1
-    return study.point_yield_forces(None if is_own else force)

@@ -37,10 +37,11 @@ from pounding_risk.results.labels import (
     described,
     made_from,
     one_amplitude,
+    places_of,
 )
 from pounding_risk.results.layout import AXES, CaseVariable, Template, blocks
 from pounding_risk.results.provenance import check_records, recorded
-from pounding_risk.results.run_labels import Case, grid_coordinates, level_forces
+from pounding_risk.results.run_labels import Case
 from pounding_risk.results.store import store_of
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import read_scene
@@ -116,6 +117,15 @@ class Cases(NamedTuple):
             variables[name] = np.full((*array.shape[:-1], self.samples), np.nan)
             variables[name][..., : len(nodes)] = array
         return variables
+
+
+def level_forces(study: Scene, force: float) -> tuple[float, ...]:
+    """Yield forces of the contact points [N] at a yield force of the grid.
+
+    Of a grid of one yield force several interfaces have their own.
+    """
+    is_own = len(study.grid.yield_forces) == 1 and len(study.neighbours) > 1
+    return study.point_yield_forces(None if is_own else force)
 
 
 def written(run: xr.Dataset) -> list[str]:
@@ -249,7 +259,8 @@ def _skeleton(cases: Cases) -> xr.Dataset:
     study, choice, samples = cases.study, cases.choice, cases.samples
     labels = case_coordinates(study, cases.motions)
     labels.pop("period", None)
-    labels |= grid_coordinates(study)
+    gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
+    labels |= places_of(study, gaps, np.array([level_forces(study, force) for force in study.grid.yield_forces]))
     whole = one_amplitude(xr.Dataset(coords=labels), study)
     along = "contact_model" if choice.by_law else "record"
     indexers: dict[str, Any] = {axis: sorted(set(choice.places[:, place].tolist())) for place, axis in enumerate(AXES)}

@@ -39,6 +39,7 @@ from pounding_risk.reports.data import ReportData, companions
 from pounding_risk.reports.sections import provenance
 from pounding_risk.reports.sections.adequacy import draw_contact
 from pounding_risk.results.files import save
+from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import SHOWN, rounded
 
 G = 9.80665
@@ -71,7 +72,7 @@ def results(scan, tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def built(scan, results) -> model.Document:
     checksum = hashlib.sha256(results.read_bytes()).hexdigest()
-    return model.build(ReportData(scan, assess(scan), {}, checksum))
+    return model.build(ReportData(with_axes(scan), assess(scan), {}, checksum))
 
 
 @pytest.fixture(scope="module")
@@ -209,7 +210,7 @@ def test_records_are_shown_as_the_buildings_felt_them(scan):
     )
     flat = ("record_spectral_acceleration",)
     felt = felt.assign({name: scan[name] for name in flat})
-    shown = Page(page.page(model.build(ReportData(felt, assess(felt), {}))))
+    shown = Page(page.page(model.build(ReportData(with_axes(felt), assess(felt), {}))))
     rows = shown.table(
         "Records. PGA is that of the motions as the buildings felt them, scaled to a PGA of 0.4 g; factor"
     )
@@ -220,7 +221,7 @@ def test_records_are_shown_as_the_buildings_felt_them(scan):
     told = np.median(scan[flat[0]].values[:, at] * level / scan["record_pga"].values) / G
     (words,) = (alt for alt in shown.alts if alt.startswith("Spectral acceleration against period"))
     assert float(re.search(r"median is (\S+) g at 0.5 s", words)[1]) == pytest.approx(told, rel=5e-4)  # four digits
-    old = Page(page.page(model.build(ReportData(scan, assess(scan), {}))))
+    old = Page(page.page(model.build(ReportData(with_axes(scan), assess(scan), {}))))
     assert old.table("Records. PGA is that of the records before the grid's amplitude; a smaller gap")
 
 
@@ -589,7 +590,7 @@ def test_the_commands_make_the_same_report(scan, tmp_path):
     )
     (section,) = (
         each
-        for each in model.build(ReportData(told, assess(told, **asked), {}, ""))["sections"]
+        for each in model.build(ReportData(with_axes(told), assess(told, **asked), {}, ""))["sections"]
         if each["name"] == "provenance"
     )
     commands = next(each["text"] for each in section["blocks"] if each.get("caption") == "Commands.")
@@ -599,7 +600,7 @@ def test_the_commands_make_the_same_report(scan, tmp_path):
     )
     (digests,) = (each["rows"] for each in section["blocks"] if each.get("caption") == "Digests.")
     assert digest[:12] in str(digests[0][1]) and "0d" in str(digests[1][1])
-    plain = model.build(ReportData(scan, assess(scan), {}, ""))
+    plain = model.build(ReportData(with_axes(scan), assess(scan), {}, ""))
     assert "pounding-risk report results.nc -o report.html" in {
         line for part in plain["sections"] for each in part["blocks"] for line in each.get("text", "").splitlines()
     }
@@ -624,7 +625,7 @@ def test_datasets_beside_the_scan_stand_in_the_provenance(scan, tmp_path):
     """Their files and checksums, and the option that names them in the command."""
     beside = tmp_path / "effects.nc"
     xr.Dataset({"time_ratio": ("effects", [1.0])}).to_netcdf(beside)
-    told = json.dumps(provenance.write(ReportData(scan, assess(scan), companions([beside]), "")))
+    told = json.dumps(provenance.write(ReportData(with_axes(scan), assess(scan), companions([beside]), "")))
     assert f"effects: {beside}, sha256" in told
     assert hashlib.sha256(beside.read_bytes()).hexdigest() in told
     assert f"-o report.html --with {beside}" in told

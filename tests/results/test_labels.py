@@ -125,3 +125,16 @@ def test_the_command_line_stays_with_the_results(tmp_path):
     subprocess.run([sys.executable, "-m", "pounding_risk", *words], cwd=tmp_path, check=True, capture_output=True)
     told = open_results(tmp_path / "r.nc").attrs["command"]
     assert told == "pounding-risk scan s.toml -o r.nc --set 'interface.gap=30 mm'"
+
+
+PAIR_ALONE = """
+import sys
+import pounding_risk.ensemble.scan, pounding_risk.ensemble.pair_job
+print([name for name in sys.modules if name.startswith("pounding_risk.solver.row")])
+"""
+
+
+def test_a_pair_loads_no_solver_of_rows():
+    """Its import alone takes as long as the rest of a short scan."""
+    done = subprocess.run([sys.executable, "-c", PAIR_ALONE], check=True, capture_output=True, text=True)
+    assert done.stdout.strip() == "[]"

@@ -9,7 +9,9 @@ import pytest
 from scenes import FRAME, TWO_AND_A_WALL, rigid, scene_text, single
 
 import pounding_risk as pr
+from pounding_risk import figures
 from pounding_risk.cli.simulate import print_run
+from pounding_risk.figures.simulate import parting
 from pounding_risk.results.run_labels import CONTACTS, HISTORIES
 from pounding_risk.scene.reader import parse_scene
 
@@ -140,3 +142,32 @@ def test_a_run_is_printed_by_what_it_has(scene_and_run, capsys):
         assert f"\n{run.sizes['contact']:7} " in told
     else:
         assert all(str(name) in told for name in run["interface"].values)
+
+
+def test_the_figure_has_a_panel_for_what_the_run_has(scene_and_run):
+    _, run = scene_and_run
+    drawn = figures.simulation_figure(run, note="a note")
+    panels = [axis.get_ylabel().split("\n")[0].split(" [")[0] for axis in drawn.axes]
+    if run.sizes["contact_point"] == 1:
+        assert panels == ["ground", "relative", "contact", "energy"]
+        bands = [patch for patch in drawn.axes[1].patches if patch.get_label() in ("", "in contact")]
+        assert len(bands) == run.sizes["contact"]
+    else:
+        assert panels == ["ground", "displacement of", "contact", "height"]
+    assert len(drawn.axes[0].lines) == (2 if "ground_widening" in run else 1)
+    assert drawn.get_suptitle().startswith(f"{run.sizes['contact']} contacts")
+    assert "a note" in drawn.get_supxlabel()
+    times = [axis.get_xlim() for axis in drawn.axes if not axis.get_ylabel().startswith("height")]
+    assert set(times) == {(run["time"].values[0], run["time"].values[-1])}
+
+
+def test_two_runs_of_a_row_are_compared_where_the_force_is_largest():
+    study = parse_scene(TWO_AND_A_WALL, overrides=["interface.contact_model=viscous_elastoplastic"])
+    runs = [pr.simulate(study, pga=0.3 * G, yield_force=force) for force in ("inf", "600 kN")]
+    drawn = figures.comparison_figure(runs)
+    strongest = int(np.max([run["contact_force"].max("time") for run in runs], axis=0).argmax())
+    assert str(runs[0]["contact_point"].values[strongest]) in drawn.get_supxlabel()
+    first = float(runs[1]["first_yield_time"].min())
+    assert parting(*runs) == pytest.approx(first, abs=0.02)
+    peaks = [1e3 * float(np.abs(run["relative_displacement"].isel(contact_point=strongest)).max()) for run in runs]
+    assert f"from {peaks[0]:.2f} to {peaks[1]:.2f} mm" in drawn.get_suptitle()
