@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scene_cases import cases
 
-from pounding_risk import compare, read_scene
+from pounding_risk import read_scene
 from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.plan.scene_text import scene_words
 from pounding_risk.errors import SceneError
@@ -249,15 +249,6 @@ def test_a_wall_is_met_wherever_it_stands_beside_a_mass():
 )
 def test_overrides(override, pick, value):
     assert pick(parse_scene(ROW, overrides=[override])) == value
-
-
-def test_commands_of_a_pair_refuse_a_row():
-    with pytest.raises(SceneError) as error:
-        compare(parse_scene(ROW))
-    assert error.value.faults == [
-        "compare runs two single masses that meet mass to mass, and this scene is a row of 3 buildings or has storeys"
-        "; use scan, or write a scene of the two masses"
-    ]
 
 
 def test_the_row_of_the_docs_is_read(root):
