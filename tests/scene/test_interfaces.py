@@ -380,3 +380,12 @@ def test_words_of_a_place_are_read_as_that_place(below, part):
     floor = below + part
     if 0.001 <= floor - below <= 0.999 or (floor == below and below):
         assert floor_number(floor_words(floor)) == floor
+
+
+def test_validate_tells_the_distances_of_a_wave_and_the_models_of_each_interface():
+    wave = "effects.wave_passage={velocity = '800 m/s', distance = ['20 m', '15 m'], towards = 'right'}"
+    scene = parse_scene(ROW, overrides=[wave, "interface.2.contact_model=hertz"])
+    words = dict(scene_words(scene, 1))
+    assert "distance 20 m, 15 m" in words["effect"]
+    assert words["contact model"].startswith("jankowski at offices | flats, hertz at flats | shop")
+    assert parse_scene(scene.to_toml()) == scene
