@@ -7,7 +7,7 @@ from typing import Any
 from generation.markdown import docstring, plain, table
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.results.run_variables import CONTACT_PLACE, CONTACTS, HISTORIES
-from pounding_risk.scene.reader import scene_schema
+from pounding_risk.scene.sections import scene_schema
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
 from pounding_risk.solver.row.outputs import OF_BUILDINGS, OF_POINTS, OF_RUNS, OF_STOREYS, OF_YIELDING, POINT
@@ -18,8 +18,8 @@ A scene is one TOML file. Quantities are text with a unit, of any size: `"44.36 
 the right dimension is accepted; the column *unit* is the one used internally. A key that is not listed here is an error
 that names the nearest one. All errors of a file are reported at once, with their lines.
 
-`--set interface.gap="20 mm"` of a command replaces a value. `pounding_risk.scene.reader.scene_schema()` gives this page
-as a JSON schema, from which editors complete keys.
+`--set interface.gap="20 mm"` of a command replaces a value. `pounding-risk schema` writes this page as a JSON schema,
+from which editors complete and check the keys of a scene.
 
 """
 HEADS = ("key", "meaning", "unit and range", "example", "default")

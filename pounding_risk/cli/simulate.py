@@ -161,7 +161,7 @@ def _print_places(dataset: Any, dim: str, heads: tuple[str, str], facts: Iterabl
 
 def _print_contacts(dataset: Any) -> None:
     """Print a table of every contact, with what the solver tells of each."""
-    from pounding_risk.scene.scene import known_law
+    from pounding_risk.scene.interfaces import known_law
 
     contacts = dataset.assign(contact_duration=dataset["contact_end"] - dataset["contact_start"])
     if not known_law(dataset.attrs["contact_model"]).needs_restitution:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from importlib.resources import files
 from math import inf
 from typing import NamedTuple
@@ -72,7 +71,7 @@ def window(study: Scene) -> Window:
     none fits.
     """
     grid = study.grid._replace(yield_forces=(*SEARCHED, inf), gaps=(study.gap,))
-    searched = scan(replace(study, grid=grid))
+    searched = scan(study.updated(grid=grid))
     indices = np.flatnonzero(fitting(searched.sel(polarity=AS_RECORDED).squeeze()))
     if not indices.size:
         tried = f"{SEARCHED[0] / 1e3:.0f} to {SEARCHED[-1] / 1e3:.0f} kN"

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
-from math import isclose, isinf
+from math import isinf
 from os import cpu_count
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -29,6 +29,7 @@ from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import RESULTS, check_target, open_results
+from pounding_risk.results.grid_values import axis_words, place_of
 from pounding_risk.results.labels import (
     CONVENTIONS,
     OUTCOME,
@@ -47,12 +48,8 @@ from pounding_risk.scene.reader import read_scene
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.studies.simulate import run_of
-from pounding_risk.units import GAP, PGA, YIELD_FORCE, Quantity, say, si
 
 LAW = AXES.index("contact_model")
-NEAR = 1e-9  # relative: a value of the grid that was written down and read again
-FEW = 8  # values of a grid that a sentence lists
-QUANTITIES = {"pga": PGA, "gap": GAP, "yield_force": YIELD_FORCE}
 Asked = dict[str, Sequence[Any] | None]  # by axis; None for all values of it
 MOST = 1000  # cases, unless more are asked for: some tens of seconds, and a gigabyte
 # Of the histories of a run, those that are written where its solver makes them.
@@ -391,42 +388,5 @@ def _places(axis: str, known: tuple[Any, ...], wanted: Sequence[Any] | None) -> 
     if wanted is None:
         return list(range(len(known)))
     if not wanted:
-        raise PoundingError(f"{_words(axis)}: the list is empty; name one value at least, or leave it out for all")
-    return sorted({_place(axis, known, value) for value in wanted})
-
-
-def _place(axis: str, known: tuple[Any, ...], value: Any) -> int:
-    """Place of a value; a number in SI, or text with a unit."""
-    if axis in QUANTITIES:
-        value = si(value, QUANTITIES[axis], _words(axis))
-    if known == (None,):
-        raise PoundingError(
-            "the scene scales its records to no PGA, so that there is none to choose; leave it out, or choose records"
-        )
-    for index, level in enumerate(known):
-        if level == value or (axis in QUANTITIES and isclose(level, value, rel_tol=NEAR)):
-            return index
-    raise PoundingError(_absent(axis, known, value))
-
-
-def _absent(axis: str, known: tuple[Any, ...], value: Any) -> str:
-    quantity = QUANTITIES.get(axis)
-    if quantity is None:
-        return f"{_words(axis)} {value!r} is not in the grid{nearest(str(value), known)}, which has {_listed(known)}"
-    written = say(value, quantity, 10)
-    beside = sorted(known, key=lambda level: abs(level - value) if not isinf(level) else np.inf)[:2]
-    close = f" (next to it are {_numbers(sorted(beside), quantity)})" if len(known) > FEW else ""
-    return f"{_words(axis)} {written} is not in the grid, which has {_numbers(known, quantity)}{close}"
-
-
-def _numbers(values: Sequence[float], quantity: Quantity) -> str:
-    return _listed([say(value, quantity, 10) for value in values])
-
-
-def _listed(values: Sequence[str]) -> str:
-    """All where they are few, otherwise how many from which to which."""
-    return ", ".join(values) if len(values) <= FEW else f"{len(values)} from {values[0]} to {values[-1]}"
-
-
-def _words(axis: str) -> str:
-    return "PGA" if axis == "pga" else axis.replace("_", " ")
+        raise PoundingError(f"{axis_words(axis)}: the list is empty; name one value at least, or leave it out for all")
+    return sorted({place_of(axis, known, value) for value in wanted})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import xarray as xr
@@ -128,7 +127,7 @@ def _narrowed(study: Scene, gap: float | None, pga: float | None) -> Scene:
     """The study with the gap [m] and the amplitude [m/s²] of one run for its grid, where they are asked for."""
     grid = study.grid
     gaps = (study.gap if gap is None else gap,)
-    return replace(study, grid=grid._replace(gaps=gaps, pgas=grid.pgas if pga is None else (pga,)))
+    return study.updated(grid=grid._replace(gaps=gaps, pgas=grid.pgas if pga is None else (pga,)))
 
 
 def _notes(run: xr.Dataset, study: Scene, motion: Motion) -> str:

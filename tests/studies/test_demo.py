@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from hashlib import sha256
 from math import inf
 from pathlib import Path
@@ -116,7 +115,7 @@ def test_a_pair_that_never_fits_is_named(study):
     """Masses a thousandth of the paper's reach no yield force of the search."""
     light = tuple(each._replace(mass=each.mass / 1e3) for each in study.buildings)
     with pytest.raises(PoundingError, match="no yield force of 100 to 1500 kN fits the paper's statement"):
-        demo.window(replace(study, buildings=light))
+        demo.window(study.updated(buildings=light))
 
 
 def test_figure_4_plateaus():

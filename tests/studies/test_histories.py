@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import product
 from math import inf
 
@@ -168,7 +167,7 @@ def test_what_is_not_there_is_refused_before_anything_is_written(results, study,
         (results, {"largest_of": "peak_force"}, "peak_force is no output of a case"),
         (results, {"largest_of": "first_yield_time", "yield_forces": [inf]}, "has a finite first_yield_time"),
         (study, {"largest_of": "impact_count"}, "is known from results; name those of a scan"),
-        (replace(study, grid=study.grid._replace(pgas=(None,))), {"pgas": [1.0]}, "scales its records to no PGA"),
+        (study.updated(grid=study.grid._replace(pgas=(None,))), {"pgas": [1.0]}, "scales its records to no PGA"),
     ):
         with pytest.raises(PoundingError, match=words):
             pr.histories(source, out, **asked)
@@ -176,7 +175,7 @@ def test_what_is_not_there_is_refused_before_anything_is_written(results, study,
         pr.histories(results, results)
     with pytest.raises(PoundingError, match="has no attribute scene_resolved nor scene_sha256"):
         pr.histories(pr.save(pr.open_results(results).drop_attrs(), tmp_path / "bare.nc"), out)
-    many = replace(study, grid=study.grid._replace(gaps=tuple(np.linspace(1e-3, 2e-2, 20).tolist())))
+    many = study.updated(grid=study.grid._replace(gaps=tuple(np.linspace(1e-3, 2e-2, 20).tolist())))
     with pytest.raises(PoundingError, match=r"20 from 1 mm to 20 mm \(next to it are 5 mm, 6 mm\)"):
         pr.histories(many, out, gaps=[5.5e-3])
     assert [path.name for path in tmp_path.iterdir()] == ["bare.nc"]
@@ -193,7 +192,7 @@ def test_a_run_that_fails_has_no_motion_past_its_failure(study, tmp_path, monkey
         return raw
 
     monkeypatch.setattr(pair_trace, "run", failing)
-    one = replace(study, records=study.records._replace(names=("RSN6-180",), polarities=("as recorded",)))
+    one = study.updated(records=study.records._replace(names=("RSN6-180",), polarities=("as recorded",)))
     choice = {"gaps": [0.002], "yield_forces": [inf], "pgas": [0.5 * G], "laws": ["jankowski"]}
     pr.histories(one, tmp_path / "failed.nc", **choice)
     found = pr.open_results(tmp_path / "failed.nc").squeeze()

@@ -97,7 +97,7 @@ def test_attributes_are_alike():
 def test_either_solver_gives_the_same_histories():
     """Two single masses by the solver of pairs and by that of rows, which integrates in another way."""
     study = replace(parse_scene(PAIR), rtol=1e-10)
-    runs = [pr.simulate(replace(study, is_row=row), law="viscous_elastoplastic", yield_force=3e5) for row in (0, 1)]
+    runs = [pr.simulate(study.updated(is_row=row), law="viscous_elastoplastic", yield_force=3e5) for row in (0, 1)]
     nodes = np.intersect1d(*(run["time"].values for run in runs))
     assert nodes.size > 150 and runs[0].sizes["contact"] == runs[1].sizes["contact"] >= 3
     one, other = (run.sel(time=nodes) for run in runs)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -138,7 +137,7 @@ def test_forces_are_those_of_the_law(run):
 
 def test_forces_add_up_to_the_impulses(study):
     """At a tight tolerance steps are short enough for the trapezoidal rule: its error is some (Δ/T)² of a contact."""
-    run = simulate(replace(study, rtol=1e-11))
+    run = simulate(study.updated(rtol=1e-11))
     assert run.attrs["status"] == "complete"
     summed = np.trapezoid(run["contact_force"].values, run["time"].values, axis=0)
     impulse = run["contact_point_impulse"].values
