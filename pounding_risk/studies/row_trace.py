@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.ensemble.row_grid import mechanics_of, model_of
+from pounding_risk.models.ground import arriving
+from pounding_risk.motions.motion import Motion
 from pounding_risk.results.run_labels import Case, Trace
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.row import api as rows
@@ -18,6 +20,7 @@ from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import Frame, frame_of, outputs, variables
 from pounding_risk.solver.row.trace_reader import FACTS, contacts_of, forces_at, impulses_at, instants_of, motion_at
+from pounding_risk.solver.row.workspace import FIRST
 
 Array = NDArray[np.float64]
 
@@ -28,8 +31,8 @@ def row_trace(study: Scene, case: Case) -> Trace:
     frame, row, forces = frame_of(model), model.row(case.motion.dt), np.array(case.yield_forces)
     mechanics = mechanics_of(study, model, case.contact_model, np.unique(forces[np.isfinite(forces)]))
     run = _run(model, mechanics, case, study.rtol)
-    ground = rows.nodes_of(row, case.motion.acceleration)
-    instants = instants_of(run.log, ground.size, row.step)
+    instants = instants_of(run.log, len(run.states), row.step)
+    grounds = _grounds_at(row, case.motion, instants.every)
     touches = contacts_of(run.log, len(model.points), instants)
     # A motion beyond all numbers is told by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):
@@ -41,10 +44,10 @@ def row_trace(study: Scene, case: Case) -> Trace:
         {
             "displacement": _by_storey(frame, states[:, 0]),
             "velocity": _by_storey(frame, states[:, 1]),
-            "relative_displacement": _closing(row, states[:, 0]),
+            "relative_displacement": _closing(row, states[:, 0], grounds),
             "contact_force": forces_at(touches, len(model.points), instants.every),
             "contact_impulse_so_far": impulses_at(run.log, len(model.points), instants),
-            "ground_acceleration": np.interp(instants.every, instants.nodes, ground),
+            **grounds,
         },
         {name: np.array([touch.facts[column] for touch in touches]) for column, name in enumerate(FACTS)},
         [touch.place for touch in touches],
@@ -64,14 +67,33 @@ def _run(model: RowModel, mechanics: Mechanics, case: Case, rtol: float) -> RowR
 
 def _by_storey(frame: Frame, values: Array) -> Array:
     """Values of the masses (instants, masses) as (instants, buildings, storeys); NaN where there is none."""
-    return np.where(frame.storeys >= 0, _with_ground(values)[:, frame.storeys], np.nan)
+    # Of no storey is mass −1; a row of rigid buildings has no mass at all.
+    return np.where(frame.storeys >= 0, np.column_stack([values, np.zeros(len(values))])[:, frame.storeys], np.nan)
 
 
-def _closing(row: Laid, values: Array) -> Array:
-    """u_left − u_right at each contact point (instants, points), from displacements of the masses."""
-    return (_with_ground(values)[:, row.row.ends] * row.row.shares).sum(axis=-1)
+def _grounds_at(row: Laid, motion: Motion, time: Array) -> dict[str, Array]:
+    """Histories of the ground; those under each building where a wave passes."""
+    nodes = rows.nodes_of(row, motion.acceleration)
+    if row.arrivals is None:
+        return {"ground_acceleration": np.interp(time, row.step * np.arange(nodes.size), nodes)}
+    table = arriving(nodes, row.step, row.arrivals)
+    times = (row.step * np.arange(nodes.size)[:, None] + row.arrivals.offsets).ravel()[: len(table)]
+    node = np.clip(np.searchsorted(times, time, side="right") - 1, 0, len(table) - 1)
+    after = (time - times[node])[:, None]
+    pull, rise, bend, twist, spread, rate = np.moveaxis(table[node], -1, 0)
+    under = pull + rise * after
+    widening = spread + after * (rate + after * (0.5 * bend + after * twist / 6.0))
+    return {
+        "ground_acceleration": under[:, 0],
+        "building_ground_acceleration": under,
+        "ground_widening": widening[:, 1:],
+    }
 
 
-def _with_ground(values: Array) -> Array:
-    """Values of the masses and, as the last one, of the ground: mass −1 of a contact point or storey."""
-    return np.column_stack([values, np.zeros(len(values))])
+def _closing(row: Laid, values: Array, grounds: dict[str, Array]) -> Array:
+    """What closes the gap at each contact point (instants, points), from displacements of the masses."""
+    moved = np.zeros((len(values), row.row.floors.shape[1] + 1))  # of each dof; dof −1 is the ground
+    moved[:, row.masses] = values
+    if row.arrivals is not None:
+        moved[:, row.row.frame[FIRST, 2:] - 1] = grounds["ground_widening"]
+    return (moved[:, row.row.ends] * row.row.shares).sum(axis=-1)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from scenes import FRAME, TWO_AND_A_WALL, rigid, scene_text, single
+from scenes import FRAME, TWO_AND_A_WALL, rigid, scene_text, single, storeyed
 
 import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.cli.simulate import print_run
+from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.figures.simulate import parting
 from pounding_risk.results.run_labels import CONTACTS, HISTORIES
+from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.studies.row_trace import _closing, _grounds_at
 
 G = 9.80665
 PAIR = scene_text(
@@ -94,14 +95,18 @@ def test_attributes_are_alike():
     assert runs[2]["interface_gap"].values.tolist() == [0.009, 0.003]
 
 
-def test_either_solver_gives_the_same_histories():
+@pytest.mark.parametrize("effects", ["", '[effects]\nwave_passage = {velocity = "500 m/s", distance = "9 m"}\n'])
+def test_either_solver_gives_the_same_histories(effects):
     """Two single masses by the solver of pairs and by that of rows, which integrates in another way."""
-    study = replace(parse_scene(PAIR), rtol=1e-10)
-    runs = [pr.simulate(study.updated(is_row=row), law="viscous_elastoplastic", yield_force=3e5) for row in (0, 1)]
+    study = parse_scene(PAIR + effects).updated(rtol=1e-10)
+    solvers = (study.updated(is_row=is_row) for is_row in (False, True))
+    runs = [pr.simulate(scene, law="viscous_elastoplastic", yield_force=3e5) for scene in solvers]
     nodes = np.intersect1d(*(run["time"].values for run in runs))
     assert nodes.size > 150 and runs[0].sizes["contact"] == runs[1].sizes["contact"] >= 3
     one, other = (run.sel(time=nodes) for run in runs)
-    for name in ("displacement", "velocity", "relative_displacement", "contact_impulse_so_far", "ground_acceleration"):
+    grounds = [name for name in one.data_vars if "ground" in name and not name.startswith("energy")]
+    assert len(grounds) == (3 if effects else 1) and set(grounds) <= set(other.data_vars)
+    for name in ("displacement", "velocity", "relative_displacement", "contact_impulse_so_far", *grounds):
         assert one[name].dims == other[name].dims
         scale = float(np.abs(one[name]).max())
         np.testing.assert_allclose(other[name], one[name], atol=1e-6 * scale, rtol=0.0, err_msg=name)
@@ -171,3 +176,32 @@ def test_two_runs_of_a_row_are_compared_where_the_force_is_largest():
     assert parting(*runs) == pytest.approx(first, abs=0.02)
     peaks = [1e3 * float(np.abs(run["relative_displacement"].isel(contact_point=strongest)).max()) for run in runs]
     assert f"from {peaks[0]:.2f} to {peaks[1]:.2f} mm" in drawn.get_suptitle()
+
+
+def test_the_ground_closes_and_opens_the_gaps_of_a_row():
+    """Each ground is that of its left neighbour later by the lag; what closes a gap counts the widening."""
+    row_of_three = scene_text(
+        storeyed("a", "70 t", "40 MN/m", storeys=3),
+        single("b", "150 t", "0.25 s", height="9 m"),
+        rigid("c", height="9 m"),
+        effects=WAVE,
+        records={"window": ["1 s", "4 s"]},
+    )
+    study, lag = parse_scene(row_of_three), 9.0 / 500.0
+    (motion,) = motions_of(study)
+    row = model_of(study).row(motion.dt)
+    time = np.linspace(lag, 2.99, 400)
+    grounds, before = (_grounds_at(row, motion, moments) for moments in (time, time - lag))
+    sampled = [np.interp(time - late * lag, motion.times, motion.acceleration, left=0.0) for late in range(3)]
+    scale = np.abs(motion.acceleration).max()
+    np.testing.assert_allclose(grounds["building_ground_acceleration"].T, sampled, atol=1e-12 * scale)
+    widening = grounds["ground_widening"]
+    np.testing.assert_allclose(widening[:, 1], before["ground_widening"][:, 0], atol=1e-12 * np.abs(widening).max())
+    # ẅ is a_right − a_left: its second difference over h is off by some h² of the fourth derivative, and by corners.
+    step = time[1] - time[0]
+    bend = np.diff(widening[:, 0], 2) / step**2
+    assert np.abs(bend - (sampled[1] - sampled[0])[1:-1]).mean() < 0.02 * scale
+    moved = np.random.default_rng(1).normal(size=(time.size, 4))
+    closing = _closing(row, moved, grounds)
+    np.testing.assert_allclose(closing[:, 0], moved[:, 2] - moved[:, 3] - widening[:, 0], atol=1e-15)
+    np.testing.assert_allclose(closing[:, 1], moved[:, 3] - widening[:, 1], atol=1e-15)
