@@ -1,7 +1,8 @@
 """Seismic pounding of adjacent buildings: from strong-motion records to an assessment of gaps.
 
-Every command of the command line is one function here, under the same name; `figures`, `motions` and `units` are
-namespaces for the rest. They are imported on first use, so that ``import pounding_risk`` costs next to nothing.
+Every command of the command line is one function here, under the same name. Namespaces for the rest are `figures`,
+`laws` (of contact), `motions`, `streets`, `studies` and `units`. All are imported on first use, so that
+``import pounding_risk`` costs next to nothing.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ _HOMES = {
     "simulate": "studies.simulate",
     "scan": "ensemble.scan",
     "scan_shard": "ensemble.scan",
+    "Dask": "ensemble.dask",
     "rerun": "studies.rerun",
     "histories": "studies.histories",
     "compare": "studies.compare",
@@ -29,9 +31,22 @@ _HOMES = {
     "PoundingError": "errors",
     "Stopped": "errors",
     "read_scene": "scene.reader",
+    "Scene": "scene.scene",
+    "SingleMass": "scene.buildings",
+    "ShearBuilding": "scene.buildings",
+    "TypologyBuilding": "scene.buildings",
+    "RigidWall": "scene.buildings",
+    "Interface": "scene.interfaces",
+    "EqualTerms": "scene.interfaces",
+    "Records": "scene.records",
+    "Grid": "scene.tables",
+    "Solver": "scene.tables",
+    "Effect": "scene.tables",
     "read_motion": "motions.read",
     "code_table": "assessment.separations.table",
+    "Site": "assessment.separations.rules",
     "assess": "assessment.assess",
+    "row_case": "assessment.row",
     "view": "reports.explorer",
     "report": "reports",
     "draw": "reports.drawings",
@@ -45,17 +60,25 @@ _HOMES = {
     "save": "results.files",
 }
 
-_NAMESPACES = ("figures", "motions", "units")
+_NAMESPACES = {
+    "figures": "figures",
+    "laws": "models.contact.laws",
+    "motions": "motions",
+    "streets": "scene.street",
+    "studies": "studies",
+    "units": "units",
+}
 
 __all__ = ["__version__", *_HOMES]
 
 
 def __getattr__(name: str) -> Any:
     if name in _NAMESPACES:
-        return import_module(f"{__name__}.{name}")
-    if name not in _HOMES:
+        value: Any = import_module(f"{__name__}.{_NAMESPACES[name]}")
+    elif name in _HOMES:
+        value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
     globals()[name] = value
     return value
 

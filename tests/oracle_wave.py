@@ -4,7 +4,8 @@
     δ = X_L − X_R − gap,   ẍ_L and ẍ_R given, linear between samples.
 
 A rigid building is its ground. ``hertz`` is F = β δ^1.5; ``merged`` joins the buildings at a touch and parts them when
-F would be tension. DOP853 at rtol 1e-12, interval by interval.
+F would be tension. DOP853 at rtol 1e-12, interval by interval. `follow_row` has chains of masses on any number of
+grounds in the same way, with contacts of F = β δ^1.5.
 """
 
 from __future__ import annotations
@@ -154,3 +155,113 @@ def follow(buildings, gap: float, law: str, beta: float, ground, step: float, la
         run.interval(a, b, then - now)
     sums = {"impulse": float(run.y[IMPULSE]), "damped": float(run.y[DAMPED]), "touches": float(run.touches)}
     return {**run.peaks, **sums}
+
+
+class Place(NamedTuple):
+    """A contact point: two places on neighbours, of (building, mass from the bottom, share) each, and what is between.
+
+    Mass −1 is the ground of the building.
+    """
+
+    left: tuple[tuple[int, int, float], ...]
+    right: tuple[tuple[int, int, float], ...]
+    gap: float
+    beta: float
+
+
+class WaveRow:
+    """Chains of masses, each on its own ground, in absolute displacements."""
+
+    def __init__(self, chains, places):
+        """``chains`` = (masses, storey springs, damping matrix) of each, none of a rigid building."""
+        sizes = [len(mass) for mass, *_ in chains]
+        self.first = np.concatenate([[0], np.cumsum(sizes)])
+        count, buildings = int(self.first[-1]), len(chains)
+        self.count, self.buildings = count, buildings
+        self.mass = np.concatenate([np.asarray(mass, dtype=float) for mass, *_ in chains])
+        self.stiffness, self.damping = np.zeros((count, count)), np.zeros((count, count))
+        self.stands = np.zeros((count, buildings))  # which ground is each mass's own
+        self.drifts = np.zeros((count, count + buildings))  # of absolute displacements, masses and then grounds
+        for b, (_, springs, damping) in enumerate(chains):
+            here = slice(self.first[b], self.first[b + 1])
+            for storey, spring in enumerate(springs):
+                i = self.first[b] + storey
+                self.drifts[i, i] = 1.0
+                self.drifts[i, i - 1 if storey else count + b] = -1.0
+                self.stiffness[i, i] += spring
+                if storey:
+                    self.stiffness[i - 1, i - 1] += spring
+                    self.stiffness[i - 1, i] -= spring
+                    self.stiffness[i, i - 1] -= spring
+            self.damping[here, here] = damping
+            self.stands[here, b] = 1.0
+        self.b = np.zeros((len(places), count + buildings))
+        for row, place in zip(self.b, places, strict=True):
+            for sign, ends in ((1.0, place.left), (-1.0, place.right)):
+                for building, mass, share in ends:
+                    row[count + building if mass < 0 else self.first[building] + mass] += sign * share
+        self.gaps = np.array([place.gap for place in places])
+        self.beta = np.array([place.beta for place in places])
+
+    def parts(self, y):
+        """Places and speeds of masses and grounds."""
+        size = self.count + self.buildings
+        return y[:size], y[size : 2 * size]
+
+    def force(self, place):
+        return self.beta * np.maximum(self.b @ place - self.gaps, 0.0) ** 1.5
+
+    def accelerations(self, y, pushes):
+        """Absolute accelerations of the masses."""
+        place, speed = self.parts(y)
+        loose = place[: self.count] - self.stands @ place[self.count :]
+        rate = speed[: self.count] - self.stands @ speed[self.count :]
+        pull = self.stiffness @ loose + self.damping @ rate + self.b[:, : self.count].T @ pushes
+        return -pull / self.mass
+
+    def slopes(self, y, grounds):
+        place, speed = self.parts(y)
+        pushes = self.force(place)
+        return np.concatenate([speed, self.accelerations(y, pushes), grounds, pushes])
+
+    def readings(self, y):
+        """Closing and force of every point; of every mass its displacement from its ground, drift and acceleration."""
+        place, _ = self.parts(y)
+        pushes = self.force(place)
+        loose = place[: self.count] - self.stands @ place[self.count :]
+        return [
+            self.b @ place,
+            pushes,
+            np.abs(loose),
+            np.abs(self.drifts @ place),
+            np.abs(self.accelerations(y, pushes)),
+        ]
+
+
+def follow_row(chains, places, ground, step: float, arrivals) -> dict[str, np.ndarray]:
+    """Peaks and impulses of a row where a_g, sampled every ``step``, zero at first, arrives at each building later."""
+    row = WaveRow(chains, places)
+    samples = np.arange(len(ground)) * step
+    times = np.unique(np.concatenate([samples + late for late in arrivals]))
+    times = times[times <= samples[-1]]
+    times = times[np.append(True, np.diff(times) > 1e-9)]
+    pulls = np.column_stack([np.interp(times - late, samples, ground, left=0.0) for late in arrivals])
+    y = np.zeros(2 * (row.count + row.buildings) + len(places))
+    peaks = [np.zeros_like(values) for values in row.readings(y)]
+    for (now, a), (then, b) in pairwise(zip(times, pulls, strict=True)):
+        width = then - now
+        run = solve_ivp(
+            lambda t, y, a=a, b=b, width=width: row.slopes(y, a + (b - a) * t / width),
+            (0.0, width),
+            y,
+            method="DOP853",
+            rtol=1e-12,
+            atol=1e-15,
+            dense_output=True,
+            first_step=width / 8,
+        )
+        for state in run.sol(PLACES * width).T:
+            peaks = [np.maximum(best, values) for best, values in zip(peaks, row.readings(state), strict=True)]
+        y = run.y[:, -1]
+    names = ("peak_closing", "peak_contact_force", "displacement", "drift", "acceleration")
+    return {**dict(zip(names, peaks, strict=True)), "impulse": y[-len(places) :]}

@@ -50,14 +50,25 @@ def datasets() -> Iterator[tuple[str, xr.Dataset]]:
         yield f"row, {told}", pr.scan(row, screening=screening)
         yield f"street, {told}", pr.scan(_street(), screening=screening)
     yield "compare", without_places(pr.compare(compare, laws=LAWS))
-    yield "simulate pair", pr.simulate(_scene("paper"))
-    yield "simulate row", pr.simulate(row)
+    yield "simulate pair", run_of_version_1(pr.simulate(_scene("paper")))
+    yield "simulate row", run_of_version_1(pr.simulate(row))
 
 
 def without_places(dataset: xr.Dataset) -> xr.Dataset:
     """A pair's dataset as version 1 had it, of which the digests are: without its one interface and contact point."""
     flat = dataset.squeeze("interface", drop=True).drop_dims(["contact_point", "storey"])
     return flat.drop_vars(["building_height", "building_storeys", "building_position"])
+
+
+def run_of_version_1(run: xr.Dataset) -> xr.Dataset:
+    """The variables of a run that version 1 had, of which the digests are, in the shape that they had."""
+    if "energy_ground" not in run:  # of a row
+        counts = {name: run[name].astype(float) for name in run.data_vars if run[name].dtype.kind == "i"}
+        return run.assign(counts).drop_vars("relative_displacement")
+    flat = run.squeeze(["interface", "contact_point", "storey"], drop=True)
+    named = [name for name in flat.data_vars if {"time", "contact"} & set(flat[name].dims)]
+    kept = flat[named].drop_vars(["contact_impulse_so_far", "contact_place"])
+    return kept.drop_vars(set(kept.coords) - {"time", "building"}).assign_coords(gap=run.attrs["gap"])
 
 
 def digests(dataset: xr.Dataset) -> dict[str, list[Any]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import os
 import re
@@ -16,6 +17,7 @@ from types import ModuleType
 from typing import Any
 
 import closed_forms as forms
+import figure_words
 import nbformat
 import pytest
 
@@ -29,7 +31,7 @@ from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.motions import quality
 from pounding_risk.motions.formats import formats
 from pounding_risk.motions.processing import known_steps
-from pounding_risk.scene.words import KEYS
+from pounding_risk.scene.sections import KEYS
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -211,6 +213,50 @@ README = DOCS.parent / "README.md"
 def blocks(page: str, language: str) -> list[str]:
     """The fenced blocks of a language."""
     return re.findall(rf"^```{language}\n(.*?)^```", page, re.M | re.S)
+
+
+def python_of(path: Path) -> str:
+    """The Python code of a page or a notebook, without the commands of IPython."""
+    if path.suffix == ".md":
+        return "\n".join(blocks(path.read_text("utf-8"), "python"))
+    cells = nbformat.read(path, as_version=4).cells
+    return re.sub(r"^%.*$", "", "\n".join(cell.source for cell in cells if cell.cell_type == "code"), flags=re.M)
+
+
+# The page on extending adds to the registries of the package, whose modules its examples name.
+SCRIPTS = [README, *sorted({*DOCS.rglob("*.md")} - {*(DOCS / "generated").rglob("*"), DOCS / "extending.md"})]
+SCRIPTS += sorted((DOCS.parent / "notebooks").glob("*.ipynb"))
+
+
+@pytest.mark.parametrize("path", [path for path in SCRIPTS if python_of(path)], ids=lambda path: path.stem)
+def test_examples_import_the_package_alone(path):
+    """``import pounding_risk as pr`` and no module below; every name that they take from it or a namespace is one."""
+    tree = ast.parse(python_of(path))
+    imported = [alias for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
+    own = [(alias.name, alias.asname) for alias in imported if alias.name.startswith("pounding_risk")]
+    assert set(own) == {("pounding_risk", "pr")}
+    modules = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    assert not [module for module in modules if module and module.startswith("pounding_risk")]
+    attributes = [ast.unparse(node) for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
+    taken = [words.split(".") for words in attributes if re.fullmatch(r"pr(\.\w+)+", words)]
+    assert taken
+    for _, name, *below in taken:
+        assert name in dir(pounding_risk), name
+        if below and isinstance(whole := getattr(pounding_risk, name), ModuleType):
+            assert hasattr(whole, below[0]), f"pr.{name}.{below[0]}"
+
+
+def test_the_example_of_results_in_python_runs(monkeypatch, tmp_path, capsys):
+    """And prints what a person would look for; its figure is of the gap that it asks for."""
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    exec(compile(python_of(DOCS / "results.md"), "results.md", "exec"), names)
+    printed = capsys.readouterr().out
+    assert printed.startswith("<results of scan>") and "20 mm, 40 mm, 60 mm" in printed
+    assert names["assessment"].interfaces[0].gap == 0.055
+    assert "55 mm" in figure_words.words_of(names["figure"])
+    assert names["case"].impact_count.item() > 0 and float(names["case"].gap) == 0.02
+    assert (tmp_path / "report.html").stat().st_size > 10_000
 
 
 @pytest.mark.parametrize("path", [README, *sorted(DOCS.glob("*.md"))], ids=lambda path: path.stem)

@@ -8,12 +8,19 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-# Replacements that reduce the number of motions or gaps of a notebook in the test.
+# Replacements that reduce the number or length of motions, or the number of gaps, of a notebook in the test.
 FEWER = {
     "accuracy_against_time": [("cases=6, budget=0.5", "cases=2, budget=0.2"), ("num = 31", "num = 7")],
-    "city_block": [('["RSN6-180", "RSN77-164", "RSN753-000", "RSN1690-090"]', '["RSN6-180"]')],
+    "city_block": [
+        ('["RSN6-180", "RSN77-164", "RSN753-000", "RSN1690-090"]', '["RSN6-180"]'),
+        ('["0.15 g", "0.3 g"]}', '["0.3 g"]}, "records": {"window": ["0 s", "8 s"]}'),
+    ],
     "comparing_models": [('["RSN6-180", "RSN753-000", "NAPA-HNE"]', '["RSN6-180"]'), ("num = 13", "num = 7")],
-    "rows_study": [("horizontal_records()[:: 2 if QUICK else 1]", "horizontal_records()[::6]")],
+    "rows_study": [
+        ("horizontal_records()[:: 2 if QUICK else 1]", "horizontal_records()[:1]"),
+        ('pga = "{PGA}"\n', 'pga = "{PGA}"\nwindow = ["0 s", "8 s"]\n'),
+        ("CLEAR = [5, 20, 50]", "CLEAR = [5, 20]"),
+    ],
 }
 NOTEBOOKS = sorted((Path(__file__).parent.parent / "notebooks").glob("*.ipynb"))
 

@@ -8,10 +8,12 @@ from collections.abc import Iterator
 from typing import Any
 
 import typer
+import xarray as xr
 
 import pounding_risk
 from generation.markdown import docstring, fence, plain, table
 from pounding_risk.cli import app
+from pounding_risk.results.accessor import Pounding
 
 COMMANDS = """# Commands
 
@@ -68,9 +70,11 @@ def _default(each: Any) -> str:
     return ", ".join(map(str, each.default)) if isinstance(each.default, list | tuple) else str(each.default)
 
 
+METHODS = ("case", "figure")  # of datasets; the others are calls of their own
 PYTHON = """# Python
 
-`import pounding_risk as pr` costs next to nothing: each of these is loaded at its first use.
+`import pounding_risk as pr` costs next to nothing: each of these is loaded at its first use. The methods of datasets
+stand in [Results in Python](../results.md).
 
 """
 
@@ -78,11 +82,14 @@ PYTHON = """# Python
 def python_page() -> str:
     """Every public call: its signature and what it says of itself."""
     names = [name for name in pounding_risk.__all__ if not name.startswith("_")]
-    return PYTHON + "".join(_call(name, getattr(pounding_risk, name)) for name in names)
+    calls = [_call(name, f"pr.{name}", getattr(pounding_risk, name)) for name in names]
+    empty = Pounding(xr.Dataset())
+    calls += [_call(f"pounding.{name}", f"results.pounding.{name}", getattr(empty, name)) for name in METHODS]
+    return PYTHON + "".join(calls)
 
 
-def _call(name: str, function: Any) -> str:
-    return f"## {plain(name)}\n\n{fence(f'pr.{name}{signature(function)}', 'python')}\n{docstring(function)}\n"
+def _call(heading: str, name: str, function: Any) -> str:
+    return f"## {plain(heading)}\n\n{fence(f'{name}{signature(function)}', 'python')}\n{docstring(function)}\n"
 
 
 def signature(function: Any) -> str:

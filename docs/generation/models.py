@@ -11,7 +11,7 @@ from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import EXACT, LAWS, SHIPPED, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, default_words
 from pounding_risk.models.restitution import NAMED
-from pounding_risk.scene.words import option_example
+from pounding_risk.scene.tables import option_example
 from pounding_risk.units import Quantity, bounds
 
 LAWS_HEAD = """# Contact models

@@ -6,7 +6,8 @@ from typing import Any
 
 from generation.markdown import docstring, plain, table
 from pounding_risk.models.effects import EFFECTS
-from pounding_risk.scene.reader import scene_schema
+from pounding_risk.results.run_variables import CONTACT_PLACE, CONTACTS, HISTORIES
+from pounding_risk.scene.sections import scene_schema
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
 from pounding_risk.solver.row.outputs import OF_BUILDINGS, OF_POINTS, OF_RUNS, OF_STOREYS, OF_YIELDING, POINT
@@ -17,8 +18,8 @@ A scene is one TOML file. Quantities are text with a unit, of any size: `"44.36 
 the right dimension is accepted; the column *unit* is the one used internally. A key that is not listed here is an error
 that names the nearest one. All errors of a file are reported at once, with their lines.
 
-`--set interface.gap="20 mm"` of a command replaces a value. `pounding_risk.scene.reader.scene_schema()` gives this page
-as a JSON schema, from which editors complete keys.
+`--set interface.gap="20 mm"` of a command replaces a value. `pounding-risk schema` writes this page as a JSON schema,
+from which editors complete and check the keys of a scene.
 
 """
 HEADS = ("key", "meaning", "unit and range", "example", "default")
@@ -91,6 +92,16 @@ Of buildings with storeys, of more than two buildings, and of contact points tha
 that meet mass to mass have none of these: they would repeat those of the interface and of the buildings.
 
 """
+ONE_RUN = """## One run
+
+`simulate` returns one run: its histories, its contacts in the order of their touches, and every output above that the
+solver makes, along `interface`, `contact_point`, `building` and `storey` with the coordinates below. What a solver does
+not make is absent: the energies are those of two single masses, and of a row the contacts have their times, speed,
+force and impulse. The attributes name the case (`record`, `polarity`, `pga`, `contact_model`, `gap`, `yield_force`),
+and `status` says how the run ended; after a failure the histories are NaN. `histories` writes displacements, forces and
+energies of many runs at the samples of their records, along the axes of the cases.
+
+"""
 
 
 def outputs_page(dataset: dict[str, dict[str, Any]]) -> str:
@@ -117,6 +128,7 @@ def outputs_page(dataset: dict[str, dict[str, Any]]) -> str:
         f"{STOREYS_AND_POINTS}{table((*heads, 'along'), places)}\n"
         f"Along `contact_point`, as for an interface: {points}. Those of storeys and of `building` have a twin without "
         f"contact, with `_free` at its end, and so has `{POINT}peak_closing`.\n\n"
+        f"{ONE_RUN}{_labels(HISTORIES)}\nOf each contact, along `contact`:\n\n{table(heads, _contacts())}\n"
         f"## Further variables of runs and motions\n\n`change_` and `sensitive` exist if `--check-fraction` is above 0."
         f"\n\n{_labels(more)}\n"
         f"## Status of a run\n\n{table(('status', 'meaning'), _endings())}\n"
@@ -126,6 +138,11 @@ def outputs_page(dataset: dict[str, dict[str, Any]]) -> str:
         f"{table(('attribute', 'example'), attributes)}\n"
         f"## Instant impacts\n\n{docstring(_jumps())}"
     )
+
+
+def _contacts() -> list[tuple[str, str, str]]:
+    facts = [(f"`contact_{name}`", plain(unit), plain(words)) for name, (unit, words) in CONTACTS.items()]
+    return [*facts, ("`contact_place`", "", plain(CONTACT_PLACE["long_name"]))]
 
 
 def _endings() -> list[tuple[str, str]]:

@@ -5,9 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterable
 from html import escape
 
+# Neither colour nor background: a notebook's own, light or dark, are those of the table.
+CAPTION = "caption-side:top;text-align:left;font-weight:bold;color:inherit"
+CELL = "text-align:left;vertical-align:top"
+
 
 class ShortRepr:
-    """Base class of results that show a few facts; dataclasses derived from it are declared with ``repr=False``."""
+    """Base class of results that show a few facts; dataclasses derived from it are declared with ``repr=False``.
+
+    A named tuple, which has no other base class, takes its methods: ``__repr__ = ShortRepr.__repr__`` and so on.
+    """
+
+    def heading(self) -> str:
+        """What stands above the facts."""
+        return type(self).__name__
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """The facts to show, one per line: (what, words)."""
@@ -16,11 +27,11 @@ class ShortRepr:
     def __repr__(self) -> str:
         pairs = [(what, " ".join(words.split())) for what, words in self.facts()]
         width = max((len(what) for what, _ in pairs), default=0)
-        return "\n".join([f"<{type(self).__name__}>", *(f"  {what:<{width}}  {words}" for what, words in pairs)])
+        return "\n".join([f"<{self.heading()}>", *(f"  {what:<{width}}  {words}" for what, words in pairs)])
 
     def _repr_html_(self) -> str:
         rows = "".join(
-            f'<tr><th style="text-align:left">{escape(what)}</th><td style="text-align:left">{escape(words)}</td></tr>'
+            f'<tr><th style="{CELL};white-space:nowrap">{escape(what)}</th><td style="{CELL}">{escape(words)}</td></tr>'
             for what, words in self.facts()
         )
-        return f"<table><caption>{escape(type(self).__name__)}</caption>{rows}</table>"
+        return f'<table><caption style="{CAPTION}">{escape(self.heading())}</caption>{rows}</table>'

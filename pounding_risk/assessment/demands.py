@@ -29,6 +29,7 @@ from pounding_risk.results.amplitudes import (
 )
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.files import open_results, told
+from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.own_case import own_gaps, scene_place
 from pounding_risk.results.selected_axes import with_axes
 
@@ -37,12 +38,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-OTHERS = {  # dimension or attribute by which a dataset of another command is recognised
-    "time": "simulate",
-    "setting": "accuracy",
-    "baseline": "compare",
-    "effects": "effects",
-}
 NEEDED = ("peak_closing_free", "yield_exceedance", "impact_count", "status", "peak_displacement_free")
 # They leave the free motion linear. inelastic_storeys does not: twice the motion is not twice the closing.
 LINEAR = {"permanent_set", "unloading_stiffness", "strain_rate", "wave_passage", "p_delta", "soil_flexibility"}
@@ -71,12 +66,12 @@ def open_dataset(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
 
 def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
     """Raise PoundingError for what is no dataset of `scan`, for one of an older version, and for a damaged one."""
-    for mark, command in OTHERS.items():
-        if mark in results.dims or (mark in results.attrs and command == "compare"):
-            raise PoundingError(
-                f"this is a dataset of `{command}`, which says nothing of gaps and motions; assess takes what "
-                "`pounding-risk scan SCENE -o results.nc` writes"
-            )
+    kind = kind_of(results)
+    if kind not in ("scan", ""):
+        raise PoundingError(
+            f"this is a dataset of `{kind}`, which says nothing of gaps and motions; assess takes what "
+            "`pounding-risk scan SCENE -o results.nc` writes"
+        )
     if "impact_count" not in results or not {"record", "gap"} <= set(results.dims):
         raise PoundingError("this is no dataset of pounding-risk; `pounding-risk scan SCENE -o results.nc` writes one")
     missing = [name for name in NEEDED if name not in results]

@@ -43,6 +43,7 @@ def print_accuracy(dataset: Any) -> None:
     """Print a table of settings, with time, errors, steps and energy residual, then the finding."""
     from pounding_risk.studies.accuracy_findings import OUTPUTS, beaten_at, summed_up, time_words
 
+    steps = dataset["steps_per_contact"].values
     times = dataset["time"].sel(output="peak_relative_displacement").values
     rows = []
     for number, name in enumerate(dataset["setting"].values):
@@ -53,13 +54,16 @@ def print_accuracy(dataset: Any) -> None:
                 str(name),
                 time_words(times[number]),
                 *(_error_words(*summed_up(errors[:, output])) for output in range(len(OUTPUTS))),
-                f"{float(dataset['steps_per_contact'].values[number]):.0f}",
+                "–" if isnan(steps[number]) else f"{steps[number]:.0f}",
                 "–" if isnan(residual) else f"{residual:.0e}",
             )
         )
     heads = ("setting", "time a run", *HEADS, "steps a contact", "energy residual")
     print_table(heads, rows, "l" + "r" * (len(heads) - 1))
-    print("\nErrors against the reference: median / largest over the cases; ∞: the motion blew up; –: not run.\n")
+    worst = ", each that of its worst interface" if dataset.sizes["interface"] > 1 else ""
+    print(
+        f"\nErrors against the reference: median / largest over the cases{worst}; ∞: the motion blew up; –: not run.\n"
+    )
     print_pairs(
         [
             ("cases", str(dataset.sizes["case"])),

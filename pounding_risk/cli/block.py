@@ -101,7 +101,7 @@ def _restitution(text: str) -> str | float:
 def _check_contact(contact: Contact) -> None:
     """Raise PoundingError, which names the option, for a value that no scene takes."""
     from pounding_risk.models.contact.laws import LAWS, stiffness_quantity
-    from pounding_risk.scene.scene import known_law
+    from pounding_risk.scene.interfaces import known_law
     from pounding_risk.studies.impact import restitution_of
     from pounding_risk.units import GAP, YIELD_FORCE
 

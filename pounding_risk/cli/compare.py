@@ -42,6 +42,9 @@ def compare(
     same: Annotated[str | None, option("Calibrate to equal: peak force, or penetration.", "peak force")] = None,
     speed: Annotated[str | None, option("Approach speed of the reference impact.", "0.5 m/s")] = None,
     relation: Annotated[str | None, option("Damping from e: exact, so that e is equal, or published.", "exact")] = None,
+    interface: Annotated[
+        str | None, option("Of a row, whose tables: left | right.", "where the laws differ most")
+    ] = None,
     new: New = False,
     figure: Figure = None,
     strict: Strict = False,
@@ -50,40 +53,71 @@ def compare(
     from pounding_risk.results.summary import failures
     from pounding_risk.scene.reader import read_scene
     from pounding_risk.studies.compare import compare as run
+    from pounding_risk.studies.compare_findings import index_of_interface
     from pounding_risk.units import SPEED
 
     terms: dict[str, Any] = {"same": same, "speed": read_optional("--speed", speed, SPEED), "relation": relation}
     study = read_scene(scene, overrides)
+    if interface is not None:
+        index_of_interface(study.interface_names, interface)
     with ProgressDisplay("compare") as progress:
         dataset = run(study, out, laws=law or (), baseline=baseline, **terms, new=new, progress=progress)
-    print_comparison(dataset)
+    print_comparison(dataset, interface)
     announce(out)
-    draw(figure, "compare.agreement_figure", dataset)
-    draw(figure and figure.with_stem(f"{figure.stem}-impacts"), "compare.reference_figure", dataset)
+    draw(figure, "compare.agreement_figure", dataset, interface=interface)
+    impacts = figure and figure.with_stem(f"{figure.stem}-impacts")
+    draw(impacts, "compare.reference_figure", dataset, interface=interface)
     if strict and failures(dataset):
         raise typer.Exit(RUN_FAILED)
 
 
-def print_comparison(dataset: Any) -> None:
-    """Print three tables of one line a law, and the finding."""
+def print_comparison(whole: Any, interface: str | None = None) -> None:
+    """Print three tables of one line a law, of a row those of one interface and one of all, and the finding."""
     from pounding_risk.results.summary import failures
     from pounding_risk.results.tolerance_check import findings
+    from pounding_risk.studies.compare_findings import of_interface, place_of_interface, which_interface
 
+    place = place_of_interface(whole, interface)
+    which, dataset = which_interface(whole, place), of_interface(whole, place)
     facts = dataset.attrs
     also = ", and the same e" if facts["restitution_relation"] == "exact" else ""
     terms = f"the same {facts['same']} as {facts['reference_law']} in an impact at {facts['speed']:g} m/s{also}"
     print(f"Equal terms: {terms}\n")
+    if which:
+        _print_interfaces(whole)
+        print(f'\n{which[0].upper()}{which[1:]}; another one: --interface "LEFT | RIGHT"\n')
     _print_terms(dataset)
     print(f"\nRatio to {facts['baseline']}: median (16-84 %) over the cases with contact\n")
     _print_ratios(dataset)
     print(f"\nCases in which a law disagrees with {facts['baseline']}, and whether it ranks the motions alike\n")
     _print_disagreements(dataset)
     print()
-    failed = [("failed", f"{count}: {name}") for name, count in failures(dataset).items()]
+    failed = [("failed", f"{count}: {name}") for name, count in failures(whole).items()]
     without = [("left out", facts["left_out"])] if facts["left_out"] else []
     unequal = [("e", f"as published, not equal: {facts['unequal_e']}")] if facts["unequal_e"] else []
-    pairs = [*findings(dataset), *failed, *without, *unequal, *_approach_speeds(dataset), *_gap_adequacy(dataset)]
+    pairs = [*findings(whole), *failed, *without, *unequal, *_approach_speeds(dataset), *_gap_adequacy(whole)]
     print_pairs([*pairs, ("finding", facts["finding"])])
+
+
+def _print_interfaces(dataset: Any) -> None:
+    """Print one line an interface of a row: cases with contact, and the laws that move displacement and force most."""
+    from pounding_risk.studies.compare_findings import furthest, interface_names, of_interface, peers
+    from pounding_risk.units import say_in
+
+    names, heads = peers(dataset), list(HEADS)[:2]
+    rows = []
+    for place, interface in enumerate(interface_names(dataset)):
+        one = of_interface(dataset, place)
+        touched = int(one["judged"].sel(conclusion="displacement", contact_model=one.attrs["baseline"]))
+        mass = say_in(float(one["reduced_mass"]), "t")
+        cells = [_range_words(*furthest(one, output, names)) if names else "–" for output in heads]
+        rows.append((interface, mass, f"{touched} of {one['impact_count'].size // one.sizes['contact_model']}", *cells))
+    print_table(("interface", "reduced mass", "cases with contact", *(HEADS[head] for head in heads)), rows, "lrrll")
+
+
+def _range_words(law: str, low: float, high: float) -> str:
+    """The 16-84 % range of a ratio and the law that has it."""
+    return "–" if isnan(high) else f"{low:.2f}-{high:.2f} ({law})"
 
 
 def _laws(dataset: Any) -> list[tuple[str, Any]]:
@@ -93,7 +127,7 @@ def _laws(dataset: Any) -> list[tuple[str, Any]]:
 
 def _print_terms(dataset: Any) -> None:
     """Print the stiffness of each law and what it does in the reference impact."""
-    from pounding_risk.scene.scene import known_law
+    from pounding_risk.scene.interfaces import known_law
     from pounding_risk.studies.compare_findings import with_terms_of_its_own
 
     heads = ("law", "stiffness", "e asked", "e achieved", "peak force", "penetration", "duration", "")
@@ -119,7 +153,7 @@ def _print_terms(dataset: Any) -> None:
 
 def _own_terms(law: Any, has_own_terms: bool) -> str:
     """Why a law does not have the restitution that is asked for."""
-    from pounding_risk.scene.scene import known_law
+    from pounding_risk.scene.interfaces import known_law
 
     if has_own_terms:
         return "e and force are its own: nothing can be made equal"
@@ -174,7 +208,9 @@ def _gap_adequacy(dataset: Any) -> list[tuple[str, str]]:
     """A sentence where no law changes whether a gap suffices."""
     if int(dataset["flips"].sel(conclusion="gap adequacy").sum()):
         return []
-    return [("gap needed", "the same under every law: the free motion decides whether there is contact at all")]
+    alone = dataset.sizes["building"] == 2
+    why = "the free motion decides whether there is contact at all" if alone else "at every interface of this row"
+    return [("gap needed", f"the same under every law: {why}")]
 
 
 def _number(value: float, digits: str, unit: str = "") -> str:

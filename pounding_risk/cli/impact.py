@@ -117,7 +117,7 @@ def contact_laws(
     from pounding_risk.models.contact.impulsive import is_instant, needs_floors
     from pounding_risk.models.contact.laws import stiffness_quantity
     from pounding_risk.models.contact.relation import misfit, related, relation_fault
-    from pounding_risk.scene.scene import known_law
+    from pounding_risk.scene.interfaces import known_law
     from pounding_risk.solver.pair.isolated import equal_stiffness
     from pounding_risk.units import say
 

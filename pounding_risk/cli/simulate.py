@@ -1,9 +1,9 @@
-"""The command `simulate`: one run in full, of a pair or of a row."""
+"""The command `simulate`: one run in full."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,7 +24,6 @@ from pounding_risk.cli._common.options import (
     read_optional,
 )
 from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
-from pounding_risk.errors import PoundingError
 
 ORDER = 40
 MOST_CONTACTS = 60  # rows of the table of contacts
@@ -33,6 +32,18 @@ OF_BUILDINGS = {
     "peak_drift": "m",
     "peak_storey_shear": "N",
     "peak_floor_acceleration": "m/s2",
+}
+# Columns of the table of contacts: the variable, and how its values are written.
+OF_CONTACTS: dict[str, tuple[str, Callable[[float], str]]] = {
+    "start": ("contact_start", "{:.4f} s".format),
+    "lasts": ("contact_duration", lambda value: f"{1e3 * value:.3g} ms"),
+    "approach": ("contact_approach_speed", lambda value: engineering(value, "m/s", 3)),
+    "e asked": ("contact_restitution_asked", "{:.3f}".format),
+    "rebound": ("contact_rebound_speed", lambda value: engineering(value, "m/s", 3)),
+    "peak force": ("contact_peak_force", lambda value: engineering(value, "N")),
+    "penetration": ("contact_peak_penetration", lambda value: engineering(value, "m", 3)),
+    "energy taken": ("contact_work", lambda value: engineering(value, "J")),
+    "yields": ("contact_yields", "{:g}".format),
 }
 
 
@@ -47,7 +58,7 @@ def simulate(
     pga: Annotated[str | None, option("Peak ground acceleration.", "the first")] = None,
     out: Annotated[Path | None, out_option("Write histories", ".nc")] = None,
     figure: Figure = None,
-    animation: Annotated[Path | None, file_option("A row's run, moving", (".html",))] = None,
+    animation: Annotated[Path | None, file_option("The run, moving", (".html",))] = None,
     strict: Strict = False,
 ) -> None:
     """Run one case in full: outputs, contacts, histories."""
@@ -63,10 +74,6 @@ def simulate(
         "pga": read_optional("--pga", pga, PGA),
     }
     study = read_scene(scene, overrides)
-    if animation is not None and not study.is_row:
-        raise PoundingError(
-            "--animation: shows a row, and this scene is a pair of single masses; draw its run with --figure run.png"
-        )
     if out is not None:
         check_replaceable(out, "simulate", choice=OTHER_NAME)
     dataset = run(study, record=record, polarity=polarity, law=law, **values)
@@ -85,9 +92,9 @@ def simulate(
 
 def print_run(dataset: Any) -> None:
     """Print the case, its outputs, its contacts, and notes on what is unusual."""
-    is_row = "interface" in dataset.dims
     facts = dataset.attrs
-    levels = () if is_row else (("gap", "m"), ("yield_force", "N"))  # of a pair's one interface
+    is_one = dataset.sizes["interface"] == 1
+    levels = (("gap", "m"), ("yield_force", "N")) if is_one else ()  # of several interfaces the tables have them
     print_pairs(
         [
             ("scene", facts["title"]),
@@ -99,98 +106,75 @@ def print_run(dataset: Any) -> None:
     )
     print_unused(dataset)
     print()
-    if is_row:
-        _print_row(dataset)
+    if is_one:
+        print_table(("output", "value", "meaning"), _outputs(dataset.isel(interface=0)), "lrl")
     else:
-        _print_pair(dataset)
+        gaps = [engineering(float(gap), "m") for gap in dataset["interface_gap"]]
+        _print_places(dataset, "interface", ("neighbours", "gap"), gaps)
+    print()
+    _print_buildings(dataset)
+    print()
+    if dataset.sizes["contact"] == 0:
+        print("no contact")
+    elif dataset.sizes["contact_point"] == 1:
+        _print_contacts(dataset)
+    else:
+        touched = dataset.isel(contact_point=dataset["contact_point_impact_count"].values > 0)
+        _print_places(
+            touched, "contact_point", ("contact point", "kind"), touched["contact_point_kind"].values, "contact_point_"
+        )
+    if (n_held := int(dataset["restitution_held"].sum())) > 0:
+        print(f"note: {n_held} contacts are {FASTER}")
     print_notes(json.loads(facts.get("notes", "[]")))
 
 
-def _print_pair(dataset: Any) -> None:
-    """Print the outputs of a pair and a table of its contacts."""
-    from pounding_risk.scene.scene import known_law
-
-    print_table(("output", "value", "meaning"), _outputs(dataset), "lrl")
-    print()
-    rows = list(_contacts(dataset, known_law(dataset.attrs["contact_model"]).needs_restitution))
-    if not rows:
-        print("no contact")
-        return
-    n_held = json.loads(dataset.attrs["outputs"])["restitution_held"]
-    heads = ("contact", "start", "lasts", "approach", "e asked", "rebound", "peak force", "penetration")
-    print_table((*heads, "energy taken", "yields"), rows[:MOST_CONTACTS], "r" * 10)
-    if len(rows) > MOST_CONTACTS:
-        print(f"... and {len(rows) - MOST_CONTACTS} more; -o writes them all")
-    if n_held > 0:
-        print(f"note: {n_held:g} contacts are {FASTER}")
+def _outputs(run: Any) -> Iterator[tuple[str, str, str]]:
+    """Name, value and meaning of each output of one interface, or of the run."""
+    for name, variable in run.data_vars.items():
+        if variable.ndim == 0:
+            value = variable.item()
+            # A count of −1: the run failed, or the contact model does not define it.
+            count = f"{value:g}" if value >= 0 else "–"
+            is_count = variable.dtype.kind == "i"
+            yield name, count if is_count else engineering(value, variable.units), variable.long_name
 
 
-def _outputs(dataset: Any) -> Iterator[tuple[str, str, str]]:
-    """Name, value and meaning of each output of the run and of its buildings."""
-    from pounding_risk.solver.pair.outputs import BUILDING, RUN
-
-    values = json.loads(dataset.attrs["outputs"])
-    for name, output in RUN.items():
-        value = values[name]
-        # A count of −1: the run failed, or the contact model does not define it.
-        count = f"{value:g}" if value >= 0.0 else "–"
-        yield name, count if output.whole else engineering(value, output.unit), output.words
-    values_of_buildings = json.loads(dataset.attrs["building_outputs"])
-    for name, (unit, words, _) in BUILDING.items():
-        for building, value in zip(dataset["building"].values, values_of_buildings[name], strict=True):
-            yield f"{name}, {building}", engineering(value, unit), words
-
-
-def _contacts(dataset: Any, has_restitution: bool) -> Iterator[tuple[str, ...]]:
-    """Cells of each contact; the coefficient of restitution only for laws that take one."""
-    names = ("start", "end", "approach_speed", "restitution_asked", "rebound_speed", "peak_force", "work", "yields")
-    columns = [dataset[f"contact_{name}"].values for name in (*names, "peak_penetration")]
-    contacts = zip(*columns, strict=True)
-    for number, (start, end, speed, e, rebound, force, work, yields, depth) in enumerate(contacts, start=1):
-        yield (
-            str(number),
-            f"{start:.4f} s",
-            f"{1e3 * (end - start):.3g} ms",
-            engineering(speed, "m/s", 3),
-            f"{e:.3f}" if has_restitution else "–",
-            engineering(rebound, "m/s", 3),
-            engineering(force, "N"),
-            engineering(depth, "m", 3),
-            engineering(work, "J"),
-            f"{yields:g}",
-        )
-
-
-def _print_row(dataset: Any) -> None:
-    """Print tables of a row's interfaces, of the contact points that touch, and of its buildings."""
-    heads = ("impacts", "first", "peak force", "impulse", "reaches F_E")
-    interfaces = zip(dataset["interface"].values, dataset["interface_gap"].values, strict=True)
+def _print_buildings(dataset: Any) -> None:
+    """Print a table of the peaks of each building."""
+    peaks = {name: unit for name, unit in OF_BUILDINGS.items() if name in dataset}
     lines = [
-        (str(name), engineering(float(gap), "m"), *_contact_cells(dataset.isel(interface=number), ""))
-        for number, (name, gap) in enumerate(interfaces)
-    ]
-    print_table(("neighbours", "gap", *heads), lines, "lrrrrrr")
-    print()
-    points = dataset.isel(contact_point=dataset["contact_point_impact_count"].values > 0)
-    lines = [
-        (str(name), str(kind), *_contact_cells(points.isel(contact_point=number), "contact_point_"))
-        for number, (name, kind) in enumerate(
-            zip(points["contact_point"].values, points["contact_point_kind"].values, strict=True)
-        )
-    ]
-    if lines:
-        print_table(("contact point", "kind", *heads), lines, "llrrrrr")
-        print()
-    else:
-        print("no contact\n")
-    buildings = [
-        (
-            str(building),
-            *(engineering(float(dataset[name].values[number]), unit) for name, unit in OF_BUILDINGS.items()),
-        )
+        # A rigid building's −0 is 0.
+        (str(building), *(engineering(0.0 + float(dataset[name][number]), unit) for name, unit in peaks.items()))
         for number, building in enumerate(dataset["building"].values)
     ]
-    print_table(("building", *(name.replace("_", " ") for name in OF_BUILDINGS)), buildings, "lrrrr")
+    print_table(("building", *(name.replace("_", " ") for name in peaks)), lines, "l" + "r" * len(peaks))
+
+
+def _print_places(dataset: Any, dim: str, heads: tuple[str, str], facts: Iterable[Any], prefix: str = "") -> None:
+    """Print a table of the contact at each interface or contact point, with a fact on each."""
+    lines = [
+        (str(name), str(fact), *_contact_cells(dataset.isel({dim: number}), prefix))
+        for number, (name, fact) in enumerate(zip(dataset[dim].values, facts, strict=True))
+    ]
+    print_table((*heads, "impacts", "first", "peak force", "impulse", "reaches F_E"), lines, "llrrrrr")
+
+
+def _print_contacts(dataset: Any) -> None:
+    """Print a table of every contact, with what the solver tells of each."""
+    from pounding_risk.scene.interfaces import known_law
+
+    contacts = dataset.assign(contact_duration=dataset["contact_end"] - dataset["contact_start"])
+    if not known_law(dataset.attrs["contact_model"]).needs_restitution:
+        contacts = contacts.drop_vars("contact_restitution_asked", errors="ignore")
+    shown = contacts.isel(contact=slice(MOST_CONTACTS))
+    columns = [
+        [written(value) for value in shown[name].values] if name in shown else ["–"] * shown.sizes["contact"]
+        for name, written in OF_CONTACTS.values()
+    ]
+    rows = [(str(number), *cells) for number, cells in enumerate(zip(*columns, strict=True), start=1)]
+    print_table(("contact", *OF_CONTACTS), rows, "r" * (1 + len(columns)))
+    if dataset.sizes["contact"] > MOST_CONTACTS:
+        print(f"... and {dataset.sizes['contact'] - MOST_CONTACTS} more; -o writes them all")
 
 
 def _contact_cells(values: Any, prefix: str) -> tuple[str, ...]:

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from pounding_risk.results.summary import Summary
 
 ORDER = 190
-IN_RECHECKS = ("made again", "of these sensitive")  # counts that the sentences on rechecks contain
 
 
 def summary(results: Results) -> None:
@@ -25,6 +24,8 @@ def summary(results: Results) -> None:
 
 def print_summary(summary: Summary) -> None:
     """Print the counts of cases, and a line for each output and contact model."""
+    from pounding_risk.results.summary import IN_RECHECKS
+
     counts = [(name, str(count)) for name, count in summary.counts.items() if name not in IN_RECHECKS]
     print_pairs([("title", summary.title), *counts, *summary.rechecks.items()])
     print()

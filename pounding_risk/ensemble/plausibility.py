@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quantity
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
-from pounding_risk.scene.scene import Scene, known_law
+from pounding_risk.scene.interfaces import known_law
+from pounding_risk.scene.scene import Scene
 from pounding_risk.units import (
     FLOOR_MASS,
     GAP,
@@ -127,7 +128,7 @@ def _of_gaps(study: Scene) -> Iterator[str]:
 
 def _of_stiffnesses(study: Scene) -> Iterator[str]:
     """Notes on the contact durations that follow from the stiffness of each interface."""
-    if all(is_instant(known_law(name)) for name in study.grid.contact_models):
+    if all(is_instant(known_law(name)) for name in study.model_names):
         return
     for place, name in enumerate(study.interface_names):
         here = study.at(place)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from math import inf
-
 import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.ensemble.laws import law_of
+from pounding_risk.models.effects import wave_of
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.row.cases import Mechanics
@@ -31,8 +30,9 @@ def row_grid(study: Scene) -> RowGrid:
 
 
 def model_of(study: Scene) -> RowModel:
-    """The buildings of a scene and their contact points; raises as `chain_of`."""
-    return RowModel([chain_of(building, study.effects) for building in study.buildings], study.points)
+    """The buildings of a scene, their contact points and the wave that passes them; raises as `chain_of`."""
+    chains = [chain_of(building, study.effects) for building in study.buildings]
+    return RowModel(chains, study.points, wave_of(study.effects))
 
 
 def mechanics_of(study: Scene, model: RowModel, name: str, levels: Array) -> Mechanics:
@@ -42,6 +42,5 @@ def mechanics_of(study: Scene, model: RowModel, name: str, levels: Array) -> Mec
     return Mechanics(
         tuple(laws[place] for place in model.interfaces),
         tuple(rules[place] for place in model.interfaces),
-        laws[0].ceiling(1.0) < inf,
         levels,
     )

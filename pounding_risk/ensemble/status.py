@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.checkpoint.chunks import batches_of
 from pounding_risk.ensemble.checkpoint.folder import (
     CHUNKS,
@@ -32,8 +33,8 @@ WINDOW = 600.0  # s of the log from which the speed is computed
 NAMED = 3  # processes, at most, that are named one by one
 
 
-@dataclass(frozen=True)
-class Status:
+@dataclass(frozen=True, repr=False)
+class Status(ShortRepr):
     """The state of a scan; 0 and "" where something is not known."""
 
     path: Path  # that was asked for
@@ -50,6 +51,13 @@ class Status:
     shards: int = 0  # that have worked on it, where there were any
     go_on: str = ""  # command that continues it
     note: str = ""
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """What was asked for, its state, the cases done, and how to go on, as pairs of a name and words."""
+        cases = f"{self.cases:,} of {self.total:,}" if self.total else ""
+        facts = {"study": str(self.path), "title": self.title, "state": self.state, "cases": cases}
+        facts |= {"go on with": self.go_on, "note": self.note}
+        yield from ((name, words) for name, words in facts.items() if words)
 
     @property
     def is_running(self) -> bool:

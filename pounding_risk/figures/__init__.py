@@ -1,8 +1,9 @@
 """Figures from datasets alone: no solver runs. Each title states the finding, with numbers taken from the data.
 
 A kind of figure is one module of this folder, and every function of these modules whose name ends in ``_figure`` is a
-name of this package: ``figures.scan_figure(dataset)``. Modules are imported when a name is first asked for. `write`
-saves a figure.
+name of this package: ``figures.scan_figure(dataset)``. Modules are imported when a name is first asked for.
+`results_figure` draws any dataset; `write` saves a figure. What a figure of one's own takes is here too: `blank`,
+`title`, `styles` and `STYLES`, `law_words`, and `amplification`, by how much contact raises a building's response.
 """
 
 from __future__ import annotations
@@ -11,9 +12,10 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any
 
-from pounding_risk.figures.style import write
+from pounding_risk.figures.style import STYLES, blank, law_words, styles, title, write
 
-__all__ = ["write"]  # and what `__dir__` finds
+__all__ = ["STYLES", "amplification", "blank", "law_words", "styles", "title", "write"]  # and what `__dir__` finds
+_OTHERS = {"amplification": "storey_profiles"}  # by the module that has it
 
 
 def _find_figures() -> dict[str, Any]:
@@ -28,6 +30,8 @@ def _find_figures() -> dict[str, Any]:
 
 
 def __getattr__(name: str) -> Any:
+    if name in _OTHERS:
+        return getattr(import_module(f"{__name__}.{_OTHERS[name]}"), name)
     if name.endswith("_figure"):
         globals().update(_find_figures())
     if name not in globals():
@@ -36,4 +40,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_find_figures()})
+    return sorted({*globals(), *_OTHERS, *_find_figures()})

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.figures.style import QUIET, blank, title
+from pounding_risk.figures.style import CAPTION_SIZE, QUIET, blank, title
 from pounding_risk.studies.accuracy_findings import EVENT, OUTPUTS, summed_up
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-MARKERS = ("o", "s", "^", "D", "v", "P")
-COLOURS = ("#0072B2", "#D55E00", "#E69F00", "#009E73", "#CC79A7", "#000000")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+COLOURS = ("#0072B2", "#D55E00", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9")
 FLOOR = 1e-14  # where errors of zero are drawn
 WORST = 1e1  # and what is above: a motion that blew up
 WHOLE = ("impact_count", "yield_exceedance")
@@ -42,13 +42,28 @@ def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         for number, solver in enumerate(solvers):
             _draw(axis, dataset, (solver, output), (COLOURS[number], MARKERS[number]))
         _frame(axis, words, dataset.sel(output=output))
-    handles, labels = axes.flat[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(solvers), frameon=False, fontsize=9)
+    worst = ", a case's that of its worst interface" if dataset.sizes.get("interface", 1) > 1 else ""
     counts = (
         f"{dataset.attrs['title']}; {dataset.sizes['case']} cases; median error (lines) and largest (dotted, counts)"
+        f"{worst}"
     )
     title(figure, dataset.attrs["finding"], counts, note)
+    _legend_over_caption(figure, *axes.flat[0].get_legend_handles_labels())
     return figure
+
+
+def _legend_over_caption(figure: Figure, handles: list[Any], labels: list[str]) -> None:
+    """A legend in one line between panels and caption, which gets two empty lines to make room for it."""
+    caption = figure.get_supxlabel()
+    figure.supxlabel(f"\n\n{caption}", fontsize=CAPTION_SIZE, linespacing=1.25)
+    lift = (caption.count("\n") + 1.7) * 1.25 * CAPTION_SIZE / 72.0 / figure.get_figheight()
+    position: dict[str, Any] = {
+        "loc": "lower center",
+        "bbox_to_anchor": (0.5, lift),
+        "ncols": len(labels),
+        "columnspacing": 1.4,
+    }
+    figure.legend(handles, labels, frameon=False, fontsize=9, **position)
 
 
 def _draw(axis: Any, dataset: xr.Dataset, which: tuple[str, str], style: tuple[str, str]) -> None:

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.figures.style import QUIET, blank, force_words, motion_words, styles, title
-from pounding_risk.studies.compare_findings import LOW, NOTABLE, flip_share, place_of, with_terms_of_its_own
+from pounding_risk.studies.compare_findings import (
+    LOW,
+    NOTABLE,
+    flip_share,
+    of_interface,
+    place_of,
+    place_of_interface,
+    which_interface,
+    with_terms_of_its_own,
+)
 from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
@@ -30,7 +39,7 @@ SHOWN = 10.0  # s of a history, about the moment at which the laws differ most
 FAMILIES = {"N/m": ("k", 1e6, "kN/mm"), "N/m^1.5": ("β", 1.0, "N/m$^{1.5}$")}
 
 
-def agreement_figure(dataset: xr.Dataset, note: str = "") -> Figure:
+def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None = None) -> Figure:
     """Contact models against the baseline: ratios of outputs, changed conclusions, ranks, and one typical history.
 
     Parameters
@@ -39,12 +48,17 @@ def agreement_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         A dataset of `compare`.
     note : str
         Added to the caption.
+    interface : str, optional
+        Which interface of a row is drawn, "left | right"; by default the one where the laws move the peak relative
+        displacement most. The history is that one's in any case.
 
     Returns
     -------
     matplotlib.figure.Figure
         Four panels of ratios, one of conclusions, one of ranks; the history below.
     """
+    place = place_of_interface(dataset, interface)
+    which, dataset = which_interface(dataset, place), of_interface(dataset, place)
     laws = _laws(dataset)
     figure, axes = blank(2, 6, (15.0, 3.6 + 0.36 * len(laws)), height_ratios=(0.36 * len(laws), 2.4))
     limits = _limits(dataset)
@@ -69,7 +83,7 @@ def agreement_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         f"{dataset.attrs['title']}; {dataset['impact_count'].size // len(laws)} cases a law; same {_terms(dataset)}; "
         f"ratios: median and {LOW:g}-{100 - LOW:g} % of the cases with contact"
     )
-    title(figure, str(dataset.attrs["finding"]), terms, note)
+    title(figure, str(dataset.attrs["finding"]), "; ".join(filter(None, (which, terms))), note)
     return figure
 
 
@@ -209,13 +223,20 @@ def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     peaks = np.nanmax(np.abs(values), axis=1)
     case = f"gap {say_in(facts['gap'], 'mm', 6)}, {force_words(facts['yield_force'])}, {motion_words(facts)}"
     words = (
-        f"Peaks of {peaks.min():.1f} to {peaks.max():.1f} mm in a case of median spread: {case}; where laws differ most"
+        f"{_where(facts)} of {peaks.min():.1f} to {peaks.max():.1f} mm in a case of median spread: {case}; "
+        "where laws differ most"
     )
     axis.set_title(words, fontsize=9.5)
     axis.legend(fontsize=8, loc="upper right", ncols=len(labelled) + 2, handlelength=2.6)
 
 
-def reference_figure(dataset: xr.Dataset, note: str = "") -> Figure:
+def _where(facts: dict[str, Any]) -> str:
+    """What a history's peaks are, with the contact point where it is not the only one of a pair."""
+    point = str(facts.get("contact_point", ""))
+    return "Peaks" if point == facts.get("interface", "") else f"{facts['interface']}, floors {point}: peaks"
+
+
+def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None = None) -> Figure:
     """Force against time and against penetration of the reference impact, one row for each unit of stiffness.
 
     Parameters
@@ -224,12 +245,16 @@ def reference_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         A dataset of `compare`.
     note : str
         Added to the caption.
+    interface : str, optional
+        The interface of a row whose impact is drawn, as in `agreement_figure`.
 
     Returns
     -------
     matplotlib.figure.Figure
         Two panels a row.
     """
+    place = place_of_interface(dataset, interface)
+    which, dataset = which_interface(dataset, place), of_interface(dataset, place)
     names = [str(name) for name in dataset["contact_model"].values]
     units = [unit for unit in FAMILIES if unit in dataset["stiffness_unit"].values]
     figure, axes = blank(len(units), 2, (11.5, 1.4 + 3.3 * len(units)), sharex="col", sharey=True)
@@ -249,9 +274,9 @@ def reference_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     axes[-1, 1].set_xlabel("penetration [mm]")
     without = [name for name, unit in zip(names, dataset["stiffness_unit"].values, strict=True) if unit not in units]
     without_force = f"{', '.join(without)}: no force against penetration" if without else ""
-    blow = f"{say_in(dataset.attrs['reduced_mass'], 't')} against a wall, same {_terms(dataset)}, without yielding"
+    blow = f"{say_in(float(dataset['reduced_mass']), 't')} against a wall, same {_terms(dataset)}, without yielding"
     curves = dataset.isel(contact_model=np.isin(dataset["stiffness_unit"].values, units))
-    title(figure, _reference_finding(curves), "; ".join(filter(None, (blow, without_force))), note)
+    title(figure, _reference_finding(curves), "; ".join(filter(None, (which, blow, without_force))), note)
     return figure
 
 

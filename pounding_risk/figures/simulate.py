@@ -1,8 +1,7 @@
-"""Figures of isolated impacts and of single runs: histories of a pair, of two runs compared, and of a row."""
+"""Figures of isolated impacts and of single runs: the histories of one run, and of two runs compared."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -93,67 +92,97 @@ def _impact_label(impact: Any, impacts: Sequence[Any]) -> str:
 
 
 def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
-    """One run: ground motion, relative displacement with gap and contacts, contact force, energies.
+    """One run over time: ground motion, motion, contact forces, and energies where the run has them.
+
+    Of two buildings with one floor each the motion is their relative displacement, with the gap and the contacts. Of
+    others it is the displacement of the roofs, and all peaks stand on an elevation below.
 
     Parameters
     ----------
     run : xarray.Dataset
-        A dataset of `simulate`; for that of a row as `row_run_figure`.
+        A dataset of `simulate`.
     note : str
         Added to the caption.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Four panels over time.
+        Panels over time, as many as the run has histories for, and the elevation.
     """
-    if "interface" in run.dims:
-        return row_run_figure(run, note)
-    figure, axes = blank(4, 1, (9.0, 9.5), sharex=True)
-    time = run["time"].values
-    ground, moved, force, energy = axes[:, 0]
-    ground.plot(time, run["ground_acceleration"] / STANDARD_GRAVITY, color=QUIET, linewidth=0.9, label="left building")
-    if "ground_acceleration_right" in run:
-        colour, dash = STYLES[1]
-        other = run["ground_acceleration_right"] / STANDARD_GRAVITY
-        ground.plot(time, other, color=colour, linestyle=dash, linewidth=0.9, label="right building")
-        ground.legend(loc="lower left", fontsize=8)
-    ground.set(ylabel="ground\nacceleration [g]", xlim=(time[0], time[-1]))
-    moved.plot(time, run["relative_displacement"] * 1e3, color=STYLES[0][0], linewidth=1.1)
-    _gap_and_contacts(moved, run)
-    moved.set_ylabel("relative\ndisplacement [mm]")
-    moved.legend(loc="lower left", fontsize=8)
-    force.plot(time, run["contact_force"] / 1e3, color=STYLES[1][0], linewidth=0.9)
-    force.set_ylabel("contact\nforce [kN]")
-    kinds = ("ground", "damping", "contact", "held")
-    words = ("from the ground", "to structural damping", "to contact", "kinetic and strain")
-    for (colour, dash), kind, word in zip(styles(4), kinds, words, strict=True):
-        energy.plot(time, run[f"energy_{kind}"] / 1e3, color=colour, linestyle=dash, linewidth=1.1, label=word)
-    energy.set(ylabel="energy [kJ]", xlabel="time [s]")
-    energy.legend(fontsize=8, loc="upper left")
-    facts = run.attrs
-    outputs = json.loads(facts["outputs"])
-    finding = (
-        f"{outputs['impact_count']:.0f} contacts, peak force {outputs['peak_contact_force'] / 1e3:,.0f} kN, "
-        f"peak relative displacement {outputs['peak_relative_displacement'] * 1e3:.2f} mm"
-    )
-    effects = f", with {facts['effects']}" if facts.get("effects") else ""
-    where = f"gap {say_in(facts['gap'], 'mm', 6)}, {motion_words(facts)}{effects}"
-    title(figure, finding, f"{law_words(facts['contact_model'])}, {force_words(facts['yield_force'])}, {where}", note)
+    is_simple = run.sizes["contact_point"] == run.sizes["storey"] == 1 and "relative_displacement" in run
+    panels: list[tuple[Any, float]] = [(_ground, 1.5)]  # what draws a panel, and its height [inches]
+    panels.append((_closing, 2.6) if is_simple else (_roofs, 2.3))
+    panels += [(_forces, 2.3), *([(_energies, 2.3)] if "energy_ground" in run else [])]
+    count, wide = len(panels), min(max(9.0, 1.7 * run.sizes["building"]), 30.0)
+    if not is_simple:
+        tallest = max(building.height for building in building_shapes(run))
+        panels.append((_row_peaks, 3.2 + min(max(0.12 * tallest, 1.6), 5.0)))
+    heights = [height for _, height in panels]
+    figure, axes = blank(len(panels), 1, (wide, 0.9 + sum(heights)), height_ratios=heights)
+    for (draw, _), axis in zip(panels, axes[:, 0], strict=True):
+        draw(axis, run)
+    for axis in axes[:count, 0]:
+        axis.sharex(axes[0, 0])
+        axis.tick_params(labelbottom=axis is axes[count - 1, 0])
+    axes[0, 0].set_xlim(float(run["time"][0]), float(run["time"][-1]))
+    axes[count - 1, 0].set_xlabel("time [s]")
+    title(figure, run_finding(run), _run_words(run), plain(note))
     return figure
 
 
-def _gap_and_contacts(axes: Axes, run: xr.Dataset) -> None:
-    """Draw the gap as a line and every contact as a grey band."""
-    gap = float(run["gap"]) * 1e3
-    axes.axhline(gap, color=STYLES[1][0], linestyle="--", linewidth=1.2, label=f"gap {gap:g} mm")
+def _ground(axis: Axes, run: xr.Dataset) -> None:
+    """Draw the ground acceleration, under each building where it differs."""
+    time = run["time"].values
+    if "building_ground_acceleration" in run:
+        under = run["building_ground_acceleration"].transpose("time", "building").values / STANDARD_GRAVITY
+        _largest_lines(axis, time, under, list(map(str, run["building"].values)))
+    else:
+        axis.plot(time, run["ground_acceleration"] / STANDARD_GRAVITY, color=QUIET, linewidth=0.9)
+    axis.set_ylabel("ground\nacceleration [g]")
+
+
+def _closing(axis: Axes, run: xr.Dataset) -> None:
+    """Draw the relative displacement, the gap as a line and every contact as a grey band."""
+    axis.plot(run["time"], run["relative_displacement"].isel(contact_point=0) * 1e3, color=STYLES[0][0], linewidth=1.1)
+    gap = float(run["interface_gap"][0]) * 1e3
+    axis.axhline(gap, color=STYLES[1][0], linestyle="--", linewidth=1.2, label=f"gap {gap:g} mm")
     spans = zip(run["contact_start"].values, run["contact_end"].values, strict=True)
     for index, (start, end) in enumerate(spans):
-        axes.axvspan(start, end, color="#bbbbbb", linewidth=0.0, zorder=0.5, label="" if index else "in contact")
+        axis.axvspan(start, end, color="#bbbbbb", linewidth=0.0, zorder=0.5, label="" if index else "in contact")
+    axis.set_ylabel("relative\ndisplacement [mm]")
+    axis.legend(loc="lower left", fontsize=8)
+
+
+def _roofs(axis: Axes, run: xr.Dataset) -> None:
+    """Draw the displacement of the roof of each building."""
+    _largest_lines(axis, run["time"].values, 1e3 * roofs_of(run), list(map(str, run["building"].values)))
+    axis.set_ylabel("displacement of\nthe roof [mm]")
+
+
+def _forces(axis: Axes, run: xr.Dataset) -> None:
+    """Draw the force at each contact point that touches."""
+    pushed = run["contact_force"].transpose("time", "contact_point").values
+    touched = np.flatnonzero(np.nan_to_num(pushed).max(axis=0) > 0.0)
+    names = [str(run["contact_point"].values[at]) if pushed.shape[1] > 1 else "" for at in touched]
+    _largest_lines(axis, run["time"].values, 1e-3 * pushed[:, touched], names, "nothing touches")
+    axis.set_ylabel("contact\nforce [kN]")
+
+
+def _energies(axis: Axes, run: xr.Dataset) -> None:
+    """Draw where the energy from the ground has gone."""
+    kinds = ("ground", "damping", "contact", "held")
+    words = ("from the ground", "to structural damping", "to contact", "kinetic and strain")
+    for (colour, dash), kind, word in zip(styles(4), kinds, words, strict=True):
+        values = run[f"energy_{kind}"] / 1e3
+        axis.plot(run["time"], values, color=colour, linestyle=dash, linewidth=1.1, label=word)
+    axis.set_ylabel("energy [kJ]")
+    axis.legend(fontsize=8, loc="upper left")
 
 
 def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
-    """Relative displacement and contact force of two runs of one pair, with the time at which they part.
+    """Relative displacement and contact force of two runs of one scene, with the time at which they part.
+
+    Of several contact points the one with the largest force is shown.
 
     Parameters
     ----------
@@ -167,11 +196,13 @@ def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
     matplotlib.figure.Figure
         Two panels over time, as Figure 8 of Khatiwada et al. (2011).
     """
+    point, several = _strongest_point(runs), runs[0].sizes["contact_point"] > 1
+    parted, runs = parting(*runs), [run.isel(contact_point=point) for run in runs]
     first = runs[0]
     figure, axes = blank(2, 1, (9.0, 6.4), sharex=True, height_ratios=(2.0, 1.0))
     peaks = [_signed_peak(run) for run in runs]
     for (colour, dash), run, (time, value) in zip(styles(2), runs, peaks, strict=True):
-        label = f"{law_words(run.attrs['contact_model'])}, {force_words(run.attrs['yield_force'])}"
+        label = f"{law_words(run.attrs['contact_model'])}, {force_words(float(run['contact_point_yield_force']))}"
         axes[0, 0].plot(run["time"], run["relative_displacement"] * 1e3, color=colour, linestyle=dash, label=label)
         axes[1, 0].plot(run["time"], run["contact_force"] / 1e3, color=colour, linestyle=dash, linewidth=0.9)
         axes[0, 0].plot(time, value * 1e3, marker="o", markersize=6, color=colour, markerfacecolor="white")
@@ -179,13 +210,14 @@ def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
             f"{abs(value) * 1e3:.2f} mm", (time, value * 1e3), xytext=(9, 0), textcoords="offset points",
             va="center", fontsize=9, color=colour,
         )  # fmt: skip
-    parted = parting(*runs)
     if np.isfinite(parted):
         _mark_parting(axes[:, 0], parted)
     axes[0, 0].set_ylabel("relative displacement [mm]\n(positive: towards contact)")
     axes[0, 0].legend(fontsize=8.5, loc="lower left", handlelength=3.0)
     axes[1, 0].set(xlabel="time [s]", ylabel="contact force [kN]", xlim=(0.0, float(first["time"].max())))
-    where = f"{first.attrs['title']}; gap {say_in(first.attrs['gap'], 'mm', 6)}; {motion_words(first.attrs)}"
+    here = f"; {first['contact_point'].item()}" if several else ""
+    gap = float(first["interface_gap"][int(first["contact_point_interface"])])
+    where = f"{first.attrs['title']}{here}; gap {say_in(gap, 'mm', 6)}; {motion_words(first.attrs)}"
     title(figure, _comparison_finding(runs, parted, [abs(value) * 1e3 for _, value in peaks]), where, note)
     return figure
 
@@ -193,10 +225,16 @@ def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
 def _comparison_finding(runs: Sequence[xr.Dataset], parted: float, amounts: list[float]) -> str:
     if np.isnan(parted):
         return f"Identical throughout: peak {amounts[0]:.2f} mm"
-    yields = np.isfinite(json.loads(runs[1].attrs["outputs"])["first_yield_time"])
+    yields = np.isfinite(runs[1]["first_yield_time"].values).any()
     cause = "yielding" if yields else law_words(runs[1].attrs["contact_model"])
     word = "lowers" if amounts[1] < amounts[0] else "raises"
     return f"Identical until {parted:.2f} s; {cause} {word} the peak from {amounts[0]:.2f} to {amounts[1]:.2f} mm"
+
+
+def _strongest_point(runs: Sequence[xr.Dataset]) -> int:
+    """The contact point with the largest force of these runs."""
+    peaks = [np.nan_to_num(run["contact_force"].transpose("time", "contact_point").values).max(axis=0) for run in runs]
+    return int(np.max(peaks, axis=0).argmax())
 
 
 def _mark_parting(panels: Sequence[Axes], parted: float) -> None:
@@ -209,10 +247,10 @@ def _mark_parting(panels: Sequence[Axes], parted: float) -> None:
 
 
 def parting(first: xr.Dataset, second: xr.Dataset) -> float:
-    """Last time up to which two runs have the same relative displacement [s]; NaN where they never part."""
+    """Last time up to which two runs have the same relative displacements [s]; NaN where they never part."""
     times, here, there = np.intersect1d(first["time"].values, second["time"].values, return_indices=True)
-    one, other = (run["relative_displacement"].values for run in (first, second))
-    apart = np.abs(one[here] - other[there]) > SAME * max(np.abs(one).max(), np.abs(other).max())
+    one, other = (run["relative_displacement"].transpose("time", "contact_point").values for run in (first, second))
+    apart = np.abs(one[here] - other[there]).max(axis=1) > SAME * max(np.abs(one).max(), np.abs(other).max())
     return float(times[max(int(apart.argmax()) - 1, 0)]) if apart.any() else float("nan")
 
 
@@ -220,43 +258,6 @@ def _signed_peak(run: xr.Dataset) -> tuple[float, float]:
     values = run["relative_displacement"].values
     index = int(np.abs(values).argmax())
     return float(run["time"].values[index]), float(values[index])
-
-
-def row_run_figure(run: xr.Dataset, note: str = "") -> Figure:
-    """One run of a row: ground motion, roofs, contact forces, and all peaks on the row in elevation.
-
-    Parameters
-    ----------
-    run : xarray.Dataset
-        A dataset of `simulate`, of a row.
-    note : str
-        Added to the caption.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Three panels over time and the elevation.
-    """
-    tallest = max(building.height for building in building_shapes(run))
-    wide = min(max(9.0, 1.7 * run.sizes["building"]), 30.0)
-    size = (wide, 8.6 + min(max(0.12 * tallest, 1.6), 5.0))
-    figure, axes = blank(4, 1, size, height_ratios=(1.0, 2.0, 2.0, size[1] - 5.4))
-    ground, roofs, forces, row = axes[:, 0]
-    time = run["time"].values
-    ground.plot(time, run["ground_acceleration"] / STANDARD_GRAVITY, color=QUIET, linewidth=0.9)
-    ground.set_ylabel("ground\nacceleration [g]")
-    moved = roofs_of(run)
-    _largest_lines(roofs, time, 1e3 * moved, list(map(str, run["building"].values)))
-    roofs.set_ylabel("displacement of\nthe roof [mm]")
-    pushed = run["contact_force"].transpose("time", "contact_point").values
-    touched = np.flatnonzero(pushed.max(axis=0) > 0.0)
-    _largest_lines(forces, time, 1e-3 * pushed[:, touched], [str(run["contact_point"].values[at]) for at in touched])
-    forces.set(ylabel="contact\nforce [kN]", xlabel="time [s]")
-    for axis in (ground, roofs, forces):
-        axis.set_xlim(time[0], time[-1])
-    _row_peaks(row, run, tallest)
-    title(figure, *map(plain, (row_run_finding(run), _row_run_words(run), note)))
-    return figure
 
 
 def roofs_of(run: xr.Dataset) -> np.ndarray:
@@ -276,56 +277,80 @@ def _of_roofs(run: xr.Dataset, values: np.ndarray) -> np.ndarray:
     return np.where(storeys > 0, tops, 0.0)
 
 
-def row_run_finding(run: xr.Dataset) -> str:
-    """Number of contacts, the strongest one and its time, and the roof that moves most, as a sentence."""
-    counts = run["contact_point_impact_count"].values
+def _at_points(run: xr.Dataset, name: str) -> np.ndarray:
+    """An output at each contact point; where there is only one, it is that of the interface."""
+    return run[f"contact_point_{name}" if f"contact_point_{name}" in run else name].values
+
+
+def run_finding(run: xr.Dataset) -> str:
+    """Number of contacts, the strongest one, and what moves most, as a sentence."""
+    if run.attrs["status"] != "complete":
+        return f"The run is not complete: {run.attrs['status']}"
+    counts, forces = _at_points(run, "impact_count"), np.nan_to_num(_at_points(run, FORCE))
+    contacts = counted(counts.sum(), "contact") if (counts > 0).any() else "No contact"
+    if counts.size == 1:
+        most = f"peak relative displacement {1e3 * float(run['peak_relative_displacement'][0]):.2f} mm"
+        force = f", peak force {force_text(float(run[FORCE][0]))}" if counts[0] > 0 else ""
+        return f"{contacts}{force}, {most}"
     roofs = _peaks_of_roofs(run)
     at = int(roofs.argmax())
     most = f"the roof of {run['building'].values[at]} moves most, {say_in(roofs[at], 'mm', 3)}"
-    if run.attrs["status"] != "complete":
-        return f"The run is not complete: {run.attrs['status']}"
     if not (counts > 0).any():
-        return f"No contact; {most}"
-    strongest = run.isel(contact=int(run["contact_peak_force"].values.argmax()))
-    where = list(run["contact_point"].values).index(str(strongest["contact_place"].values))
-    pair = between(str(run["interface"].values[int(run["contact_point_interface"].values[where])]))
+        return plain(f"{contacts}; {most}")
+    point = int(forces.argmax())
+    here = run["contact_place"].values == run["contact_point"].values[point]
+    strongest = run.isel(contact=here)["contact_peak_force"].values
+    start = float(run["contact_start"].values[here][np.nan_to_num(strongest).argmax()])
+    pair = between(str(run["interface"].values[int(run["contact_point_interface"].values[point])]))
     touched = f"{(counts > 0).sum()} of {counts.size} contact points"
-    return (
-        f"{counted(counts.sum(), 'contact')} at {touched}, up to "
-        f"{force_text(float(strongest['contact_peak_force']))} between "
-        f"{pair} at {float(strongest['contact_start']):.2f} s; {most}"
-    )
+    return plain(f"{contacts} at {touched}, up to {force_text(forces[point])} between {pair} at {start:.2f} s; {most}")
 
 
-def _row_run_words(run: xr.Dataset) -> str:
-    gaps = 1e3 * run["interface_gap"].values
-    gap_words = f"gap {gaps.min():.3g}" + (f" to {gaps.max():.3g} mm" if np.ptp(gaps) > 0.0 else " mm")
+def _run_words(run: xr.Dataset) -> str:
+    """What was run: title, contact model, yield forces, gaps, motion and effects."""
     effects = f", with {run.attrs['effects']}" if run.attrs.get("effects") else ""
-    words = f"{law_words(run.attrs['contact_model'])}, {gap_words}, {motion_words(run.attrs)}{effects}"
-    return f"{run.attrs['title']}: {words}"
+    law, motion = law_words(run.attrs["contact_model"]), f"{motion_words(run.attrs)}{effects}"
+    return f"{plain(run.attrs['title'])}: {plain(law)}, {_force_words(run)}, {_gap_words(run)}, {plain(motion)}"
 
 
-def _largest_lines(axis: Any, time: np.ndarray, values: np.ndarray, names: list[str]) -> None:
-    """Draw the columns with the largest values in colour with their names, and the other ones in grey behind them."""
+def _force_words(run: xr.Dataset) -> str:
+    forces = np.unique(run["contact_point_yield_force"].values)
+    if forces.size == 1:
+        return force_words(float(forces[0]))
+    ends = [f"{force / 1e3:.0f}" if np.isfinite(force) else r"$\infty$" for force in (forces[0], forces[-1])]
+    return f"$F_E$ = {' to '.join(ends)} kN"
+
+
+def _gap_words(run: xr.Dataset) -> str:
+    gaps = np.unique(run["interface_gap"].values)
+    return f"gap {' to '.join(f'{1e3 * gap:.6g}' for gap in dict.fromkeys((gaps[0], gaps[-1])))} mm"
+
+
+def _largest_lines(axis: Any, time: np.ndarray, values: np.ndarray, names: list[str], nothing: str = "") -> None:
+    """Draw the columns with the largest values in colour with their names, and the other ones in grey behind them.
+
+    Where there is no column, the word ``nothing`` stands in the panel.
+    """
     order = np.argsort(-np.nanmax(np.abs(values), axis=0, initial=0.0), kind="stable")
     for index, at in enumerate(order[NAMED:]):
         label = None if index else f"{len(names) - NAMED} others"
         axis.plot(time, values[:, at], color=OTHERS, linewidth=0.6, zorder=1.5, label=label)
     for (colour, dash), at in zip(styles(NAMED), order, strict=False):
         axis.plot(time, values[:, at], color=colour, linestyle=dash, linewidth=1.0, label=plain(names[at]))
-    if names:
+    if any(names):
         axis.legend(fontsize=7.5, loc="upper right", ncols=2 if len(names) > 3 else 1, framealpha=0.9)
-    else:
-        axis.annotate("nothing touches", (0.5, 0.5), xycoords="axes fraction", ha="center", color=QUIET)
+    elif not names:
+        axis.annotate(nothing, (0.5, 0.5), xycoords="axes fraction", ha="center", color=QUIET)
 
 
-def _row_peaks(axis: Any, run: xr.Dataset, tallest: float) -> None:
+def _row_peaks(axis: Any, run: xr.Dataset) -> None:
     """Draw buildings with the peak of their roofs, contact points with their largest force and number of contacts."""
     gaps = run["interface_gap"].values
     scale = gap_scale(gaps.tolist())
     walls = np.concatenate([[0.0], np.cumsum(WIDTH + scale * gaps)])
     roofs = 1e3 * _peaks_of_roofs(run)
     buildings = building_shapes(run)
+    tallest = max(building.height for building in buildings)
     for wall, building, peak in zip(walls, buildings, roofs, strict=True):
         outline(axis, building, wall)
         if not building.is_rigid:
@@ -337,7 +362,7 @@ def _row_peaks(axis: Any, run: xr.Dataset, tallest: float) -> None:
     axis.set_xticks([])
     axis.grid(False)
     axis.set_title(
-        "peaks: displacement of each roof; force and number of contacts at each contact point "
+        "peaks: displacement of each roof; force and number of contacts at each contact point\n"
         f"(orange edge: reaches $F_E$; white: untouched); gaps drawn × {scale:g}",
         fontsize=8,
     )
@@ -345,28 +370,29 @@ def _row_peaks(axis: Any, run: xr.Dataset, tallest: float) -> None:
 
 def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: list[float]) -> None:
     """Draw every contact point; of two too close for both numbers, the stronger one's are written."""
-    peaks = np.nan_to_num(run[f"contact_point_{FORCE}"].values)
+    peaks, counts = np.nan_to_num(_at_points(run, FORCE)), _at_points(run, "impact_count")
+    yields = _at_points(run, "yield_exceedance") == 1
     written: list[tuple[int, float]] = []
     for at in np.argsort(-peaks, kind="stable"):
         one = run.isel(contact_point=at)
         interface, level = int(one["contact_point_interface"]), float(one["contact_point_level"])
         level = level if np.isfinite(level) else min(heights[interface : interface + 2])
-        _contact_point(axis, one, (middles[interface], level), peaks[at] / (peaks.max() or 1.0))
+        look = _point_look(peaks[at] / (peaks.max() or 1.0), bool(yields[at]))
+        marker = MARKERS[str(one["contact_point_kind"].values)]
+        axis.scatter(middles[interface], level, marker=marker, zorder=5, **look)
         is_near = any(other == interface and abs(level - there) < APART * max(heights) for other, there in written)
         if peaks[at] > 0.0 and not is_near:
             written.append((interface, level))
             axis.annotate(
-                f"{force_text(float(peaks[at]))}, {int(one['contact_point_impact_count'])}×",
+                f"{force_text(float(peaks[at]))}, {int(counts[at])}×",
                 (middles[interface], level), xytext=(7, 0), textcoords="offset points", va="center", fontsize=6.8,
                 zorder=6, bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
             )  # fmt: skip
 
 
-def _contact_point(axis: Any, one: xr.Dataset, position: tuple[float, float], share: float) -> None:
-    """Draw a contact point in the colour of its share of the largest force; small and white where nothing touches."""
-    look: dict[str, Any] = {"c": "white", "s": 22.0, "edgecolors": QUIET, "linewidths": 0.7}
-    if share > 0.0:
-        yields = int(one["contact_point_yield_exceedance"]) == 1
-        look = {"c": [share], "cmap": "cividis_r", "vmin": 0.0, "vmax": 1.0, "s": 46.0}
-        look |= {"edgecolors": RAISED, "linewidths": 2.2} if yields else {"edgecolors": "black", "linewidths": 0.9}
-    axis.scatter(*position, marker=MARKERS[str(one["contact_point_kind"].values)], zorder=5, **look)
+def _point_look(share: float, yields: bool) -> dict[str, Any]:
+    """Look of a contact point: the colour of its share of the largest force; small and white where nothing touches."""
+    if not share > 0.0:
+        return {"c": "white", "s": 22.0, "edgecolors": QUIET, "linewidths": 0.7}
+    edge = {"edgecolors": RAISED, "linewidths": 2.2} if yields else {"edgecolors": "black", "linewidths": 0.9}
+    return {"c": [share], "cmap": "cividis_r", "vmin": 0.0, "vmax": 1.0, "s": 46.0, **edge}

@@ -1,5 +1,8 @@
 """Ground motion of a pair: one motion under both buildings, or a wave that reaches one of them before the other.
 
+`arriving` has the motions of any number of buildings; the types that follow are a pair's, those of a row stand in
+`solver.row.ground`.
+
 With a wave the ground itself widens the gap, by w = x_right − x_left with ẅ = a_right − a_left:
 
     δ = u_left − u_right − w − gap,    each u relative to the ground under its own building.
@@ -322,6 +325,75 @@ def delayed(ground: np.ndarray, step: float, lag: float) -> DelayedGround:
     spread = np.append(0.0, np.cumsum(moves)[:-1])
     still = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
     return DelayedGround(float(first), still, *left, *right, spread, rate)
+
+
+class Arrivals(NamedTuple):
+    """When a motion arrives at each of some buildings, in steps between its samples."""
+
+    whole: np.ndarray  # steps
+    part: np.ndarray  # which of ``offsets`` is added
+    offsets: np.ndarray  # parts of a step, ascending from zero, each there once [s]
+
+    def of(self, first: int, last: int) -> Arrivals:
+        """Those at the buildings ``first`` to ``last``, with the offsets of all."""
+        return Arrivals(self.whole[first : last + 1], self.part[first : last + 1], self.offsets)
+
+
+def arrivals_of(times: np.ndarray, step: float) -> Arrivals:
+    """Arrivals at these times [s], none below zero, of a motion sampled every ``step`` [s].
+
+    What is less than 1e-9 of a step from a whole one, or from another part of one, is that one.
+    """
+    whole = np.floor(times / step + 1e-9)
+    left = np.maximum(times - whole * step, 0.0)
+    offsets = [0.0]
+    for part in np.sort(left).tolist():
+        if part - offsets[-1] > 1e-9 * step:
+            offsets.append(part)
+    parts = np.array(offsets)
+    return Arrivals(whole.astype(np.int64), np.abs(left[:, None] - parts).argmin(axis=1), parts)
+
+
+def arriving(ground: np.ndarray, step: float, arrivals: Arrivals) -> np.ndarray:
+    """The motion under each of a row's buildings, where it arrives at each at a time of its own.
+
+    Nodes stand at the samples of all buildings: at every offset of ``arrivals`` after each sample, so that each a_g is
+    linear between two of them. A building is at rest until the motion arrives.
+
+    Parameters
+    ----------
+    ground : numpy.ndarray
+        a_g [m/s²] at samples ``step`` apart.
+    step : float
+        Time between two samples [s].
+    arrivals : Arrivals
+        Of the motion at each building, left to right.
+
+    Returns
+    -------
+    numpy.ndarray
+        (nodes, buildings, 6), by building: a_g after the node [m/s²], its slope [m/s³], and relative to the ground of
+        the left neighbour: ẅ after the node, its slope, w [m] and ẇ [m/s] at it; zero for the first building.
+    """
+    count, offsets = ground.size - 1, arrivals.offsets
+    slopes = np.append(np.diff(ground) / step, 0.0)
+    nodes = np.arange(count * offsets.size + 1)
+    sample, place = nodes // offsets.size, nodes % offsets.size
+    table = np.zeros((nodes.size, arrivals.whole.size, 6))
+    for b, (late, own) in enumerate(zip(arrivals.whole, arrivals.part, strict=True)):
+        newest = sample - late - (place < own)  # sample that has arrived
+        since = np.where(place < own, step - (offsets[own] - offsets[place]), offsets[place] - offsets[own])
+        here = newest >= 0
+        table[here, b, 0] = ground[newest[here]] + slopes[newest[here]] * since[here]
+        table[here, b, 1] = slopes[newest[here]]
+    width = np.diff(np.append(offsets, step))[place]
+    for b in range(1, arrivals.whole.size):
+        bend, twist = (table[:, b, value] - table[:, b - 1, value] for value in (0, 1))
+        rate = np.append(0.0, np.cumsum(width * (bend + 0.5 * width * twist))[:-1])
+        moves = width * (rate + width * (0.5 * bend + width * twist / 6.0))
+        table[:, b, 2], table[:, b, 3] = bend, twist
+        table[:, b, 4], table[:, b, 5] = np.append(0.0, np.cumsum(moves)[:-1]), rate
+    return table
 
 
 def two_a_sample(even: np.ndarray, odd: np.ndarray, last: float) -> np.ndarray:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing import known_steps
-from pounding_risk.units import DAMPING, DIRECTION, PERIOD, PGA, STEP, TAIL, TIME, Quantity, exact
+from pounding_risk.units import DAMPING, PERIOD, PGA, Quantity, exact
 
 AS_RECORDED, REVERSED = "as recorded", "reversed"
 POLARITIES = (AS_RECORDED, REVERSED)
@@ -88,30 +88,6 @@ class RecordRequest(NamedTuple):
         """The keys of source, direction and amplitude that are given."""
         keys = (*SOURCES, "direction", *AMPLITUDES[1:], "scale")
         return tuple(key for key in keys if getattr(self, key) not in (None, "", ()))
-
-    def written(self) -> dict[str, Any]:
-        """The table [records] as a scene file has it, every value stated, quantities exact."""
-        median = self.to_median
-        chosen = {
-            "names": list(self.names) or None,
-            "files": list(self.files) or None,
-            "set": self.set or None,
-            "manifest": self.manifest or None,
-            "unit": self.unit or None,
-            "dt": None if self.dt is None else exact(self.dt, STEP),
-            "direction": None if self.direction is None else exact(self.direction, DIRECTION),
-            "window": [exact(time, TIME) for time in self.window] if self.window else None,
-            "pga": None if self.pga is None else exact(self.pga, PGA),
-            "sa": self.sa.written() if self.sa else None,
-            "to_median": median.written() if isinstance(median, Spectral) else median,
-            "scale": self.scale,
-            "polarity": list(self.polarities),
-            "processing": self.processing
-            if isinstance(self.processing, str)
-            else [step.written() for step in self.processing],
-            "tail": exact(self.tail, TAIL),
-        }
-        return {key: value for key, value in chosen.items() if value is not None}
 
 
 def conflicts(given: Collection[str], *, grid_pga: bool = False) -> Iterator[tuple[str, str]]:

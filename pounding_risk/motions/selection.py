@@ -25,6 +25,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk._common.counted import counted
+from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.copies import copies
 from pounding_risk.motions.motion import Motion
@@ -123,8 +125,8 @@ class Row:
         return _known(self.motions, key)
 
 
-@dataclass(frozen=True, eq=False)
-class Selection:
+@dataclass(frozen=True, eq=False, repr=False)
+class Selection(ShortRepr):
     """The result of a selection, closest candidate first, and how the ensemble compares with the target."""
 
     target: Target
@@ -133,6 +135,16 @@ class Selection:
     rows: tuple[Row, ...]
     considered: int  # candidates, chosen or not
     left_out: dict[str, int] = field(default_factory=dict)  # why, and how many
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """Target, periods, the chosen candidates with factor and misfit, and why others were left out."""
+        low, high = self.wanted.periods
+        yield "target", f"{self.target.name}, from {low:g} to {high:g} s"
+        for row in self.rows:
+            doubts = "".join(f"; {doubt}" for doubt in row.doubts)
+            yield row.name, f"times {row.factor:.3g}, misfit {row.misfit:.3f}{doubts}"
+        yield "chosen", f"{len(self.rows)} of {counted(self.considered, 'candidate')}"
+        yield from ((f"left out, {why}", counted(number, "candidate")) for why, number in self.left_out.items())
 
     def motions(self) -> tuple[Motion, ...]:
         """The chosen components, scaled."""

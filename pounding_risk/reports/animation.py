@@ -1,4 +1,4 @@
-"""Animation of a run of a row: one HTML file that holds data and script, and fetches nothing.
+"""Animation of a run: one HTML file that holds data and script, and fetches nothing.
 
 Displacements and gaps are drawn larger by one factor, so that walls meet where the buildings do. Between two frames
 nothing of a contact is lost: each frame has the largest force since the last one, and where there is one shows the
@@ -42,14 +42,14 @@ class Frames(NamedTuple):
 
 
 def animate(run: xr.Dataset, out: str | Path) -> Path:
-    """Write the animation of one run of a row.
+    """Write the animation of one run.
 
     Parameters
     ----------
     run : xarray.Dataset
-        A run with ``displacement`` (time, building, storey) [m], NaN where a building has no such storey, and
-        ``contact_force`` (time, contact_point) [N]; the coordinates of a row's dataset that describe buildings and
-        contact points; and the gaps [m] as ``interface_gap`` (interface) or as the attribute ``gap``.
+        A dataset of `simulate`: ``displacement`` (time, building, storey) [m], NaN where a building has no such storey,
+        and ``contact_force`` (time, contact_point) [N]; the coordinates that describe buildings and contact points; and
+        the gaps [m] as ``interface_gap`` (interface) or as the attribute ``gap``.
     out : str or Path
         The page, .html.
 
@@ -81,8 +81,8 @@ def _check(run: xr.Dataset) -> None:
     missing = [name for name in NEEDED if name not in run]
     if missing or "contact_point" not in run.dims:
         raise PoundingError(
-            f"the dataset has no {missing[0] if missing else 'contact points'}, so it is no run of a row with its "
-            "histories"
+            f"the dataset has no {missing[0] if missing else 'contact points'}, so it is no run with its histories; "
+            "write one with simulate -o run.nc"
         )
     if run.sizes["time"] < 2:
         raise PoundingError("the run has fewer than two instants; nothing moves")
@@ -123,7 +123,7 @@ def _model(run: xr.Dataset, shown: Frames) -> dict[str, Any]:
     has_floors = np.isfinite(run["displacement"].transpose("time", "building", "storey").values).any(axis=0)
     points = [run[f"contact_point_{name}"].values for name in ("interface", "left_floor", "right_floor", "kind")]
     return {
-        "title": str(run.attrs.get("title") or "A run of a row"),
+        "title": str(run.attrs.get("title") or "A run"),
         "facts": _facts(run, shown),
         "buildings": [
             {
@@ -163,6 +163,10 @@ def _facts(run: xr.Dataset, shown: Frames) -> str:
     gaps = _gaps(run)
     widths = [f"{1e3 * gap:.3g}" for gap in dict.fromkeys((min(gaps), max(gaps)))]
     facts.append(f"{'gaps' if len(widths) > 1 else 'gap'} of {' to '.join(widths)} mm")
+    if not np.isfinite(run["building_height"].values).any():
+        facts.append("no heights are given")
+    if "ground_widening" in run:
+        facts.append("each building relative to the ground under it")
     peak = float(shown.force.max(initial=0.0))
     touched = int((shown.force > 0.0).any(axis=0).sum())
     ends = f"{touched} of {shown.force.shape[1]} contact points touch, with up to {force_text(peak)}"

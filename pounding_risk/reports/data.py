@@ -18,6 +18,7 @@ from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.files import open_results, told
+from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.own_case import scene_force, scene_model
 from pounding_risk.units import shown
 
@@ -31,8 +32,7 @@ NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "sta
 ADDED = ("peak_closing_free", "record_spectral_acceleration", "building_period")
 USED = ("building", "period", "record_pga", "peak_displacement_free")
 LONGEST = 200  # letters of a line in the head
-# A variable that only the dataset of this command has.
-KINDS = {"accuracy": "time_to_reach", "effects": "time_ratio", "compare": "flips"}
+BESIDE = ("accuracy", "effects", "compare")  # calls whose datasets a report takes beside a scan
 
 
 class Signature(NamedTuple):
@@ -187,7 +187,7 @@ def opened(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
 def _check(dataset: xr.Dataset, whose: str) -> None:
     missing = [name for name in NEEDED if name not in dataset]
     if missing or "scene_resolved" not in dataset.attrs:
-        kind = kind_of(dataset)
+        kind = _kind_beside(dataset)
         description = (
             f"a dataset of `pounding-risk {kind}`" if kind else f"a dataset without {', '.join(missing) or 'scene'}"
         )
@@ -208,9 +208,10 @@ def _check(dataset: xr.Dataset, whose: str) -> None:
     )
 
 
-def kind_of(dataset: xr.Dataset) -> str:
-    """The command that wrote a dataset beside a scan; "" where none of `KINDS` did."""
-    return next((kind for kind, name in KINDS.items() if name in dataset.variables), "")
+def _kind_beside(dataset: xr.Dataset) -> str:
+    """The call that made a dataset beside a scan; "" where none of `BESIDE` did."""
+    kind = kind_of(dataset)
+    return kind if kind in BESIDE else ""
 
 
 def _with_origin(path: Path) -> xr.Dataset:
@@ -224,9 +225,9 @@ def companions(also: Iterable[xr.Dataset | str | Path]) -> dict[str, xr.Dataset]
     for result in also:
         whose = str(result) if isinstance(result, str | Path) else "a dataset"
         dataset = _with_origin(Path(result)) if isinstance(result, str | Path) else result
-        kind = kind_of(dataset)
+        kind = _kind_beside(dataset)
         if not kind:
-            raise PoundingError(f"{whose}: was written by none of {', '.join(KINDS)}; leave it out")
+            raise PoundingError(f"{whose}: was written by none of {', '.join(BESIDE)}; leave it out")
         if kind in datasets:
             raise PoundingError(f"{whose}: is the second dataset of `pounding-risk {kind}`; name one of each kind")
         datasets[kind] = dataset

@@ -41,7 +41,7 @@ def draw(
     ----------
     results : xarray.Dataset, str, Path, or a sequence of these
         A dataset of `scan`, or its file; several of them for a plan of several rows; for an animation a run of
-        `simulate` or `histories`.
+        `simulate`.
     elevation, plan, profiles, animation : str or Path, optional
         Files to write; at least one.
     street : str, Path or mapping, optional

@@ -50,13 +50,8 @@ def _damaged(attribute: str) -> PoundingError:
 def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
     """A sentence for each way in which the contacts of one run are implausible."""
     lengths = (getattr(building, "floor_length", 0.0) for building in study.buildings)
-    if "interface" in run.dims:
-        depth, lasting = run["peak_penetration"].values, _durations(run)
-    else:
-        depth = run["contact_peak_penetration"].values
-        lasting = [(run["contact_end"] - run["contact_start"]).values]
-    notes = [_depth_words(float(np.nanmax(depth, initial=0.0)), lengths)]
-    for sides, durations in zip(pairwise(study.buildings), lasting, strict=True):
+    notes = [_depth_words(float(np.nanmax(run["peak_penetration"].values, initial=0.0)), lengths)]
+    for sides, durations in zip(pairwise(study.buildings), _durations(run), strict=True):
         short = shortest({building.name: building.period for building in sides if not building.is_rigid})
         if short and durations.size and (middle := float(np.median(durations))) >= LONGEST_CONTACT * short[1]:
             notes.append(f"contacts last {say(middle, TIME, 3)}, {share_of(middle, *short)}: {PUSHING}")
@@ -64,9 +59,11 @@ def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
 
 
 def _durations(run: xr.Dataset) -> list[Array]:
-    """Mean duration of the contacts of a run of a row [s], by interface; empty where there is none."""
-    times, counts = run["contact_time"].values, run["impact_count"].values
-    return [np.array([time / count]) if count > 0 else np.empty(0) for time, count in zip(times, counts, strict=True)]
+    """Durations of the contacts of a run [s], by interface."""
+    point = dict(zip(run["contact_point"].values, run["contact_point_interface"].values, strict=True))
+    interface = np.array([point[name] for name in run["contact_place"].values])
+    durations = (run["contact_end"] - run["contact_start"]).values
+    return [durations[interface == number] for number in range(run.sizes["interface"])]
 
 
 def _of_contacts(results: xr.Dataset) -> Iterator[str]:

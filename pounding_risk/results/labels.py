@@ -15,7 +15,7 @@ from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.record import recording_numbers
 from pounding_risk.results.files import as_text, versions
 from pounding_risk.results.layout import AXES, CaseVariable
-from pounding_risk.results.places import place_coordinates
+from pounding_risk.results.places import building_coordinates, place_coordinates
 from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
 from pounding_risk.results.variables import described, own_dims
 from pounding_risk.scene.level_notes import level_notes
@@ -56,7 +56,7 @@ def places_of(study: Scene, gaps: Array, yield_forces: Array) -> dict[str, Any]:
 
     ``gaps`` [m] are those of the grid at each interface, ``yield_forces`` [N] those at each contact point.
     """
-    coords = building_coordinates(study) | place_coordinates(study.buildings, study.points, yield_forces)
+    coords = building_coordinates(study.buildings) | place_coordinates(study.buildings, study.points, yield_forces)
     if (gaps != np.array(study.grid.gaps)[:, None]).any():
         words = "clear distance at rest of each interface; the axis gap is that of "
         of_axis = study.gridded_interface or "the scene's first one"
@@ -197,16 +197,6 @@ def _amplitudes_felt(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
         ),
         "record_scale_factor": (("record", "pga"), factors[:, None] * felt / peaks[:, None], described("1", factor)),
     }
-
-
-def building_coordinates(study: Scene) -> dict[str, Any]:
-    """Mass, first period and damping of each building; NaN for a rigid one."""
-    facts = {"mass": ("kg", "mass"), "period": ("s", "first period of vibration"), "damping": ("1", "damping ratio")}
-    coords = {}
-    for name, (unit, words) in facts.items():
-        values = [np.nan if building.is_rigid else getattr(building, name) for building in study.buildings]
-        coords[f"building_{name}"] = ("building", values, described(unit, f"{words} of the building"))
-    return coords
 
 
 def sources_of(study: Scene, laws: Iterable[Any]) -> list[str]:

@@ -26,10 +26,15 @@ def scene_place(results: xr.Dataset) -> int:
     """Index of the gap of the grid that is nearest to the scene's own, at the interface whose gap varies."""
     if "interface" not in results.dims:
         return int(np.abs(results["gap"].values - scene_gap(results, 0)).argmin())
-    gaps = own_gaps(results).values
-    varied = np.flatnonzero(np.ptp(gaps, axis=0) > 0.0)
-    at = int(varied[0]) if varied.size else 0
-    return int(np.abs(gaps[:, at] - scene_gap(results, at)).argmin())
+    at = _varied_interface(results)
+    return int(np.abs(own_gaps(results).values[:, at] - scene_gap(results, at)).argmin())
+
+
+def _varied_interface(results: xr.Dataset) -> int:
+    """The first interface whose gap the grid varies; the first of all where it varies none."""
+    if "interface" not in results.dims or "gap" not in results.dims:
+        return 0
+    return int((np.ptp(own_gaps(results).values, axis=0) > 0.0).argmax())
 
 
 def scene_gap(results: xr.Dataset, place: int) -> float:
@@ -94,3 +99,18 @@ def own_case(results: xr.Dataset) -> dict[str, int]:
 
 def _tables(results: xr.Dataset) -> dict[str, Any]:
     return tomllib.loads(str(results.attrs.get("scene_resolved", "")))
+
+
+def own_values(results: xr.Dataset) -> dict[str, Any]:
+    """The scene's own gap [m], yield force [N], contact model and amplitude [m/s²], as far as its text gives them."""
+    tables = _tables(results)
+    if not tables.get("interface"):
+        return {}
+    first, pga = tables["interface"][0], tables.get("records", {}).get("pga")
+    values = {
+        "gap": scene_gap(results, _varied_interface(results)),
+        "yield_force": parse(first.get("yield_force", "inf"), YIELD_FORCE),
+        "contact_model": first.get("contact_model"),
+        "pga": None if pga is None else parse(pga, PGA),
+    }
+    return {axis: value for axis, value in values.items() if value is not None}

@@ -32,6 +32,16 @@ def place_coordinates(buildings: Sequence[Any], points: Sequence[Point], yield_f
     }
 
 
+def building_coordinates(buildings: Sequence[Any]) -> dict[str, Any]:
+    """Mass, first period and damping of each building; NaN for a rigid one."""
+    facts = {"mass": ("kg", "mass"), "period": ("s", "first period of vibration"), "damping": ("1", "damping ratio")}
+    coords = {}
+    for name, (unit, words) in facts.items():
+        values = [np.nan if building.is_rigid else getattr(building, name) for building in buildings]
+        coords[f"building_{name}"] = ("building", values, described(unit, f"{words} of the building"))
+    return coords
+
+
 def interface_labels(names: Sequence[str]) -> tuple[str, ...]:
     """The label "left | right" of each two neighbours."""
     return tuple(f"{left} | {right}" for left, right in pairwise(names))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -83,7 +82,7 @@ def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) 
     source = _folder(raw, attrs, path, folder) / Path(str(attrs.get("scene_file", "scene"))).name
     study = parse_scene(text, str(source))
     overrides = tuple(map(str, told(results, "overrides", [])))
-    return Recorded(replace(study, text=str(attrs.get("scene", text)), overrides=overrides), screening, fraction)
+    return Recorded(study.updated(text=str(attrs.get("scene", text)), overrides=overrides), screening, fraction)
 
 
 def _options(results: xr.Dataset, path: Path) -> tuple[bool, float]:

@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from math import fsum, inf, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.contact_notes import of_results
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 COMPLETE = 0  # of the variable ``status``
+IN_RECHECKS = ("made again", "of these sensitive")  # counts that the sentences on rechecks contain
+SHOWN = 3  # outputs that a short display names
 OUTCOMES = ("status", "simulated", "sensitive")  # counted, not averaged
 
 
@@ -38,7 +42,8 @@ class Spread(NamedTuple):
     largest: float
 
 
-class Summary(NamedTuple):
+@dataclass(frozen=True, repr=False)
+class Summary(ShortRepr):
     """Summary of the dataset of a scan."""
 
     title: str
@@ -47,6 +52,14 @@ class Summary(NamedTuple):
     units: dict[str, str]  # by variable
     spreads: dict[str, dict[str, Spread]]  # by variable and contact model
     notes: tuple[str, ...] = ()  # on unusual numbers of the input and of the contacts
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """Scene, counts of cases, rechecks, the variables with a spread, and notes, as pairs of a name and words."""
+        yield "scene", self.title
+        yield from ((name, f"{count:,}") for name, count in self.counts.items() if name not in IN_RECHECKS)
+        yield from self.rechecks.items()
+        yield "spreads", f"of {len(self.spreads)} outputs, {', '.join([*self.spreads][:SHOWN])} and so on"
+        yield from (("note", note) for note in self.notes)
 
 
 def summary(results: xr.Dataset | str | Path) -> Summary:

@@ -1,4 +1,4 @@
-"""Versions of the datasets of scans: an older one is read as if this version had written it.
+"""Versions of datasets: an older one is read as if this version had written it.
 
 Version 1, which has no attribute of its version, has no axis ``interface`` in a scan of two single masses, nor the
 coordinates of its interface, contact point and storeys. No solver is imported.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Callable
+from math import nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,8 +18,9 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import Point, automatic_points
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.results.places import place_coordinates
+from pounding_risk.results.run_upgrade import is_run, upgraded_run
 from pounding_risk.results.variables import VARIABLES
-from pounding_risk.units import HEIGHT, QuantityError, parse, shown
+from pounding_risk.units import DAMPING, HEIGHT, MASS, PERIOD, Quantity, QuantityError, parse, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,6 +69,10 @@ def upgrade(dataset: xr.Dataset, whose: str = "the dataset", widen: Widen = wide
             f"{whose}: is a dataset of version {version}, and this version of pounding-risk reads those up to "
             f"{DATASET_VERSION}; run: pip install --upgrade pounding-risk"
         )
+    if version == 1 and is_run(dataset):
+        whole = upgraded_run(dataset, _buildings(dataset), widen).assign_attrs({VERSION: DATASET_VERSION})
+        whole.set_close(dataset.close)
+        return whole
     if MARK not in dataset.data_vars or "contact_model" not in dataset.variables:
         return dataset  # of another command
     whole = _with_interface(dataset, widen) if _lacks_interface(dataset) else dataset
@@ -84,7 +90,7 @@ def _lacks_interface(dataset: xr.Dataset) -> bool:
 
 
 def _with_interface(dataset: xr.Dataset, widen: Widen) -> xr.Dataset:
-    coords = _places([str(name) for name in dataset["building"].values], dataset)
+    coords = _places(dataset)
     by_interface = {
         name: widen(variable, "interface")
         for name, variable in dataset.data_vars.variables.items()
@@ -95,11 +101,9 @@ def _with_interface(dataset: xr.Dataset, widen: Widen) -> xr.Dataset:
     )
 
 
-def _places(names: list[str], dataset: xr.Dataset) -> dict[str, Any]:
+def _places(dataset: xr.Dataset) -> dict[str, Any]:
     """The coordinates of the places of two single masses."""
-    tables = {str(table.get("name")): table for table in scene_tables(dataset, "building")}
-    buildings = [_building(name, tables.get(name, {})) for name in names]
-    left, right = buildings
+    left, right = buildings = _buildings(dataset)
     points = [Point(0, *meeting) for meeting in automatic_points(left, right)]
     forces = np.atleast_1d(dataset["yield_force"].values) if "yield_force" in dataset.coords else np.empty(0)
     coords = place_coordinates(buildings, points, forces[:, None])
@@ -109,13 +113,26 @@ def _places(names: list[str], dataset: xr.Dataset) -> dict[str, Any]:
     return coords
 
 
+def _buildings(dataset: xr.Dataset) -> list[Building]:
+    """The buildings of a dataset as single masses, as far as its scene describes them."""
+    tables = {str(table.get("name")): table for table in scene_tables(dataset, "building")}
+    return [_building(name, tables.get(name, {})) for name in map(str, dataset["building"].values)]
+
+
 def _building(name: str, table: dict[str, Any]) -> Building:
-    """A building as its contact point depends on it."""
+    """A building of the scene; NaN for a number that was lost or damaged, and no height."""
+    height = _number(table, "height", HEIGHT, 0.0)
+    if table.get("rigid") is True:
+        return Building.rigid(name)._replace(height=height)
+    mass, period = (_number(table, key, quantity) for key, quantity in (("mass", MASS), ("period", PERIOD)))
+    return Building(name, mass, period, _number(table, "damping", DAMPING), height=height)
+
+
+def _number(table: dict[str, Any], key: str, quantity: Quantity, otherwise: float = nan) -> float:
     try:
-        height = parse(table["height"], HEIGHT) if "height" in table else 0.0
-    except QuantityError:
-        height = 0.0
-    return Building(name, 1.0, 0.0 if table.get("rigid") is True else 1.0, 0.0, height=height)
+        return parse(table[key], quantity)
+    except (KeyError, QuantityError):
+        return otherwise
 
 
 def scene_tables(dataset: xr.Dataset, section: str) -> list[dict[str, Any]]:

@@ -1,21 +1,33 @@
-"""The [[building]] tables of a scene: a rigid wall, one mass, storeys by their numbers, or storeys of a typology.
+"""The [[building]] tables of a scene: a mass, a rigid wall, storeys by their numbers, or storeys of a typology."""
 
-What the keys of a table make together is checked on the tables as written, whatever else is wrong with the scene.
-"""
-
-from __future__ import annotations
-
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from math import pi, sqrt
-from typing import Any
+from math import inf, pi, sqrt
+from typing import Annotated, Any, ClassVar
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.structures.sdof import Building
-from pounding_risk.models.structures.storeys import Storeys, generated
+from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
+from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
+from pounding_risk.models.structures.storeys import DAMPING_RULES, MOST_STOREYS, Storeys, generated
 from pounding_risk.models.structures.typologies import TYPOLOGIES
-from pounding_risk.scene.toml import Fault, tables
+from pounding_risk.scene.keys import (
+    REQUIRED,
+    Key,
+    Number,
+    Section,
+    Table,
+    Unreadable,
+    each,
+    facts,
+    flag,
+    list_of,
+    measured,
+    one_of,
+    text,
+)
+from pounding_risk.scene.toml import Fault
 from pounding_risk.units import (
+    DAMPING,
     FLOOR_LENGTH,
     FLOOR_MASS,
     HEIGHT,
@@ -37,67 +49,357 @@ BUILDING_PERIOD = PERIOD._replace(low=LEAST_PERIOD, open_low=False)
 BUILDING_MASS = MASS._replace(low=1.0, open_low=False)
 LEAST_FLOOR_MASS = FLOOR_MASS._replace(low=1.0, open_low=False)
 
-RIGID, MASS_ALONE, STOREYS, GENERATED = "rigid", "mass", "storeys", "generated"
-LISTS = ("floor_masses", "storey_stiffnesses", "storey_heights")  # what tells the storeys, each a list or one value
-OF_TYPOLOGY = ("height", "storeys", "typology", "floor_mass")
-OF_ALL = ("rigid", "floor_depth")
-# The keys that each kind of building takes beside its name; of those that it does not take, and what to do about them.
-TAKES: Mapping[str, tuple[str, ...]] = {
-    RIGID: (*OF_ALL, "mass", "height"),
-    MASS_ALONE: (*OF_ALL, "mass", "period", "stiffness", "damping", "floor_length", "wave_speed", "height"),
-    STOREYS: (*OF_ALL, *LISTS, "storeys", "damping", "damping_rule", "storey_strengths"),
-    GENERATED: (*OF_ALL, *OF_TYPOLOGY, "period", "damping", "damping_rule"),
-}
-KEYS = tuple(dict.fromkeys(key for keys in TAKES.values() for key in keys))
-REPAIRS = {
-    RIGID: "a rigid building moves with the ground and has no {key}; remove {key}, or rigid = true",
-    MASS_ALONE: "a building of one mass has no {key}; remove {key}, or write floor_masses, storey_stiffnesses and "
-    "storey_heights in place of mass and period",
-    STOREYS: "a building with floor_masses, storey_stiffnesses and storey_heights takes no {key}; remove {key}, "
-    "or these",
-    GENERATED: "a building generated from its typology takes no {key}; remove {key}, or write floor_masses, "
-    "storey_stiffnesses and storey_heights in place of typology and floor_mass",
-}
-ABSENT = {
-    "floor_masses": 'missing; write floor_masses = "44 t" for all floors, or a list with one value for each',
-    "storey_stiffnesses": 'missing; write storey_stiffnesses = "40 MN/m" for all storeys, or a list with one for each',
-    "storey_heights": 'missing; write storey_heights = "3 m" for all storeys, or a list with one value for each',
-    "height": 'missing; write height = "12 m", of the roof above the ground',
-    "storeys": "missing; write storeys = 4",
-    "typology": f'missing; write typology = "concrete_frame", or another of {", ".join(TYPOLOGIES)}',
-    "floor_mass": 'missing; write floor_mass = "200 t", of every floor',
-}
+
+def _storeyed(quantity: Quantity, words: str, example: str, absent: str, missing: str = "") -> Key:
+    """One value for all storeys, or a list with one for each, from the ground up."""
+    usual = shown([quantity.example] * 2)
+
+    def read(value: Any, number: Number) -> tuple[float, ...] | float:
+        if not isinstance(value, list):
+            return number(value, quantity)
+        if len(value) > MOST_STOREYS:
+            raise Unreadable(f"the list has {len(value)} values, more than {MOST_STOREYS} storeys; check it")
+        asked = list_of(value, f"a value for each storey, such as {usual}")
+        return tuple(each(asked, lambda item: number(item, quantity)))
+
+    def write(values: tuple[float, ...] | float) -> Any:
+        if isinstance(values, tuple):
+            return [exact(float(value), quantity) for value in values]
+        return exact(float(values), quantity)
+
+    told = f"{words}: a list from the ground up, or one value for all storeys."
+    return Key(told, read, example, absent, missing, write, {"type": ["string", "array"], **facts(quantity)})
 
 
-def kind_of(keys: Mapping[str, Any]) -> str:
-    """What a table is of, by the keys that it has."""
+def _storey_count(value: Any, number: Number) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST_STOREYS:
+        raise Unreadable(
+            f"{shown(value)} is not a count of storeys; write a whole number from 1 to {MOST_STOREYS}, such as 5"
+        )
+    return value
+
+
+# Keys of more than one kind of building.
+Name = Annotated[
+    str,
+    text(
+        "What tables and figures call the building; each has its own.",
+        "frame",
+        REQUIRED,
+        'missing; write name = "frame"',
+    ),
+]
+Mass = Annotated[
+    float,
+    measured(
+        BUILDING_MASS,
+        "Its mass.",
+        '"44.36 t"',
+        "required, unless rigid or of storeys",
+        'missing; write mass = "44.36 t", or rigid = true',
+    ),
+]
+Period = Annotated[
+    float,
+    measured(
+        BUILDING_PERIOD,
+        "Its natural period; or write stiffness.",
+        '"0.208 s"',
+        "required, unless stiffness, storeys or rigid",
+    ),
+]
+Damping = Annotated[float, measured(DAMPING, "Its viscous damping, as a ratio of critical.", "0.05", "0.05")]
+Height = Annotated[
+    float,
+    measured(
+        HEIGHT,
+        "Height of its roof above the ground: level of a single mass, or what storeys are generated from.",
+        '"12 m"',
+        "a single mass or wall is as tall as its neighbour",
+        'missing; write height = "12 m", of the roof above the ground',
+    ),
+]
+StoreyCount = Annotated[
+    int,
+    Key(
+        "How many storeys, where no list tells it.",
+        _storey_count,
+        "4",
+        "as many as the lists have values",
+        "missing; write storeys = 4",
+        schema={"type": "integer"},
+    ),
+]
+DampingRule = Annotated[
+    str,
+    one_of(
+        DAMPING_RULES,
+        "a rule of damping",
+        "How storeys are damped: the same ratio in every mode, by mass and stiffness, or by stiffness alone.",
+        '"rayleigh"',
+        f'"{DAMPING_RULES[0]}"',
+    ),
+]
+FloorDepth = Annotated[
+    float | None,
+    measured(
+        FLOOR_DEPTH,
+        "Depth of its floors below their levels; with it floors of neighbours that overlap in height meet floor to "
+        "floor, others meet columns.",
+        '"0.3 m"',
+        "0.25 m, a slab of 6 m span (ACI 318-19, table 7.3.1.1: span / 24); a quarter of the lowest storey at most",
+    ),
+]
+Rigid = Annotated[bool, flag("rigid", "true for a wall that moves with the ground.")]
+
+
+class AnyBuilding(Table):
+    """A [[building]] table of any kind."""
+
+    repair: ClassVar[str]  # for a key that this kind of building does not take
+
+    def structure(self) -> Building | Storeys:
+        """The building as the solvers take it; raises PoundingError for numbers that no building has."""
+        raise NotImplementedError
+
+    @classmethod
+    def checks(cls, keys: Section) -> Iterator[Fault]:
+        """What more than one key of the building takes part in."""
+        return iter(())
+
+
+class SingleMass(AnyBuilding):
+    """A building of one mass on a linear spring."""
+
+    repair = (
+        "a building of one mass has no {key}; remove {key}, or write floor_masses, storey_stiffnesses and "
+        "storey_heights in place of mass and period"
+    )
+
+    name: Name
+    mass: Mass
+    period: Period = 0.0
+    stiffness: Annotated[
+        float, measured(STIFFNESS, "Its lateral stiffness, in place of period.", '"40.5 MN/m"', "from mass and period")
+    ] = inf
+    damping: Damping = 0.05
+    floor_length: Annotated[
+        float,
+        measured(
+            FLOOR_LENGTH,
+            "Length of its floor along the row.",
+            '"20 m"',
+            "none; contact model distributed_mass needs it",
+        ),
+    ] = 0.0
+    wave_speed: Annotated[
+        float, measured(WAVE_SPEED, "Speed of a wave along its floor.", '"3500 m/s"', '"3500 m/s", concrete')
+    ] = CONCRETE_WAVE_SPEED
+    height: Height = 0.0
+    floor_depth: FloorDepth = None
+    rigid: Rigid = False
+
+    def structure(self) -> Building:
+        """The mass on its spring."""
+        period = self.period or 2.0 * pi * sqrt(self.mass / self.stiffness)
+        return Building(self.name, self.mass, period, self.damping, self.floor_length, self.wave_speed, self.height)
+
+    @classmethod
+    def checks(cls, keys: Section) -> Iterator[Fault]:
+        """Exactly one of period and stiffness says how a mass vibrates."""
+        if "wave_speed" in keys and "floor_length" not in keys:
+            sentence = 'acts along a floor of known length; write floor_length = "20 m", or remove it'
+            yield keys.fault("wave_speed", sentence)
+        if "period" in keys and "stiffness" in keys:
+            sentence = "period and stiffness are both given, and one follows from the other; remove one"
+            yield keys.fault("stiffness", sentence)
+        if "period" not in keys and "stiffness" not in keys:
+            sentence = 'missing; write period = "0.208 s", or stiffness = "40.5 MN/m", or rigid = true'
+            yield keys.fault("period", sentence, absent=True)
+
+
+class RigidWall(AnyBuilding):
+    """A building, or the ground, that moves with the ground."""
+
+    repair = "a rigid building moves with the ground and has no {key}; remove {key}, or rigid = true"
+
+    name: Name
+    rigid: Rigid = True
+    mass: Mass = inf
+    height: Height = 0.0
+    floor_depth: FloorDepth = None
+
+    def structure(self) -> Building:
+        """The wall."""
+        return Building.rigid(self.name, self.mass)._replace(height=self.height)
+
+    def written(self) -> dict[str, Any]:
+        """As a scene file has it."""
+        return super().written() | {"rigid": True}
+
+
+class ShearBuilding(AnyBuilding):
+    """A building of storeys: floor masses on storey springs, from the ground up."""
+
+    repair = (
+        "a building with floor_masses, storey_stiffnesses and storey_heights takes no {key}; remove {key}, or these"
+    )
+
+    name: Name
+    floor_masses: Annotated[
+        tuple[float, ...] | float,
+        _storeyed(
+            LEAST_FLOOR_MASS,
+            "Mass of each floor, in place of mass",
+            '["210 t", "210 t", "180 t"]',
+            "a single mass",
+            'missing; write floor_masses = "44 t" for all floors, or a list with one value for each',
+        ),
+    ]
+    storey_stiffnesses: Annotated[
+        tuple[float, ...] | float,
+        _storeyed(
+            STIFFNESS,
+            "Lateral stiffness of each storey",
+            '"350 MN/m"',
+            "a single mass",
+            'missing; write storey_stiffnesses = "40 MN/m" for all storeys, or a list with one for each',
+        ),
+    ]
+    storey_heights: Annotated[
+        tuple[float, ...] | float,
+        _storeyed(
+            STOREY_HEIGHT,
+            "Height of each storey",
+            '["4 m", "3 m", "3 m"]',
+            "a single mass",
+            'missing; write storey_heights = "3 m" for all storeys, or a list with one value for each',
+        ),
+    ]
+    damping: Damping = 0.05
+    damping_rule: DampingRule = DAMPING_RULES[0]
+    storey_strengths: Annotated[
+        tuple[float, ...] | float,
+        _storeyed(
+            STOREY_STRENGTH, "Yield shear of each storey, for inelastic_storeys", '"1400 kN"', "storeys stay elastic"
+        ),
+    ] = ()
+    storeys: StoreyCount = 0
+    floor_depth: FloorDepth = None
+    rigid: Rigid = False
+
+    def structure(self) -> Storeys:
+        """The shear building, with one value for each storey."""
+        lists = [getattr(self, key) for key in LISTS]
+        count = self.storeys or next(len(values) for values in lists if isinstance(values, tuple) and values)
+        masses, stiffnesses, heights, strengths = (
+            values if isinstance(values, tuple) else (values,) * count for values in lists
+        )
+        return Storeys(self.name, masses, stiffnesses, heights, self.damping, self.damping_rule, strengths)
+
+    @classmethod
+    def checks(cls, keys: Section) -> Iterator[Fault]:
+        """Lists that have not one value for each storey."""
+        lengths = {key: len(keys.raw[key]) for key in LISTS if isinstance(keys.raw.get(key), list)}
+        count = keys.raw.get("storeys", next(iter(lengths.values()), None))
+        if count is None:
+            sentence = "missing; write storeys = 4, or a list with one value for each storey"
+            yield keys.fault("storeys", sentence, absent=True)
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+            return
+        told = f"storeys = {count}" if "storeys" in keys else f"{count} {next(iter(lengths), 'storeys')}"
+        for key, length in lengths.items():
+            if length != count and length:
+                yield keys.fault(
+                    key,
+                    f"{length} value{'s' * (length != 1)} for {told}; write one for each storey, from the ground up, "
+                    "or one value for all",
+                )
+
+
+class TypologyBuilding(AnyBuilding):
+    """A building of which no more is known than its height, storeys, kind and mass of a floor."""
+
+    repair = (
+        "a building generated from its typology takes no {key}; remove {key}, or write floor_masses, "
+        "storey_stiffnesses and storey_heights in place of typology and floor_mass"
+    )
+
+    name: Name
+    height: Height
+    storeys: StoreyCount
+    typology: Annotated[
+        str,
+        one_of(
+            list(TYPOLOGIES),
+            "a typology",
+            "What storeys are generated from, with height, storeys and floor_mass: a code's approximate period, or "
+            "that of period, and a stated shape of the first mode.",
+            '"concrete_frame"',
+            "storeys are not generated",
+            f'missing; write typology = "concrete_frame", or another of {", ".join(TYPOLOGIES)}',
+        ),
+    ]
+    floor_mass: Annotated[
+        float,
+        measured(
+            LEAST_FLOOR_MASS,
+            "Mass of every floor of generated storeys.",
+            '"200 t"',
+            "storeys are not generated",
+            'missing; write floor_mass = "200 t", of every floor',
+        ),
+    ]
+    period: Period = 0.0
+    damping: Damping = 0.05
+    damping_rule: DampingRule = DAMPING_RULES[0]
+    floor_depth: FloorDepth = None
+    rigid: Rigid = False
+
+    def structure(self) -> Storeys:
+        """The shear building that is generated."""
+        return generated(
+            self.name,
+            height=self.height,
+            storeys=self.storeys,
+            typology=self.typology,
+            floor_mass=self.floor_mass,
+            period=self.period or None,
+            damping=self.damping,
+            damping_rule=self.damping_rule,
+        )
+
+
+KINDS: tuple[type[AnyBuilding], ...] = (SingleMass, RigidWall, ShearBuilding, TypologyBuilding)
+KEYS: Mapping[str, Key] = {name: key for kind in KINDS for name, key in kind.keys().items()}
+LISTS = ("floor_masses", "storey_stiffnesses", "storey_heights", "storey_strengths")
+
+
+def kind_of(keys: Mapping[str, Any]) -> type[AnyBuilding]:
+    """What a [[building]] table is of, by the keys that it has."""
     if keys.get("rigid") is True:
-        return RIGID
-    if any(key in keys for key in LISTS):
-        return STOREYS
+        return RigidWall
+    if any(key in keys for key in LISTS[:3]):
+        return ShearBuilding
     if "typology" in keys or "floor_mass" in keys or ("storeys" in keys and "mass" not in keys):
-        return GENERATED
-    return MASS_ALONE
+        return TypologyBuilding
+    return SingleMass
 
 
-def has_storeys(keys: Mapping[str, Any]) -> bool:
-    """True for a table of a building with more than a mass, even one of a single storey."""
-    return kind_of(keys) in (STOREYS, GENERATED)
-
-
-def building_checks(raw: Mapping[str, Any]) -> Iterator[Fault]:
-    """All faults that more than one key of the buildings takes part in."""
-    buildings = tables(raw, "building")
+def building_checks(buildings: Sequence[Section], count: int) -> Iterator[Fault]:
+    """All faults that more than one key of the buildings takes part in; ``count`` counts what are no tables too."""
     first: dict[str, int] = {}
-    for index, keys in buildings:
-        name = keys.get("name")
-        if isinstance(name, str) and name and first.setdefault(name, index) != index:
-            yield Fault(
-                ("building", index, "name"),
+    for keys in buildings:
+        index, name, kind = int(keys.path[1]), keys.get("name"), _kind(keys)
+        if name and first.setdefault(name, index) != index:
+            yield keys.fault(
+                "name",
                 f"{shown(name)} is the name of building {first[name] + 1} too; give every building a name of its own",
             )
-        yield from _of_one(index, keys)
-    count = len(raw["building"]) if isinstance(raw.get("building"), list) else 2
+        for key in KEYS:
+            if key in keys and key not in kind.model_fields:
+                yield keys.fault(key, kind.repair.format(key=key))
+        yield from kind.checks(keys)
     if count < 2:
         yield Fault(
             ("building",),
@@ -107,9 +409,14 @@ def building_checks(raw: Mapping[str, Any]) -> Iterator[Fault]:
     yield from _walls(buildings, count)
 
 
-def _walls(buildings: list[tuple[int, dict[str, Any]]], count: int) -> Iterator[Fault]:
+def _kind(keys: Section) -> type[AnyBuilding]:
+    assert issubclass(keys.kind, AnyBuilding)
+    return keys.kind
+
+
+def _walls(buildings: Sequence[Section], count: int) -> Iterator[Fault]:
     """Faults for neighbours that are both rigid: neither moves against the other."""
-    rigid = {index for index, keys in buildings if keys.get("rigid") is True}
+    rigid = {int(keys.path[1]) for keys in buildings if keys.kind is RigidWall}
     if count == 2 and len(rigid) == 2:
         yield Fault(
             ("building", 1, "rigid"),
@@ -124,66 +431,12 @@ def _walls(buildings: list[tuple[int, dict[str, Any]]], count: int) -> Iterator[
         )
 
 
-def _of_one(index: int, keys: Mapping[str, Any]) -> Iterator[Fault]:
-    """What one building has too much and too little of."""
-    base, kind = ("building", index), kind_of(keys)
-    for key in KEYS:
-        if key in keys and key not in TAKES[kind]:
-            yield Fault((*base, key), REPAIRS[kind].format(key=key))
-    if kind == MASS_ALONE:
-        yield from _of_a_mass(base, keys)
-    if kind == STOREYS:
-        yield from (Fault((*base, key), ABSENT[key], absent=True) for key in LISTS if key not in keys)
-        yield from _lengths(base, keys)
-    if kind == GENERATED:
-        yield from (Fault((*base, key), ABSENT[key], absent=True) for key in OF_TYPOLOGY if key not in keys)
-
-
-def _of_a_mass(base: tuple[str, int], keys: Mapping[str, Any]) -> Iterator[Fault]:
-    """Exactly one of period and stiffness says how a mass vibrates."""
-    if "wave_speed" in keys and "floor_length" not in keys:
-        yield Fault(
-            (*base, "wave_speed"), 'acts along a floor of known length; write floor_length = "20 m", or remove it'
-        )
-    if "period" in keys and "stiffness" in keys:
-        yield Fault(
-            (*base, "stiffness"),
-            "period and stiffness are both given, and one follows from the other; remove one",
-        )
-    if "mass" not in keys:
-        yield Fault((*base, "mass"), 'missing; write mass = "44.36 t", or rigid = true', absent=True)
-    if "period" not in keys and "stiffness" not in keys:
-        yield Fault(
-            (*base, "period"),
-            'missing; write period = "0.208 s", or stiffness = "40.5 MN/m", or rigid = true',
-            absent=True,
-        )
-
-
-def _lengths(base: tuple[str, int], keys: Mapping[str, Any]) -> Iterator[Fault]:
-    """Lists that have not one value for each storey."""
-    lengths = {key: len(keys[key]) for key in (*LISTS, "storey_strengths") if isinstance(keys.get(key), list)}
-    count = keys.get("storeys", next(iter(lengths.values()), None))
-    if count is None:
-        yield Fault((*base, "storeys"), "missing; write storeys = 4, or a list with one value for each storey", True)
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        return
-    told = f"storeys = {count}" if "storeys" in keys else f"{count} {next(iter(lengths), 'storeys')}"
-    for key, length in lengths.items():
-        if length != count and length:
-            yield Fault(
-                (*base, key),
-                f"{length} value{'s' * (length != 1)} for {told}; write one for each storey, from the ground up, "
-                "or one value for all",
-            )
-
-
-def building_of(table: Any) -> Building | Storeys:
+def structure_of(keys: Section) -> Building | Storeys:
     """The building of a table without a fault.
 
     Raises PoundingError for a height that its code's period is not for, and for what vibrates faster than a building.
     """
-    building = _building_of(table)
+    building = _kind(keys).made(keys.values).structure()
     periods = _own_periods(building)
     if periods and min(periods) < LEAST_PERIOD:
         place = "" if isinstance(building, Building) else f"floor {periods.index(min(periods)) + 1} on its storeys "
@@ -203,71 +456,17 @@ def _own_periods(building: Building | Storeys) -> list[float]:
     return [2.0 * pi * sqrt(mass / (below + above)) for mass, (below, above) in pairs]
 
 
-def _building_of(table: Any) -> Building | Storeys:
-    """The building of a table, whatever its numbers."""
-    kind = kind_of({key: getattr(table, key) for key in table.model_fields_set})
-    if kind == RIGID:
-        return Building.rigid(table.name, table.mass)._replace(height=table.height)
-    if kind == MASS_ALONE:
-        period = table.period or 2.0 * pi * sqrt(table.mass / table.stiffness)
-        lengths = table.floor_length, table.wave_speed
-        return Building(table.name, table.mass, period, table.damping, *lengths, table.height)
-    if kind == GENERATED:
-        return generated(
-            table.name,
-            height=table.height,
-            storeys=table.storeys,
-            typology=table.typology,
-            floor_mass=table.floor_mass,
-            period=table.period or None,
-            damping=table.damping,
-            damping_rule=table.damping_rule,
-        )
-    lists = [getattr(table, key) for key in (*LISTS, "storey_strengths")]
-    count = table.storeys or next(len(values) for values in lists if isinstance(values, tuple) and values)
-    masses, stiffnesses, heights, strengths = (
-        values if isinstance(values, tuple) else (values,) * count for values in lists
-    )
-    return Storeys(table.name, masses, stiffnesses, heights, table.damping, table.damping_rule, strengths)
-
-
-def building_table(building: Building | Storeys) -> dict[str, Any]:
-    """The building as a scene file has it: every value stated, exact."""
+def table_of(building: Building | Storeys) -> AnyBuilding:
+    """The table of a building, every value stated."""
+    values: dict[str, Any] = {"name": building.name}
     if isinstance(building, Storeys):
-        return _storeys_table(building)
-    height = {"height": exact(building.height, HEIGHT)} if building.height > 0.0 else {}
+        values |= dict(zip(LISTS, (building.masses, building.stiffnesses, building.heights), strict=False))
+        values |= {"damping": building.damping, "damping_rule": building.damping_rule}
+        return ShearBuilding.made(values | ({"storey_strengths": building.strengths} if building.strengths else {}))
+    height = {"height": building.height} if building.height > 0.0 else {}
     if building.is_rigid:
-        mass = {"mass": exact(building.mass, MASS)} if MASS.allows(building.mass) else {}
-        return {"name": building.name, "rigid": True, **mass, **height}
-    return {
-        "name": building.name,
-        "mass": exact(building.mass, MASS),
-        "period": exact(building.period, PERIOD),
-        "damping": building.damping,
-        **_floor(building),
-        **height,
-    }
-
-
-def _floor(building: Building) -> dict[str, Any]:
-    """The floor's length and wave speed, where it has a length."""
-    if building.floor_length == 0.0:
-        return {}
-    lengths = exact(building.floor_length, FLOOR_LENGTH), exact(building.wave_speed, WAVE_SPEED)
-    return dict(zip(("floor_length", "wave_speed"), lengths, strict=True))
-
-
-def _storeys_table(building: Storeys) -> dict[str, Any]:
-    def listed(values: tuple[float, ...], quantity: Quantity) -> list[Any]:
-        return [exact(value, quantity) for value in values]
-
-    strengths = {"storey_strengths": listed(building.strengths, STOREY_STRENGTH)} if building.strengths else {}
-    return {
-        "name": building.name,
-        "floor_masses": listed(building.masses, FLOOR_MASS),
-        "storey_stiffnesses": listed(building.stiffnesses, STIFFNESS),
-        "storey_heights": listed(building.heights, STOREY_HEIGHT),
-        "damping": building.damping,
-        "damping_rule": building.damping_rule,
-        **strengths,
-    }
+        return RigidWall.made(values | ({"mass": building.mass} if MASS.allows(building.mass) else {}) | height)
+    values |= {"mass": building.mass, "period": building.period, "damping": building.damping}
+    if building.floor_length > 0.0:
+        values |= {"floor_length": building.floor_length, "wave_speed": building.wave_speed}
+    return SingleMass.made(values | height)

@@ -11,7 +11,8 @@ from math import isnan
 from typing import Any, NamedTuple
 
 from pounding_risk.models.structures.contact_points import ROUNDING, LevelRule, automatic_points, outlines
-from pounding_risk.scene.scene import Neighbour, Scene
+from pounding_risk.scene.interfaces import Neighbour
+from pounding_risk.scene.scene import Scene
 from pounding_risk.units import STOREY_HEIGHT, say
 
 NEAR, NEAR_SHARE = 0.05, 0.2  # m, and share of the limit: nearer than the larger of both is near

@@ -34,7 +34,8 @@ def gathered(study: Scene) -> MotionEnsemble:
         asked = ", ".join(study.records.files)
         left = f"; left out: {', '.join(found.left_out)}" if found.left_out else ""
         raise SceneError(study.source, [f"records.files: {asked} matches no record{left}; check the folder"])
-    lag = abs(getattr(wave_of(study.effects), "lag", 0.0))
+    wave = wave_of(study.effects)
+    lag = 0.0 if wave is None else float(wave.arrivals(len(study.buildings)).max())
     for motion in found.motions:
         if lag >= motion.duration:
             told = f"the wave needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"

@@ -1,10 +1,8 @@
 """The table [records] of a scene: its keys from text to SI, and what they exclude or need of each other."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
@@ -14,16 +12,33 @@ from pounding_risk.motions.request import (
     MEDIANS,
     POLARITIES,
     SOURCES,
+    RecordRequest,
     Spectral,
     StepTable,
     conflicts,
     matching,
 )
-from pounding_risk.scene.toml import Fault, as_list, table
-from pounding_risk.scene.values import Several, Unreadable, each, list_of, words
-from pounding_risk.units import DAMPING, PERIOD, PGA, TIME, Quantity, parse, shown
+from pounding_risk.scene.keys import (
+    Draft,
+    Key,
+    Number,
+    Several,
+    Table,
+    Unreadable,
+    each,
+    list_of,
+    measured,
+    options,
+    text,
+)
+from pounding_risk.scene.toml import Fault, KeyPath, as_list, table
+from pounding_risk.units import DAMPING, DIRECTION, PERIOD, PGA, SCALE, STEP, TAIL, TIME, Quantity, exact, parse, shown
 
 STEPS_EXAMPLE = '[{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
+RENAMED = {"polarity": "polarities"}  # keys that are called otherwise in a request
+_STRINGS = {"type": "array", "items": {"type": "string"}}
+_STEPS = {"type": "array", "items": {"type": "object", "required": ["step"]}}
+_ONE_SOURCE = "one of names, files, set and manifest is required"
 
 
 def catalogue_ids() -> list[str]:
@@ -33,18 +48,18 @@ def catalogue_ids() -> list[str]:
     return [entry.id for entry in entries()]
 
 
-def window(value: Any) -> tuple[float, float]:
+def _window(value: Any, number: Number) -> tuple[float, float]:
     """Start and end of the part of a record that is kept [s]."""
     if not isinstance(value, list) or len(value) != 2:
         raise Unreadable(f'{shown(value)} is not a start and an end; write window = ["0 s", "6 s"]')
-    start, end = each(value, lambda item: parse(item, TIME))
+    start, end = each(value, lambda item: number(item, TIME))
     if end <= start:
         what = "is empty" if end == start else "ends before it starts"
         raise Unreadable(f'the window {shown(value)} {what}; write start and end, such as window = ["0 s", "6 s"]')
     return start, end
 
 
-def polarity(value: Any) -> tuple[str, ...]:
+def _polarity(value: Any, number: Number) -> tuple[str, ...]:
     """ "as recorded", "reversed", or both as a list."""
     asked = value if isinstance(value, list) else [value]
     if not asked:
@@ -62,10 +77,10 @@ def polarity(value: Any) -> tuple[str, ...]:
     return tuple(each(asked, read, distinct=True))
 
 
-def processing(value: Any) -> str | tuple[StepTable, ...]:
+def _processing(value: Any, number: Number) -> str | tuple[StepTable, ...]:
     """ "auto", "none", or a list of step tables, whose options are text with a unit."""
     if isinstance(value, list) and value:
-        return _steps(value)
+        return _steps(value, number)
     if isinstance(value, dict):
         raise Unreadable(f"{shown(value)} is one table; write the steps as a list, such as {STEPS_EXAMPLE}")
     if value not in ("auto", "none"):
@@ -76,34 +91,35 @@ def processing(value: Any) -> str | tuple[StepTable, ...]:
     return str(value)
 
 
-def _steps(asked: list[Any]) -> tuple[StepTable, ...]:
+def _steps(asked: list[Any], number: Number) -> tuple[StepTable, ...]:
     """Every step of a list; all its faults are told at once, each with its place."""
-    found: list[StepTable] = []
-    faults: list[tuple[tuple[str | int, ...], str]] = []
+    steps: list[StepTable] = []
+    wrong: list[tuple[KeyPath, str]] = []
     for index, step in enumerate(asked):
-        wrong = _fault(step if not isinstance(step, dict) or "step" not in step else {"step": step["step"]})
-        if wrong:
-            faults.append(((index,), wrong))
+        step = dict(step) if isinstance(step, StepTable) else step
+        fault = _fault(step if not isinstance(step, dict) or "step" not in step else {"step": step["step"]}, number)
+        if fault:
+            wrong.append(((index,), fault))
             continue
         name = step["step"]
-        options = {key: value for key, value in step.items() if key != "step"}
-        wrongs = {key: _fault({"step": name, key: value}, key) for key, value in options.items()}
-        faults += [((index, key), wrong) for key, wrong in wrongs.items() if wrong]
-        if not any(wrongs.values()):
+        values = {key: value for key, value in step.items() if key != "step"}
+        faults = {key: _fault({"step": name, key: value}, number, key) for key, value in values.items()}
+        wrong += [((index, key), sentence) for key, sentence in faults.items() if sentence]
+        if not any(faults.values()):
             (read,) = read_steps([step])
-            found.append(StepTable({"step": read.name, **read.options}))
-    if faults:
-        raise Several(faults)
-    return tuple(found)
+            steps.append(StepTable({"step": read.name, **read.options}))
+    if wrong:
+        raise Several(wrong)
+    return tuple(steps)
 
 
-def _fault(table: Any, key: str = "") -> str:
+def _fault(step: Any, number: Number, key: str = "") -> str:
     """What is wrong with a step's table, or with its option ``key``; "" where nothing is."""
     try:
-        kind = known_steps()[table["step"]].options.get(key) if key else None
+        kind = known_steps()[step["step"]].options.get(key) if key else None
         if isinstance(kind, Quantity):
-            parse(table[key], kind)  # a bare number is SI to a script, but has no unit in a scene
-        read_steps([table])
+            number(step[key], kind)  # a bare number is SI to a script, but has no unit in a scene
+        read_steps([step])
     except RecordError as error:
         return str(error).partition(": ")[2]  # without the number of the step: the key tells it
     except ValueError as error:
@@ -111,8 +127,8 @@ def _fault(table: Any, key: str = "") -> str:
     return ""
 
 
-def record_names(value: Any) -> tuple[str, ...]:
-    """Reader of ids of the catalogue, one or a list; raises Unreadable for an unknown one."""
+def _record_names(value: Any, number: Number) -> tuple[str, ...]:
+    """Ids of the catalogue."""
     asked = list_of(value, 'names = ["RSN6-180"]')
     known = catalogue_ids()
 
@@ -136,14 +152,14 @@ def _meant(word: str) -> str:
     return f" (did you mean {near}?)" if near else ""
 
 
-def record_files(value: Any) -> tuple[str, ...]:
-    """Reader of names or patterns of record files, or of folders."""
-    asked = list_of(value, 'files = ["my/*.AT2"]')
-    return tuple(each(asked, words("my/*.AT2"), distinct=True))
+def _record_files(value: Any, number: Number) -> tuple[str, ...]:
+    """Names or patterns of record files, or folders."""
+    pattern = text("", "my/*.AT2")
+    return tuple(each(list_of(value, 'files = ["my/*.AT2"]'), lambda item: pattern.read(item, number), distinct=True))
 
 
-def record_set(value: Any) -> str:
-    """Reader of the name of a published record set; raises Unreadable for an unknown one."""
+def _record_set(value: Any, number: Number) -> str:
+    """The name of a published record set."""
     from pounding_risk.motions.record_sets import SETS
 
     if not isinstance(value, str) or value not in SETS:
@@ -152,7 +168,7 @@ def record_set(value: Any) -> str:
     return value
 
 
-def unit(value: Any) -> str:
+def read_unit(value: Any, number: Number = parse) -> str:
     """Reader of the unit of acceleration samples, such as "cm/s^2"."""
     from pounding_risk.motions.formats._unit import size_of
 
@@ -163,52 +179,165 @@ def unit(value: Any) -> str:
     return str(value).strip()
 
 
-def spectral(example: str, *, with_value: bool) -> Callable[[Any], Spectral]:
-    """A reader of {value, period, damping}: spectral acceleration; ``value`` is needed or not allowed."""
-    kinds = {**({"value": PGA} if with_value else {}), "period": PERIOD, "damping": DAMPING}
-
-    def read(asked: Any) -> Spectral:
-        if not isinstance(asked, dict):
-            raise Unreadable(f"{shown(asked)} is not a table; write {example}")
-        faults: list[tuple[tuple[str | int, ...], str]] = []
-        found: dict[str, float] = {}
-        for key, value in asked.items():
-            try:
-                if key not in kinds:
-                    raise Unreadable(f"unknown key{nearest(key, kinds)}; it takes {', '.join(kinds)}")
-                found[key] = parse(value, kinds[key])
-            except ValueError as error:
-                faults.append(((key,), str(error)))
-        needed = [key for key in kinds if key not in asked and key != "damping"]
-        faults += [((key,), f"missing; write {example}") for key in needed]
-        if faults:
-            raise Several(faults)
-        return Spectral(**found)
-
-    return read
+def _spectral(value: Any, number: Number, example: str, *, with_value: bool) -> Spectral:
+    """A table {value, period, damping}: spectral acceleration; ``value`` is needed or not allowed."""
+    if isinstance(value, Spectral):
+        return value
+    if not isinstance(value, dict):
+        raise Unreadable(f"{shown(value)} is not a table; write {example}")
+    quantities = {**({"value": PGA} if with_value else {}), "period": PERIOD, "damping": DAMPING}
+    kinds = {key: lambda item, quantity=quantity: number(item, quantity) for key, quantity in quantities.items()}
+    needed = [key for key in kinds if key != "damping"]
+    return Spectral(**options(value, kinds, needed, f"missing; write {example}", f"it takes {', '.join(kinds)}"))
 
 
-def to_median(value: Any) -> str | Spectral:
+def _sa(value: Any, number: Number) -> Spectral:
+    return _spectral(value, number, 'sa = {value = "0.4 g", period = "1 s"}', with_value=True)
+
+
+def _to_median(value: Any, number: Number) -> str | Spectral:
     """ "pga" or "pgv", or a table with the period of Sa."""
     example = '"pgv", or {period = "1 s"}'
-    if isinstance(value, dict):
-        return spectral(f"to_median = {example}", with_value=False)(value)
+    if isinstance(value, dict | Spectral):
+        return _spectral(value, number, f"to_median = {example}", with_value=False)
     if value not in MEDIANS:
         raise Unreadable(f"{shown(value)} is not a measure of the records; write to_median = {example}")
     return str(value)
 
 
-def across_keys(raw: Mapping[str, Any]) -> Iterator[Fault]:
+class Records(Table):
+    """Which ground motions a scene uses, and how they are treated before a run."""
+
+    names: Annotated[
+        tuple[str, ...],
+        Key("Ids of the catalogue.", _record_names, '["RSN6-180"]', _ONE_SOURCE, write=list, schema=_STRINGS),
+    ] = ()
+    files: Annotated[
+        tuple[str, ...],
+        Key(
+            "Files, patterns or folders, from the scene's folder; one component after #.",
+            _record_files,
+            '["my/*.AT2"]',
+            _ONE_SOURCE,
+            write=list,
+            schema=_STRINGS,
+        ),
+    ] = ()
+    set: Annotated[
+        str,
+        Key(
+            "A published record set.",
+            _record_set,
+            '"fema-p695-farfield"',
+            "one of names, files, set and manifest",
+            schema={"type": "string"},
+        ),
+    ] = ""
+    manifest: Annotated[
+        str, text("A list of records with their factors.", "selected.csv", "one of names, files, set, manifest")
+    ] = ""
+    unit: Annotated[
+        str,
+        Key(
+            "Unit of the samples of files that state none.",
+            read_unit,
+            '"cm/s^2"',
+            "the files state it",
+            schema={"type": "string"},
+        ),
+    ] = ""
+    dt: Annotated[
+        float | None, measured(STEP, "Time step of files that state none.", '"0.01 s"', "the files state it")
+    ] = None
+    direction: Annotated[
+        float | None,
+        measured(
+            DIRECTION,
+            "Direction of the row; both horizontals of each recording are turned to it.",
+            '"30 deg"',
+            "components as they are",
+        ),
+    ] = None
+    window: Annotated[
+        tuple[float, float] | None,
+        Key(
+            "The part of each record that is kept.",
+            _window,
+            '["0 s", "6 s"]',
+            "all of it",
+            write=lambda times: [exact(time, TIME) for time in times],
+            schema=_STRINGS,
+        ),
+    ] = None
+    pga: Annotated[float | None, measured(PGA, "Every motion is scaled to this PGA.", '"0.5 g"', "as recorded")] = None
+    sa: Annotated[
+        Spectral | None,
+        Key(
+            "Every motion is scaled to this spectral acceleration.",
+            _sa,
+            '{value = "0.4 g", period = "1 s"}',
+            "as recorded",
+            write=lambda spectral: spectral.written(),
+            schema={"type": "object"},
+        ),
+    ] = None
+    to_median: Annotated[
+        str | Spectral | None,
+        Key(
+            "Every recording is scaled to the ensemble's median PGA, PGV or Sa(T).",
+            _to_median,
+            '"pgv"',
+            "as recorded",
+            write=lambda median: median.written() if isinstance(median, Spectral) else median,
+            schema={"anyOf": [{"enum": list(MEDIANS)}, {"type": "object"}]},
+        ),
+    ] = None
+    scale: Annotated[
+        float | None, measured(SCALE, "A factor on every motion, after any other scaling.", "1.5", "as recorded")
+    ] = None
+    polarity: Annotated[
+        tuple[str, ...],
+        Key(
+            "As recorded, reversed, or both; a dimension of the dataset.",
+            _polarity,
+            '["as recorded", "reversed"]',
+            f'"{AS_RECORDED}"',
+            write=list,
+            schema={"anyOf": [{"enum": list(POLARITIES)}, _STRINGS]},
+        ),
+    ] = (AS_RECORDED,)
+    processing: Annotated[
+        str | tuple[StepTable, ...],
+        Key(
+            "Steps from record to motion; auto processes raw records and leaves processed ones alone.",
+            _processing,
+            STEPS_EXAMPLE,
+            '"auto"',
+            write=lambda steps: steps if isinstance(steps, str) else [step.written() for step in steps],
+            schema={"anyOf": [{"enum": ["auto", "none"]}, _STEPS]},
+        ),
+    ] = "auto"
+    tail: Annotated[float, measured(TAIL, "Free vibration after each record.", '"5 s"', '"0 s"')] = 0.0
+
+    def request(self) -> RecordRequest:
+        """What `motions.ensemble.read_ensemble` takes."""
+        return RecordRequest(**{RENAMED.get(key, key): getattr(self, key) for key in type(self).model_fields})
+
+
+def records_of(request: RecordRequest) -> Records:
+    """The table of a request, every value stated that is not absent."""
+    values = {key: getattr(request, RENAMED.get(key, key)) for key in Records.model_fields}
+    return Records.made({key: value for key, value in values.items() if value not in (None, "", ())})
+
+
+def record_checks(draft: Draft) -> Iterator[Fault]:
     """Keys of [records] that exclude or need each other, or a key of [grid]."""
-    if not isinstance(raw.get("records"), dict):
-        return
-    keys, grid = raw["records"], table(raw, "grid")
-    given = [key for key in SOURCES if key in keys]
-    if not given:
-        example = 'missing; write names = ["RSN6-180"], files = ["my/*.AT2"], or set = "fema-p695-farfield"'
-        yield Fault(("records", "names"), example, absent=True)
-    for key, sentence in conflicts(keys, grid_pga="pga" in grid):
-        yield Fault(("records", key), sentence)
+    for keys in draft.tables("records"):
+        if not any(key in keys for key in SOURCES):
+            example = 'missing; write names = ["RSN6-180"], files = ["my/*.AT2"], or set = "fema-p695-farfield"'
+            yield keys.fault("names", example, absent=True)
+        for key, sentence in conflicts(keys.raw, grid_pga="pga" in draft.table("grid")):
+            yield keys.fault(key, sentence)
 
 
 def missing_files(raw: Mapping[str, Any], folder: Path) -> Iterator[Fault]:

@@ -1,64 +1,63 @@
-"""A scene once it is read: numbers in SI, every default filled in, ready to be run or written down again."""
+"""A scene: buildings, what stands between neighbours, ground motions and the grid of cases, ready to be run.
+
+It is written as TOML or in Python. Both become the tables of a scene file, which are read by one way: `read_tables`
+reads every key, the checks tell what keys do not make together, `assembled` makes the fields of a `Scene`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from importlib import import_module
 from itertools import pairwise
-from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pounding_risk import units as quantities
 from pounding_risk._common.short_repr import ShortRepr
-from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant, needs_floors
+from pounding_risk.models.contact.impulsive import is_instant, needs_floors
 from pounding_risk.models.contact.laws import stiffness_quantity
-from pounding_risk.models.contact.laws.bilinear import DESIGN_PENETRATION
-from pounding_risk.models.contact.relation import AS_PUBLISHED, related
+from pounding_risk.models.contact.relation import related
 from pounding_risk.models.effects import EFFECTS
-from pounding_risk.models.restitution import NAMED, Restitution
-from pounding_risk.models.structures.contact_points import COLUMN, FLOOR_DEPTH, LevelRule, Point, floor_words
+from pounding_risk.models.restitution import Restitution
+from pounding_risk.models.structures.contact_points import COLUMN, FLOOR_DEPTH, Point
+from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import RecordRequest
-from pounding_risk.scene.buildings import building_table
-from pounding_risk.scene.toml import write_toml
-from pounding_risk.units import GAP, PGA, SPEED, STOREY_HEIGHT, YIELD_FORCE, Quantity, say, shown
+from pounding_risk.scene.buildings import structure_of, table_of
+from pounding_risk.scene.interfaces import (
+    EQUAL_TERMS,
+    NO_RESTITUTION,
+    PARAMETERS,
+    Beside,
+    EqualTerms,
+    Interface,
+    Neighbour,
+    contact_points,
+    interface_name,
+    interface_of,
+    is_row,
+    known_law,
+    needed_restitution,
+    neighbour_of,
+    stiff_model,
+)
+from pounding_risk.scene.keys import Draft, Section, Table
+from pounding_risk.scene.records import records_of
+from pounding_risk.scene.sections import every_fault, read_tables, written_overrides
+from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
+from pounding_risk.scene.toml import Fault, KeyPath, write_toml
+from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say
 
-EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
-NO_RESTITUTION = "not given"
-PARAMETERS = ("plastic_exponent", "design_penetration")  # of single laws, beside their stiffness
-
-
-class EqualTerms(NamedTuple):
-    """How the stiffness of the grid's other laws follows: equal ``same`` in an impact at ``speed``.
-
-    Of the laws of the other family; with ``every_law`` of all but the scene's own, since equal β do not make equal
-    blows either.
-    """
-
-    same: str
-    speed: float  # m/s
-    every_law: bool = False
-
-
-class Effect(NamedTuple):
-    """One effect that the scene names, with its options in SI."""
-
-    name: str
-    options: tuple[tuple[str, Any], ...] = ()
-
-    def written(self) -> dict[str, Any]:
-        """The options as a scene file has them: quantities as text, exact."""
-        kinds = EFFECTS[self.name].options
-        return {
-            key: exact(value, kinds[key]) if isinstance(kinds[key], Quantity) else value for key, value in self.options
-        }
+OF_EACH_INTERFACE = "of each interface"  # label of the contact models of a scene whose interfaces differ in theirs
+NO_STRENGTHS = (
+    "no storey of the scene has a yield shear, so that none would yield; write storey_strengths in a [[building]], or "
+    "generate one from a typology, or remove inelastic_storeys"
+)
 
 
-class Grid(NamedTuple):
+class Axes(NamedTuple):
     """The values of each dimension; one value, the scene's own, where the scene names no grid for it.
 
     ``pgas`` is ``(None,)`` where the records keep their amplitude or are scaled by a factor.
@@ -70,45 +69,92 @@ class Grid(NamedTuple):
     pgas: tuple[float | None, ...]  # m/s², ascending
 
 
-class Neighbour(NamedTuple):
-    """What stands between two neighbours."""
+class Origin(NamedTuple):
+    """Where the tables of a scene come from."""
 
-    gap: float  # m
-    stiffness: float | None  # in the unit of the scene's contact model
-    restitution: Restitution
-    restitution_words: str
-    yield_force: float  # N, of floors; inf without yielding
-    column_yield_force: float  # N, of columns that are hit part-way up; inf without yielding
-    points: tuple[Point, ...]  # from the ground up
-    levels: LevelRule = LevelRule()  # when two floors are one contact point
-    given: bool = False  # whether the scene gives the points; else they follow from the heights
+    source: str
+    text: str
+    lines: Mapping[KeyPath, int]
+    overrides: tuple[str, ...]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, init=False)
 class Scene(ShortRepr):
     """One scene: buildings, what stands between neighbours, the ground motions and the grid of cases.
 
-    Gap, stiffness, restitution and yield force are those of the first interface; `at` gives each. Two scenes are equal
-    where they ask for the same runs; ``text``, ``source`` and ``overrides`` say where one came from and do not count.
+    Numbers may be floats in SI or text with a unit, as in a scene file. Two scenes are equal where they ask for the
+    same runs; ``text``, ``source`` and ``overrides`` say where one came from and do not count.
+
+    Parameters
+    ----------
+    buildings : list of SingleMass, ShearBuilding, TypologyBuilding or RigidWall
+        Left to right.
+    interfaces : list of Interface
+        One between each two buildings, or one for all of them.
+    records : Records
+        The ground motions, and how they are treated.
+    grid : Grid, optional
+        The values of each dimension of a scan; by default the one case of the interfaces and records.
+    effects : list of str or Effect, or dict of names and options, optional
+        Effects that act.
+    solver : Solver, optional
+        How exactly the runs are solved.
+    name : str
+        What reports and figures call the scene.
+    folder : str or path
+        Folder that names of record files are relative to.
+
+    Attributes
+    ----------
+    buildings : tuple of Building or Storeys
+        The buildings as the solvers take them, numbers in SI.
+    neighbours : tuple of Neighbour
+        What stands between each two of them, every default filled in.
+    records : RecordRequest
+        The ground motions that are asked for.
+    grid : Axes
+        The values of each dimension.
+
+    Raises
+    ------
+    SceneError
+        With every fault, its key and the likely repair.
     """
 
     name: str
-    buildings: tuple[Building | Storeys, ...]  # left to right
-    neighbours: tuple[Neighbour, ...]  # what stands between each two buildings, left to right
-    law_name: str
-    plastic_exponent: float  # of van_mier
-    design_penetration: float  # of bilinear [m]; 0 follows the approach speed
-    equal_terms: EqualTerms | None
+    buildings: tuple[Building | Storeys, ...]
+    neighbours: tuple[Neighbour, ...]
     records: RecordRequest
-    grid: Grid
+    grid: Axes
     rtol: float
-    effects: tuple[Effect, ...] = ()  # in the order in which they wrap a law
-    relation: str = AS_PUBLISHED  # of restitution and damping
-    is_row: bool = False  # whether the row solver runs it: all but two masses that meet mass to mass
-    gridded_interface: str | None = None  # "left | right", the only one whose gap the grid varies; None for all
-    text: str = field(default="", compare=False, repr=False)
-    source: str = field(default="scene", compare=False)
-    overrides: tuple[str, ...] = field(default=(), compare=False)
+    effects: tuple[Effect, ...]  # in the order in which they wrap a law
+    is_row: bool  # whether the row solver runs it: all but two masses that meet mass to mass
+    gridded_interface: str | None  # "left | right", the only one whose gap the grid varies; None for all
+    text: str = field(compare=False)
+    source: str = field(compare=False)
+    overrides: tuple[str, ...] = field(compare=False)
+
+    def __init__(
+        self,
+        buildings: Sequence[Any],
+        interfaces: Sequence[Any],
+        records: Any,
+        *,
+        grid: Any = None,
+        effects: Any = (),
+        solver: Any = None,
+        name: str = "",
+        folder: str | Path = ".",
+    ):
+        given = {"grid": grid, "solver": solver, "records": records}
+        tables: dict[str, Any] = {"building": _listed(buildings), "interface": _listed(interfaces)}
+        tables |= {key: _written(table) for key, table in given.items() if table is not None}
+        tables |= {"scene": {"name": name}} if name else {}
+        tables |= {"effects": effect_tables(effects)} if effects else {}
+        made = scene_of(tables, str(Path(folder) / "scene"))
+        self.__dict__.update(vars(made))
+
+    # -------------------------------------------------------------------------------------------- reading
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """What stands where, under which motions, and how many cases there are."""
@@ -129,6 +175,12 @@ class Scene(ShortRepr):
         return self.neighbours[0].gap
 
     @property
+    def law_name(self) -> str:
+        """Contact model of the interfaces; `OF_EACH_INTERFACE` where they differ in theirs."""
+        names = {neighbour.law_name for neighbour in self.neighbours}
+        return self.neighbours[0].law_name if len(names) == 1 else OF_EACH_INTERFACE
+
+    @property
     def stiffness(self) -> float | None:
         """Contact stiffness of the first interface [N/m or N/m^1.5, as the law has it]; None where no model has one."""
         return self.neighbours[0].stiffness
@@ -144,13 +196,24 @@ class Scene(ShortRepr):
         return self.neighbours[0].restitution_words
 
     @property
+    def relation(self) -> str:
+        """Relation of restitution and damping at the first interface."""
+        return self.neighbours[0].relation
+
+    @property
     def yield_force(self) -> float:
         """Yield force of the floors at the first interface [N]; inf without yielding."""
         return self.neighbours[0].yield_force
 
-    def with_interfaces(self, **changes: Any) -> Scene:
-        """The scene with these values of `Neighbour` at every interface."""
-        return replace(self, neighbours=tuple(neighbour._replace(**changes) for neighbour in self.neighbours))
+    @property
+    def equal_terms(self) -> EqualTerms | None:
+        """How the stiffness of other contact models follows at the first interface."""
+        return self.neighbours[0].equal_terms
+
+    @property
+    def design_penetration(self) -> float:
+        """Penetration for which bilinear is set up at the first interface [m]; 0 follows the approach speed."""
+        return self.neighbours[0].design_penetration
 
     @property
     def interface_names(self) -> tuple[str, ...]:
@@ -171,6 +234,16 @@ class Scene(ShortRepr):
         )
         return left, right
 
+    @property
+    def model_names(self) -> tuple[str, ...]:
+        """The contact models of the interfaces, which `simulate` runs, and of the grid."""
+        own = (neighbour.law_name for neighbour in self.neighbours)
+        return tuple(dict.fromkeys((*own, *self._gridded_models)))
+
+    @property
+    def _gridded_models(self) -> tuple[str, ...]:
+        return tuple(name for name in self.grid.contact_models if name != OF_EACH_INTERFACE)
+
     def at(self, place: int) -> Scene:
         """The scene of interface ``place`` alone, from 0: its two buildings and what stands between them."""
         if not self.is_row:
@@ -178,10 +251,9 @@ class Scene(ShortRepr):
         here, grid = self.neighbours[place], self.grid
         gaps = grid.gaps if self.gridded_interface in (None, self.interface_names[place]) else (here.gap,)
         forces = grid.yield_forces if len(grid.yield_forces) > 1 else (here.yield_force,)
-        return replace(
-            self,
+        return self.updated(
             buildings=self.buildings[place : place + 2],
-            grid=grid._replace(gaps=gaps, yield_forces=forces),
+            grid=grid._replace(gaps=gaps, yield_forces=forces, contact_models=self._gridded_models or (here.law_name,)),
             neighbours=(here._replace(points=tuple(point._replace(interface=0) for point in here.points)),),
             gridded_interface=None,
         )
@@ -218,19 +290,20 @@ class Scene(ShortRepr):
         left, right = (_inverse_mass(building) for building in self.buildings[:2])
         return 1.0 / (left + right)
 
+    # -------------------------------------------------------------------------------------------- contact laws
+
     def law(self, name: str | None = None, stiffness: float | None = None) -> Any:
-        """The contact law ``name`` (the scene's own by default) with the scene's stiffness.
+        """The contact law ``name`` (the first interface's own by default) with the first interface's stiffness.
 
         A law whose stiffness has the other unit (k in N/m against β in N/m^1.5) has no value of its own in
         the scene: pass the ``stiffness`` that the scene's equal terms lead to. Raises SceneError without it, and
         for a law that needs a restitution or the buildings' floors where the scene gives none; as `law_class` for a
         name.
         """
-        name = name or self.law_name
+        name = self._own_name(name)
         law = self.law_class(name)
         if law.needs_restitution and self.restitution_words == NO_RESTITUTION:
-            advice = 'write restitution = 0.65, or restitution = "concrete", in [[interface]]'
-            raise SceneError(self.source, [f"{name} needs a restitution, and the scene gives none; {advice}"])
+            raise SceneError(self.source, [needed_restitution(name)])
         if needs_floors(law):
             if short := self.without_floor():
                 advice = 'write floor_length = "20 m" in its [[building]]'
@@ -251,13 +324,18 @@ class Scene(ShortRepr):
             )
             raise SceneError(self.source, [sentence])
         values: dict[str, Any] = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
-        values |= {key: getattr(self, key) for key in PARAMETERS if key in law._fields}
+        values |= {key: getattr(self.neighbours[0], key) for key in PARAMETERS if key in law._fields}
         return law(**values)
+
+    def _own_name(self, name: str | None) -> str:
+        return self.neighbours[0].law_name if name in (None, OF_EACH_INTERFACE) else str(name)
 
     def without_floor(self) -> tuple[str, ...]:
         """The buildings of which a model of colliding floors would miss the length; a rigid one is a wall."""
         return tuple(
-            each.name for each in self.buildings if not each.is_rigid and not getattr(each, "floor_length", 0.0)
+            building.name
+            for building in self.buildings
+            if not building.is_rigid and not getattr(building, "floor_length", 0.0)
         )
 
     def law_class(self, name: str) -> Any:
@@ -265,10 +343,11 @@ class Scene(ShortRepr):
 
         Raises PoundingError for a name that is no law's, and for a law that the relation is not known for.
         """
-        return related(known_law(name), self.relation)
+        return related(known_law(self._own_name(name)), self.relation)
 
     def needs_equal_terms(self, name: str) -> bool:
         """True where the law's stiffness follows from the scene's equal terms, and is not the scene's own."""
+        name = self._own_name(name)
         if is_instant(known_law(name)) or self.stiffness is None:
             return False
         if self.equal_terms and self.equal_terms.every_law:
@@ -282,85 +361,115 @@ class Scene(ShortRepr):
     @property
     def stiff_name(self) -> str:
         """The contact model whose stiffness the scene gives: its own, or the grid's first that takes one."""
-        return stiff_model(self.law_name, self.grid.contact_models) or self.law_name
+        own = self.neighbours[0].law_name
+        return stiff_model(own, self._gridded_models) or own
 
     @property
     def folder(self) -> Path:
         """The folder that record files are relative to: the scene file's."""
         return Path(self.source).parent
 
+    # -------------------------------------------------------------------------------------------- changing
+
+    def updated(self, **values: Any) -> Scene:
+        """The scene with these fields, which are not checked; those of `Neighbour` are set at every interface."""
+        between = {key: values.pop(key) for key in list(values) if key in Neighbour._fields}
+        if between:
+            neighbours = values.get("neighbours", self.neighbours)
+            values["neighbours"] = tuple(neighbour._replace(**between) for neighbour in neighbours)
+        return _made({each.name: getattr(self, each.name) for each in fields(self)} | values)
+
+    def replace(self, *overrides: str, **values: Any) -> Scene:
+        """The scene with other values, checked as a scene that is read.
+
+        Parameters
+        ----------
+        *overrides : str
+            Keys by their paths, as ``--set`` of a command takes them: ``'building.frame.mass="50 t"'``.
+        **values
+            ``buildings``, ``interfaces``, ``records``, ``grid``, ``effects``, ``solver`` or ``name`` as a whole; or
+            a key of the grid (``gap``, ``yield_force``, ``contact_model``, ``pga``, ``interface``), whose single value
+            counts as a list of one, or of the solver (``rtol``).
+
+        Raises
+        ------
+        SceneError
+            As `Scene`, and for what is no key.
+        """
+        tables = self.resolved()
+        for key, value in values.items():
+            if key in Grid.model_fields:
+                single = key != "interface" and not isinstance(value, list | tuple | dict)
+                table: Any = Grid
+                tables["grid"] |= table(**{key: [value] if single else value}).written()
+            elif key in Solver.model_fields:
+                tables["solver"] |= Solver(**{key: value}).written()
+            elif key in ("buildings", "interfaces"):
+                tables[key.removesuffix("s")] = _listed(value)
+            elif key == "effects":
+                tables[key] = effect_tables(value)
+            elif key == "name":
+                tables["scene"] = {"name": value}
+            elif key in ("records", "grid", "solver"):
+                tables[key] = _written(value)
+            else:
+                known = "buildings, interfaces, records, grid, effects, solver, name"
+                raise SceneError(self.source, [f"replace: no {key}; it takes {known}, or a key of grid or solver"])
+        return scene_of(tables, self.source, overrides)
+
+    def validate(self) -> Any:
+        """Check the scene and its records, and sum them up: `pounding_risk.validate`."""
+        return import_module("pounding_risk").validate(self)
+
+    def scan(self, out: str | Path | None = None, **options: Any) -> Any:
+        """Run every case of the grid: `pounding_risk.scan`, whose parameters it takes."""
+        return import_module("pounding_risk").scan(self, out, **options)
+
+    # -------------------------------------------------------------------------------------------- writing
+
     def resolved(self) -> dict[str, Any]:
         """The scene as a dict of the scene file's shape, every value stated, quantities exact in SI units."""
+        buildings = [table_of(building).written() | self._depth(at) for at, building in enumerate(self.buildings)]
+        interfaces = [
+            interface_of(neighbour, self._gridded_models, self.is_row).written() for neighbour in self.neighbours
+        ]
         effects = {effect.name: effect.written() for effect in self.effects}
         return {
             "scene": {"name": self.name},
-            "building": [building_table(each) | self._depth(place) for place, each in enumerate(self.buildings)],
-            "interface": [self.at(place)._interface() for place in range(len(self.neighbours))],
+            "building": buildings,
+            "interface": interfaces,
             **({"effects": effects} if effects else {}),
-            "records": self.records.written(),
-            "grid": self._grid(),
-            "solver": {"rtol": self.rtol},
+            "records": records_of(self.records).written(),
+            "grid": self._grid().written(),
+            "solver": Solver.made({"rtol": self.rtol}).written(),
         }
 
-    def to_toml(self) -> str:
-        """`resolved` as the text of a scene file; reading it gives an equal study."""
+    def to_toml(self, *, as_written: bool = False) -> str:
+        """The text of a scene file; reading it gives an equal scene.
+
+        Parameters
+        ----------
+        as_written : bool
+            The text that the scene was read from, with its comments, and the values of its overrides in their place;
+            otherwise every value stated, in SI, as also for a scene that was not read.
+        """
+        if as_written and self.text:
+            return written_overrides(self.text, self.overrides, self.source)
         return write_toml(self.resolved())
 
-    def _grid(self) -> dict[str, Any]:
-        named, forces = self.gridded_interface, self.grid.yield_forces
+    def _grid(self) -> Grid:
+        """The table [grid], every value stated."""
+        forces = self.grid.yield_forces
         own = {neighbour.yield_force for neighbour in self.neighbours}
-        # A grid of one yield force would be that of every interface; where they differ, each keeps its own.
-        told = (
-            {"yield_force": [exact(force, YIELD_FORCE) for force in forces]} if len(forces) > 1 or len(own) < 2 else {}
-        )
-        pgas = [exact(pga, PGA) for pga in self.grid.pgas if pga is not None]
-        return {
-            "gap": [exact(gap, GAP) for gap in self.grid.gaps],
-            **({"interface": named} if named else {}),
-            **told,
-            "contact_model": list(self.grid.contact_models),
-            **({"pga": pgas} if pgas else {}),
+        values = {
+            "gap": self.grid.gaps,
+            "interface": self.gridded_interface,
+            # A grid of one yield force would be that of every interface; where they differ, each keeps its own.
+            "yield_force": forces if len(forces) > 1 or len(own) < 2 or not self.is_row else (),
+            "contact_model": self._gridded_models,
+            "pga": tuple(pga for pga in self.grid.pgas if pga is not None),
         }
-
-    def _interface(self) -> dict[str, Any]:
-        table: dict[str, Any] = {
-            "gap": exact(self.gap, GAP),
-            "contact_model": self.law_name,
-            **self._stiffness(),
-            **self._restitution(),
-            "yield_force": exact(self.yield_force, YIELD_FORCE),
-        }
-        if "van_mier" in (self.law_name, *self.grid.contact_models):
-            table["plastic_exponent"] = self.plastic_exponent
-        if "bilinear" in (self.law_name, *self.grid.contact_models):
-            table["design_penetration"] = exact(self.design_penetration, DESIGN_PENETRATION)
-        if self.equal_terms:
-            table["equal_terms"] = {
-                "same": self.equal_terms.same,
-                "speed": exact(self.equal_terms.speed, SPEED),
-                **({"every_law": True} if self.equal_terms.every_law else {}),
-            }
-        return table | self._points()
-
-    def _points(self) -> dict[str, Any]:
-        """Where the two meet, as a scene file has it; nothing of a pair."""
-        if not self.is_row:
-            return {}
-        here = self.neighbours[0]
-        column = (
-            {}
-            if here.column_yield_force == inf
-            else {"column_yield_force": exact(here.column_yield_force, YIELD_FORCE)}
-        )
-        given = [
-            {"left": floor_words(point.left_floor), "right": floor_words(point.right_floor)} for point in here.points
-        ]
-        tolerance = here.levels.tolerance
-        return {
-            **column,
-            **({} if tolerance is None else {"tolerance": exact(tolerance, STOREY_HEIGHT)}),
-            **({"contact": given} if here.given else {}),
-        }
+        return Grid.made({key: value for key, value in values.items() if value})
 
     def _depth(self, place: int) -> dict[str, Any]:
         """The depth of the floors of building ``place``, as a scene file has it; nothing of a pair."""
@@ -368,60 +477,183 @@ class Scene(ShortRepr):
             return {}
         is_last = place == len(self.neighbours)
         levels = self.neighbours[place - is_last].levels
-        return {"floor_depth": exact(levels.right_depth if is_last else levels.left_depth, FLOOR_DEPTH)}
-
-    def _stiffness(self) -> dict[str, Any]:
-        if self.stiffness is None:
-            return {}
-        return {"stiffness": exact(self.stiffness, stiffness_quantity(known_law(self.stiff_name)))}
-
-    def _restitution(self) -> dict[str, Any]:
-        if self.restitution_words == NO_RESTITUTION:
-            return {}
-        value = self.restitution_words if self.restitution_words in NAMED else self.restitution.c0
-        return {"restitution": value if self.relation == AS_PUBLISHED else {"value": value, "relation": self.relation}}
+        return {"floor_depth": exact(float(levels.right_depth if is_last else levels.left_depth), FLOOR_DEPTH)}
 
 
-def exact(value: float, quantity: Quantity) -> str | float:
-    """As `units.exact`; a study changed in memory may hold numpy's numbers, which would be written otherwise."""
-    return quantities.exact(float(value), quantity)
+def _made(values: Mapping[str, Any]) -> Scene:
+    scene: Scene = object.__new__(Scene)
+    if unknown := set(values) - {each.name for each in fields(Scene)}:
+        raise TypeError(f"a scene has no field {', '.join(sorted(unknown))}")
+    scene.__dict__.update(values)
+    return scene
 
 
-def stiff_model(own: str, gridded: tuple[str, ...]) -> str | None:
-    """The first of these contact models that takes a stiffness, or None: instant ones take none."""
-    return next((name for name in (own, *gridded) if not is_instant(CONTACT_MODELS[name])), None)
+def _listed(tables: Any) -> Any:
+    return [_written(table) for table in tables] if isinstance(tables, list | tuple) else tables
 
 
-def known_law(name: str) -> Any:
-    """The class of a contact model; raises PoundingError, with the nearest name, where there is none."""
-    if not isinstance(name, str) or name not in CONTACT_MODELS:
-        raise PoundingError(unknown_law(name))
-    return CONTACT_MODELS[name]
+def _written(table: Any) -> Any:
+    """A table of Python as a scene file has it."""
+    if isinstance(table, Building | Storeys):
+        return table_of(table).written()
+    return table.written() if isinstance(table, Table) else table
 
 
-def unknown_law(name: object) -> str:
-    """A sentence for a contact model that is not there."""
-    hint = nearest(name, CONTACT_MODELS) if isinstance(name, str) else ""
-    return f"{shown(name)} is not a contact model{hint}; it may be {', '.join(CONTACT_MODELS)}"
+# ------------------------------------------------------------------------------------------------ from tables
 
 
-def interface_name(left: str, right: str) -> str:
-    """How the interface between two buildings is called."""
-    return f"{left} | {right}"
+def scene_of(
+    tables: Mapping[str, Any],
+    source: str = "scene",
+    overrides: Sequence[str] = (),
+    *,
+    text: str = "",
+    lines: Mapping[KeyPath, int] | None = None,
+) -> Scene:
+    """The scene of the tables of a scene file, with overrides applied.
+
+    Parameters
+    ----------
+    tables : mapping
+        As the file has them, quantities as text.
+    source : str
+        The file; record files are relative to its folder.
+    overrides : sequence of str
+        Keys set from outside, one `path=value` each.
+    text : str
+        The file's text; that of the scene, every value stated, by default.
+    lines : mapping, optional
+        The line of each key, for sentences.
+
+    Raises
+    ------
+    SceneError
+        With every fault: its line, its key and the likely repair.
+    """
+    asked = (overrides,) if isinstance(overrides, str) else tuple(overrides)
+    origin = Origin(source, text, lines or {}, asked)
+    draft, faults, tell = read_tables(tables, asked, source)
+    faults += every_fault(draft, Path(source).parent)
+    if not faults:
+        values, faults = _assembled(draft, origin)
+    if faults:
+        raise SceneError(source, tell(faults, origin.lines))
+    scene = _made(values)
+    return scene if text else scene.updated(text=scene.to_toml())
 
 
-def needs_pair(study: Scene, command: str) -> Scene:
-    """The study; raises SceneError where ``command``, which runs two single masses, is given a row."""
-    if study.is_row:
-        count = len(study.buildings)
+def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault]]:
+    """The fields of the scene of tables that have each no fault, and what only the whole can tell."""
+    grid: Grid = Grid.made(draft.table("grid").values)
+    records = draft.table("records")
+    named = draft.table("effects").values
+    effects = tuple(named[name] for name in EFFECTS if name in named)
+    row = is_row(draft)
+    buildings, faults = _buildings(draft, effects)
+    if faults:
+        return {}, faults
+    neighbours, faults = _neighbours(draft, buildings, grid, row)
+    laws = dict.fromkeys(neighbour.law_name for neighbour in neighbours)
+    values = {
+        "name": draft.table("scene").get("name") or Path(origin.source).stem,
+        "buildings": buildings,
+        "neighbours": neighbours,
+        "records": _records(records),
+        "grid": Axes(
+            grid.gap or (neighbours[0].gap,),
+            grid.yield_force or (_first(draft).yield_force,),
+            grid.contact_model or (tuple(laws) if len(laws) == 1 else (OF_EACH_INTERFACE,)),
+            grid.pga or (records.get("pga"),),
+        ),
+        "rtol": Solver.made(draft.table("solver").values).rtol,
+        "effects": effects,
+        "is_row": row,
+        "gridded_interface": _gridded(grid, buildings, neighbours) if row else None,
+        "text": origin.text,
+        "source": origin.source,
+        "overrides": origin.overrides,
+    }
+    return values, faults
+
+
+def _first(draft: Draft) -> Interface:
+    table: Interface = Interface.made(draft.tables("interface")[0].values)
+    return table
+
+
+def _records(keys: Section) -> RecordRequest:
+    table: Any = keys.kind.made(keys.values)
+    request: RecordRequest = table.request()
+    return request
+
+
+def _buildings(draft: Draft, effects: tuple[Effect, ...]) -> tuple[tuple[Building | Storeys, ...], list[Fault]]:
+    """The buildings, and a fault for each that is none, or that an effect on buildings does not fit."""
+    buildings, faults = [], []
+    for keys in draft.tables("building"):
+        try:
+            buildings.append(structure_of(keys))
+            chain_of(buildings[-1], effects)
+        except PoundingError as error:
+            faults.append(Fault(keys.path, str(error)))
+    if not faults and "inelastic_storeys" in dict(effects) and not any(each.strengths for each in buildings):
+        faults.append(Fault(("effects", "inelastic_storeys"), NO_STRENGTHS))
+    return tuple(buildings), faults
+
+
+def _neighbours(
+    draft: Draft, buildings: tuple[Building | Storeys, ...], grid: Grid, row: bool
+) -> tuple[tuple[Neighbour, ...], list[Fault]]:
+    """What stands between each two buildings; one table stands for all where there is one."""
+    neighbours, faults = [], []
+    given = draft.tables("interface")
+    # What one interface does not say of its contact is that of the first which does.
+    shared = {
+        key: keys.get(key)
+        for key in ("contact_model", *PARAMETERS, "equal_terms")
+        for keys in given[::-1]
+        if key in keys
+    }
+    depths = [keys.get("floor_depth") for keys in draft.tables("building")]
+    for place, sides in enumerate(pairwise(buildings)):
+        keys = given[min(place, len(given) - 1)]
+        table: Interface = Interface.made(shared | dict(keys.values))
+        here = Beside(place, sides, (depths[place], depths[place + 1]), table, keys.path)
+        points, wrong = contact_points(here)
+        faults += wrong
+        gap = grid.gap[0] if table.gap is None else table.gap
+        # In a row, a grid of one yield force is that of all interfaces.
+        force = grid.yield_force[0] if row and len(grid.yield_force) == 1 else table.yield_force
+        law_name = table.contact_model or grid.contact_model[0]
+        between = neighbour_of(here, law_name, grid.contact_model, gap, force)
+        neighbours.append(between._replace(points=points))
+    return tuple(neighbours), faults
+
+
+def _gridded(grid: Grid, buildings: tuple[Building | Storeys, ...], neighbours: tuple[Neighbour, ...]) -> str | None:
+    """The only interface whose gap varies; the first where the scene has several gaps and no grid of them."""
+    if grid.interface:
+        return grid.interface
+    if not grid.gap and len({neighbour.gap for neighbour in neighbours}) > 1:
+        return interface_name(buildings[0].name, buildings[1].name)
+    return None
+
+
+# ------------------------------------------------------------------------------------------------ about scenes
+
+
+def needs_pair(scene: Scene, command: str) -> Scene:
+    """The scene; raises SceneError where ``command``, which runs two single masses, is given a row."""
+    if scene.is_row:
+        count = len(scene.buildings)
         raise SceneError(
-            study.source,
+            scene.source,
             [
                 f"{command} runs two single masses that meet mass to mass, and this scene is a row of {count} "
                 "buildings or has storeys; use scan, or write a scene of the two masses"
             ],
         )
-    return study
+    return scene
 
 
 def _inverse_mass(building: Building | Storeys) -> float:
@@ -438,9 +670,9 @@ def _ends(values: Sequence[float], quantity: Quantity) -> str:
     return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"
 
 
-def own_laws(study: Scene) -> dict[str, str]:
+def own_laws(scene: Scene) -> dict[str, str]:
     """Digests of the code of those contact laws of the scene that are not the package's."""
     from pounding_risk.models.contact.register import is_own, law_digest
 
-    kinds = {name: known_law(name) for name in (study.law_name, *study.grid.contact_models)}
+    kinds = {name: known_law(name) for name in scene.model_names}
     return {name: law_digest(kind) for name, kind in kinds.items() if is_own(kind)}

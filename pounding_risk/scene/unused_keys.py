@@ -15,7 +15,8 @@ from pounding_risk.models.effects import acts_on_law, wave_of
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys
-from pounding_risk.scene.scene import Neighbour, Scene, known_law
+from pounding_risk.scene.interfaces import Neighbour, known_law
+from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.toml import KeyPath, key_name
 from pounding_risk.units import YIELD_FORCE, parse, say
 
@@ -73,7 +74,7 @@ def interface_tables(given: Given) -> int:
 
 def models_of(study: Scene) -> Models:
     """The contact models of the grid and of the interface, which `simulate` runs."""
-    names = tuple(dict.fromkeys((study.law_name, *study.grid.contact_models)))
+    names = study.model_names
     laws = {name: known_law(name) for name in names}
     return Models(
         names,
@@ -132,14 +133,14 @@ def _of_interfaces(study: Scene, given: Given) -> Iterator[Unused]:
             yield Unused((*base, "restitution"), f"{_verb(models.names, 'takes', 'take')} no restitution")
         if _is_finite(given.get((*base, "yield_force"))):
             yield from _yield_force((*base, "yield_force"), study, given, index)
+        if not _may_yield(study) and any(each.plastic_exponent > 0.0 for each in _neighbours(study, index, count)):
+            yield Unused((*base, "plastic_exponent"), "every yield force is inf, so that nothing yields")
         if study.is_row:
             yield from _of_levels(base, _neighbours(study, index, count), models)
     if not any(study.needs_equal_terms(name) for name in models.names):
         yield Unused(
             ("interface", 0, "equal_terms"), "every contact model of the scene takes the interface's own stiffness"
         )
-    if not _may_yield(study) and study.plastic_exponent > 0.0:
-        yield Unused(("interface", 0, "plastic_exponent"), "every yield force is inf, so that nothing yields")
 
 
 def _yield_force(path: KeyPath, study: Scene, given: Given, index: int) -> Iterator[Unused]:

@@ -1,16 +1,15 @@
 """The same scene under many contact models on equal terms: does the conclusion depend on the model?
 
 Stiffnesses of different laws cannot be compared (some are in N/m, some in N/m^1.5), and equal ones do not give equal
-impacts. So every law is calibrated to one reference impact: that of the scene's own law and stiffness, of the two
-buildings' masses without springs or yielding. `scan` then runs the grid with the calibrated laws, and
-`compare_findings` computes what differs.
+impacts. So every law is calibrated to one reference impact at each interface: that of the scene's own law with the
+interface's stiffness and restitution, of the masses that strike there without springs or yielding. `scan` then runs the
+grid with the calibrated laws, and `compare_findings` computes what differs.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from math import inf, nan
 from pathlib import Path
 from typing import Any
@@ -19,28 +18,33 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._common.dates import created
-from pounding_risk.ensemble.laws import beyond_reach, law_of
+from pounding_risk.ensemble.laws import beyond_reach, unsolved
 from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, needs_floors
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import AS_ASKED, AS_PUBLISHED, misfit, relation_fault
-from pounding_risk.models.effects import refusal, wave_of
-from pounding_risk.motions.motion import driven
+from pounding_risk.models.effects import refusal
 from pounding_risk.results.files import check_target, save
 from pounding_risk.results.labels import described
-from pounding_risk.scene.motions import motions_of
+from pounding_risk.scene.interfaces import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, known_law, unknown_law
 from pounding_risk.scene.reader import as_scene
-from pounding_risk.scene.scene import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, Scene, known_law, needs_pair, unknown_law
-from pounding_risk.solver.pair.api import Interface, free_response, oscillators
+from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.pair.isolated import Impact
-from pounding_risk.studies.compare_findings import finding, tables, typical_case
+from pounding_risk.studies.compare_findings import (
+    at_interface,
+    finding,
+    interface_names,
+    tables,
+    typical_case,
+    widest_interface,
+)
+from pounding_risk.studies.compare_histories import Shown, histories_of_laws
 from pounding_risk.studies.impact import impact
-from pounding_risk.studies.simulate import histories, logged, relative_displacement
 from pounding_risk.units import SPEED, shown, si
 
-USUAL_TERMS = EqualTerms(EQUAL_TERMS[0], 0.5)  # where neither the call nor the scene says otherwise
+USUAL_TERMS = EqualTerms(same=EQUAL_TERMS[0], speed=0.5)  # where neither the call nor the scene says otherwise
 ELASTIC = 1e-6  # a law whose restitution is this close to 1 does not dissipate
 IMPACT_COLUMNS = {
     "restitution_asked": ("1", "restitution that the relation gives for the reference impact"),
@@ -66,19 +70,20 @@ def compare(
 ) -> xr.Dataset:
     """Run a scene under several contact models on equal terms.
 
-    Every law gets the stiffness with which an impact of the buildings' reduced mass at ``speed`` has the same peak
-    force, or penetration, as under the scene's own law; all that have a restitution return the same e there.
+    At each interface every law gets the stiffness with which an impact of the reduced mass there at ``speed`` has the
+    same peak force, or penetration, as under the scene's own law; all that have a restitution return the same e there.
+    All interfaces of a row have one law at a time.
 
     Parameters
     ----------
     study : Scene or path
-        A scene of a pair, or the path of its TOML file.
+        A scene, or the path of its TOML file.
     out : path, optional
         File for the dataset, ``.nc``.
     laws : sequence of str
         Contact models to compare. By default those of the scene's grid; where the grid names one, every model but those
-        that lack a ``floor_length``, that an effect of the scene does not act on, or that cannot return the scene's e
-        (the attribute ``left_out`` says so).
+        that the scene's solver does not compute, that lack a ``floor_length``, that an effect of the scene does not act
+        on, or that cannot return the scene's e (the attribute ``left_out`` says so).
     baseline : str, optional
         Contact model beside which the others are set; the scene's own by default.
     same : {"peak force", "penetration"}, optional
@@ -99,6 +104,8 @@ def compare(
     xarray.Dataset
         The dataset of `scan`, with ratios, ranks and conclusions set against the baseline, the reference impacts
         (``reference_...``, ``impact_...``), histories of one typical case, and the attribute ``finding``, a sentence.
+        In a row ratios, ranks and conclusions are by interface, and the histories are those of the interface where the
+        laws move the peak relative displacement most.
 
     Raises
     ------
@@ -107,7 +114,7 @@ def compare(
         ``new``, if ``out`` holds other results. All before the first run.
     """
     target = None if out is None else check_target(out)
-    study = needs_pair(as_scene(study), "compare")
+    study = as_scene(study)
     without = "" if laws or len(study.grid.contact_models) > 1 else left_out(study)
     study = on_equal_terms(study, laws, baseline, (same, speed))
     study, unequal = with_relation(study, relation)
@@ -115,15 +122,13 @@ def compare(
     if target is not None:
         check_replaceable_scene(target, "compare", study, new)
     dataset = scan(study, progress=progress)
-    # A law without a stiffness may have none there.
-    stiffnesses = {name: k for name, (k,) in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
-    dataset = dataset.assign(_impacts(study, stiffnesses))
-    between = dataset.squeeze("interface", drop=True)
-    dataset = dataset.assign(tables(between, baseline))
-    dataset = dataset.assign(_histories(study, typical_case(between, baseline)))
+    dataset = dataset.assign(_impacts(study, dataset))
+    dataset = dataset.assign(tables(dataset, baseline))
     same_as, at_speed, _ = study.equal_terms or USUAL_TERMS
-    dataset.attrs |= {"baseline": baseline, "reference_law": study.law_name, "same": same_as}
-    dataset.attrs |= {"speed": at_speed, "reduced_mass": study.striking_mass}
+    dataset.attrs |= {"baseline": baseline, "reference_law": study.law_name, "same": same_as, "speed": at_speed}
+    place = widest_interface(dataset)
+    shown_case = Shown(typical_case(at_interface(dataset, place), baseline), place)
+    dataset = dataset.assign(histories_of_laws(study, shown_case, baseline))
     dataset.attrs |= {"left_out": without, "unequal_e": unequal, "finding": finding(dataset)}
     dataset.attrs |= created("pounding_risk.compare")
     if target is not None:
@@ -142,6 +147,8 @@ def on_equal_terms(
     names = tuple(dict.fromkeys((*names_asked, baseline or study.law_name)))
     for name in names:
         known_law(name)
+        if why := unsolved(study, name):
+            raise PoundingError(f"compare: {name}: {why}; leave it out")
     if len(names) < 2:
         raise PoundingError(f"compare: {names[0]} alone is no comparison; name another law, or none to run them all")
     if "stiffness" not in known_law(study.law_name)._fields:
@@ -155,7 +162,9 @@ def on_equal_terms(
     if same not in EQUAL_TERMS:
         raise PoundingError(f"compare: same is {shown(same)}; it may be {' or '.join(map(shown, EQUAL_TERMS))}")
     fast = si(speed, SPEED, "compare: speed")
-    return replace(study, grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same, fast, True))
+    return study.updated(
+        grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same=same, speed=fast, every_law=True)
+    )
 
 
 def with_relation(study: Scene, relation: str | None) -> tuple[Scene, str]:
@@ -164,12 +173,12 @@ def with_relation(study: Scene, relation: str | None) -> tuple[Scene, str]:
     if relation is not None:
         if wrong := relation_fault(relation) or misfit(laws, relation):
             raise PoundingError(f"compare: {wrong}")
-        return replace(study, relation=relation), ""
+        return study.updated(relation=relation), ""
     if not any(law.needs_restitution for law in laws):
         return study, ""
-    exact = replace(study, relation=AS_ASKED)
+    exact = study.updated(relation=AS_ASKED)
     if wrong := misfit(laws, AS_ASKED) or beyond_reach(exact, study.grid.contact_models):
-        return replace(study, relation=AS_PUBLISHED), wrong
+        return study.updated(relation=AS_PUBLISHED), wrong
     return exact, ""
 
 
@@ -190,21 +199,28 @@ def left_out(study: Scene) -> str:
 def _hindered(study: Scene, name: str) -> str:
     """Why a contact model cannot be compared in this scene unless it is asked for; "" where it can."""
     law = known_law(name)
+    if why := unsolved(study, name):
+        return why
     if needs_floors(law) and (short := study.without_floor()):
         return f'{" and ".join(short)} without floor_length; write floor_length = "20 m" in [[building]] for it'
     for effect in study.effects:
         if why := refusal(law, effect.name):
             return f"{why}, under {effect.name}"
-    if study.restitution_words == NO_RESTITUTION or not law.needs_restitution:
+    if _lacks_restitution(study) or not law.needs_restitution:
         return ""
-    exact = replace(study, relation=AS_ASKED)
+    exact = study.updated(relation=AS_ASKED)
     return misfit([law], AS_ASKED) or beyond_reach(exact, [name])
+
+
+def _lacks_restitution(study: Scene) -> bool:
+    """True where an interface of the scene gives no restitution."""
+    return any(neighbour.restitution_words == NO_RESTITUTION for neighbour in study.neighbours)
 
 
 def _check_restitution(study: Scene, names: tuple[str, ...]) -> None:
     """Tell every law at once that needs a restitution, where the scene gives none."""
     damped = [name for name in names if known_law(name).needs_restitution]
-    if damped and study.restitution_words == NO_RESTITUTION:
+    if damped and _lacks_restitution(study):
         undamped = [name for name in runnable(study) if not known_law(name).needs_restitution]
         raise SceneError(
             study.source,
@@ -219,7 +235,8 @@ def _check_restitution(study: Scene, names: tuple[str, ...]) -> None:
 def reference_impacts(study: Scene, stiffnesses: dict[str, float]) -> list[Impact]:
     """The reference impact of every law of the grid: the buildings' reduced mass against a wall, without yielding.
 
-    Floors collide as they are: their impedances are no matter of the reduced mass.
+    ``study`` is the scene of one interface, as `Scene.at` gives it. Floors collide as they are: their impedances are no
+    matter of the reduced mass.
     """
     terms = study.equal_terms or USUAL_TERMS
     wall = study.striking_mass, inf
@@ -234,55 +251,53 @@ def reference_impacts(study: Scene, stiffnesses: dict[str, float]) -> list[Impac
     return impacts
 
 
-def _impacts(study: Scene, stiffnesses: dict[str, float]) -> dict[str, Any]:
+def _impacts(study: Scene, dataset: xr.Dataset) -> dict[str, Any]:
     """Calibrated stiffness, restitution achieved, and the curves of the reference impacts, padded with NaN."""
-    impacts = reference_impacts(study, stiffnesses)
-    names = study.grid.contact_models
-    longest = max(len(one.time) for one in impacts)
-    calibrated = [stiffnesses.get(name, nan) for name in names]
-    dissipates = np.array([not one.restitution > 1.0 - ELASTIC for one in impacts], dtype=np.int8)
+    names, places = study.grid.contact_models, range(len(interface_names(dataset)))
+    # A law without a stiffness may have none there.
+    told = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
+    stiffnesses = [{name: float(np.atleast_1d(k)[place]) for name, k in told.items()} for place in places]
+    impacts = [reference_impacts(study.at(place), stiffnesses[place]) for place in places]
+    elastic = [all(one.restitution > 1.0 - ELASTIC for one in of_law) for of_law in zip(*impacts, strict=True)]
     capped = np.array([known_law(name).capped for name in names], dtype=np.int8)
     of_laws: dict[str, tuple[Any, str]] = {
-        "stiffness": (calibrated, "calibrated stiffness of the contact law, in the unit of stiffness_unit"),
         "stiffness_unit": ([_unit(name) for name in names], "unit of stiffness"),
-        "dissipates": (dissipates, "0 where the law is elastic, and without yielding returns all energy"),
+        "dissipates": (
+            np.array([not one for one in elastic], dtype=np.int8),
+            "0 where the law is elastic, and without yielding returns all energy",
+        ),
         "capped": (capped, "1 where the yield force acts in the law"),
     }
     variables: dict[str, Any] = {
         name: ("contact_model", values, {"long_name": words}) for name, (values, words) in of_laws.items()
     }
+    by_interface = "interface" in dataset.dims
+    axes = ("interface",) if by_interface else ()
+
+    def laid(parts: list[Any]) -> Any:
+        """Values of every interface, along the first axis where the dataset has the dimension."""
+        return np.array(parts) if by_interface else np.array(parts[0])
+
+    calibrated = [[of_one.get(name, nan) for name in names] for of_one in stiffnesses]
+    words = "calibrated stiffness of the contact law, in the unit of stiffness_unit"
+    variables["stiffness"] = ((*axes, "contact_model"), laid(calibrated), {"long_name": words})
+    masses = [study.at(place).striking_mass for place in places]
+    variables["reduced_mass"] = (axes, laid(masses), described("kg", "reduced mass of the reference impact"))
     for name, (unit, words) in IMPACT_COLUMNS.items():
-        values = [getattr(one, name) for one in impacts]
-        variables[f"reference_{name}"] = ("contact_model", values, described(unit, words))
+        values = [[getattr(one, name) for one in of_one] for of_one in impacts]
+        variables[f"reference_{name}"] = ((*axes, "contact_model"), laid(values), described(unit, words))
+    longest = max(len(one.time) for of_one in impacts for one in of_one)
     for name, (unit, words) in CURVES.items():
-        rows = [np.pad(getattr(one, name), (0, longest - len(one.time)), constant_values=nan) for one in impacts]
+        rows = [[_padded(getattr(one, name), longest) for one in of_one] for of_one in impacts]
         about = described(unit, f"{words}, reference impact; NaN after the parting")
-        variables[f"impact_{name}"] = (("contact_model", "impact_step"), np.array(rows), about)
+        variables[f"impact_{name}"] = ((*axes, "contact_model", "impact_step"), laid(rows), about)
     return variables
+
+
+def _padded(values: np.ndarray, length: int) -> np.ndarray:
+    """The values with NaN behind them up to a length."""
+    return np.pad(values, (0, length - len(values)), constant_values=nan)
 
 
 def _unit(name: str) -> str:
     return stiffness_quantity(known_law(name)).unit if "stiffness" in known_law(name)._fields else ""
-
-
-def _histories(study: Scene, case: dict[str, int]) -> dict[str, Any]:
-    """Relative displacement of one case under every law at the record's samples, and which case it is."""
-    records, grid = study.records, study.grid
-    pga = grid.pgas[case.get("pga", 0)]
-    motion = driven(motions_of(study)[case["record"]], records.polarities[case["polarity"]], pga)
-    pair = oscillators(*study.pair)
-    free = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
-    gap, strength = grid.gaps[case["gap"]], grid.yield_forces[case["yield_force"]]
-    samples = np.arange(len(motion.acceleration)) * motion.dt
-    rows = []
-    for name in grid.contact_models:
-        interface = Interface(gap, law_of(study, name), study.restitution, strength)
-        _, log = logged(pair, free, interface, study.rtol)
-        time, states, *_ = histories(pair, free, log)
-        rows.append(np.interp(samples, time, relative_displacement(free, time, states)))
-    about: dict[str, Any] = described("m", "relative displacement of a case of median spread") | {"record": motion.name}
-    about |= {"polarity": records.polarities[case["polarity"]], "pga": motion.pga, "gap": gap, "yield_force": strength}
-    return {
-        "time": ("time", samples, described("s", "time since the start of the record")),
-        "history": (("contact_model", "time"), np.array(rows), about),
-    }

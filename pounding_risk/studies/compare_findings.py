@@ -2,17 +2,23 @@
 
 A case is one record, polarity, amplitude, gap and yield force. Ratios are over the cases in which the baseline has
 contact: elsewhere there is nothing to compare. A case in which either run failed is left out and counted nowhere.
+
+All of it is by interface: an output of an interface is compared over the cases with contact there, one of a building
+over those with contact at either of its interfaces. Tables have the dimension `interface` where the dataset has it.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pounding_risk._common.words import nearest
+from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,8 +48,39 @@ FLIPS = {
     "yield exceedance": "yielding or not flips",
     "gap adequacy": "the gap needed differs",
 }
+OPEN_GAP = (
+    "smallest gap of the grid without contact; NaN where every gap has contact, or where the grid varies another one"
+)
 TOLD = 2  # outputs that the sentence gives numbers for
 FEWEST_TO_RANK = 3  # motions
+
+
+def interface_names(dataset: xr.Dataset) -> list[str]:
+    """The interfaces of a dataset, left to right; a dataset without the dimension is of one."""
+    if "interface" in dataset.dims:
+        return [str(name) for name in dataset["interface"].values]
+    return [" | ".join(str(name) for name in dataset["building"].values[:2])]
+
+
+def at_interface(dataset: xr.Dataset, place: int) -> xr.Dataset:
+    """The dataset of interface ``place`` alone, from 0, with all buildings; without the dimension `interface`."""
+    return dataset.isel(interface=place, drop=True) if "interface" in dataset.dims else dataset
+
+
+def of_interface(dataset: xr.Dataset, place: int) -> xr.Dataset:
+    """What a comparison says of interface ``place``: its own outputs and those of its two buildings, under one name."""
+    names = interface_names(dataset)
+    buildings = [str(name) for name in dataset["building"].values[place : place + 2]]
+    own = {_at(words, names[place], names): words for words in RUN_OUTPUTS.values()}
+    own |= {(name := f"{words}, {building}"): name for words in SIDE_OUTPUTS.values() for building in buildings}
+    part = at_interface(dataset, place)
+    part = part.sel(output=[name for name in map(str, dataset["output"].values) if name in own])
+    return part.assign_coords(output=[own[str(name)] for name in part["output"].values])
+
+
+def _at(words: str, interface: str, interfaces: list[str]) -> str:
+    """An output's words with its interface, where there are several."""
+    return f"{words}, {interface}" if len(interfaces) > 1 else words
 
 
 def outputs_of(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -52,7 +89,12 @@ def outputs_of(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
     Under a model whose velocities jump the acceleration is that between the jumps, which have none that is finite:
     there is nothing to compare. So it is with the force of those that have none in the reference impact either.
     """
-    outputs = {words: dataset[name] for name, words in RUN_OUTPUTS.items()}
+    interfaces = interface_names(dataset)
+    outputs = {
+        _at(words, interface, interfaces): at_interface(dataset, place)[name]
+        for place, interface in enumerate(interfaces)
+        for name, words in RUN_OUTPUTS.items()
+    }
     for name, words in SIDE_OUTPUTS.items():
         for side, building in enumerate(dataset["building"].values):
             outputs[f"{words}, {building}"] = dataset[name].isel(building=side, drop=True)
@@ -80,8 +122,26 @@ def place_of(dataset: xr.Dataset, law: str) -> int:
 
 
 def touching(dataset: xr.Dataset, baseline: str) -> NDArray[np.bool_]:
-    """True for each case in which the baseline has contact."""
+    """True for each case in which the baseline has contact; of the dataset of one interface."""
     return by_case(dataset["impact_count"])[place_of(dataset, baseline)] > 0.0
+
+
+def touching_by_output(dataset: xr.Dataset, baseline: str) -> dict[str, NDArray[np.bool_]]:
+    """The cases over which each of `outputs_of` is compared.
+
+    A building that touches neither neighbour moves as it does alone, whatever the rest of the row does.
+    """
+    interfaces = interface_names(dataset)
+    touched = [touching(at_interface(dataset, place), baseline) for place in range(len(interfaces))]
+    cases = {
+        _at(words, interface, interfaces): touched[place]
+        for place, interface in enumerate(interfaces)
+        for words in RUN_OUTPUTS.values()
+    }
+    for words in SIDE_OUTPUTS.values():
+        for side, building in enumerate(dataset["building"].values):
+            cases[f"{words}, {building}"] = np.any(touched[max(side - 1, 0) : side + 1], axis=0)
+    return cases
 
 
 def ratios(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Array:
@@ -128,32 +188,48 @@ def _spearman(one: Array, other: Array) -> float:
         return float(spearmanr(one[defined], other[defined]).statistic)
 
 
+def is_varied(dataset: xr.Dataset) -> bool:
+    """Whether the grid's gap is that of this interface; of the dataset of one interface."""
+    return "interface_gap" not in dataset or bool((dataset["interface_gap"] == dataset["gap"]).all())
+
+
 def gap_without_contact(dataset: xr.Dataset) -> xr.DataArray:
-    """The smallest gap of the grid without contact at any yield force, by law and motion [m]; NaN where none is."""
+    """The smallest gap of the grid without contact at any yield force, by law and motion [m]; NaN where none is.
+
+    Of the dataset of one interface; NaN where the grid varies the gap of another.
+    """
     open_ = (dataset["impact_count"] == 0).all("yield_force")
-    return dataset["gap"].where(open_).min("gap")
+    return dataset["gap"].where(open_ & is_varied(dataset)).min("gap")
 
 
-def flips(dataset: xr.Dataset, baseline: str) -> dict[str, tuple[Array, Array]]:
+def can_yield(dataset: xr.Dataset, place: int = 0) -> xr.DataArray:
+    """True for the yield forces of the grid at which a contact point of interface ``place`` has a finite one."""
+    if "contact_point_yield_force" not in dataset.coords:
+        return dataset["yield_force"] < np.inf
+    at_points = dataset["contact_point_yield_force"] < np.inf
+    return at_points.isel(contact_point=dataset["contact_point_interface"].values == place).any("contact_point")
+
+
+def flips(dataset: xr.Dataset, baseline: str, place: int = 0) -> dict[str, tuple[Array, Array]]:
     """By conclusion of `CONCLUSIONS`: in how many cases each law disagrees with the baseline, and of how many.
 
-    Contact is judged in every case; the yield exceedance where F_E is finite and the displacement, both where the
-    baseline has contact; the gap once a motion.
+    At interface ``place``. Contact is judged in every case; the yield exceedance where F_E is finite and the
+    displacement, both where the baseline has contact; the gap once a motion, where the grid varies this interface's.
     """
+    strengths, dataset = can_yield(dataset, place), at_interface(dataset, place)
     at, cases = place_of(dataset, baseline), touching(dataset, baseline)
     count, exceeds = by_case(dataset["impact_count"]), by_case(dataset["yield_exceedance"])
-    strength = dataset["yield_force"].broadcast_like(dataset["impact_count"])
-    strong = np.isfinite(by_case(strength)[at])
-    ratio = ratios(outputs_of(dataset)[REACH], at, cases)
-    gaps = gap_without_contact(dataset).fillna(np.inf)
-    closed = by_case(gaps)
+    strong = by_case(strengths.broadcast_like(dataset["impact_count"]))[at] > 0.0
+    ratio = ratios(dataset["peak_relative_displacement"], at, cases)
+    closed = by_case(gap_without_contact(dataset).fillna(np.inf))
+    varied = np.full(closed.shape, is_varied(dataset))
     both = (count >= 0.0) & (count[at] >= 0.0)
     yields = (exceeds >= 0.0) & (exceeds[at] >= 0.0) & cases & strong
     return {
         "contact": _totals(both & ((count > 0.0) != (count[at] > 0.0)), both),
         "yield exceedance": _totals(yields & (exceeds != exceeds[at]), yields),
         "displacement": _totals(np.abs(ratio - 1.0) > NOTABLE, ~np.isnan(ratio)),
-        "gap adequacy": _totals(closed != closed[at], np.ones_like(closed, dtype=bool)),
+        "gap adequacy": _totals(closed != closed[at], varied),
     }
 
 
@@ -164,9 +240,10 @@ def _totals(differs: NDArray[np.bool_], judged: NDArray[np.bool_]) -> tuple[Arra
 def typical_case(dataset: xr.Dataset, baseline: str) -> dict[str, int]:
     """Place of the case in which the laws' peak relative displacements differ as much as in the median case.
 
-    Largest over smallest, among the cases in which the baseline has contact; the first case where none has.
+    Of the dataset of one interface. Largest over smallest, among the cases in which the baseline has contact; the first
+    case where none has.
     """
-    values = outputs_of(dataset)[REACH]
+    values = dataset["peak_relative_displacement"]
     axes = [axis for axis in CASES if axis in values.dims]
     shape = [values.sizes[axis] for axis in axes]
     table = by_case(values)
@@ -182,7 +259,12 @@ def with_terms_of_its_own(dataset: xr.Dataset) -> NDArray[np.bool_]:
     """True for a law that has a force but no stiffness: neither its e nor its force can be made equal to another's."""
     if "stiffness_unit" not in dataset:
         return np.zeros(dataset.sizes["contact_model"], dtype=bool)
-    return np.asarray((dataset["stiffness_unit"] == "") & dataset["reference_peak_force"].notnull(), dtype=bool)
+    return np.asarray((dataset["stiffness_unit"] == "") & _anywhere(dataset["reference_peak_force"]), dtype=bool)
+
+
+def _anywhere(values: xr.DataArray) -> xr.DataArray:
+    """By law, whether a value is defined at any interface."""
+    return values.notnull().any([dim for dim in values.dims if dim != "contact_model"])
 
 
 def peers(dataset: xr.Dataset) -> list[str]:
@@ -195,7 +277,7 @@ def peers(dataset: xr.Dataset) -> list[str]:
     damped = dataset["dissipates"].values
     alike = (damped == damped[place_of(dataset, baseline)]) & ~with_terms_of_its_own(dataset)
     if "reference_restitution_asked" in dataset:
-        asked = dataset["reference_restitution_asked"].notnull().values
+        asked = _anywhere(dataset["reference_restitution_asked"]).values
         alike &= asked == asked[place_of(dataset, baseline)]
     names = [str(name) for name, same in zip(dataset["contact_model"].values, alike, strict=True) if same]
     return [name for name in names if name != baseline]
@@ -209,7 +291,7 @@ def finding(dataset: xr.Dataset) -> str:
     alone is told as that of yielding.
     """
     names, baseline = peers(dataset), str(dataset.attrs["baseline"])
-    if not int(dataset["judged"].sel(conclusion="displacement", contact_model=baseline)):
+    if not int(dataset["judged"].sel(conclusion="displacement", contact_model=baseline).sum()):
         return f"The model cannot matter here: {baseline} has contact in no case."
     if not names:
         return f"Nothing to compare on equal terms: no other law dissipates as {baseline} does."
@@ -229,7 +311,8 @@ def finding(dataset: xr.Dataset) -> str:
             "The model hardly matters here: in the middle 68 % of the cases every output of every law stays within "
             f"{100 * NOTABLE:.0f} % of that of {baseline}"
         )
-    return "; ".join([sentence, *_flipping(shares, names), *_aside(dataset, names)]) + "."
+    where = interface_names(dataset)
+    return "; ".join([sentence, *_flipping(shares, names, where), *_aside(dataset, names)]) + "."
 
 
 def _often(dataset: xr.Dataset, names: list[str]) -> bool:
@@ -253,7 +336,7 @@ def _by_cap(dataset: xr.Dataset, names: list[str]) -> tuple[list[str], list[str]
     """
     capped = dict(zip(map(str, dataset["contact_model"].values), dataset["capped"].values, strict=True))
     baseline = capped[str(dataset.attrs["baseline"])]
-    strong = not np.isfinite(dataset["yield_force"].values).any()
+    strong = not any(can_yield(dataset, place).any() for place in range(len(interface_names(dataset))))
     alike = [name for name in names if strong or capped[name] == baseline]
     return alike, [name for name in names if name not in alike]
 
@@ -294,15 +377,15 @@ def furthest(dataset: xr.Dataset, output: str, names: list[str]) -> tuple[str, f
     return max(rows, key=lambda row: _reach(*row[1:]))
 
 
-def _flipping(shares: dict[str, Array], names: list[str]) -> Iterator[str]:
-    """For each conclusion that is judged, how often at most it flips, and under which law."""
+def _flipping(shares: dict[str, Array], names: list[str], interfaces: list[str]) -> Iterator[str]:
+    """For each conclusion that is judged, how often at most it flips, under which law and at which interface."""
     for conclusion, words in FLIPS.items():
-        share = shares[conclusion]
+        share = shares[conclusion].reshape(len(names), len(interfaces))
         if np.isnan(share).all():
             continue
-        at = int(np.nanargmax(share))
-        share_words = f"up to {percent(share[at])} of the cases ({names[at]})" if share[at] > 0.0 else "none"
-        yield f"{words} in {share_words}"
+        law, place = np.unravel_index(int(np.nanargmax(share)), share.shape)
+        most, where = float(share[law, place]), _at(names[law], interfaces[place], interfaces)
+        yield f"{words} in {f'up to {percent(most)} of the cases ({where})' if most > 0.0 else 'none'}"
 
 
 def percent(share: float) -> str:
@@ -311,19 +394,54 @@ def percent(share: float) -> str:
 
 
 def flip_share(dataset: xr.Dataset, conclusion: str, names: list[str]) -> Array:
-    """The share of the judged cases in which each of the laws disagrees; NaN where none is judged."""
+    """The share of the judged cases in which each of the laws disagrees, by interface; NaN where none is judged."""
     one = dataset.sel(conclusion=conclusion, contact_model=names)
     judged = one["judged"].values.astype(float)
     return np.asarray(np.divide(one["flips"].values, judged, out=np.full(judged.shape, nan), where=judged > 0.0))
 
 
+def widest_interface(dataset: xr.Dataset) -> int:
+    """The interface whose peak relative displacement the laws move furthest from the baseline's, by the 16-84 % range.
+
+    Of the laws that the finding is about, of all where it is about none; the first interface where none moves any.
+    """
+    names = peers(dataset) or [str(name) for name in dataset["contact_model"].values]
+    interfaces = interface_names(dataset)
+    ranges = [furthest(dataset, _at(REACH, interface, interfaces), names) for interface in interfaces]
+    return int(np.argmax([_reach(*law_range[1:]) for law_range in ranges]))
+
+
+def place_of_interface(dataset: xr.Dataset, interface: str | None = None) -> int:
+    """Index of an interface by its name, by default that of `widest_interface`; raises as `index_of_interface`."""
+    return widest_interface(dataset) if interface is None else index_of_interface(interface_names(dataset), interface)
+
+
+def index_of_interface(names: Sequence[str], interface: str) -> int:
+    """Index of an interface by its name; raises PoundingError for a name that none of them has."""
+    if interface not in names:
+        known = " or ".join(f'"{name}"' for name in names)
+        raise PoundingError(f'"{interface}" is not an interface{nearest(interface, names)}; it may be {known}')
+    return list(names).index(interface)
+
+
+def which_interface(dataset: xr.Dataset, place: int) -> str:
+    """Words for interface ``place``, with the rule if `widest_interface` has it; "" where there is one interface."""
+    names = interface_names(dataset)
+    if len(names) < 2:
+        return ""
+    rule = ", where the laws move the peak relative displacement most" if place == widest_interface(dataset) else ""
+    return f"interface {names[place]} of {len(names)}{rule}"
+
+
 def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
     """The variables that a comparison adds to a scan: ratios, ranks, flips and gaps, as xarray takes them."""
-    at, cases = place_of(dataset, baseline), touching(dataset, baseline)
+    at, cases = place_of(dataset, baseline), touching_by_output(dataset, baseline)
     outputs = outputs_of(dataset)
-    spreads = np.array([spread(ratios(values, at, cases)) for values in outputs.values()])
-    ranks = np.array([rank_agreement(values, at, cases) for values in outputs.values()])
-    judged = flips(dataset, baseline)
+    spreads = np.array([spread(ratios(values, at, cases[name])) for name, values in outputs.items()])
+    ranks = np.array([rank_agreement(values, at, cases[name]) for name, values in outputs.items()])
+    interfaces = range(len(interface_names(dataset)))
+    judged = [flips(dataset, baseline, place) for place in interfaces]
+    gaps = [gap_without_contact(at_interface(dataset, place)) for place in interfaces]
     law = ("output", "contact_model")
     percentiles = zip(("low", "median", "high"), (LOW, MIDDLE, HIGH), strict=True)
     over = f"of the ratio to {baseline}'s, over the cases with contact under {baseline}"
@@ -340,17 +458,26 @@ def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
             ranks[:, :, 1],
             _unitless("Spearman's correlation of the motions' ranks, at the gap and yield force of the lowest"),
         ),
-        "flips": _counts(judged, 0, f"cases in which a law disagrees with {baseline}"),
-        "judged": _counts(judged, 1, f"cases in which a law and {baseline} can be compared"),
-        "gap_without_contact": gap_without_contact(dataset).assign_attrs(
-            units="m", long_name="smallest gap of the grid without contact; NaN where every gap has contact"
-        ),
+        "flips": _counts(dataset, judged, 0, f"cases in which a law disagrees with {baseline}"),
+        "judged": _counts(dataset, judged, 1, f"cases in which a law and {baseline} can be compared"),
+        "gap_without_contact": (*_along(dataset, gaps[0].dims, gaps), {"units": "m", "long_name": OPEN_GAP}),
     }
+
+
+def _along(dataset: xr.Dataset, dims: tuple[Any, ...], parts: list[Any]) -> tuple[Any, ...]:
+    """Values of every interface with their dimensions, `interface` last where the dataset has it."""
+    values = [np.asarray(part) for part in parts]
+    if "interface" not in dataset.dims:
+        return dims, values[0]
+    return (*dims, "interface"), np.stack(values, axis=-1)
 
 
 def _unitless(words: str) -> dict[str, str]:
     return {"units": "1", "long_name": words}
 
 
-def _counts(judged: dict[str, tuple[Array, Array]], part: int, words: str) -> tuple[Any, ...]:
-    return ("conclusion", "contact_model"), np.array([judged[name][part] for name in CONCLUSIONS]), _unitless(words)
+def _counts(
+    dataset: xr.Dataset, judged: list[dict[str, tuple[Array, Array]]], part: int, words: str
+) -> tuple[Any, ...]:
+    counts = [np.array([of_one[name][part] for name in CONCLUSIONS]) for of_one in judged]
+    return *_along(dataset, ("conclusion", "contact_model"), counts), _unitless(words)

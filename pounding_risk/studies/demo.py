@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import replace
 from importlib.resources import files
 from math import inf
 from typing import NamedTuple
@@ -73,7 +71,7 @@ def window(study: Scene) -> Window:
     none fits.
     """
     grid = study.grid._replace(yield_forces=(*SEARCHED, inf), gaps=(study.gap,))
-    searched = scan(replace(study, grid=grid))
+    searched = scan(study.updated(grid=grid))
     indices = np.flatnonzero(fitting(searched.sel(polarity=AS_RECORDED).squeeze()))
     if not indices.size:
         tried = f"{SEARCHED[0] / 1e3:.0f} to {SEARCHED[-1] / 1e3:.0f} kN"
@@ -96,7 +94,7 @@ def fitting(line: xr.Dataset) -> np.ndarray:
 def pair_findings(elastic: xr.Dataset, plastic: xr.Dataset) -> list[str]:
     """Both laws on the paper's pair, in sentences with numbers."""
     peaks = [float(np.abs(run["relative_displacement"]).max()) * 1e3 for run in (elastic, plastic)]
-    first = json.loads(plastic.attrs["outputs"])["first_yield_time"]
+    first = float(plastic["first_yield_time"].min())
     contacts = plastic.sizes["contact"]
     yielding = int((plastic["contact_yields"] > 0).sum())
     return [

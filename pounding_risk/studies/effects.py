@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from math import inf
 from pathlib import Path
 from statistics import median
@@ -14,17 +13,18 @@ import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.dates import created
-from pounding_risk.ensemble.plan.cost import row_bench
 from pounding_risk.ensemble.replacing import check_replaceable
 from pounding_risk.ensemble.scan import scan
-from pounding_risk.errors import PoundingError
+from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.results.files import as_text, check_target, save
 from pounding_risk.results.labels import described
-from pounding_risk.scene.reader import as_scene
-from pounding_risk.scene.scene import Effect, Scene, known_law
-from pounding_risk.studies.accuracy import bench_of, run_event
+from pounding_risk.scene.interfaces import known_law
+from pounding_risk.scene.reader import as_scene, study_from
+from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.tables import Effect
+from pounding_risk.studies.accuracy import bench_of
 from pounding_risk.units import Quantity, parse
 
 NONE, ALL = "none", "all together"
@@ -53,8 +53,9 @@ def effects(
     """Run a scene's grid without effects, with each effect alone and with all of them.
 
     The effects are those of the scene. Where it names none, they are all that act on the ground, or in a row on its
-    buildings, or on one of its contact models, with the options of their examples. An effect that acts on another is
-    switched on with it. Contact models that one of the effects does not act on are left out.
+    buildings, or on one of its contact models, with the options of their examples; the attribute ``left_out`` says why
+    one that the scene refuses is not among them. An effect that acts on another is switched on with it. Contact models
+    that one of the effects does not act on are left out.
 
     Parameters
     ----------
@@ -86,12 +87,13 @@ def effects(
         check_replaceable(target, "effects", new=new)
     study = as_scene(study)
     laws = study.grid.contact_models
-    unsuited = {} if study.effects else {name: why for name in EFFECTS if (why := _unsuited(study, name))}
-    acting = [name for name in EFFECTS if name not in unsuited and any(_acts(name, law) for law in laws)]
+    offered = [] if study.effects else [name for name in EFFECTS if _keeps_solver(study, name)]
+    unsuited = {name: why for name in offered if (why := _unsuited(study, name))}
+    acting = [name for name in offered if name not in unsuited and any(_acts(name, law) for law in laws)]
     switched = study.effects or tuple(_example(name) for name in acting)
     kept_laws = tuple(law for law in laws if all(_acts(effect.name, law) for effect in switched))
-    study = replace(study, grid=study.grid._replace(contact_models=kept_laws))
-    scenes = [(name, replace(study, effects=chosen)) for name, chosen in combinations(switched).items()]
+    study = study.updated(grid=study.grid._replace(contact_models=kept_laws))
+    scenes = [(name, study.updated(effects=chosen)) for name, chosen in combinations(switched).items()]
     scans = []
     for number, (_, scene) in enumerate(scenes):
         scans.append(scan(scene, check_fraction=0.0))
@@ -104,7 +106,7 @@ def effects(
     dataset.attrs |= {"effects": as_text({effect.name: effect.written() for effect in switched})}
     dropped_laws = [law for law in laws if law not in kept_laws]
     reasons = [f"{', '.join(dropped_laws)}: not every effect here acts on it"] if dropped_laws else []
-    dataset.attrs["left_out"] = "; ".join([*reasons, *(why for name, why in unsuited.items() if _fits(study, name))])
+    dataset.attrs["left_out"] = "; ".join([*reasons, *unsuited.values()])
     dataset.attrs |= {"finding": finding(dataset), **created("pounding_risk.effects")}
     if target is not None:
         save(dataset, target)
@@ -138,15 +140,15 @@ def _acts(effect: str, law: str) -> bool:
     return not refusal(known_law(law), effect)
 
 
-def _fits(study: Scene, effect: str) -> bool:
-    """True where an effect is one of a row or of a pair, as the scene is."""
-    return not acts_on_ground(effect) if study.is_row else not acts_on_buildings(effect)
+def _keeps_solver(study: Scene, effect: str) -> bool:
+    """True where the scene's solver has the effect: those of buildings are of rows, and would be compared with them."""
+    return study.is_row or not acts_on_buildings(effect)
 
 
 def _unsuited(study: Scene, effect: str) -> str:
     """Why the example of an effect has no place in a scene that names none; "" where it has."""
-    if not _fits(study, effect):
-        return f"{effect} is for {'pairs' if study.is_row else 'rows'}"
+    if acts_on_ground(effect):
+        return _refused(study, effect)
     if not acts_on_buildings(effect):
         return ""
     if effect == "inelastic_storeys" and not any(building.strengths for building in study.buildings):
@@ -156,6 +158,15 @@ def _unsuited(study: Scene, effect: str) -> str:
             chain_of(building, (_example(effect),))
     except PoundingError as error:
         return str(error)
+    return ""
+
+
+def _refused(study: Scene, effect: str) -> str:
+    """The sentence with which the scene's own checks refuse an effect; "" where they take its example."""
+    try:
+        study_from({**study.resolved(), "effects": {effect: _example(effect).written()}})
+    except SceneError as error:
+        return next((fault for fault in error.faults if effect in fault), "")
     return ""
 
 
@@ -173,12 +184,10 @@ def run_times(scenes: list[Scene], repeats: int) -> np.ndarray:
 
 def _timer(scene: Scene) -> Callable[[], float]:
     """What runs some cases of a scene and tells the processor time of one [s]."""
-    if scene.is_row:
-        return row_bench(scene, CASES_TIMED).seconds
     bench = bench_of(scene, CASES_TIMED)
 
     def timed() -> float:
-        outcome = run_event(bench, scene.rtol)
+        outcome = bench.event(scene.rtol)
         # The motion without contact is common to all cases of a record.
         return outcome.seconds - outcome.free_seconds * len(bench.motions) / bench.size
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
-from math import isclose, isinf
+from math import isinf
 from os import cpu_count
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,14 +22,14 @@ from pounding_risk._common.dates import created
 from pounding_risk._common.files import AGAIN
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
-from pounding_risk.ensemble.laws import law_of
+from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
-from pounding_risk.ensemble.row_grid import row_grid
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import RESULTS, check_target, open_results
+from pounding_risk.results.grid_values import axis_words, place_of
 from pounding_risk.results.labels import (
     CONVENTIONS,
     OUTCOME,
@@ -41,32 +41,27 @@ from pounding_risk.results.labels import (
 )
 from pounding_risk.results.layout import AXES, CaseVariable, Template, blocks
 from pounding_risk.results.provenance import check_records, recorded
+from pounding_risk.results.run_labels import Case
 from pounding_risk.results.store import store_of
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import read_scene
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import STATUS_SENTENCES
-from pounding_risk.solver.pair.api import Interface
-from pounding_risk.studies.simulate import pair_histories
-from pounding_risk.studies.simulate_row import Cell, row_histories
-from pounding_risk.units import GAP, PGA, YIELD_FORCE, Quantity, say, si
+from pounding_risk.studies.simulate import run_of
 
 LAW = AXES.index("contact_model")
-NEAR = 1e-9  # relative: a value of the grid that was written down and read again
-FEW = 8  # values of a grid that a sentence lists
-QUANTITIES = {"pga": PGA, "gap": GAP, "yield_force": YIELD_FORCE}
 Asked = dict[str, Sequence[Any] | None]  # by axis; None for all values of it
 MOST = 1000  # cases, unless more are asked for: some tens of seconds, and a gigabyte
-OF_A_PAIR = {
-    "displacement": ("building",),
-    "relative_displacement": (),
-    "contact_force": (),
-    "energy_ground": (),
-    "energy_held": (),
-    "energy_contact": (),
-    "energy_damping": (),
-}
-OF_A_ROW = {"displacement": ("building", "storey"), "contact_force": ("contact_point",)}
+# Of the histories of a run, those that are written where its solver makes them.
+WRITTEN = (
+    "displacement",
+    "relative_displacement",
+    "contact_force",
+    "energy_ground",
+    "energy_held",
+    "energy_contact",
+    "energy_damping",
+)
 CODES = {sentence: code for code, sentence in STATUS_SENTENCES.items()}
 COMMENT = (
     "Values at the samples of the records. Between two samples a peak can be larger: the peaks in the results of "
@@ -93,7 +88,6 @@ class Cases(NamedTuple):
     study: Scene
     motions: tuple[Motion, ...]
     choice: Choice
-    laws: dict[int, Any]  # of a pair, by place
 
     @property
     def samples(self) -> int:
@@ -108,25 +102,35 @@ class Cases(NamedTuple):
     def run(self, case: Sequence[int]) -> xr.Dataset:
         """Dataset of a case, as `simulate` returns it."""
         study, grid = self.study, self.study.grid
-        motion, (law, gap, force) = self.motion(case), case[LAW:]
-        if study.is_row:
-            # A grid of one yield force leaves every interface its own.
-            level = grid.yield_forces[force] if len(grid.yield_forces) > 1 else None
-            gaps, forces = study.interface_gaps(grid.gaps[gap]), study.point_yield_forces(level)
-            return row_histories(study, Cell(motion, grid.contact_models[law], np.array(gaps), np.array(forces)))
-        interface = Interface(grid.gaps[gap], self.laws[law], study.restitution, grid.yield_forces[force])
-        return pair_histories(study, motion, interface)
+        law, gap, force = case[LAW:]
+        level = grid.gaps[gap], grid.yield_forces[force]
+        limits = study.interface_gaps(level[0]), level_forces(study, level[1])
+        return run_of(study, Case(self.motion(case), grid.contact_models[law], *level, *limits))
 
     def at_samples(self, case: Sequence[int]) -> dict[str, Any]:
         """The variables of a case, time last and NaN past the end of its record, and its status."""
         run, motion = self.run(case), self.motion(case)
         nodes = _nearest(run["time"].values, motion.times)
         variables: dict[str, Any] = {"status": CODES[run.attrs["status"]]}
-        for name in OF_A_ROW if self.study.is_row else OF_A_PAIR:
+        for name in written(run):
             array = np.moveaxis(run[name].values[nodes], 0, -1)
             variables[name] = np.full((*array.shape[:-1], self.samples), np.nan)
             variables[name][..., : len(nodes)] = array
         return variables
+
+
+def level_forces(study: Scene, force: float) -> tuple[float, ...]:
+    """Yield forces of the contact points [N] at a yield force of the grid.
+
+    Of a grid of one yield force several interfaces have their own.
+    """
+    is_own = len(study.grid.yield_forces) == 1 and len(study.neighbours) > 1
+    return study.point_yield_forces(None if is_own else force)
+
+
+def written(run: xr.Dataset) -> list[str]:
+    """Names of the histories of a run that are written."""
+    return [name for name in WRITTEN if name in run]
 
 
 def histories(
@@ -231,9 +235,7 @@ def _chosen_cases(source: Scene | str | Path, wanted: Asked, output: str | None,
             if output is not None:
                 check_scan(results, str(source))
                 choice = largest(results, output, choice)
-    law_indices = dict.fromkeys(choice.places[:, LAW].tolist())
-    laws = {} if study.is_row else {index: law_of(study, study.grid.contact_models[index]) for index in law_indices}
-    return Cases(study, motions, choice, laws)
+    return Cases(study, motions, choice)
 
 
 def template_of(cases: Cases) -> Template:
@@ -243,9 +245,11 @@ def template_of(cases: Cases) -> Template:
     run, *_ = [cases.run(case) for case in first]
     variables = {
         name: CaseVariable(
-            (*dims, "sample"), np.dtype(np.float64), {**run[name].attrs, "cell_methods": "sample: point"}
+            (*map(str, run[name].dims[1:]), "sample"),
+            np.dtype(np.float64),
+            {**run[name].attrs, "cell_methods": "sample: point"},
         )
-        for name, dims in (OF_A_ROW if cases.study.is_row else OF_A_PAIR).items()
+        for name in written(run)
     }
     return Template(_skeleton(cases), {**variables, "status": OUTCOME["status"]}, choice.shape)
 
@@ -255,9 +259,8 @@ def _skeleton(cases: Cases) -> xr.Dataset:
     study, choice, samples = cases.study, cases.choice, cases.samples
     labels = case_coordinates(study, cases.motions)
     labels.pop("period", None)
-    if study.is_row:
-        grid = row_grid(study)
-        labels |= places_of(study, grid.gaps, grid.yield_forces)
+    gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
+    labels |= places_of(study, gaps, np.array([level_forces(study, force) for force in study.grid.yield_forces]))
     whole = one_amplitude(xr.Dataset(coords=labels), study)
     along = "contact_model" if choice.by_law else "record"
     indexers: dict[str, Any] = {axis: sorted(set(choice.places[:, place].tolist())) for place, axis in enumerate(AXES)}
@@ -293,7 +296,7 @@ def _attributes(cases: Cases) -> dict[str, Any]:
     return {
         "Conventions": CONVENTIONS,
         "title": f"{study.name}: time histories",
-        "source": f"pounding_risk: event-driven {'row' if study.is_row else 'pair'} solver",
+        "source": f"pounding_risk: event-driven {job_kind(study).solver} solver",
         "comment": COMMENT,
         **made_from(study, [cases.motions[place] for place in cases.choice.records]),
     }
@@ -385,42 +388,5 @@ def _places(axis: str, known: tuple[Any, ...], wanted: Sequence[Any] | None) -> 
     if wanted is None:
         return list(range(len(known)))
     if not wanted:
-        raise PoundingError(f"{_words(axis)}: the list is empty; name one value at least, or leave it out for all")
-    return sorted({_place(axis, known, value) for value in wanted})
-
-
-def _place(axis: str, known: tuple[Any, ...], value: Any) -> int:
-    """Place of a value; a number in SI, or text with a unit."""
-    if axis in QUANTITIES:
-        value = si(value, QUANTITIES[axis], _words(axis))
-    if known == (None,):
-        raise PoundingError(
-            "the scene scales its records to no PGA, so that there is none to choose; leave it out, or choose records"
-        )
-    for index, level in enumerate(known):
-        if level == value or (axis in QUANTITIES and isclose(level, value, rel_tol=NEAR)):
-            return index
-    raise PoundingError(_absent(axis, known, value))
-
-
-def _absent(axis: str, known: tuple[Any, ...], value: Any) -> str:
-    quantity = QUANTITIES.get(axis)
-    if quantity is None:
-        return f"{_words(axis)} {value!r} is not in the grid{nearest(str(value), known)}, which has {_listed(known)}"
-    written = say(value, quantity, 10)
-    beside = sorted(known, key=lambda level: abs(level - value) if not isinf(level) else np.inf)[:2]
-    close = f" (next to it are {_numbers(sorted(beside), quantity)})" if len(known) > FEW else ""
-    return f"{_words(axis)} {written} is not in the grid, which has {_numbers(known, quantity)}{close}"
-
-
-def _numbers(values: Sequence[float], quantity: Quantity) -> str:
-    return _listed([say(value, quantity, 10) for value in values])
-
-
-def _listed(values: Sequence[str]) -> str:
-    """All where they are few, otherwise how many from which to which."""
-    return ", ".join(values) if len(values) <= FEW else f"{len(values)} from {values[0]} to {values[-1]}"
-
-
-def _words(axis: str) -> str:
-    return "PGA" if axis == "pga" else axis.replace("_", " ")
+        raise PoundingError(f"{axis_words(axis)}: the list is empty; name one value at least, or leave it out for all")
+    return sorted({place_of(axis, known, value) for value in wanted})

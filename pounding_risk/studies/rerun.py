@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from pounding_risk._common.counted import counted
 from pounding_risk._common.progress import Progress
+from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import open_results, told, versions
@@ -29,7 +32,8 @@ class Difference(NamedTuple):
     words: str = ""  # where shape or kind differ
 
 
-class Rerun(NamedTuple):
+@dataclass(frozen=True, repr=False)
+class Rerun(ShortRepr):
     """Outcome of running a study again and comparing it with its results."""
 
     dataset: xr.Dataset  # of the second run
@@ -39,6 +43,15 @@ class Rerun(NamedTuple):
     new: tuple[str, ...]  # and those that only it has
     versions: dict[str, tuple[str, str]]  # of what computed, where it was another: (was, is)
     notes: tuple[str, ...]  # what else is not as it was, a sentence each
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """Whether all is the same, and what differs, as pairs of a name and words."""
+        yield "compared", counted(self.compared, "variable")
+        yield "the same to the last bit", "yes" if self.same else "no"
+        names = {"differ": [one.name for one in self.differences], "missing": self.missing, "new": self.new}
+        yield from ((what, ", ".join(which)) for what, which in names.items() if which)
+        yield from ((name, f"was {was}, is {now}") for name, (was, now) in self.versions.items())
+        yield from (("note", note) for note in self.notes)
 
     @property
     def same(self) -> bool:

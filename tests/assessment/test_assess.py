@@ -622,15 +622,16 @@ def test_a_target_beside_another_percentile_is_what_the_verdict_uses():
 
 def test_other_datasets_are_refused_by_name(dataset):
     for other, name in (
-        (xr.Dataset(coords={"time": [0.0]}), "simulate"),
+        (xr.Dataset({"contact_force": ("time", [0.0])}, coords={"time": [0.0]}), "simulate"),
         (xr.Dataset(coords={"setting": ["x"]}), "accuracy"),
         (xr.Dataset(coords={"effects": ["x"]}), "effects"),
         (dataset.assign_attrs(baseline="linear"), "compare"),
     ):
         with pytest.raises(PoundingError, match=f"a dataset of `{name}`"):
             assess(other)
-    with pytest.raises(PoundingError, match="no dataset of pounding-risk"):
-        assess(xr.Dataset())
+    for foreign in (xr.Dataset(), xr.Dataset({"rain": ("time", [0.0])}, coords={"time": [0.0]})):
+        with pytest.raises(PoundingError, match="no dataset of pounding-risk"):
+            assess(foreign)
     with pytest.raises(PoundingError, match=r"has no peak_closing_free: an older version wrote it; scan"):
         assess(dataset.drop_vars("peak_closing_free"))
 

@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -90,14 +89,14 @@ def test_what_asks_for_the_same_numbers_has_one_identity():
     """A quantity in another unit, the scene's text and its file do not count, nor that it was changed by a --set."""
     study = parse_scene(SCENE.replace('"20 mm"', '"2 cm"') + "# a comment\n", "other.toml", [])
     assert told(asked(), asked()._replace(study=study)) == []
-    assert told(asked('interface.gap="25 mm"'), asked()._replace(study=study.with_interfaces(gap=0.025))) == []
+    assert told(asked('interface.gap="25 mm"'), asked()._replace(study=study.updated(gap=0.025))) == []
 
 
 def test_numbers_of_numpy_are_numbers():
     """As a search hands them over that makes its studies in Python."""
     study = asked().study
     numbers = {"rtol": np.float64(1e-6), "plastic_exponent": np.float64(study.plastic_exponent)}
-    same = replace(study.with_interfaces(gap=np.float64(0.02)), **numbers)
+    same = study.updated(gap=np.float64(0.02), **numbers)
     assert told(asked(), asked()._replace(study=same)) == []
     assert told(asked(), asked(check_fraction=np.float64(0.0), screening=np.bool_(True))) == []
     assert difference({"options": {"a": np.int64(1)}}, {"options": {"a": 1}}) == []
@@ -171,7 +170,7 @@ def test_another_kind_of_processor_is_told_where_nothing_else_differs():
 
 
 def test_a_title_counts_for_nothing():
-    renamed = replace(parse_scene(SCENE), name="another title")
+    renamed = parse_scene(SCENE).updated(name="another title")
     assert told(asked(), asked()._replace(study=renamed)) == []
 
 
@@ -184,7 +183,7 @@ def test_what_is_prepared_is_told_to_the_last_digit(effects):
     once, again = (job_of(ScanInput(study, motions)).prepared for _ in range(2))
     assert once == again
     changed = first._replace(damping=float(np.nextafter(first.damping, 1.0)))
-    assert job_of(ScanInput(replace(study, buildings=(changed, *others)), motions)).prepared != once
+    assert job_of(ScanInput(study.updated(buildings=(changed, *others)), motions)).prepared != once
 
 
 def test_the_digest_of_the_package_covers_what_computes(tmp_path, monkeypatch):

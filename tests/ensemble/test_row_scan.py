@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -168,7 +167,7 @@ def test_the_scene_of_a_dataset_runs_again_to_the_same_numbers(screened):
 def test_progress_counts_every_case():
     told = []
     study = parse_scene(FOUR_IN_A_ROW)
-    one = replace(study, records=study.records._replace(names=study.records.names[:1]))
+    one = study.updated(records=study.records._replace(names=study.records.names[:1]))
     scan(one, check_fraction=0.0, progress=lambda done, total: told.append((done, total)))
     assert told[-1] == (18, 18) and [done for done, _ in told] == sorted(done for done, _ in told)
 

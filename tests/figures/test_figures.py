@@ -36,27 +36,38 @@ def made_run(law: str, scale: float = 1.0, first_yield: float = np.nan, parts_at
     """Two seconds in which the displacement is a sine, scaled after ``parts_at``."""
     time = np.linspace(0.0, 2.0, 201)
     moved = -4e-3 * np.sin(2.0 * np.pi * time) * np.where(time > parts_at, 2.0 * scale, 1.0)
-    told = {"impact_count": 2.0, "peak_contact_force": 3e5, "peak_relative_displacement": np.abs(moved).max()}
+    told = {"impact_count": 2, "peak_contact_force": 3e5, "peak_relative_displacement": np.abs(moved).max()}
+    told |= {"first_yield_time": first_yield}
+    force = np.inf if np.isnan(first_yield) else 3e5
     named = {name: ("time", moved**2) for name in ("energy_ground", "energy_damping", "energy_contact", "energy_held")}
     return xr.Dataset(
         {
-            "relative_displacement": ("time", moved),
-            "contact_force": ("time", np.maximum(moved, 0.0) * 1e8),
+            "displacement": (("time", "building", "storey"), np.zeros((201, 2, 1))),
+            "relative_displacement": (("time", "contact_point"), moved[:, None]),
+            "contact_force": (("time", "contact_point"), np.maximum(moved, 0.0)[:, None] * 1e8),
             "ground_acceleration": ("time", moved * 1e3),
             "contact_start": ("contact", [0.5, 1.5]),
             "contact_end": ("contact", [0.6, 1.6]),
             **named,
+            **{name: ("interface", [value]) for name, value in told.items()},
         },
-        coords={"time": time, "gap": 0.005},
+        coords={
+            "time": time,
+            "interface": ["one | other"],
+            "interface_gap": ("interface", [0.005]),
+            "contact_point": ["one 1 | other 1"],
+            "contact_point_interface": ("contact_point", [0]),
+            "contact_point_yield_force": ("contact_point", [force]),
+        },
         attrs={
             "title": "A pair",
             "record": "R1",
             "polarity": "as recorded",
             "contact_model": law,
             "gap": 0.005,
-            "yield_force": np.inf if np.isnan(first_yield) else 3e5,
+            "yield_force": force,
             "pga": 4.903325,
-            "outputs": json.dumps({**told, "first_yield_time": first_yield}),
+            "status": "complete",
         },
     )
 

@@ -16,7 +16,7 @@ from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, stiffness_matrix
 from pounding_risk.results.labels import sources_of
-from pounding_risk.scene.scene import Effect
+from pounding_risk.scene.tables import Effect
 from pounding_risk.studies import demo
 from pounding_risk.studies.modes import building_modes
 
@@ -232,6 +232,6 @@ def test_laws_and_grounds_pass_over_them():
 
 
 def test_results_name_where_they_are_from():
-    study = replace(demo.scene("paper"), effects=(Effect("p_delta"), Effect("soil_flexibility", soil()[1])))
+    study = demo.scene("paper").updated(effects=(Effect("p_delta"), Effect("soil_flexibility", soil()[1])))
     told = sources_of(study, (Jankowski(1e9),))
     assert any("Wilson and Habibullah" in each for each in told) and any("Wolf (1994)" in each for each in told)

@@ -3,7 +3,6 @@
 import csv
 import re
 import shutil
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -196,7 +195,7 @@ def test_what_excludes_each_other_is_refused_in_a_call_as_in_a_scene_file(change
     told = refused(request)
     assert told.startswith(f"records.{key}: {sentence}")
     (tmp_path / "a.csv").touch()
-    study = replace(parse_scene(SCENE + 'names = ["RSN6-180"]\n', str(tmp_path / "scene.toml")), records=request)
+    study = parse_scene(SCENE + 'names = ["RSN6-180"]\n', str(tmp_path / "scene.toml")).updated(records=request)
     with pytest.raises(SceneError, match=re.escape(told)):
         parse_scene(study.to_toml(), study.source)
     with pytest.raises(SceneError, match=re.escape(told)):
@@ -211,7 +210,7 @@ def test_an_amplitude_beside_that_of_the_grid_is_refused_in_a_call_too(changed, 
     study = parse_scene(SCENE + 'names = ["RSN6-180"]\n[grid]\npga = ["0.2 g", "0.4 g"]\n')
     sentence = f"records.{key}: the grid has a pga, which sets the amplitude; remove {key}, or pga from [grid]"
     with pytest.raises(SceneError, match=re.escape(sentence)):
-        gathered(replace(study, records=study.records._replace(**changed)))
+        gathered(study.updated(records=study.records._replace(**changed)))
 
 
 def test_one_chain_treats_what_is_named_listed_and_read_alone(tmp_path):

@@ -91,7 +91,7 @@ def test_a_run_without_contact_stands_too(run, tmp_path):
 
 
 def test_what_is_no_run_is_told(run, tmp_path):
-    with pytest.raises(PoundingError, match="has no contact_force, so it is no run of a row"):
+    with pytest.raises(PoundingError, match="has no contact_force, so it is no run with its histories"):
         animation.animate(run.drop_vars("contact_force"), tmp_path / "a.html")
     with pytest.raises(PoundingError, match="fewer than two instants"):
         animation.animate(run.isel(time=slice(0, 1)), tmp_path / "a.html")

@@ -57,7 +57,7 @@ def test_draw_animates_a_run(tmp_path):
         (["--elevation", "e.gif"], "--elevation: e.gif: the name must end in .png or .svg or .pdf"),
         (["--plan", "p.png", "--contact-model", "hertz"], "'hertz' is not in the dataset"),
         (["--profiles", "q.png", "--building", "Turm"], "building 'Turm' is not in the row"),
-        (["--animation", "a.html"], "has no displacement, so it is no run of a row"),
+        (["--animation", "a.html"], "has no displacement, so it is no run with its histories"),
     ],
 )
 def test_draw_refuses_in_words_and_writes_nothing(file, words, sentence, tmp_path, monkeypatch):

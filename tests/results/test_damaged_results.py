@@ -43,6 +43,12 @@ def sound() -> dict[str, xr.Dataset]:
     return {"pair": scan(parse_scene(PAIR), check_fraction=0.4), "row": made_row(records=2, street=SHORT)}
 
 
+@pytest.fixture(autouse=True)
+def scripts(monkeypatch) -> None:
+    """A word for Plotly's scripts: to write their 4 MB takes longer than the rest of a page, whatever the damage."""
+    monkeypatch.setattr("plotly.offline.get_plotlyjs", lambda: "Plotly")
+
+
 def mutants(dataset: xr.Dataset) -> Mutants:
     """Each with words for it."""
     for name in dataset.variables:

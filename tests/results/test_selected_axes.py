@@ -68,7 +68,7 @@ def test_readers_say_the_same_of_both(dataset, axis, tmp_path):
     if dataset.sizes["building"] == 2:
         assert repr(code_table(one)) == repr(code_table(whole))
     else:
-        pictures = [draw(each, elevation=tmp_path / "row.png")[0].read_bytes() for each in (one, whole)]
+        pictures = [draw(each, elevation=tmp_path / "row.svg")[0].read_bytes() for each in (one, whole)]
         assert pictures[0] == pictures[1]
 
 

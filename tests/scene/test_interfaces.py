@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from importlib import resources
 from itertools import pairwise
 from math import inf
@@ -12,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scene_cases import cases
 
-from pounding_risk import compare, read_scene
+from pounding_risk import read_scene
 from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.plan.scene_text import scene_words
 from pounding_risk.errors import SceneError
@@ -252,15 +251,6 @@ def test_overrides(override, pick, value):
     assert pick(parse_scene(ROW, overrides=[override])) == value
 
 
-def test_commands_of_a_pair_refuse_a_row():
-    with pytest.raises(SceneError) as error:
-        compare(parse_scene(ROW))
-    assert error.value.faults == [
-        "compare runs two single masses that meet mass to mass, and this scene is a row of 3 buildings or has storeys"
-        "; use scan, or write a scene of the two masses"
-    ]
-
-
 def test_the_row_of_the_docs_is_read(root):
     text = (root / "docs" / "rows.md").read_text(encoding="utf-8")
     found = parse_scene(text.partition("```toml\n")[2].partition("```")[0])
@@ -311,7 +301,7 @@ def written(rows: list[Building | Storeys], gaps: list[float]) -> dict:
     """The tables of a scene of these buildings, through those of the shipped one."""
     shipped = parse_scene(ROW)
     one = {"neighbours": shipped.neighbours[:1], "is_row": False, "gridded_interface": None}
-    tables = dataclasses.replace(shipped, buildings=tuple(rows), **one).resolved()
+    tables = shipped.updated(buildings=tuple(rows), **one).resolved()
     tables["interface"] = [{**tables["interface"][0], "gap": f"{gap!r} m"} for gap in gaps]
     del tables["grid"]["gap"], tables["grid"]["yield_force"]
     return tables

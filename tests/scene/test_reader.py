@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from math import inf, pi, sqrt
 
@@ -17,11 +16,10 @@ from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.processing import read_steps
 from pounding_risk.motions.request import Spectral, matching
-from pounding_risk.scene import buildings
-from pounding_risk.scene import reader as scenario
 from pounding_risk.scene import records as scene_records
+from pounding_risk.scene import sections
+from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.reader import parse_scene, read_scene, study_from
-from pounding_risk.scene.scene import EqualTerms
 from pounding_risk.scene.toml import key_lines
 
 # The scene of the design, as written there.
@@ -137,7 +135,7 @@ def test_defaults():
     found = parse_scene(SHORT, "folder/short.toml")
     assert found.name == "short"
     assert [building.damping for building in found.buildings] == [0.05, 0.05]
-    assert (found.yield_force, found.restitution, found.plastic_exponent) == (inf, Restitution(1.0), 0.0)
+    assert (found.yield_force, found.restitution, found.neighbours[0].plastic_exponent) == (inf, Restitution(1.0), 0.0)
     assert found.records[:8] == (("RSN6-180",), (), None, None, None, ("as recorded",), "auto", 0.0)
     assert found.grid == ((0.025,), (inf,), ("hertz",), (None,))
     assert (found.rtol, found.restitution_words) == (1e-6, "not given")
@@ -168,7 +166,7 @@ def test_laws_of_a_study():
     text = SHORT.replace("[records]", 'equal_terms = {same = "peak force", speed = "0.5 m/s"}\n[records]')
     text = text.replace('contact_model = "hertz"', 'contact_model = "van_mier"\nplastic_exponent = 0.5')
     found = parse_scene(text + '[grid]\ncontact_model = ["hertz", "linear"]\n')
-    assert found.equal_terms == EqualTerms("peak force", 0.5)
+    assert found.equal_terms == EqualTerms(same="peak force", speed=0.5)
     assert found.law() == VanMier(4.2e10, 0.5)
     assert found.law("hertz") == Hertz(4.2e10)
     assert found.law("linear", 1e9) == Linear(1e9)
@@ -282,14 +280,12 @@ def test_a_law_that_the_scene_cannot_give():
 def test_round_trip_of_any_numbers(numbers, fraction, gaps, name):
     base = parse_scene(DESIGN)
     mass, period, stiffness, force, tail = numbers
-    changed = dataclasses.replace(
-        base.with_interfaces(
-            gap=min(gaps),
-            stiffness=stiffness,
-            restitution=Restitution(fraction),
-            restitution_words=repr(fraction),
-            yield_force=force,
-        ),
+    changed = base.updated(
+        gap=min(gaps),
+        stiffness=stiffness,
+        restitution=Restitution(fraction),
+        restitution_words=repr(fraction),
+        yield_force=force,
         name=name,
         buildings=(Building("left", mass, period, fraction), base.buildings[1]),
         records=base.records._replace(tail=tail, window=(tail, 2 * tail)),
@@ -336,7 +332,7 @@ WHOLE = [
     (
         "x = 1\n",
         [
-            f"line 1, x: unknown section; sections are {', '.join(scenario.TABLES)}",
+            f"line 1, x: unknown section; sections are {', '.join(sections.KEYS)}",
             "building: missing; " + "write two [[building]] tables, left and right, each with name, mass and period",
             "interface: missing; write one [[interface]] with gap, contact_model and stiffness",
             'records: missing; write [records] with names = ["RSN6-180"], files = ["my/*.AT2"], or set = "..."',
@@ -509,8 +505,8 @@ def test_record_files_are_found_beside_the_scene(tmp_path):
 
 
 def test_schema_names_every_key():
-    schema = scenario.scene_schema()
-    assert set(schema["properties"]) == set(scenario.TABLES)
+    schema = sections.scene_schema()
+    assert set(schema["properties"]) == set(sections.KEYS)
     words, steps = schema["$defs"]["RecordsTable"]["properties"]["processing"]["anyOf"]
     assert (words["enum"], steps["type"]) == (["auto", "none"], "array")
 
@@ -534,12 +530,12 @@ JUNK = st.recursive(
 def test_any_scene_is_a_study_or_sentences(data):
     tables = parse_scene(DESIGN).resolved()
     for _ in range(data.draw(st.integers(1, 3))):
-        section = data.draw(st.sampled_from([*scenario.TABLES, "other"]))
+        section = data.draw(st.sampled_from([*sections.KEYS, "other"]))
         keys = tables.get(section)
         if isinstance(keys, list) and keys:
             keys = data.draw(st.sampled_from(keys))
         if isinstance(keys, dict) and data.draw(st.booleans()):
-            known = scenario.KNOWN.get(section, [])
+            known = sections.KNOWN.get(section, [])
             keys[data.draw(st.sampled_from([*known, "x y"]))] = data.draw(JUNK)
         else:
             tables[section] = data.draw(JUNK)
@@ -550,9 +546,3 @@ def test_any_scene_is_a_study_or_sentences(data):
         assert all("\n" not in fault and ": " in fault for fault in error.faults)
     else:
         assert parse_scene(found.to_toml()) == found
-
-
-def test_a_key_of_a_building_is_taken_by_a_kind_of_building():
-    """One that is declared alone would be read and dropped."""
-    declared = set(scenario.BuildingTable.model_fields) - {"name"}
-    assert declared == set(buildings.KEYS)

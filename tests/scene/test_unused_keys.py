@@ -20,9 +20,10 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.reports import report
 from pounding_risk.results.files import told
+from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.reader import parse_scene, study_from
+from pounding_risk.scene.sections import KEYS
 from pounding_risk.scene.unused_keys import unused_keys
-from pounding_risk.scene.words import KEYS
 from pounding_risk.studies.simulate import simulate
 
 PAIR = scene_text(
@@ -234,6 +235,7 @@ def test_a_key_that_changes_numbers_is_not_told(case):
 
 def test_every_key_and_option_has_a_case():
     keys = {f"{section}.{key}" for section, named in KEYS.items() for key in named}
+    keys |= {f"equal_terms.{key}" for key in EqualTerms.model_fields}
     keys |= {f"effects.{name}" for name in EFFECTS}
     keys |= {f"effects.{name}.{option}" for name, kind in EFFECTS.items() for option in kind.options}
     tried = {case.key.replace("building.A.", "building.").replace("building.B.", "building.") for case in IDLE + ACTING}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -99,7 +98,7 @@ def test_a_scan_with_screening_equals_one_without():
     one, other = (each.drop_vars("simulated").assign_attrs(options="") for each in (first, second))
     assert one.identical(other)
     assert first["simulated"].sum() < second["simulated"].sum() == second["simulated"].size
-    assert replace(study, rtol=1e-6) == study
+    assert study.updated(rtol=1e-6) == study
 
 
 @pytest.mark.parametrize("name", ["viscous_elastoplastic", "jankowski", "kelvin_voigt_tension_cut", "hertz_damp_exact"])

@@ -50,7 +50,7 @@ def row(*buildings) -> RowModel:
 
 def cases(model: RowModel, motion, law=LAW) -> Cases:
     count = len(model.points)
-    mechanics = Mechanics((law,) * count, (RESTITUTION,) * count, law.ceiling(1.0) < inf, np.array(LEVELS))
+    mechanics = Mechanics((law,) * count, (RESTITUTION,) * count, np.array(LEVELS))
     acceleration, dt = motion
     free = rows.free_row(model.row(dt), acceleration)
     return Cases(model, mechanics, Driven(acceleration, dt, np.abs(acceleration).max(), free), RTOL)

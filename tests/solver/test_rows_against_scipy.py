@@ -1,5 +1,6 @@
 """The row solver against an integrator that shares nothing with it: SciPy in physical coordinates, a whole row at once.
 
+The integrator's answers are kept (`kept_references`), each as long as nothing that it follows from has changed.
 No modes, no closed flight and no parts of a row there: what is modal, skipped or solved apart in the solver is held
 against one direct integration. Peaks are never excused. What is: the time of the first touch of neighbours that start
 from rest with a closed gap, a limit of 0/0, and with it the time spent in contact.
@@ -12,7 +13,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oracle_rows import Answer, integrate
+from kept_references import reference
+from oracle_rows import Answer
 from row_cases import CASES, by_solver, named
 
 from pounding_risk.models.contact.laws import LAWS
@@ -36,7 +38,7 @@ TOLERANCES = {
 @cache
 def truth(name: str) -> Answer:
     case = CASES[name]
-    return integrate(case.chains, case.meetings, *case.shaking.samples())
+    return reference(case.chains, case.meetings, *case.shaking.samples())
 
 
 def differences(found: dict[str, np.ndarray], true: dict[str, np.ndarray], slack: np.ndarray) -> dict[str, Any]:
@@ -82,7 +84,7 @@ def test_free_flight_of_a_row_is_direct_integration(name: str):
     """Without contact the solver has no step error at all; what is left is SciPy's."""
     case = CASES[name]
     acceleration, dt = case.shaking.samples()
-    true = integrate(case.chains, (), acceleration, dt)
+    true = reference(case.chains, (), acceleration, dt)
     free = rows.free_row(rows.lay_out(case.chains, (), dt), acceleration)
     np.testing.assert_allclose(free.floors, true.floors, rtol=1e-9)
     assert np.all(np.abs(free.rest - true.rest) <= 1e-9 * true.floors[:, 1:2])

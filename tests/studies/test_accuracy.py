@@ -7,19 +7,21 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
-from scenes import scene_text
+from figure_words import words_of
+from scenes import rigid, scene_text, single, storeyed
 
 from pounding_risk import accuracy
 from pounding_risk.errors import PoundingError
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.baselines.solve_ivp import GaveUp
 from pounding_risk.studies import demo
-from pounding_risk.studies.accuracy import FIXED, GENERAL, RTOLS, Setting, bench_of, run_event, run_fixed
+from pounding_risk.studies.accuracy import FIXED, GENERAL, OPENSEES, RTOLS, Setting, bench_of
 from pounding_risk.studies.accuracy_findings import (
     COUNT,
     EVENT,
     FIRST,
     FORCE,
+    GAP,
     LEVELS,
     OUTPUTS,
     REACH,
@@ -30,6 +32,7 @@ from pounding_risk.studies.accuracy_findings import (
     holds_digits,
     times_to_reach,
 )
+from pounding_risk.studies.accuracy_opensees import Contacts, unsaid
 
 SCENE = scene_text(
     name="accuracy",
@@ -182,10 +185,10 @@ def test_smaller_steps_lead_to_the_same_answer(dataset, method):
 
 def test_a_wrong_law_does_not_converge(study, dataset):
     """A tenth more stiffness: the errors stay, whatever the step."""
-    bench = bench_of(study.with_interfaces(stiffness=1.1 * study.stiffness), 6)
-    values = run_fixed(bench, "rk4", 1e-5).values
+    bench = bench_of(study.updated(stiffness=1.1 * study.stiffness), 6)
+    values = bench.fixed("rk4", 1e-5).values
     errors = errors_of(values, dataset["reference"].values.copy())
-    assert np.median(errors[:, FORCE]) > 1e-3
+    assert np.median(errors[..., FORCE]) > 1e-3
 
 
 def test_the_dataset_is_whole_and_is_written(study, dataset, tmp_path):
@@ -210,7 +213,7 @@ def test_a_closed_gap_has_no_first_touch(dataset):
 
 def test_repeated_runs_give_the_same_values(study):
     bench = bench_of(study, 4)
-    assert np.array_equal(run_event(bench, 1e-6).values, run_event(bench, 1e-6).values, equal_nan=True)
+    assert np.array_equal(bench.event(1e-6).values, bench.event(1e-6).values, equal_nan=True)
 
 
 def test_a_target_that_cannot_be_written_is_refused_first(study, tmp_path):
@@ -236,8 +239,99 @@ def test_an_integrator_that_gives_up_is_left_out_and_named(monkeypatch):
     def gives_up(solver, pair, interface, motion, rtol):
         raise GaveUp(f"{solver} at rtol {rtol:g} stopped at 2.5 s: the step is below what numbers resolve")
 
-    monkeypatch.setattr("pounding_risk.studies.accuracy.solve_general", gives_up)
+    monkeypatch.setattr("pounding_risk.studies.accuracy_pair.solve_general", gives_up)
     found = accuracy(demo.scene("paper"), cases=1, budget=0.05)
     told = json.loads(found.attrs["left_out"])
     assert any("SciPy Radau, rtol 1e-03: Radau at rtol 0.001 stopped at 2.5 s" in words for words in told)
     assert "event-driven" in found.attrs["finding"]
+
+
+# ------------------------------------------------------------------------------------------------ rows
+ROW = scene_text(
+    single("shop", "200 t", "0.45 s", height="3 m"),
+    storeyed("flats", "80 t", "50 MN/m", storeys=2, damping_rule="rayleigh"),
+    rigid(),
+    name="a shop, flats and a wall",
+    gap="6 mm",
+    yield_force="800 kN",
+    records={"window": ["1 s", "3.5 s"], "pga": "0.5 g"},
+    grid={"gap": ["6 mm", "12 mm"]},
+)
+
+
+@pytest.fixture(scope="module")
+def of_row() -> xr.Dataset:
+    return accuracy(parse_scene(ROW), cases=2, budget=0.3)
+
+
+def test_an_error_of_a_row_is_that_of_its_worst_interface(of_row):
+    assert of_row["value"].dims == ("setting", "case", "interface", "output")
+    assert of_row["interface"].values.tolist() == ["shop | flats", "flats | wall"]
+    reference = of_row["reference"].values
+    assert (reference[..., COUNT] >= 2.0).all() and 0.0 < reference[..., YIELDS].mean() < 1.0
+    number = of_row["setting"].values.tolist().index(Setting("Runge-Kutta 4", 1e-3).words)
+    value = of_row["value"].values[number]
+    by_hand = np.abs(value / reference - 1.0)[..., [REACH, FORCE]].max(axis=1)
+    assert of_row["error"].values[number][:, [REACH, FORCE]] == pytest.approx(by_hand, rel=1e-12)
+
+
+def test_the_solver_of_rows_meets_its_tolerance(of_row):
+    for rtol in RTOLS:
+        errors = of_row["error"].sel(setting=Setting(EVENT, rtol).words).values
+        assert errors[:, [REACH, FORCE]].max() <= 100.0 * rtol + 1e-11
+        assert errors[:, YIELDS].max() == 0.0
+    assert float(of_row["energy_residual"].sel(setting=Setting(EVENT, 1e-9).words)) <= 1e-8
+
+
+def test_scipy_and_small_steps_witness_the_reference_of_a_row(of_row):
+    """Integrators that share no code with the solver; a hundredth of the step leaves less than a tenth of the error."""
+    errors = of_row["error"].sel(setting="SciPy DOP853, rtol 1e-12").values
+    run = ~np.isnan(errors[:, REACH])
+    assert run.sum() == 1 and errors[run][0, [REACH, FORCE, COUNT, FIRST]].max() <= 1e-8
+    for method in FIXED:
+        mine = of_row.isel(setting=np.flatnonzero(of_row["method"].values == method))
+        worst = mine["error"].isel(output=[REACH, FORCE]).max(dim=("case", "output")).values
+        assert worst[-1] < 0.1 * worst[np.isfinite(worst)][0] and worst[-1] < 1e-2, method
+
+
+def test_opensees_stands_beside_a_row_where_it_can(of_row):
+    """Peaks come to the reference's as its steps become smaller; it has neither counts nor a first touch."""
+    if OPENSEES not in of_row["method"].values:
+        pytest.skip(json.loads(of_row.attrs["left_out"])[0])
+    coarse, fine = (of_row["error"].sel(setting=Setting(OPENSEES, h).words).values for h in (1e-3, 1e-4))
+    peaks = [errors[:, [REACH, FORCE]].max() for errors in (coarse, fine)]
+    assert peaks[1] < 2e-3 and peaks[1] < 0.5 * peaks[0]
+    assert np.isnan(fine[:, [COUNT, FIRST]]).all() and fine[:, [YIELDS, GAP]].max() < 1e-4
+
+
+def test_what_opensees_cannot_say_is_told():
+    """By the row: columns that are hit, damping that is no set of dashpots, an e that falls with the speed, a law."""
+    for change, words in (
+        (('damping_rule = "rayleigh"\n', ""), "dashpots between neighbouring floors only"),
+        (("restitution = 0.65", 'restitution = "concrete"'), "one e for every impact"),
+        (('height = "3 m"', 'height = "2 m"'), "no contact part-way up a column"),
+        (('"jankowski"', '"hertz"'), "no material for Hertz"),
+    ):
+        bench = bench_of(parse_scene(ROW.replace(*change)), 1)
+        case = next(bench.point_cases())
+        assert words in unsaid(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules)), change
+    bench = bench_of(parse_scene(ROW), 1)
+    case = next(bench.point_cases())
+    assert unsaid(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules)) == ""
+
+
+def test_what_only_the_solver_of_rows_knows_is_told():
+    """Storeys that yield and a path; P-Δ is in the matrices."""
+    strong = ROW.replace('damping_rule = "rayleigh"', 'damping_rule = "rayleigh"\nstorey_strengths = "2 MN"')
+    for text, known in (
+        (strong + "[effects]\ninelastic_storeys = {}\n", "inelastic_storeys"),
+        (ROW.replace('"jankowski"', '"bilinear"'), "bilinear"),
+        (ROW + "[effects]\np_delta = {}\n", ""),
+    ):
+        assert bench_of(parse_scene(text), 1).event_only == known
+
+
+def test_the_figure_of_a_row_says_whose_error_it_is(of_row):
+    from pounding_risk.figures import accuracy_figure
+
+    assert "a case's that of its worst interface" in words_of(accuracy_figure(of_row)).replace("\n", " ")

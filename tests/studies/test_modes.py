@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scenes import rigid, scene_text, single, storeyed
@@ -17,7 +15,7 @@ from pounding_risk.figures.style import write
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import generated
 from pounding_risk.scene.reader import read_scene
-from pounding_risk.scene.scene import Effect
+from pounding_risk.scene.tables import Effect
 from pounding_risk.studies import demo
 from pounding_risk.studies.modes import building_modes
 
@@ -57,13 +55,13 @@ def test_a_row_of_all_kinds(tmp_path):
     flats, wall, shop = pr.modes(path)
     assert flats.periods[0] > 1.2001 and flats.levels.tolist() == [3.0, 6.0, 9.0]
     assert wall.periods.size == 0 and shop.levels.tolist() == [3.0]
-    without = pr.modes(replace(read_scene(path), effects=()))[0]
+    without = pr.modes(read_scene(path).updated(effects=()))[0]
     assert without.periods[0] == pytest.approx(1.2001, abs=6e-5)
     assert without.dampings == pytest.approx(0.05 * without.periods[0] / without.periods, rel=1e-9)
 
 
 def test_effects_of_the_scene_act():
-    study = replace(demo.scene("paper"), effects=(SOIL,))
+    study = demo.scene("paper").updated(effects=(SOIL,))
     assert all(each.periods.size == 2 and each.levels[0] == 0.0 for each in pr.modes(study))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import struct
-from dataclasses import replace
 from hashlib import sha256
 
 import numpy as np
@@ -226,7 +225,7 @@ def test_a_set_of_records(tmp_path):
 def test_a_study_that_was_changed_in_memory_as_the_demo_does(tmp_path):
     """What was run counts, not the text that it came from; numpy's numbers are written as any others."""
     study = demo.scene("paper")
-    few = replace(study, grid=study.grid._replace(yield_forces=(*np.array([3e5, 4.5e5]), np.inf), gaps=(study.gap,)))
+    few = study.updated(grid=study.grid._replace(yield_forces=(*np.array([3e5, 4.5e5]), np.inf), gaps=(study.gap,)))
     pr.save(pr.scan(few), tmp_path / "searched.nc")
     found = pr.rerun(tmp_path / "searched.nc")
     assert found.same

@@ -33,16 +33,36 @@ DERIVED, READ, QUOTED, MEMORY = VERIFICATIONS = ("derived", "clause read", "quot
 
 
 class Site(NamedTuple):
-    """What codes ask about two neighbours besides their displacements; left and right in every pair."""
+    """What codes ask about two neighbours besides their displacements; left and right in every pair.
 
-    heights: tuple[float, float] | None = None  # m above the ground
-    factors: tuple[float, float] = (1.0, 1.0)  # a code's design displacement over that of the linear model
-    aligned: bool = False  # floors at the same levels
-    alike: bool = False  # also the same height and kind of structure
-    zone: str | None = None  # of Mexico City: I, II or III
-    intensity: int | None = None  # of seismic fortification in China: 6 to 9
-    structure: str = "frame"  # of the building that asks for more: frame, frame and walls, or walls
-    ground: float | None = None  # m/s², design acceleration a_g S at the surface
+    Parameters
+    ----------
+    heights : pair of float, optional
+        Heights above the ground [m].
+    factors : pair of float
+        A code's design displacement over that of the linear model.
+    aligned : bool
+        Whether floors are at the same levels.
+    alike : bool
+        Whether the height and the kind of structure are the same too.
+    zone : {"I", "II", "III"}, optional
+        Zone of Mexico City.
+    intensity : {6, 7, 8, 9}, optional
+        Intensity of seismic fortification in China.
+    structure : {"frame", "frame and walls", "walls"}
+        Structure of the building that asks for more.
+    ground : float, optional
+        Design acceleration a_g S at the surface [m/s²].
+    """
+
+    heights: tuple[float, float] | None = None
+    factors: tuple[float, float] = (1.0, 1.0)
+    aligned: bool = False
+    alike: bool = False
+    zone: str | None = None
+    intensity: int | None = None
+    structure: str = "frame"
+    ground: float | None = None
 
 
 class Case(NamedTuple):

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
-from pounding_risk.assessment.demands import by_motion
+from pounding_risk._common.words import nearest
+from pounding_risk.assessment.demands import by_motion, interfaces
 from pounding_risk.assessment.options import USUAL_PERCENTILE, percentile_of
 from pounding_risk.assessment.separations.combination import Pair, abs_sum, cqc, srss, white_noise_correlation
 from pounding_risk.assessment.separations.rules import (
@@ -227,7 +228,13 @@ def _check(buildings: Sequence[str], displacements: Pair, site: Site) -> None:
             raise PoundingError(f"{what} is {value!r}; it must be {', '.join(map(str, allowed))}: choose one")
 
 
-def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, site: Site = PLAIN) -> CodeTable:
+def code_table(
+    results: xr.Dataset,
+    percentile: float | str = USUAL_PERCENTILE,
+    site: Site = PLAIN,
+    *,
+    interface: str | None = None,
+) -> CodeTable:
     """Separations that rules ask for, from the spectral displacements of each motion, beside the gap that it needs.
 
     A motion is a record in a polarity. Of several amplitudes the scene's own is taken, or the largest; select one to
@@ -238,11 +245,13 @@ def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, 
     Parameters
     ----------
     results : xarray.Dataset
-        A dataset of `scan`, of one pair of buildings; of a row, two neighbours and their interface selected from it.
+        A dataset of `scan`, of one pair of buildings, or of a row of which ``interface`` names two neighbours.
     percentile : float or str
         Share of the motions whose gap is given beside the median: 84, 0.84 or "84 %", between 50 % and 100 %.
     site : Site
         What codes ask about the two neighbours besides how they move.
+    interface : str, optional
+        Name of an interface, "left | right".
 
     Returns
     -------
@@ -252,11 +261,13 @@ def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, 
     Raises
     ------
     PoundingError
-        Where the dataset lacks what `scan` writes, has more than two buildings, or no finite motion, and for a
-        percentile out of its range.
+        Where the dataset lacks what `scan` writes, has more than two buildings and no interface is named, or no finite
+        motion; and for an interface that it has not and a percentile out of its range.
     """
     percentile = percentile_of(percentile)
-    shown = _one_amplitude(_complete(with_axes(results))).isel(interface=0, missing_dims="ignore")
+    results = with_axes(results)
+    part = results if interface is None else _between(results, interface)
+    shown = _one_amplitude(_complete(part)).isel(interface=0, missing_dims="ignore")
     left, right = (by_motion(at_contact(shown, side)).astype(float) for side in (0, 1))
     site = _known_site(shown, site)
     closing = by_motion(shown["peak_closing_free"]).astype(float)
@@ -289,6 +300,15 @@ def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, 
         asked={name: tuple(_asked(RULES[name], case).tolist()) for name in COMBINATIONS},
         rules=tuple(_beside(row, case, closing[moved], percentile) for row in rows),
     )
+
+
+def _between(results: xr.Dataset, interface: str) -> xr.Dataset:
+    """The part of a dataset that belongs to an interface."""
+    parts = dict(interfaces(results))
+    if interface not in parts:
+        meant = nearest(str(interface), parts)
+        raise PoundingError(f"interface: {interface!r} is not in the dataset{meant}, which has {', '.join(parts)}")
+    return parts[interface]
 
 
 def at_contact(results: xr.Dataset, side: int) -> xr.DataArray:
@@ -324,7 +344,11 @@ def _complete(results: xr.Dataset) -> xr.Dataset:
         raise PoundingError(f"the dataset has no {' and no '.join(missing)}; scan the scene again with this version")
     count = results.sizes.get("building", 1)
     if count != 2:
-        raise PoundingError(f"the dataset has {count} buildings; select two neighbours with isel(building=[0, 1])")
+        example = " | ".join(map(str, results["building"].values[:2]))
+        raise PoundingError(
+            f'the dataset has {count} buildings; select two neighbours, such as interface="{example}", or with '
+            "isel(building=[0, 1])"
+        )
     return results
 
 

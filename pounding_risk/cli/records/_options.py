@@ -115,8 +115,8 @@ def _step_table(text: str) -> dict[str, str]:
 
 def stated_facts(unit: str | None, dt: str | None) -> dict[str, Any]:
     """Unit and time step [s] of files that do not state theirs; raises PoundingError that names the option."""
-    from pounding_risk.scene.records import unit as read_unit
-    from pounding_risk.scene.values import Unreadable
+    from pounding_risk.scene.keys import Unreadable
+    from pounding_risk.scene.records import read_unit
     from pounding_risk.units import STEP
 
     try:

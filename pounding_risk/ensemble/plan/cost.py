@@ -5,9 +5,8 @@ Where the motion without contact closes no gap, it is the result.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import sqrt
-from time import process_time, thread_time
+from time import thread_time
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,9 +16,7 @@ from pounding_risk.ensemble.job import Job, ScanInput, never
 from pounding_risk.ensemble.job_choice import job_kind, job_of
 from pounding_risk.ensemble.plan.size import bytes_of
 from pounding_risk.motions.motion import Motion, driven
-from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.scene import Scene
-from pounding_risk.solver.row.cases import Cases, Limits
 
 SECONDS = 1.0  # of solving batches to learn what they cost, over all contact models
 FEW = 40  # yield forces, at most, of a batch in the sample
@@ -105,7 +102,7 @@ def thinned(study: Scene) -> tuple[Scene, float]:
     forces = study.grid.yield_forces
     if len(forces) <= FEW:
         return study, 1.0
-    return replace(study, grid=study.grid._replace(yield_forces=_evenly(forces, FEW))), FEW / len(forces)
+    return study.updated(grid=study.grid._replace(yield_forces=_evenly(forces, FEW))), FEW / len(forces)
 
 
 def few_batches(study: Scene, records: int) -> tuple[Scene, float]:
@@ -118,7 +115,7 @@ def few_batches(study: Scene, records: int) -> tuple[Scene, float]:
     gaps = _evenly(grid.gaps, max(1, room // min(len(grid.pgas), FEW)))
     pgas = _evenly(grid.pgas, max(1, room // len(gaps)))
     share = len(gaps) * len(pgas) / (len(grid.gaps) * len(grid.pgas))
-    return replace(study, grid=grid._replace(gaps=gaps, pgas=pgas)), share
+    return study.updated(grid=grid._replace(gaps=gaps, pgas=pgas)), share
 
 
 def _evenly(values: tuple[Any, ...], most: int) -> tuple[Any, ...]:
@@ -157,30 +154,3 @@ def _one(batch: np.int64) -> range:
 def _spread(count: int, offset: float) -> NDArray[np.int64]:
     """The numbers 0 … ``count`` − 1 in an order of which any beginning is evenly distributed over them."""
     return np.argsort(np.argsort((offset + GOLDEN * np.arange(count)) % 1.0))
-
-
-class RowBench(NamedTuple):
-    """Cases of a row's grid, evenly drawn, whose runs are timed."""
-
-    cases: tuple[tuple[Cases, Limits], ...]
-
-    def seconds(self) -> float:
-        """Mean processor time of a run of the whole row; the motion without contact is known before."""
-        start = process_time()
-        for cases, limits in self.cases:
-            cases.whole(limits)
-        return (process_time() - start) / len(self.cases)
-
-
-def row_bench(study: Scene, most: int) -> RowBench:
-    """At most ``most`` cases of a row's grid; raises as `row_grid`."""
-    from pounding_risk.ensemble.row_job import RowJob
-
-    job = RowJob(ScanInput(study, motions_of(study)))
-    places = _evenly(tuple(np.ndindex(job.shape)), most)
-    return RowBench(
-        tuple(
-            (job.cases((record, polarity, pga), law, study.rtol), job.grid.limits(gap, force))
-            for record, polarity, pga, law, gap, force in places
-        )
-    )

@@ -207,7 +207,7 @@ def _read(scene: Scene | str | Path, overrides: Sequence[str]) -> tuple[Scene | 
             return None, scene
         # A study's own text may lack what was changed in it since: its resolved form does not.
         changed = parse_scene(scene.to_toml(), scene.source, overrides)
-        return scene, replace(changed, text=scene.text, overrides=(*scene.overrides, *overrides))
+        return scene, changed.updated(text=scene.text, overrides=(*scene.overrides, *overrides))
     study = read_scene(scene, overrides)
     if not overrides:
         return None, study

@@ -13,8 +13,10 @@ from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, LevelR
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import Spectral
+from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.level_notes import level_notes
-from pounding_risk.scene.scene import Effect, Scene, known_law
+from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
+from pounding_risk.scene.tables import Effect
 from pounding_risk.scene.unused_keys import Given, given_keys
 from pounding_risk.units import (
     DAMPING,
@@ -144,7 +146,11 @@ def _laws(study: Scene) -> list[str]:
     terms = study.equal_terms
     models = []
     for name in study.grid.contact_models:
-        if len(study.neighbours) > 1 and not study.needs_equal_terms(name):
+        if name == OF_EACH_INTERFACE:
+            pairs = zip(study.interface_names, study.neighbours, strict=True)
+            name = ", ".join(f"{between.law_name} at {interface}" for interface, between in pairs)
+            stiffness = "stiffness of each interface"
+        elif len(study.neighbours) > 1 and not study.needs_equal_terms(name):
             stiffness = "stiffness of each interface"
         elif is_instant(known_law(name)) or study.stiffness is None:
             stiffness = "no stiffness: the velocities jump at a touch"

@@ -20,11 +20,14 @@ from pounding_risk.models.contact.law import snake_case
 from pounding_risk.models.effects._effect import (
     EFFECTS,
     PASSED_ON,
+    PerInterface,
     acts_on_buildings,
     acts_on_ground,
     acts_on_law,
     bare,
     effect,
+    read_option,
+    written_option,
 )
 from pounding_risk.units import Quantity, exact, say
 
@@ -35,7 +38,18 @@ if TYPE_CHECKING:
         """The classes of the modules, by name."""
 
 
-__all__ = ["EFFECTS", "PASSED_ON", "acts_on_buildings", "acts_on_ground", "acts_on_law", "bare", "effect"]
+__all__ = [
+    "EFFECTS",
+    "PASSED_ON",
+    "PerInterface",
+    "acts_on_buildings",
+    "acts_on_ground",
+    "acts_on_law",
+    "bare",
+    "effect",
+    "read_option",
+    "written_option",
+]
 
 _MODULES = [module.__name__ for module in modules_in_order(__name__)]
 for _name in sorted(EFFECTS, key=lambda name: _MODULES.index(EFFECTS[name].__module__)):

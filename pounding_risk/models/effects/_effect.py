@@ -7,6 +7,7 @@ from inspect import Parameter, signature
 from typing import Any
 
 from pounding_risk.models.contact.law import complete, snake_case
+from pounding_risk.units import Quantity, QuantityError, exact, parse
 
 EFFECTS: dict[str, Any] = {}  # classes by scene-file name, in the order in which they act
 
@@ -28,6 +29,29 @@ PASSED_ON: dict[str, Callable[..., Any]] = {
 }
 
 
+class PerInterface(Quantity):
+    """An option that is one quantity for all interfaces, or a list with one for each, left to right."""
+
+    __slots__ = ()
+
+
+def read_option(value: Any, allowed: Quantity, number: Callable[[Any, Quantity], float] = parse) -> Any:
+    """The value of an option that is a quantity, in SI: a float, or a tuple of them from a list of a `PerInterface`.
+
+    ``number`` reads one of them: `units.parse` of a file, `units.si` of Python.
+    """
+    if not (isinstance(allowed, PerInterface) and isinstance(value, (list, tuple))):
+        return number(value, allowed)
+    if not value:
+        raise QuantityError(f'[] is empty; write one value for all interfaces, as "{allowed.example}", or a list')
+    return tuple(number(each, allowed) for each in value)
+
+
+def written_option(value: Any, allowed: Quantity) -> Any:
+    """Such a value as a scene file has it: `read_option` turns it into the very same one."""
+    return [exact(float(each), allowed) for each in value] if isinstance(value, tuple) else exact(float(value), allowed)
+
+
 def effect(
     reference: str,
     options: Mapping[str, Any] | None = None,
@@ -45,8 +69,8 @@ def effect(
     reference : str
         The source.
     options : mapping of str to Quantity or tuple of str, optional
-        What a scene gives: the unit and range of a number, or the words that it may be. One with a default in ``on``
-        may be left out.
+        What a scene gives: the unit and range of a number, or the words that it may be; a `PerInterface` may be a list
+        too, and ``on`` is then given a tuple. One with a default in ``on`` may be left out.
     needs : tuple of str
         Effects that a scene must name too.
     absent : mapping of str to str, optional

@@ -2,6 +2,7 @@
 "use strict";
 
 const WIDEST = 9; // m, of a building as drawn
+const BROADEST = 1.5; // of the tallest building's height
 const ALL = 150; // m, of all buildings of a long row together
 const REACH = 0.35; // of a building's width, that the largest displacement is drawn
 const LARGEST_MARK = 0.16; // of a building's width, radius of the strongest contact
@@ -11,8 +12,8 @@ const model = JSON.parse(document.getElementById("model").textContent);
 const element = (id) => document.getElementById(id);
 const state = { frame: 0, runs: false, since: 0, from: 0 };
 const { buildings, points } = model;
-const width = Math.min(WIDEST, ALL / buildings.length);
 const tallest = Math.max(...buildings.map((each) => each.levels[each.levels.length - 1]));
+const width = Math.min(WIDEST, ALL / buildings.length, BROADEST * tallest);
 let displacement; // one number for each frame and floor, in steps of model.largest
 let force; // one for each frame and contact point, in steps of model.strongest
 let strongest; // the largest force of each frame [N]
@@ -101,7 +102,8 @@ function layOut() {
   const margin = 0.6 * width;
   const row = element("row");
   const letters = 0.15 * width;
-  row.setAttribute("viewBox", `${-margin} ${-1.12 * tallest} ${right + 2 * margin} ${1.12 * tallest + 2.2 * letters}`);
+  const top = tallest + Math.max(0.12 * tallest, LARGEST_MARK * width);
+  row.setAttribute("viewBox", `${-margin} ${-top} ${right + 2 * margin} ${top + 2.2 * letters}`);
   for (const building of buildings) {
     const still = building.levels.map(() => 0);
     add(row, "path", { class: "rest", d: outline(building, [0, ...still]) });

@@ -2,6 +2,7 @@
 
 The buildings are chains of masses (`mdof.Chain`), the contact points places on them. Between contacts
 the motion is exact for a_g linear between samples; in contact it is integrated to a tolerance and lands on every event.
+The motion may arrive at each building at a time of its own (`ground`).
 """
 
 from __future__ import annotations
@@ -16,8 +17,18 @@ from scipy.linalg import expm
 from pounding_risk._jit.calls import numbers_of
 from pounding_risk._jit.compile import lowered
 from pounding_risk._jit.records import column, set_column
+from pounding_risk.models.ground import Arrivals, arrivals_of, arriving
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.solver.counters import TALLIED
+from pounding_risk.solver.row.ground import (
+    PULL,
+    SPREAD,
+    ArrivingRow,
+    ArrivingRowGround,
+    UniformRow,
+    UniformRowGround,
+    row_ground,
+)
 from pounding_risk.solver.row.laws import verbs_of
 from pounding_risk.solver.row.run import WATCHED, march, march_free
 from pounding_risk.solver.row.workspace import (
@@ -33,6 +44,7 @@ from pounding_risk.solver.row.workspace import (
     LIMIT,
     MAP,
     MASS,
+    MOVED,
     PLASTIC,
     QUICK,
     SHEAR,
@@ -95,19 +107,32 @@ class Laid(NamedTuple):
     dt: float
     parts: int  # node intervals a sample
     terms: int  # of the Taylor series over one of them
+    arrivals: Arrivals | None = None  # of the motion at each building, in `step`; None where all have it at once
 
     @property
     def step(self) -> float:
-        """Time from node to node [s]."""
+        """Time from node to node [s]; with `arrivals` others stand between them."""
         return self.dt / self.parts
 
+    @property
+    def phases(self) -> int:
+        """Nodes a `step`."""
+        return 1 if self.arrivals is None else self.arrivals.offsets.size
 
-def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float) -> Laid:
+    @property
+    def masses(self) -> np.ndarray:
+        """The dofs that are masses: with `arrivals` the last of each building is its ground's."""
+        dofs = np.arange(self.row.floors.shape[1])
+        return dofs if self.arrivals is None else np.delete(dofs, self.row.frame[FIRST, 1:] - 1)
+
+
+def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals: np.ndarray | None = None) -> Laid:
     """The row of these buildings, left to right, for a motion sampled every ``dt`` [s].
 
     A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey.
     Points are in the order of their interfaces. Samples are divided where the stiffest building would pass more than
-    2.5 rad between them, so that a Taylor series sums to rounding over every interval.
+    2.5 rad between them, so that a Taylor series sums to rounding over every interval. ``arrivals`` [s], none below
+    zero, are those of the motion at each building; where all are equal, as without them, all stand on one motion.
     """
     rate = max((_rate(chain) for chain in chains), default=0.0)
     parts = max(1, ceil(rate * dt / 2.5))
@@ -115,31 +140,36 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float) -> Laid:
     while size > 1e-19 and terms < MAX_TERMS:
         size *= max(rate * step, 1e-3) / (terms - 3)
         terms += 1
+    arrived = None if arrivals is None or not np.ptp(arrivals) > 0.0 else arrivals_of(arrivals, step)
+    own = 0 if arrived is None else 1  # dofs of each building's ground
     counts = [chain.mass.size for chain in chains]
-    first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    first = np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64) + own)]).astype(np.int64)
     floors = np.zeros((9, int(first[-1])))
+    floors[LIMIT] = inf
     damping = np.zeros((int(first[-1]), max([1, *counts])))
-    maps: list[np.ndarray] = []
     for place, chain in zip(first, chains, strict=False):
         here = slice(int(place), int(place) + chain.mass.size)
         _lay_floors(floors[:, here], chain)
         damping[here, : chain.mass.size] = chain.damping
-        maps.append(_map(chain, step))
+    # From each node to the next: building by building, and interval by interval where these differ.
+    widths = [step] if arrived is None else np.diff(np.append(arrived.offsets, step)).tolist()
+    maps = [_map(chain, width) for width in widths for chain in chains]
     interfaces = [int(point.interface) for point in points]
     if interfaces != sorted(interfaces):
         raise ValueError("contact points are not in the order of their interfaces")
-    ends = np.full((len(points), 4), -1, dtype=np.int64)
-    shares = np.zeros((len(points), 4))
+    ends = np.full((len(points), 4 + own), -1, dtype=np.int64)
+    shares = np.zeros((len(points), 4 + own))
     for k, point in enumerate(points):
         for side, level in enumerate((point.left_floor, point.right_floor)):
             b = int(point.interface) + side
             for end, (dof, share) in enumerate(_dofs(chains[b], float(level))):
                 ends[k, 2 * side + end] = -1 if dof < 0 else int(first[b]) + dof
                 shares[k, 2 * side + end] = 0.0 if dof < 0 else share * (1.0 - 2.0 * side)
+        ends[k, 4:], shares[k, 4:] = first[int(point.interface) + 2] - 1, -1.0
     frame = np.zeros((5, first.size), dtype=np.int64)
     frame[FIRST] = first
     frame[START, :-1] = np.searchsorted(interfaces, np.arange(len(chains)))
-    frame[MAP, 1:] = np.cumsum([each.size for each in maps])
+    frame[MAP, 1:] = np.cumsum([each.size for each in maps[: len(counts)]])
     frame[BENDS, :-1] = [bool(np.isfinite(chain.strength).any()) for chain in chains]
     frame[BAND, :-1] = [_band(chain.damping) for chain in chains]
     row = Row(
@@ -149,8 +179,9 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float) -> Laid:
         floors,
         damping,
         np.concatenate([*maps, np.zeros(1)]),
+        UniformRow() if arrived is None else ArrivingRow(),
     )
-    return Laid(row, float(dt), parts, terms)
+    return Laid(row, float(dt), parts, terms, arrived)
 
 
 def cut_out(laid: Laid, first: int, last: int) -> Laid:
@@ -166,7 +197,7 @@ def cut_out(laid: Laid, first: int, last: int) -> Laid:
     frame[MAP] -= maps.start
     frame[START] -= points.start
     frame[[START, BENDS, BAND], -1] = 0
-    ends = row.ends[points]
+    ends, by_interval = row.ends[points], row.maps[:-1].reshape(laid.phases, -1)[:, maps]
     return laid._replace(
         row=Row(
             frame,
@@ -174,8 +205,10 @@ def cut_out(laid: Laid, first: int, last: int) -> Laid:
             row.shares[points].copy(),
             row.floors[:, dofs].copy(),
             row.damping[dofs].copy(),
-            np.append(row.maps[maps], 0.0),
-        )
+            np.append(by_interval, 0.0),
+            row.passage,
+        ),
+        arrivals=None if laid.arrivals is None else laid.arrivals.of(first, last),
     )
 
 
@@ -247,18 +280,31 @@ def _dofs(chain: Chain, level: float) -> list[tuple[int, float]]:
 
 
 def nodes_of(laid: Laid, acceleration: np.ndarray) -> np.ndarray:
-    """a_g at the nodes; NaN from the first sample on that is not finite."""
+    """a_g at the nodes `Laid.step` apart, where it arrives first; NaN from the first sample on that is not finite."""
     known = np.where(np.isfinite(acceleration), acceleration, np.nan)
     count = (len(known) - 1) * laid.parts + 1
     return np.interp(np.arange(count) / laid.parts, np.arange(len(known)), known)
+
+
+def ground_histories(laid: Laid, acceleration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The ground at the nodes `Laid.step` apart: a_g under each building, and by how much it widens each interface.
+
+    Returns arrays (nodes, buildings) [m/s²] and (nodes, interfaces) [m]; the latter is zero where all buildings have
+    the motion at once.
+    """
+    nodes, buildings = nodes_of(laid, acceleration), laid.row.frame.shape[1] - 1
+    if laid.arrivals is None:
+        return np.repeat(nodes[:, None], buildings, axis=1), np.zeros((nodes.size, buildings - 1))
+    table = arriving(nodes, laid.step, laid.arrivals)[:: laid.phases]
+    return table[..., PULL], table[:, 1:, SPREAD]
 
 
 def free_row(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> RowRun:
     """The row without any contact under a_g [m/s²]; ``states`` keeps u and v at every node."""
     arguments = unmoved(laid, acceleration, states=states)
     march_free(*arguments)
-    row, run, *_, node_states = arguments
-    return _results_of(row, run, node_states)
+    _, run, *_, node_states = arguments
+    return _results_of(laid, run, node_states)
 
 
 def unmoved(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> tuple[Any, ...]:
@@ -266,8 +312,13 @@ def unmoved(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> tu
     row, points = laid.row, laid.row.ends.shape[0]
     run = new_run(row, np.zeros((points, 0)), np.zeros(0))
     set_column(run.contacts, "given_gap", np.full(points, inf))
-    ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
-    return row, run, ground, laid.step, laid.terms, _empty_states(ground.size if states else 0, row)
+    ground = _ground(laid, acceleration)
+    return row, run, ground, laid.step, laid.terms, _empty_states(ground.node_count() if states else 0, row)
+
+
+def _ground(laid: Laid, acceleration: np.ndarray) -> UniformRowGround | ArrivingRowGround:
+    """The ground motion as the kernels take it."""
+    return row_ground(nodes_of(laid, np.asarray(acceleration, dtype=np.float64)), laid.step, laid.arrivals)
 
 
 def run_row(
@@ -300,7 +351,7 @@ def _run(
     histories: bool,
 ) -> RowRun:
     row, points = laid.row, laid.row.ends.shape[0]
-    ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
+    ground = _ground(laid, acceleration)
     laws = [lowered(law) for law in contacts.laws]
     numbers = [numbers_of(law) for law in laws]
     verbs = [verbs_of(law) for law in laws]
@@ -322,11 +373,11 @@ def _run(
         run = new_run(row, given.copy(), levels, rtol, lines)
         for name, values in fields.items():
             set_column(run.contacts, name, values)
-        states = _empty_states(ground.size if histories else 0, row)
+        states = _empty_states(ground.node_count() if histories else 0, row)
         march(row, run, ground, laid.step, laid.terms, float(rtol), states)
         written = int(run.workspace.lines_written)
         if written <= lines or not histories:
-            return _results_of(row, run, states)
+            return _results_of(laid, run, states)
         lines = written
 
 
@@ -337,8 +388,9 @@ def _empty_states(nodes: int, row: Row) -> np.ndarray:
     return states
 
 
-def _results_of(row: Row, run: Run, states: np.ndarray) -> RowRun:
-    """The result of a run, from the arrays that the kernel has filled."""
+def _results_of(laid: Laid, run: Run, states: np.ndarray) -> RowRun:
+    """The result of a run, from the arrays that the kernel has filled; nothing of the dofs that are the ground's."""
+    row, masses = laid.row, laid.masses
     floors = np.ascontiguousarray(run.dofs[DISPLACEMENT : ACCELERATION + 1].T)
     # A storey that has never passed its limit has the shear of its drift: flights search for the drift's peak alone.
     elastic = floors[:, DRIFT - DISPLACEMENT] <= row.floors[LIMIT]
@@ -352,8 +404,8 @@ def _results_of(row: Row, run: Run, states: np.ndarray) -> RowRun:
     points = [column(contacts, name) for name in ("counters", "highest", "lowest")]
     return RowRun(
         np.column_stack([points[0].reshape(len(contacts), TALLIED), *points[1:]]),
-        floors,
-        np.column_stack([drift, plastic]),
+        floors[masses],
+        np.column_stack([drift, plastic])[masses],
         int(workspace.status),
         int(workspace.steps),
         float(workspace.energy),
@@ -362,6 +414,13 @@ def _results_of(row: Row, run: Run, states: np.ndarray) -> RowRun:
         column(contacts, "fastest"),
         run.timed[1],
         run.timed[2],
-        states,
-        log_of(run),
+        states[:: laid.phases, :, masses],
+        _log_of_masses(run, masses),
     )
+
+
+def _log_of_masses(run: Run, masses: np.ndarray) -> np.ndarray:
+    """The log with the columns of these dofs, without those of others."""
+    log, dofs = log_of(run), run.dofs.shape[1]
+    moved = [np.arange(MOVED), MOVED + masses, MOVED + dofs + masses, np.arange(MOVED + 2 * dofs, log.shape[1])]
+    return log[:, np.concatenate(moved)]

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from math import inf, sqrt
 
-from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.taylor import highest, slope_at, value_at
 from pounding_risk.solver.row.storey import shear_stiffness, storey_energy
 from pounding_risk.solver.row.workspace import (
@@ -40,13 +40,55 @@ from pounding_risk.solver.row.workspace import (
 from pounding_risk.solver.workspace import SIGNAL
 
 
+@small
+def top_of(row, b):
+    """One past the last dof of building ``b`` that is a mass."""
+    return row.frame[FIRST, b + 1] - row.passage.ground_dofs()
+
+
+@small
+def place_ground(row, b, ground, dofs, line):
+    """Write w and ẇ of building ``b`` at x = 0 to rows ``line``."""
+    if row.passage.ground_dofs() > 0:
+        w, rate, _, _ = ground.ground_moves(b)
+        dofs[line, top_of(row, b)] = w
+        dofs[line + VELOCITY, top_of(row, b)] = rate
+
+
+@small
+def end_ground(row, b, ground, dofs, line):
+    """Write w and ẇ of building ``b`` at the end of the node interval to rows ``line``."""
+    if row.passage.ground_dofs() > 0:
+        w, rate = ground.ground_ends(b)
+        dofs[line, top_of(row, b)] = w
+        dofs[line + VELOCITY, top_of(row, b)] = rate
+
+
+@small
+def push_ground(row, b, ground, dofs, line):
+    """Write ẅ of building ``b`` at x = 0 to row ``line``."""
+    if row.passage.ground_dofs() > 0:
+        dofs[line, top_of(row, b)] = ground.ground_moves(b)[2]
+
+
+@small
+def write_ground_series(row, b, ground, series, terms):
+    """Write the series of w of building ``b`` from x = 0 on."""
+    if row.passage.ground_dofs() > 0:
+        i = top_of(row, b)
+        w, rate, bend, twist = ground.ground_moves(b)
+        series[i, 0], series[i, 1], series[i, 2], series[i, 3] = w, rate, 0.5 * bend, twist / 6.0
+        for n in range(4, terms):
+            series[i, n] = 0.0
+
+
 @kernel
 def accelerate(row, b, state, pull, dofs, out):
     """ü of building ``b`` without contact from rows ``state`` to row ``out``; ``pull`` is a_g.
 
     Returns the power that ground and dampers put in.
     """
-    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    first, last = row.frame[FIRST, b], top_of(row, b)
     below = 0.0
     for i in range(first, last):
         force = dofs[TANGENT, i] * (dofs[state, i] - below) + dofs[CONSTANT, i]
@@ -69,7 +111,7 @@ def accelerate(row, b, state, pull, dofs, out):
 @kernel
 def drag(row, b, speed, dofs, out):
     """Take the dampers' forces C · row ``speed`` from row ``out``; C is symmetric, and columns add up side by side."""
-    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    first, last = row.frame[FIRST, b], top_of(row, b)
     band = row.frame[BAND, b]
     for j in range(first, last):
         rate = dofs[speed, j]
@@ -81,7 +123,7 @@ def drag(row, b, speed, dofs, out):
 def energy_of(row, b, state, dofs):
     """Kinetic energy and potential of the storeys' forces of one building [J]."""
     total, below = 0.0, 0.0
-    for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+    for i in range(row.frame[FIRST, b], top_of(row, b)):
         drift = dofs[state, i] - below
         below = dofs[state, i]
         total += 0.5 * row.floors[MASS, i] * dofs[state + VELOCITY, i] ** 2 + storey_energy(row, dofs, i, drift)
@@ -89,9 +131,10 @@ def energy_of(row, b, state, dofs):
 
 
 @kernel
-def write_series(row, run, b, state, pull, rise, terms):
-    """Taylor coefficients of every u of building ``b`` into ``run.series``; a_g = pull + rise x."""
-    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+def write_series(row, run, b, state, ground, terms):
+    """Taylor coefficients of every u of building ``b`` into ``run.series``; ``ground`` begins where they do."""
+    pull, rise = ground.under(b)
+    first, last = row.frame[FIRST, b], top_of(row, b)
     band = row.frame[BAND, b]
     series, dofs = run.series, run.dofs
     for i in range(first, last):
@@ -108,13 +151,14 @@ def write_series(row, run, b, state, pull, rise, terms):
             series[i, n + 2] = -force
             if i > first:
                 series[i - 1, n + 2] += force
-        ground = pull if n == 0 else (rise if n == 1 else 0.0)
+        push_of_ground = pull if n == 0 else (rise if n == 1 else 0.0)
         for i in range(first, last):
             drag = 0.0
             for j in range(max(first, i - band), min(last, i + band + 1)):
                 drag += row.damping[i, j - first] * series[j, n + 1]
-            push = (series[i, n + 2] - (n + 1) * drag) * row.floors[INVERSE, i] - ground
+            push = (series[i, n + 2] - (n + 1) * drag) * row.floors[INVERSE, i] - push_of_ground
             series[i, n + 2] = push * share
+    write_ground_series(row, b, ground, series, terms)
 
 
 @kernel
@@ -126,19 +170,20 @@ def place_on(row, run, b, x, terms, state):
 
 
 @kernel
-def step_over(row, b, pull, rise, dofs, state, out):
+def step_over(row, b, ground, dofs, state, out):
     """Building ``b`` over one node interval, exactly, from rows ``state`` to rows ``out``."""
-    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    pull, rise = ground.under(b)
+    first, last = row.frame[FIRST, b], top_of(row, b)
     count = last - first
-    place = row.frame[MAP, b]
+    place = row.frame[MAP, b] + ground.map_number() * row.frame[MAP, row.frame.shape[1] - 1]
     if row.frame[BENDS, b]:
         settle_about(row, b, dofs, state, -1.0)
     for i in range(count):
         dofs[out, first + i] = dofs[out + VELOCITY, first + i] = 0.0
     # Column by column: what adds up side by side is done several at a time.
     for j in range(2 * count + 2):
-        ground = pull if j == 2 * count else rise
-        given = dofs[state + j // count, first + j % count] if j < 2 * count else ground
+        given_ground = pull if j == 2 * count else rise
+        given = dofs[state + j // count, first + j % count] if j < 2 * count else given_ground
         for part in range(2):
             for i in range(count):
                 dofs[out + part, first + i] += row.maps[place + i] * given
@@ -146,13 +191,14 @@ def step_over(row, b, pull, rise, dofs, state, out):
     if row.frame[BENDS, b]:
         settle_about(row, b, dofs, state, 1.0)
         settle_about(row, b, dofs, out, 1.0)
+    end_ground(row, b, ground, dofs, out)
 
 
 @kernel
 def settle_about(row, b, dofs, state, sign):
     """Add ``sign`` times the displacements at which a building rests, with the plastic drifts that it has."""
     rest = 0.0
-    for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+    for i in range(row.frame[FIRST, b], top_of(row, b)):
         rest += row.floors[SOFT, i] * dofs[PLASTIC, i] / row.floors[SPRING, i]
         dofs[state, i] += sign * rest
 
@@ -161,7 +207,7 @@ def settle_about(row, b, dofs, state, sign):
 def motion_bound(row, b, rise, dofs, state, here):
     """2 E of building ``b``, |ü_i| ≤ sqrt(2 E / m_i), while a_g rises by ``rise``; ü in row ``here``."""
     motion, below = 0.0, 0.0
-    for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+    for i in range(row.frame[FIRST, b], top_of(row, b)):
         y = dofs[state + VELOCITY, i] + row.floors[STATIC, i] * rise
         motion += row.floors[MASS, i] * dofs[here, i] ** 2 + dofs[TANGENT, i] * (y - below) ** 2
         below = y
@@ -175,7 +221,7 @@ def shake_bound(row, b, rise, dofs, state, here, spare):
     derive(row, b, dofs, state + VELOCITY, here, rise, spare)
     derive(row, b, dofs, here, spare, 0.0, spare + 1)
     shake, below = 0.0, 0.0
-    for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+    for i in range(row.frame[FIRST, b], top_of(row, b)):
         shake += row.floors[MASS, i] * dofs[spare + 1, i] ** 2 + dofs[TANGENT, i] * (dofs[spare, i] - below) ** 2
         below = dofs[spare, i]
     return shake
@@ -184,7 +230,7 @@ def shake_bound(row, b, rise, dofs, state, here, spare):
 @kernel
 def derive(row, b, dofs, place, speed, ground, out):
     """−M⁻¹ (C · row ``speed`` + K · row ``place``) − ``ground`` into row ``out``."""
-    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    first, last = row.frame[FIRST, b], top_of(row, b)
     below = 0.0
     for i in range(first, last):
         force = dofs[TANGENT, i] * (dofs[place, i] - below)
@@ -221,13 +267,14 @@ def write_signal(row, run, signal, i, bottom, pull, rise, terms):
 
 
 @kernel
-def raise_peaks(row, run, b, pull, rise, stop, terms):
-    """Raise the peaks of building ``b`` by those of its series on [0, stop]; a_g = pull + rise x.
+def raise_peaks(row, run, b, ground, stop, terms):
+    """Raise the peaks of building ``b`` by those of its series on [0, stop]; ``ground`` begins where they do.
 
     A signal is searched only where the sum of its terms' sizes passes its peak.
     """
-    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    first, last = row.frame[FIRST, b], top_of(row, b)
     dofs, series = run.dofs, run.series
+    pull, rise = ground.under(b)
     for i in range(first, last):
         place = drift = shake = 0.0
         power = 1.0
@@ -262,16 +309,17 @@ def raise_signal(row, run, signal, i, first, pull, rise, stop, terms):
 
 
 @kernel
-def raise_between(row, run, b, ends, motion, pull, rise, step, terms):
+def raise_between(row, run, b, ends, motion, ground, step, terms):
     """Peaks of a building over one node interval of free flight; the search only where a bound does not settle it.
 
     ``ends`` = (rows of states at the start, at the end, of ü at the start, at the end), ``motion`` as `motion_bound`.
     The bound on the shaking is first (ω + c)² times that on the motion, ω the fastest mode and c the strongest damper.
     """
-    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    first, last = row.frame[FIRST, b], top_of(row, b)
     if last == first:
-        return  # a rigid building has no dof, and as the last one no place in the arrays either
+        return  # a rigid building has no mass, and as the last one no place in the arrays either
     dofs = run.dofs
+    pull, rise = ground.under(b)
     eighth = 0.125 * step * step
     swing, laid, exact = sqrt(motion), False, False
     shake = row.floors[QUICK, first] * swing
@@ -294,7 +342,7 @@ def raise_between(row, run, b, ends, motion, pull, rise, step, terms):
         odd = not abs(there) + abs(felt_end) < inf
         below, below_end, below_bend = here, there, bend
         if (wanted or drifts or shakes or odd) and not laid:
-            write_series(row, run, b, ends[0], pull, rise, terms)
+            write_series(row, run, b, ends[0], ground, terms)
             laid = True
         if wanted or odd:
             raise_signal(row, run, DISPLACEMENT, i, first, pull, rise, step, terms)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from hashlib import blake2b
 from itertools import pairwise
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,8 +39,12 @@ class Mechanics(NamedTuple):
 
     laws: tuple[Any, ...]
     restitutions: tuple[Any, ...]
-    capped: bool  # False where the yield force plays no part in the motion
     levels: Array  # N, every finite yield force of the grid, ascending
+
+    @property
+    def uncapped(self) -> NDArray[np.bool_]:
+        """By contact point: True where the yield force plays no part in the motion."""
+        return np.array([law.ceiling(1.0) == inf for law in self.laws])
 
 
 class Limits(NamedTuple):
@@ -62,6 +67,7 @@ class Cases:
 
     def __init__(self, model: RowModel, mechanics: Mechanics, driven: Driven, rtol: float):
         self.model, self.mechanics, self.driven, self.rtol = model, mechanics, driven, rtol
+        self._uncapped = mechanics.uncapped
         self._runs: Shared[RowRun] = Shared()
         self._met: dict[Span, bytes] = {}
 
@@ -76,7 +82,7 @@ class Cases:
     def _whole(self, limits: Limits, *, histories: bool) -> RowRun:
         span = self.model.everything
         made = self._run(span, limits.gaps, limits.yield_forces, histories=histories)
-        run = self._levelled(made, limits.yield_forces)
+        run = self._levelled(made, limits.yield_forces, self._uncapped)
         row_run = put_together(self.driven.free, [(self._part(span), run)])
         return row_run._replace(states=run.states, log=run.log)
 
@@ -103,20 +109,20 @@ class Cases:
 
     def _answer(self, span: Span, limits: Limits) -> tuple[RowRun, Answered]:
         places = self._part(span).points
-        given, largest = limits.yield_forces[places], limits.largest[places]
-        if self.mechanics.capped and not np.array_equal(given, largest):
+        given, largest, uncapped = limits.yield_forces[places], limits.largest[places], self._uncapped[places]
+        if not uncapped.all() and not np.array_equal(given, largest):
             run, key = self._shared(span, limits.gaps, limits.largest)
-            unyielding = (given > run.points[:, DEMAND]) | (given == largest)
+            unyielding = (given > run.points[:, DEMAND]) | (given == largest) | uncapped
             if run.status in (COMPLETE, GREW_STATUS) and unyielding.all():
-                return run, Answered(key, True)
+                return self._levelled(run, given, uncapped), Answered(key, True)
         run, key = self._shared(span, limits.gaps, limits.yield_forces)
-        return self._levelled(run, given), Answered(key, False)
+        return self._levelled(run, given, uncapped), Answered(key, False)
 
     def _shared(self, span: Span, gaps: Array, yield_forces: Array) -> tuple[RowRun, tuple[bytes, ...]]:
         """The run of a part, from an equal one where there is one, and its key."""
         part = self._part(span)
         within = np.arange(part.points.start, part.points.stop)[~part.watched]
-        strengths = yield_forces[within].tobytes() if self.mechanics.capped else b""
+        strengths = yield_forces[within].tobytes() if not self._uncapped.all() else b""
         key = (part.structure, gaps[part.points].tobytes(), strengths, self._meeting(span, within))
         return self._runs.of(key, lambda: self._run(span, gaps, yield_forces)), key
 
@@ -143,19 +149,20 @@ class Cases:
             contacts,
             self.driven.acceleration,
             rtol=self.rtol,
-            levels=None if mechanics.capped else mechanics.levels,
+            levels=mechanics.levels if self._uncapped.any() else None,
             histories=histories,
         )
 
-    def _levelled(self, run: RowRun, yield_forces: Array) -> RowRun:
-        """The run of a law without a cap with the contacts whose force reaches these yield forces counted."""
+    def _levelled(self, run: RowRun, yield_forces: Array, uncapped: NDArray[np.bool_]) -> RowRun:
+        """The run with the contacts counted whose force reaches these yield forces, where a law has no cap."""
         levels = self.mechanics.levels
-        if self.mechanics.capped or not levels.size:
+        if not uncapped.any() or not levels.size:
             return run
         points, finite = run.points.copy(), np.isfinite(yield_forces)
         place = np.where(finite, np.searchsorted(levels, yield_forces), 0)[:, None]
-        points[:, YIELDS] = np.where(finite, np.take_along_axis(run.reached, place, 1)[:, 0], 0.0)
-        points[:, FIRST_YIELD] = np.where(finite, np.take_along_axis(run.first, place, 1)[:, 0], np.nan)
+        reached = np.where(finite, np.take_along_axis(run.reached, place, 1)[:, 0], 0.0)
+        first = np.where(finite, np.take_along_axis(run.first, place, 1)[:, 0], np.nan)
+        points[uncapped, YIELDS], points[uncapped, FIRST_YIELD] = reached[uncapped], first[uncapped]
         return run._replace(points=points)
 
 

@@ -38,7 +38,7 @@ def touch_down(row, run, k, time):
     scale = max(speed, 1e-3 * contact.fastest, 1e-12)
     strength, least, depth = law_begin(run, k, e, speed, mass, contact.worn, scale, contact.yield_force)
     size = 0.0
-    for end in range(4):
+    for end in range(row.passage.point_ends()):
         if row.ends[k, end] >= 0:
             size = max(size, abs(dofs[NOW, row.ends[k, end]]))
     contact.closed = 1.0

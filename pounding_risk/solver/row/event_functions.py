@@ -104,7 +104,7 @@ def event_function(row, run, kind, k, at_end):
 def across_between(row, run, group, k, part, x, after):
     """u_left − u_right (part 0) or its rate at x of the step; ``after`` is the time on the spectators' series."""
     total = 0.0
-    for end in range(4):
+    for end in range(row.passage.point_ends()):
         i = row.ends[k, end]
         if i >= 0:
             if group.low <= i < group.high:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from math import inf, sqrt
 
-from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.taylor import SIGNAL, first_rise, highest
 from pounding_risk.solver.row.workspace import FIRST, INVERSE, LEFT_HIGH, LEFT_LOW, NODE, RIGHT_HIGH, RIGHT_LOW, START
 
 
 @kernel
 def across(row, k, dofs, line):
-    """u_left − u_right at contact point ``k`` from a row of the dofs (of v: its rate)."""
+    """u_left − u_right at contact point ``k``, less the w of the ground, from a row of the dofs (of v: its rate)."""
     total = 0.0
-    for end in range(4):
+    for end in range(row.passage.point_ends()):
         i = row.ends[k, end]
         if i >= 0:
             total += row.shares[k, end] * dofs[line, i]
@@ -40,13 +40,21 @@ def push_apart(row, k, force, dofs, line):
             dofs[line, i] -= row.shares[k, end] * row.floors[INVERSE, i] * force
 
 
+@small
+def carried(row, k, power, force, dofs, line):
+    """``power`` [W] and what the contact force at point ``k`` does as the grounds move; velocities in row ``line``."""
+    if row.passage.ground_dofs() > 0:
+        power += force * row.shares[k, 4] * dofs[line, row.ends[k, 4]]
+    return power
+
+
 @kernel
 def write_distance(row, run, k, terms):
     """The series of u_left − u_right at contact point ``k`` to the workspace."""
     signals = run.workspace.search.series
     for n in range(terms):
         signals[SIGNAL, n] = 0.0
-    for end in range(4):
+    for end in range(row.passage.point_ends()):
         i = row.ends[k, end]
         if i >= 0:
             share = row.shares[k, end]
@@ -72,7 +80,7 @@ def raise_reach(row, run, k, stop, terms):
 
 @kernel
 def bend_across(row, k):
-    """|second derivative of u_left − u_right| over sqrt(2 E), E the larger bound of both buildings' motion."""
+    """|second derivative of u_left − u_right + w| over sqrt(2 E), E the larger bound of both buildings' motion."""
     total = 0.0
     for end in range(4):
         i = row.ends[k, end]
@@ -97,7 +105,7 @@ def wider(run, k, here, there, span, bend):
 def own_side(row, k, low, high, dofs, line):
     """What the dofs from ``low`` to ``high`` add to u_left − u_right at contact point ``k``, from a row of the dofs."""
     total = 0.0
-    for end in range(4):
+    for end in range(row.passage.point_ends()):
         i = row.ends[k, end]
         if low <= i < high:
             total += row.shares[k, end] * dofs[line, i]
@@ -137,7 +145,7 @@ def fly_blind(row, run, span, watch, stop, terms):
         for k in range(first, last):
             for n in range(terms):
                 search.series[SIGNAL, n] = 0.0
-            for end in range(4):
+            for end in range(row.passage.point_ends()):
                 i = row.ends[k, end]
                 if low <= i < high:
                     for n in range(terms):

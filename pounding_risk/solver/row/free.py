@@ -9,11 +9,13 @@ from pounding_risk.solver.counters import EXHAUSTED, MAX_CONTACTS
 from pounding_risk.solver.pair.taylor import crest_bound
 from pounding_risk.solver.row.building import (
     accelerate,
+    end_ground,
     motion_bound,
     place_on,
     raise_between,
     raise_peaks,
     step_over,
+    top_of,
     write_series,
 )
 from pounding_risk.solver.row.flight import across, bend_across, compliance, fly_blind, raise_reach, search_point, wider
@@ -39,7 +41,7 @@ from pounding_risk.solver.row.workspace import (
 def is_elastic(row, run, b):
     """True where no storey of a building is yielding."""
     if row.frame[BENDS, b]:
-        for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+        for i in range(row.frame[FIRST, b], top_of(row, b)):
             if run.dofs[BRANCH, i] != 0.0:
                 return False
     return True
@@ -49,7 +51,7 @@ def is_elastic(row, run, b):
 def may_yield(row, run, b, swing, step):
     """True where a storey's drift may pass its limit within the node interval, by `building.motion_bound`."""
     below = below_end = below_bend = 0.0
-    for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+    for i in range(row.frame[FIRST, b], top_of(row, b)):
         bend = sqrt(swing * row.floors[INVERSE, i])
         here, there, rest = run.dofs[NODE, i], run.dofs[NEXT, i], run.dofs[PLASTIC, i]
         top = max(abs(here - below - rest), abs(there - below_end - rest)) + 0.125 * step * step * (bend + below_bend)
@@ -65,15 +67,17 @@ def predict(row, run, b, window, swings):
 
     Leaves 2 E of its bounds in ``swings``; returns False where a storey yields, or may.
     """
-    _, step, pull, rise = window
+    _, step, ground = window
     swings[b] = 0.0
-    if row.frame[FIRST, b] == row.frame[FIRST, b + 1]:
+    if row.frame[FIRST, b] == top_of(row, b):
+        end_ground(row, b, ground, run.dofs, NEXT)
         return True
     swings[b] = inf
     if row.frame[BENDS, b] and not is_elastic(row, run, b):
         return False
+    pull, rise = ground.under(b)
     accelerate(row, b, NODE, pull, run.dofs, ACCEL_START)
-    step_over(row, b, pull, rise, run.dofs, NODE, NEXT)
+    step_over(row, b, ground, run.dofs, NODE, NEXT)
     swings[b] = motion_bound(row, b, rise, run.dofs, NODE, ACCEL_START)
     if row.frame[BENDS, b] and may_yield(row, run, b, swings[b], step):
         swings[b] = inf
@@ -84,19 +88,19 @@ def predict(row, run, b, window, swings):
 @kernel
 def meets(row, run, interface, window, swings, terms):
     """True where two buildings that both fly alone touch within the node interval."""
-    _, step, pull, rise = window
+    _, step, ground = window
     swing = sqrt(max(swings[interface], swings[interface + 1]))
     laid = False
     for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
         here, there = across(row, k, run.dofs, NODE), across(row, k, run.dofs, NEXT)
-        bend = swing * bend_across(row, k)
+        bend = swing * bend_across(row, k) + ground.ground_curves(interface + 1, step)
         top = max(here, there) + 0.125 * step * step * bend
         if not top > run.contacts[k].gap or compliance(row, k) == 0.0:
             continue
         if crest_bound(here, there, step, bend) > run.contacts[k].gap:
             if not laid:
-                write_series(row, run, interface, NODE, pull, rise, terms)
-                write_series(row, run, interface + 1, NODE, pull, rise, terms)
+                write_series(row, run, interface, NODE, ground, terms)
+                write_series(row, run, interface + 1, NODE, ground, terms)
                 laid = True
             if search_point(row, run, k, run.contacts[k].gap, step, terms) >= 0.0:
                 return True
@@ -106,15 +110,16 @@ def meets(row, run, interface, window, swings, terms):
 @kernel
 def update_distances(row, run, interface, window, swings, terms):
     """Raise the extremes of the distances between two buildings that have both flown alone."""
-    _, step, pull, rise = window
+    _, step, ground = window
     swing = sqrt(max(swings[interface], swings[interface + 1]))
     laid = False
     for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
         here, there = across(row, k, run.dofs, NODE), across(row, k, run.dofs, NEXT)
-        if wider(run, k, here, there, step, swing * bend_across(row, k)):
+        bend = swing * bend_across(row, k) + ground.ground_curves(interface + 1, step)
+        if wider(run, k, here, there, step, bend):
             if not laid:
-                write_series(row, run, interface, NODE, pull, rise, terms)
-                write_series(row, run, interface + 1, NODE, pull, rise, terms)
+                write_series(row, run, interface, NODE, ground, terms)
+                write_series(row, run, interface + 1, NODE, ground, terms)
                 laid = True
             raise_reach(row, run, k, step, terms)
 
@@ -122,10 +127,11 @@ def update_distances(row, run, interface, window, swings, terms):
 @kernel
 def update_peaks(row, run, b, window, swings, terms):
     """Raise the peaks of a building that `predict` has brought over the interval."""
-    _, step, pull, rise = window
+    _, step, ground = window
+    pull, rise = ground.under(b)
     accelerate(row, b, NEXT, pull + rise * step, run.dofs, ACCEL_END)
     ends = NODE, NEXT, ACCEL_START, ACCEL_END
-    raise_between(row, run, b, ends, swings[b], pull, rise, step, terms)
+    raise_between(row, run, b, ends, swings[b], ground, step, terms)
 
 
 @kernel
@@ -137,23 +143,23 @@ def copy_state(row, run, first, last, source, target):
 
 
 @kernel
-def write_all_series(row, run, watch, pull, rise, terms):
+def write_all_series(row, run, watch, ground, terms):
     """Lay the series of all watched buildings from rows NOW; spectators have been brought there."""
     for b in range(watch[0], watch[1] + 1):
-        write_series(row, run, b, NOW, pull, rise, terms)
+        write_series(row, run, b, NOW, ground, terms)
 
 
 @kernel
-def write_spectator_series(row, run, span, watch, pull, rise, terms):
+def write_spectator_series(row, run, span, watch, ground, terms):
     """Lay the series of the buildings that only look on, from rows NOW."""
     if watch[0] < span[0]:
-        write_series(row, run, watch[0], NOW, pull, rise, terms)
+        write_series(row, run, watch[0], NOW, ground, terms)
     if watch[1] > span[1]:
-        write_series(row, run, watch[1], NOW, pull, rise, terms)
+        write_series(row, run, watch[1], NOW, ground, terms)
 
 
 @kernel
-def fly_group(row, run, span, watch, stop, pull, rise, terms):
+def fly_group(row, run, span, watch, stop, ground, terms):
     """Fly from rows NOW, whose series are laid, to the first touch or change of a storey, at most for ``stop``.
 
     Returns (time flown, contact point that touches or −1, storey that changes or −1). Peaks are raised, but where the
@@ -176,7 +182,7 @@ def fly_group(row, run, span, watch, stop, pull, rise, terms):
             if changed >= 0:
                 point, storey = -1, changed
     for b in range(span[0], span[1] + 1):
-        raise_peaks(row, run, b, pull, rise, stop, terms)
+        raise_peaks(row, run, b, ground, stop, terms)
     for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
         raise_reach(row, run, k, stop, terms)
     fly_blind(row, run, span, watch, stop, terms)
@@ -189,12 +195,13 @@ def fly(row, run, span, watch, window, terms):
 
     A storey that switches back and forth without end sets the run's status.
     """
-    _, step, pull, rise = window
+    _, step, ground = window
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
     t = 0.0
     for _ in range(MAX_CONTACTS):
-        write_all_series(row, run, watch, pull + rise * t, rise, terms)
-        flown, _, storey = fly_group(row, run, span, watch, step - t, pull + rise * t, rise, terms)
+        now = ground.later(t)
+        write_all_series(row, run, watch, now, terms)
+        flown, _, storey = fly_group(row, run, span, watch, step - t, now, terms)
         for b in range(watch[0], watch[1] + 1):
             place_on(row, run, b, flown, terms, NOW)
         t += flown

@@ -46,8 +46,11 @@ def any_closed(row, run, first, last):
 
 
 @kernel
-def begin_contacts(row, run, group, time, pull):
-    """Begin every contact of the group that is about to press, its state in rows NOW; returns how many."""
+def begin_contacts(row, run, group, time, ground):
+    """Begin every contact of the group that is about to press, its state in rows NOW; returns how many.
+
+    ``ground`` begins now.
+    """
     count = 0
     ready = False
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
@@ -59,10 +62,10 @@ def begin_contacts(row, run, group, time, pull):
         if rate == 0.0:
             # Closed at rest: what decides is how both sides would move on.
             if not ready:
-                load(row, run, group, NOW, pull, TRIAL)
+                load(row, run, group, NOW, ground, TRIAL)
                 ready = True
             rate = across(row, k, run.dofs, TRIAL)
-            if rate <= ALIKE * abs(pull):
+            if rate <= ALIKE * ground.largest_pull(group.first, group.last):
                 continue
         if rate > 0.0:
             touch_down(row, run, k, time)
@@ -126,15 +129,15 @@ def apply_event(row, run, kind, k, time, line):
 def integrate_contact(row, run, span, watch, window, t, base, terms, rtol):
     """Integrate a group with contacts from rows NOW at ``t`` after the node until all have parted or the interval ends.
 
-    ``span`` = (first, last building), ``window`` = (time of the node, step, a_g, its slope), ``base`` the start of the
-    spectators' series. Returns (how it ended, time after the node, interface of a touched spectator or −1).
+    ``span`` = (first, last building), ``window`` = (time of the node, step, the ground motion), ``base`` the start of
+    the spectators' series. Returns (how it ended, time after the node, interface of a touched spectator or −1).
     """
-    moment, step, pull, rise = window
+    moment, step, ground = window
     low, high = row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1]
     tolerance, stalled = rtol, 0
     renewed, known, unsettled = True, False, True
     run.workspace.implicit = 0.0
-    group = Group(span[0], span[1], low, high, 0.0, pull, rise, 1.0, 1.0, watch[0], watch[1], terms)
+    group = Group(span[0], span[1], low, high, 0.0, ground, 1.0, 1.0, watch[0], watch[1], terms)
     s = h = now = 0.0
     energy = group_energy(row, run, group, NOW)
     run.workspace.energy = max(run.workspace.energy, energy)
@@ -145,7 +148,7 @@ def integrate_contact(row, run, span, watch, window, t, base, terms, rtol):
                 break
             touched, depth, speed, pace = scales(row, run, span[0], span[1])
             origin = touched - moment
-            group = Group(span[0], span[1], low, high, origin, pull, rise, depth, speed, watch[0], watch[1], terms)
+            group = Group(span[0], span[1], low, high, origin, ground, depth, speed, watch[0], watch[1], terms)
             tolerance = rtol
             for k in range(row.frame[START, span[0]], row.frame[START, span[1]]):
                 if run.contacts[k].closed > 0.0:
@@ -208,7 +211,7 @@ def integrate_contact(row, run, span, watch, window, t, base, terms, rtol):
             renewed, own = apply_event(row, run, kind, k, moment + t, NOW)
             renewed, came = renewed or ends, came + jump + own
             if kind == TOUCH:
-                begin_contacts(row, run, group, moment + t, pull + rise * t)
+                begin_contacts(row, run, group, moment + t, ground.later(t))
             if renewed and too_many(row, run, span):
                 run.workspace.status = float(TOO_MANY_CONTACTS)
                 return FAILED, t, -1
@@ -253,15 +256,14 @@ def solve_group(row, run, span, watch, window, terms, rtol):
 
     Returns (FLOWN, −1), (GROW, interface that must be tied too) or (FAILED, −1), the run's status set.
     """
-    moment, step, pull, rise = window
+    moment, step, ground = window
     group = Group(
         span[0],
         span[1],
         row.frame[FIRST, span[0]],
         row.frame[FIRST, span[1] + 1],
         0.0,
-        pull,
-        rise,
+        ground,
         1.0,
         1.0,
         watch[0],
@@ -271,10 +273,10 @@ def solve_group(row, run, span, watch, window, terms, rtol):
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
     begin_blind(row, run, span, watch)
     t = base = 0.0
-    write_spectator_series(row, run, span, watch, pull, rise, terms)
+    write_spectator_series(row, run, span, watch, ground, terms)
     turns = 0
     while True:
-        begin_contacts(row, run, group, moment + t, pull + rise * t)
+        begin_contacts(row, run, group, moment + t, ground.later(t))
         if any_closed(row, run, span[0], span[1]):
             how, t, edge = integrate_contact(row, run, span, watch, window, t, base, terms, rtol)
             if how != FLOWN:
@@ -283,9 +285,10 @@ def solve_group(row, run, span, watch, window, terms, rtol):
                 return FLOWN, -1
             fill_spectators(row, run, group, t - base, NOW)
         base = t
-        write_all_series(row, run, watch, pull + rise * t, rise, terms)
+        now = ground.later(t)
+        write_all_series(row, run, watch, now, terms)
         left = step - t
-        flown, point, storey = fly_group(row, run, span, watch, left, pull + rise * t, rise, terms)
+        flown, point, storey = fly_group(row, run, span, watch, left, now, terms)
         if point >= 0 and not row.frame[START, span[0]] <= point < row.frame[START, span[1]]:
             return GROW, span[0] - 1 if point < row.frame[START, span[0]] else span[1]
         for b in range(watch[0], watch[1] + 1):
@@ -303,4 +306,4 @@ def solve_group(row, run, span, watch, window, terms, rtol):
             # Neighbours that start from rest with a closed gap may meet before their speed is more than rounding.
             touch_down(row, run, point, moment + t)
         base = t
-        write_spectator_series(row, run, span, watch, pull + rise * t, rise, terms)
+        write_spectator_series(row, run, span, watch, ground.later(t), terms)

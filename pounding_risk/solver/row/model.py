@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.mdof import Chain
 from pounding_risk.solver.row import api as rows
@@ -25,7 +26,7 @@ class Part(NamedTuple):
     masses: slice  # of the whole row's, the buildings' own
     own: slice  # these in ``row``
     to_left: int  # contact points to the left neighbour, which come first
-    structure: bytes  # the same for equal buildings with equal contact points
+    structure: bytes  # the same for equal buildings with equal contact points, and times at which a wave arrives
 
     def side(self, place: int) -> int:
         """On which side the neighbour at this contact point stands."""
@@ -33,10 +34,14 @@ class Part(NamedTuple):
 
 
 class RowModel:
-    """Buildings left to right with the contact points between them, ordered by interface."""
+    """Buildings left to right with the contact points between them, ordered by interface.
 
-    def __init__(self, chains: Sequence[Chain], points: Sequence[Point]):
+    With a ``wave`` each building has the motion at a time of its own.
+    """
+
+    def __init__(self, chains: Sequence[Chain], points: Sequence[Point], wave: WavePassage | None = None):
         self.chains, self.points = tuple(chains), tuple(points)
+        self.arrivals = np.zeros(len(self.chains)) if wave is None else wave.arrivals(len(self.chains))  # s
         self.interfaces = np.array([point.interface for point in self.points], dtype=np.int64)
         self.firsts = (0, *accumulate(chain.mass.size for chain in self.chains))  # of each building's masses
         self.bounds = np.searchsorted(self.interfaces, np.arange(len(self.chains)))  # of each interface's points
@@ -53,7 +58,7 @@ class RowModel:
     def row(self, dt: float) -> Laid:
         """The whole row for motions sampled every ``dt`` [s]; kept for the next time."""
         if dt not in self._rows:
-            self._rows[dt] = rows.lay_out(self.chains, self.points, dt)
+            self._rows[dt] = rows.lay_out(self.chains, self.points, dt, self.arrivals)
         return self._rows[dt]
 
     def part(self, span: Span, dt: float) -> Part:
@@ -76,7 +81,8 @@ class RowModel:
             masses,
             slice(masses.start - before, masses.stop - before),
             int((interfaces < span.first).sum()),
-            repr((self._kinds[first : last + 1], met, span.first - first, span.last - first)).encode(),
+            repr((self._kinds[first : last + 1], met, span.first - first, span.last - first)).encode()
+            + self.arrivals[first : last + 1].tobytes(),
         )
 
 

@@ -10,6 +10,7 @@ from math import inf
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.counters import FIRST_YIELD, LOWEST_FORCE
 from pounding_risk.solver.pair.stages import ELASTIC
+from pounding_risk.solver.row.building import top_of
 from pounding_risk.solver.row.contact import note_yield
 from pounding_risk.solver.row.event_functions import across_between
 from pounding_risk.solver.row.flight import across, blind_points, own_side
@@ -62,7 +63,7 @@ def reading(row, run, group, what, k, x, span):
         return felt(row, run, group, k, x)
     if what == SIDE:
         total = 0.0
-        for end in range(4):
+        for end in range(row.passage.point_ends()):
             i = row.ends[k, end]
             if group.low <= i < group.high:
                 total += row.shares[k, end] * between(run, 0, i, x)
@@ -81,7 +82,7 @@ def felt(row, run, group, i, x):
     """Absolute acceleration of dof ``i`` at a place x of the step: what storeys, dampers and contacts do to it."""
     dofs = run.dofs
     b = building_of(row, group, i)
-    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    first, last = row.frame[FIRST, b], top_of(row, b)
     place = between(run, 0, i, x)
     drift = place - (between(run, 0, i - 1, x) if i > first else 0.0)
     force = -(dofs[TANGENT, i] * drift + dofs[CONSTANT, i])
@@ -202,9 +203,10 @@ def accelerations(row, run, group, s, h, at_end):
         dofs[NUDGED, i] = dofs[state, i] + nudge * dofs[line, i]
         dofs[NUDGED + VELOCITY, i] = dofs[state + VELOCITY, i] + nudge * dofs[line + SLOPES, i]
     load(row, run, group, NUDGED, ground_at(group, place + nudge), ACCEL_NUDGED)
-    before, ahead = ground_at(group, place), ground_at(group, place + nudge)
-    for i in range(group.low, group.high):
-        dofs[rises, i] = ((dofs[ACCEL_NUDGED, i] + ahead) - (dofs[out, i] + before)) / nudge
+    for b in range(group.first, group.last + 1):
+        before, ahead = ground_at(group, place).under(b)[0], ground_at(group, place + nudge).under(b)[0]
+        for i in range(row.frame[FIRST, b], top_of(row, b)):
+            dofs[rises, i] = ((dofs[ACCEL_NUDGED, i] + ahead) - (dofs[out, i] + before)) / nudge
 
 
 @kernel
@@ -215,11 +217,12 @@ def update_floor_peaks(row, run, group, span, laid):
     cube = s * s * s
     shaken = s == 0.0
     end = s + h
-    clock, pull, pull_end = 4.0 * cube, ground_at(group, s), ground_at(group, end)
-    clock_end = 4.0 * end * end * end
+    clock, clock_end = 4.0 * cube, 4.0 * end * end * end
+    ground, ground_end = ground_at(group, s), ground_at(group, end)
     line, last = SLOPE, SLOPE + LAST
     for b in range(group.first, group.last + 1):
-        for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+        pull, pull_end = ground.under(b)[0], ground_end.under(b)[0]
+        for i in range(row.frame[FIRST, b], top_of(row, b)):
             ends = dofs[NOW, i], dofs[END, i], dofs[line, i], dofs[last, i]
             dofs[DISPLACEMENT, i], laid = peak_over_step(
                 row, run, group, DISPLACEMENT, i, dofs[DISPLACEMENT, i], ends, span, laid
@@ -245,10 +248,13 @@ def update_floor_peaks(row, run, group, span, laid):
     if shaken:
         accelerations(row, run, group, s, h, False)
         accelerations(row, run, group, s, h, True)
-        for i in range(group.low, group.high):
-            ends = dofs[ACCEL_START, i] + pull, dofs[ACCEL_END, i] + pull_end, dofs[JERK_START, i], dofs[JERK_END, i]
-            best = max(dofs[ACCELERATION, i], abs(ends[0]))
-            dofs[ACCELERATION, i], laid = peak_over_step(row, run, group, ACCELERATION, i, best, ends, span, laid)
+        for b in range(group.first, group.last + 1):
+            pull, pull_end = ground.under(b)[0], ground_end.under(b)[0]
+            for i in range(row.frame[FIRST, b], top_of(row, b)):
+                felt_here, felt_end = dofs[ACCEL_START, i] + pull, dofs[ACCEL_END, i] + pull_end
+                ends = felt_here, felt_end, dofs[JERK_START, i], dofs[JERK_END, i]
+                best = max(dofs[ACCELERATION, i], abs(felt_here))
+                dofs[ACCELERATION, i], laid = peak_over_step(row, run, group, ACCELERATION, i, best, ends, span, laid)
     return laid
 
 

@@ -25,6 +25,7 @@ from pounding_risk.solver.counters import (
     OPEN_SHARE,
     TALLIED,
 )
+from pounding_risk.solver.row.building import place_ground
 from pounding_risk.solver.row.contact import lift_off
 from pounding_risk.solver.row.flight import across, stay_apart
 from pounding_risk.solver.row.free import fly, meets, predict, update_distances, update_peaks
@@ -59,6 +60,7 @@ def borrow_row(row):
         borrowed(row.floors),
         borrowed(row.damping),
         borrowed(row.maps),
+        row.passage,
     )
 
 
@@ -258,15 +260,27 @@ def next_node(row, run, node, states):
             states[node + 1, 1, i] = run.dofs[NODE + VELOCITY, i]
 
 
+@small
+def begin_node(row, run, ground, step, node):
+    """(time of a node, width of the interval after it, ground motion there), the grounds' places written to rows NODE.
+
+    ``step`` is the time between two samples.
+    """
+    now = ground.from_node(step, node)
+    for b in range(row.frame.shape[1] - 1):
+        place_ground(row, b, now, run.dofs, NODE)
+    return ground.node_time(step, node), ground.node_width(step, node), now
+
+
 @kernel
 def march_free(row, run, ground, step, terms, states):
     """The row without any contact, from rest to the end of the record; finds the fastest closing at every point."""
-    row, run, ground, states = borrow_row(row), borrow_run(run), borrowed(ground), borrowed(states)
+    row, run, ground, states = borrow_row(row), borrow_run(run), ground.lent(), borrowed(states)
     begin_run(row, run)
     buildings = row.frame.shape[1] - 1
     busy, swings = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings)
-    for node in range(ground.size - 1):
-        window = node * step, step, ground[node], (ground[node + 1] - ground[node]) / step
+    for node in range(ground.node_count() - 1):
+        window = begin_node(row, run, ground, step, node)
         for b in range(buildings):
             busy[b] = not predict(row, run, b, window, swings)
             if not busy[b]:
@@ -298,14 +312,14 @@ def march_free(row, run, ground, step, terms, states):
 @kernel
 def march(row, run, ground, step, terms, rtol, states):
     """One run from rest to the end of the record; everything is left in ``run``, u and v at the nodes in ``states``."""
-    row, run, ground, states = borrow_row(row), borrow_run(run), borrowed(ground), borrowed(states)
+    row, run, ground, states = borrow_row(row), borrow_run(run), ground.lent(), borrowed(states)
     begin_run(row, run)
     buildings = row.frame.shape[1] - 1
     tied, busy = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings, dtype=np.bool_)
     solved, swings = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings)
-    nodes = ground.size - 1
+    nodes = ground.node_count() - 1
     for node in range(nodes):
-        window = node * step, step, ground[node], (ground[node + 1] - ground[node]) / step
+        window = begin_node(row, run, ground, step, node)
         if not interval(row, run, tied, busy, solved, swings, window, terms, rtol):
             break
         next_node(row, run, node, states)
@@ -313,7 +327,7 @@ def march(row, run, ground, step, terms, rtol, states):
         if point >= 0:
             run.workspace.status, run.workspace.watched_point = float(WATCHED), float(point)
             break
-    end_run(row, run, nodes * step, rtol)
+    end_run(row, run, ground.node_time(step, nodes), rtol)
 
 
 @part

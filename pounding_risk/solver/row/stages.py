@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 from pounding_risk._jit.compile import kernel, part, small
 from pounding_risk.solver.pair.stages import SLACK, YIELDING
-from pounding_risk.solver.row.building import accelerate
-from pounding_risk.solver.row.flight import across, push_apart
+from pounding_risk.solver.row.building import accelerate, place_ground, push_ground
+from pounding_risk.solver.row.flight import across, carried, push_apart
+from pounding_risk.solver.row.ground import ArrivingRowInterval, UniformRowInterval
 from pounding_risk.solver.row.laws import law_force, law_plateau
 from pounding_risk.solver.row.workspace import END, LAST, LATE, NOW, POLY, SLOPE, SLOPES, START, TERMS, TRIAL, VELOCITY
 
@@ -25,8 +26,7 @@ class Group(NamedTuple):
     low: int  # the first dof, and one past the last
     high: int
     origin: float  # of the clock, after the node [s]
-    pull: float  # a_g at the node and its slope
-    rise: float
+    ground: UniformRowInterval | ArrivingRowInterval  # after the node
     depth: float  # scales of the error control: m
     speed: float  # m/s
     watched_first: int  # building, a spectator or of the group
@@ -36,8 +36,8 @@ class Group(NamedTuple):
 
 @small
 def ground_at(group, s):
-    """Ground acceleration at clock time s [m/s²]."""
-    return group.pull + group.rise * (group.origin + s * s * s * s)
+    """The ground motion from clock time s on."""
+    return group.ground.later(group.origin + s * s * s * s)
 
 
 @kernel
@@ -58,17 +58,23 @@ def uncapped(run, k, delta, rate):
 
 
 @kernel
-def load(row, run, group, state, pull, out):
-    """ü of the group under ground and contacts, from rows ``state`` into row ``out``; returns the power put in."""
+def load(row, run, group, state, ground, out):
+    """ü of the group under ground and contacts, from rows ``state`` into row ``out``; returns the power put in.
+
+    ``ground`` begins now; what the ground itself has moved by is not left to the integration, and written to ``state``.
+    """
     power = 0.0
     for b in range(group.first, group.last + 1):
-        power += accelerate(row, b, state, pull, run.dofs, out)
+        place_ground(row, b, ground, run.dofs, state)
+        power += accelerate(row, b, state, ground.under(b)[0], run.dofs, out)
+        push_ground(row, b, ground, run.dofs, out)
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
             delta = max(across(row, k, run.dofs, state) - run.contacts[k].gap, 0.0)
             rate = across(row, k, run.dofs, state + VELOCITY)
             force = transmitted(run, k, delta, rate)
             push_apart(row, k, force, run.dofs, out)
+            power = carried(row, k, power, force, run.dofs, state + VELOCITY)
             run.quadratures[SLOPES + 1, k] = force
             run.quadratures[SLOPES + 1, run.laws.shape[0] + k] = force * rate
     return power

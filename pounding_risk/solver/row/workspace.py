@@ -2,7 +2,8 @@
 
 A building is a chain of masses, degrees of freedom (dofs) numbered from the bottom up and through all buildings in
 turn; a rigid building has none. A contact point lies on two dofs at most of either neighbour: at a floor it has a share
-of 1 of that floor, part-way up a column shares of the floors below and above it.
+of 1 of that floor, part-way up a column shares of the floors below and above it. With a passing wave each building has
+one dof more, its last, which is the ground's (`ground`); the right one's is a fifth of a contact point.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from pounding_risk._jit.compile import small
 from pounding_risk._jit.records import new_records, record_type
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.solver.counters import TALLIED
+from pounding_risk.solver.row.ground import ArrivingRow, UniformRow
 from pounding_risk.solver.runge_kutta import DOP853
 from pounding_risk.solver.workspace import LAST, MAX_TERMS, TERMS, Search, Tableau, make_workspace
 
@@ -112,11 +114,12 @@ class Row(NamedTuple):
     """Arrays that are the same for every run of a row; B buildings, D dofs, K contact points."""
 
     frame: np.ndarray  # (5, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
-    ends: np.ndarray  # (K, 4) dofs: left upper and lower, right upper and lower; −1 is the ground
-    shares: np.ndarray  # (K, 4) of these, below zero on the right: their sum is u_left − u_right
+    ends: np.ndarray  # (K, 4 or 5) dofs: left upper and lower, right upper and lower, ground; −1 is none
+    shares: np.ndarray  # (K, 4 or 5) of these, below zero on the right: their sum is u_left − u_right
     floors: np.ndarray  # (9, D)
     damping: np.ndarray  # (D, N) row i of C
-    maps: np.ndarray  # (...,) over one node interval, (u, v) from u, v, a_g and its slope in turn; building by building
+    maps: np.ndarray  # (...,) over one node interval, (u, v) from u, v, a_g and its slope; by width and building
+    passage: UniformRow | ArrivingRow
 
 
 class Run(NamedTuple):

@@ -13,7 +13,7 @@ from pounding_risk._common.progress import Progress
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import SHIPPED
-from pounding_risk.scene.scene import known_law
+from pounding_risk.scene.interfaces import known_law
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.studies.stability import cases
 from pounding_risk.studies.stability.case import Case, Group, Row

@@ -1,0 +1,23 @@
+"""The command `schema`: the JSON schema of scene files, for editors."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+from pounding_risk.cli._common.files import write_text
+from pounding_risk.cli._common.options import out_option
+
+ORDER = 105
+
+
+def schema(out: Annotated[Path | None, out_option("Write the schema", ".json", absence="printed")] = None) -> None:
+    """JSON schema of scene files, by which editors complete and check keys."""
+    from pounding_risk.scene.sections import scene_schema
+
+    text = json.dumps(scene_schema(), indent=1, ensure_ascii=False, allow_nan=False)
+    if out is None:
+        print(text)
+    else:
+        write_text(out, text + "\n")

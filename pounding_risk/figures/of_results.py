@@ -1,0 +1,113 @@
+"""The figure of a dataset by its name, whichever call made the dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from inspect import signature
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pounding_risk._common.words import nearest
+from pounding_risk.assessment.assess import assess
+from pounding_risk.assessment.row import row_case
+from pounding_risk.assessment.separations.table import code_table
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures.accuracy import accuracy_figure
+from pounding_risk.figures.assess import assessment_figure
+from pounding_risk.figures.compare import agreement_figure, reference_figure
+from pounding_risk.figures.effects import effects_figure
+from pounding_risk.figures.elevation import elevation_figure
+from pounding_risk.figures.plan_view import plan_figure
+from pounding_risk.figures.scan import ratio_figure, scan_figure, window_figure
+from pounding_risk.figures.separations import separations_figure
+from pounding_risk.figures.simulate import simulation_figure
+from pounding_risk.figures.storey_profiles import profiles_figure
+from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.units import shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+class Kind(NamedTuple):
+    """A figure that a dataset may have."""
+
+    of: tuple[str, ...]  # the calls whose datasets have it
+    draw: Callable[..., Figure]
+    made_by: Callable[..., Any] | None = None  # what makes its subject of the dataset, where that is another
+
+
+# By name, which is that of the function without its ending. The first that a dataset has is drawn where none is named.
+KINDS = {
+    "agreement": Kind(("compare",), agreement_figure),
+    "reference": Kind(("compare",), reference_figure),
+    "scan": Kind(("scan", "compare"), scan_figure),
+    "simulation": Kind(("simulate",), simulation_figure),
+    "accuracy": Kind(("accuracy",), accuracy_figure),
+    "effects": Kind(("effects",), effects_figure),
+    "ratio": Kind(("scan", "compare"), ratio_figure),
+    "window": Kind(("scan",), window_figure),
+    "assessment": Kind(("scan",), assessment_figure, assess),
+    "separations": Kind(("scan",), separations_figure, code_table),
+    "elevation": Kind(("scan",), elevation_figure, row_case),
+    "plan": Kind(("scan",), plan_figure, row_case),
+    "profiles": Kind(("scan",), profiles_figure, row_case),
+}
+
+
+def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = "", **options: Any) -> Figure:
+    """The figure of a dataset that has this name, or its usual one.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A dataset of `scan`, `simulate`, `compare`, `accuracy` or `effects`.
+    kind : str, optional
+        Of a scan "scan", "ratio", "window", "assessment", "separations", "elevation", "plan" or "profiles"; of a run
+        "simulation"; of a comparison "agreement", "reference", "scan" or "ratio"; "accuracy" and "effects". By default
+        the first of these.
+    note : str
+        Added to the caption.
+    **options
+        Those of the figure's own function, which has the name with ``_figure``, and of what makes its subject:
+        of `assess` for an assessment, of `code_table` for separations, of `row_case` for elevation, plan and profiles.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset without figures, a name or an option that it has not, and as the functions named.
+    """
+    made_by = kind_of(results)
+    known = [name for name, figure in KINDS.items() if made_by in figure.of]
+    if not known:
+        what = f"a dataset of {made_by}" if made_by else "a dataset that pounding_risk did not make"
+        raise PoundingError(f"{what} has no figure here; draw its variables with their own method plot")
+    name = known[0] if kind is None else kind
+    if name not in known:
+        meant = nearest(str(name), known)
+        raise PoundingError(f"figure: {shown(name)} is none of this dataset{meant}; it has {', '.join(known)}")
+    figure = KINDS[name]
+    own = {key: value for key, value in options.items() if key in _options(figure.draw)}
+    rest = {key: value for key, value in options.items() if key not in own}
+    _check_options(name, rest, () if figure.made_by is None else _options(figure.made_by))
+    whole = with_axes(results) if made_by == "scan" else results
+    return figure.draw(whole if figure.made_by is None else figure.made_by(whole, **rest), note=note, **own)
+
+
+def _options(function: Callable[..., Any]) -> tuple[str, ...]:
+    """Names of the parameters after the first."""
+    return tuple(signature(function).parameters)[1:]
+
+
+def _check_options(name: str, options: Iterable[str], known: tuple[str, ...]) -> None:
+    taken = [option for option in (*known, *_options(KINDS[name].draw)) if option != "note"]
+    for option in options:
+        if option not in known:
+            has = f"takes {', '.join(taken)}" if taken else "takes none"
+            raise PoundingError(f"figure: {name} has no option {option}{nearest(option, taken)}; it {has} beside note")

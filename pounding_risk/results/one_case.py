@@ -1,0 +1,99 @@
+"""One case of a dataset, selected by its values as a user writes them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.grid_values import QUANTITIES, axis_words, listed_values, place_of
+from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.layout import AXES
+from pounding_risk.results.own_case import own_values
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WITH_CASES = ("scan", "compare", "effects", "histories")
+
+
+def one_case(
+    results: xr.Dataset,
+    *,
+    record: str | None = None,
+    polarity: str | None = None,
+    pga: float | str | None = None,
+    contact_model: str | None = None,
+    gap: float | str | None = None,
+    yield_force: float | str | None = None,
+) -> xr.Dataset:
+    """Select one case of the grid by its values, which must be values of the grid.
+
+    Of what is left out the scene's own value is taken, and of records and polarities the first, as in `simulate`. The
+    values stay in the dataset as coordinates.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A dataset of `scan`, `compare`, `effects` or `histories`.
+    record : str, optional
+        Name of a record.
+    polarity : str, optional
+        Name of a polarity.
+    pga : float or str, optional
+        Amplitude of the grid [m/s2, or text with a unit].
+    contact_model : str, optional
+        Name of a contact model.
+    gap : float or str, optional
+        Gap [m, or text with a unit].
+    yield_force : float or str, optional
+        Yield force F_E [N, or text with a unit].
+
+    Returns
+    -------
+    xarray.Dataset
+        The part of the dataset that belongs to the case, with all its attributes.
+
+    Raises
+    ------
+    PoundingError
+        For a value that the grid has not, with those that it has; where several values are left and none is the
+        scene's own; and for a dataset without a grid.
+    """
+    kind = kind_of(results)
+    if kind not in WITH_CASES:
+        why = "is one case as it is" if kind == "simulate" else "has no grid of cases"
+        raise PoundingError(f"the dataset of {kind or 'another program'} {why}; a case is selected from that of a scan")
+    given = (record, polarity, pga, contact_model, gap, yield_force)
+    own = {"record": None, "polarity": None} | own_values(results)
+    where = {axis: _place(results, axis, value, own) for axis, value in zip(AXES, given, strict=True)}
+    return results.isel({axis: place for axis, place in where.items() if axis in results.dims})
+
+
+def _place(results: xr.Dataset, axis: str, value: Any, own: dict[str, Any]) -> int:
+    """Index along an axis of the value that is asked for, or of the scene's own."""
+    if axis not in results.coords:
+        return 0 if value is None else place_of(axis, (None,), value)
+    if results[axis].dims not in ((), (axis,)):
+        if value is None:
+            return 0
+        raise PoundingError(f"{axis_words(axis)}: of each contact model there is one case; select by contact_model")
+    known = values_along(results, axis)
+    if value is not None:
+        return place_of(axis, known, value)
+    if len(known) == 1 or own.get(axis, "") is None:
+        return 0
+    if axis not in own:
+        has = listed_values(axis, known)
+        raise PoundingError(f"{axis}: the scene has none of its own, and the grid has {has}; name one")
+    try:
+        return place_of(axis, known, own[axis])
+    except PoundingError as error:
+        raise PoundingError(f"{axis}: none is named, and the scene's own is not there: {error}; name one") from None
+
+
+def values_along(results: xr.Dataset, axis: str) -> tuple[Any, ...]:
+    """The values of an axis of cases, one where it was selected: floats of a quantity, else names."""
+    kind = float if axis in QUANTITIES else str
+    return tuple(map(kind, np.atleast_1d(results[axis].values)))

@@ -1,0 +1,111 @@
+"""The dataset of one run with its histories: the same variables, coordinates and attributes whichever solver ran it.
+
+A variable that a solver does not make is absent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from pounding_risk.motions.motion import Motion
+from pounding_risk.results.files import as_text, versions
+from pounding_risk.results.labels import case_variable, sources_of
+from pounding_risk.results.places import building_coordinates, place_coordinates
+from pounding_risk.results.run_variables import (
+    BUILDING,
+    CONTACT_PLACE,
+    CONTACTS,
+    FORCE_OF_RUN,
+    GAP_OF_RUN,
+    GROUNDS,
+    HISTORIES,
+)
+from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
+from pounding_risk.results.variables import described
+from pounding_risk.scene.scene import Scene
+from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
+
+Array = NDArray[np.float64]
+
+
+class Case(NamedTuple):
+    """What is run: a motion under one contact model, with the gaps [m] and yield forces [N] of the contact points."""
+
+    motion: Motion
+    contact_model: str
+    gap: float  # m, as the grid counts it: of all interfaces, or of the one that the grid varies
+    yield_force: float  # N, as the grid counts it: of the floors
+    gaps: Sequence[float]  # m, by interface
+    yield_forces: Sequence[float]  # N, by contact point
+
+
+class Trace(NamedTuple):
+    """A run in full, as its solver logs it."""
+
+    time: Array  # s
+    histories: Mapping[str, Array]  # of `HISTORIES`, those that the solver makes
+    contacts: Mapping[str, Array]  # of `CONTACTS` likewise, in the order of the touches
+    contact_points: Sequence[int]  # index of the contact point of each contact
+    outputs: Mapping[str, tuple[Any, Array]]  # unit and words of each output, as a scan has them, and its value
+    status: int
+    law: Any  # of the first interface, with the effects of the scene
+    last: float = inf  # s, of a run that failed the last instant that is known
+
+
+def run_dataset(study: Scene, case: Case, trace: Trace) -> xr.Dataset:
+    """The dataset of a run."""
+    coords = run_coordinates(study, case, trace.time)
+    attrs = {
+        VERSION: DATASET_VERSION,
+        "title": study.name,
+        "contact_model": case.contact_model,
+        "gap": case.gap,
+        "yield_force": case.yield_force,
+        "pga": case.motion.pga,
+        "effects": ", ".join(effect.name for effect in study.effects),
+        "references": "; ".join(sources_of(study, [trace.law])),
+        "status": STATUS_SENTENCES[trace.status],
+        "processing": as_text(list(case.motion.processing)),
+        "scene_resolved": study.to_toml(),
+        "versions": as_text(versions()),
+    }
+    return xr.Dataset(run_variables(trace, coords["contact_point"][1]), coords, attrs)
+
+
+def run_variables(trace: Trace, point_names: Sequence[str]) -> dict[str, Any]:
+    """Histories, outputs and contacts as variables; a run that failed has no motion past its failure: NaN."""
+    data: dict[str, Any] = {}
+    for name, (dims, unit, words) in HISTORIES.items():
+        if name in trace.histories:
+            values = np.asarray(trace.histories[name])
+            if trace.status != COMPLETE and name not in GROUNDS:
+                known = trace.time <= trace.last
+                values = np.where(known.reshape(-1, *[1] * (values.ndim - 1)), values, np.nan)
+            data[name] = (dims, values, described(unit, words))
+    for name, (output, value) in trace.outputs.items():
+        dims, dtype, about = case_variable(name, output)
+        data[name] = (dims, np.asarray(value).astype(dtype), dict(about))
+    for name, (unit, words) in CONTACTS.items():
+        if name in trace.contacts:
+            data[f"contact_{name}"] = ("contact", trace.contacts[name], described(unit, words))
+    names = np.array([point_names[index] for index in trace.contact_points], dtype=np.str_)
+    return data | {"contact_place": ("contact", names, dict(CONTACT_PLACE))}
+
+
+def run_coordinates(study: Scene, case: Case, time: Array) -> dict[str, Any]:
+    """Time, interfaces, contact points, buildings and storeys of one run."""
+    buildings, forces = study.buildings, np.array([case.yield_forces])
+    return {
+        **building_coordinates(buildings),
+        **place_coordinates(buildings, study.points, forces),
+        "contact_point_yield_force": ("contact_point", forces[0], described(*FORCE_OF_RUN)),
+        "interface_gap": ("interface", list(case.gaps), described(*GAP_OF_RUN)),
+        "building": ("building", [building.name for building in buildings], dict(BUILDING)),
+        "time": ("time", time, described("s", "time since the start of the record")),
+    }

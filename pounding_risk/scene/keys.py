@@ -1,0 +1,445 @@
+"""Declaration of the keys of a scene: how a value is read and written, its words, example and default, in one place.
+
+A table of a scene is a pydantic model, a `Table`, whose fields carry a `Key` each. From it follow the reader of scene
+files with its sentences, the classes that scripts use, the JSON schema and the key tables of the docs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from inspect import Parameter, Signature
+from itertools import pairwise
+from math import inf
+from os import PathLike
+from textwrap import wrap
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
+from pydantic_core import CoreSchema, core_schema
+
+from pounding_risk._common.words import nearest
+from pounding_risk.errors import SceneError
+from pounding_risk.scene.toml import Fault, KeyPath
+from pounding_risk.units import EXAMPLES, Quantity, bounds, exact, parse, shown, si
+
+LONGEST_AXIS = 10_000  # values of one list
+REQUIRED = "required"
+Number = Callable[[Any, Quantity], float]  # `parse` in files, where a number needs a unit; `si` in Python
+Read = Callable[[Any, Number], Any]
+
+
+class Unreadable(ValueError):
+    """A value that a key cannot take; the sentence says what was found, what is allowed and the repair."""
+
+
+class Several(Unreadable):
+    """More than one fault in a value: the path below the key, and the sentence, of each."""
+
+    def __init__(self, faults: list[tuple[KeyPath, str]]):
+        self.faults = faults
+        super().__init__("; ".join(sentence for _, sentence in faults))
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key of a table.
+
+    Attributes
+    ----------
+    words : str
+        What it means.
+    read : callable
+        From the value as written, and `parse` or `si`, to SI numbers and names; raises Unreadable or QuantityError.
+    example : str
+        A value as a scene file has it.
+    absent : str
+        What holds where the key is left out.
+    missing : str
+        The sentence for a required key that is not there.
+    write : callable
+        From the value that was read to the value as written.
+    schema : dict
+        JSON schema of the value as written.
+    """
+
+    words: str
+    read: Read
+    example: str
+    absent: str = "nothing"
+    missing: str = ""
+    write: Callable[[Any], Any] = lambda value: value
+    schema: Mapping[str, Any] = field(default_factory=dict)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(lambda value: self.read(_plain(value), si))
+
+    def documented(self, name: str, required: bool) -> list[str]:
+        """The key as a parameter of its class, in the form of numpydoc."""
+        unit = f" [{self.schema['x-unit']}]" if self.schema.get("x-unit", "1") != "1" else ""
+        absent = "" if required else f" Without it: {self.absent}."
+        words = f"{self.words.rstrip('.')}{unit}, such as {self.example}.{absent}"
+        return [f"{name} : {self.kind}{'' if required else ', optional'}", *(f"    {row}" for row in wrap(words, 110))]
+
+    @property
+    def kind(self) -> str:
+        """What Python may give, in words."""
+        kinds = self.schema.get("type", "object")
+        kinds = [kinds] if isinstance(kinds, str) else kinds
+        if "x-unit" in self.schema:
+            return "list of float or str" if "array" in kinds else "float or str"
+        usual = {"string": "str", "boolean": "bool", "integer": "int", "array": "list", "object": "str or object"}
+        return " or ".join(usual[kind] for kind in kinds)
+
+    def described(self) -> dict[str, Any]:
+        """The key in a JSON schema; ``x-...`` tells what a JSON schema has no keyword for."""
+        return {**self.schema, "description": self.words, "x-example": self.example, "x-absent": self.absent}
+
+
+class Table(BaseModel):
+    """A table of a scene; in Python an object with the same keys, whose numbers may be floats in SI.
+
+    Keys may be given by position, in the order of the class. Raises SceneError with every fault.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+
+    def __init__(self, *values: Any, **keys: Any):
+        names = list(type(self).model_fields)
+        if len(values) > len(names):
+            raise SceneError(type(self).__name__, [f"{len(values)} values for its keys {', '.join(names)}"])
+        try:
+            super().__init__(**dict(zip(names, values, strict=False)), **keys)
+        except ValidationError as error:
+            raise SceneError(type(self).__name__, list(self._sentences(error))) from None
+
+    def __repr_args__(self) -> Iterator[tuple[str, Any]]:
+        """What `repr` shows: the keys that are given."""
+        return ((name, getattr(self, name)) for name in type(self).model_fields if name in self.model_fields_set)
+
+    __str__ = BaseModel.__repr__
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **settings: Any) -> None:
+        """Give the class a signature and the parameters of its docstring, from the declarations of its keys."""
+        by_name = Parameter.POSITIONAL_OR_KEYWORD
+        cls.__signature__ = Signature(
+            [
+                Parameter(name, by_name, default=Parameter.empty if about.is_required() else about.default)
+                for name, about in cls.model_fields.items()
+            ]
+        )
+        rows = [row for name, key in cls.keys().items() for row in key.documented(name, name in cls.required())]
+        if rows:
+            cls.__doc__ = "\n".join([(cls.__doc__ or "").rstrip(), "", "Parameters", "----------", *rows, ""])
+
+    @classmethod
+    def keys(cls) -> dict[str, Key]:
+        """The declarations of its keys by name."""
+        fields = cls.model_fields.items()
+        return {name: next(each for each in about.metadata if isinstance(each, Key)) for name, about in fields}
+
+    @classmethod
+    def required(cls) -> list[str]:
+        """The keys that have no default."""
+        return [name for name, about in cls.model_fields.items() if about.is_required()]
+
+    @classmethod
+    def made(cls, values: Mapping[str, Any]) -> Any:
+        """The table of values that have been read; the others have their defaults."""
+        return cls.model_construct(_fields_set=set(values), **values)
+
+    def updated(self, **values: Any) -> Any:
+        """The table with these values, which are not checked."""
+        return self.made({name: getattr(self, name) for name in self.model_fields_set} | values)
+
+    def written(self) -> dict[str, Any]:
+        """The keys that are given, as a scene file has them."""
+        given = ((name, key) for name, key in self.keys().items() if name in self.model_fields_set)
+        return {name: key.write(getattr(self, name)) for name, key in given}
+
+    @classmethod
+    def _sentences(cls, error: ValidationError) -> Iterator[str]:
+        for found in error.errors(include_url=False):
+            name, cause = str(found["loc"][0]), found.get("ctx", {}).get("error")
+            if found["type"] == "missing":
+                yield f"{name}: {cls.keys()[name].missing}"
+            elif found["type"] == "extra_forbidden":
+                yield f"{name}: unknown key{nearest(name, cls.model_fields)}; it takes {', '.join(cls.model_fields)}"
+            else:
+                yield f"{name}: {cause}"
+
+
+def _plain(value: Any) -> Any:
+    """A value of Python as a scene file has it: lists for tuples and arrays, text for paths."""
+    if isinstance(value, PathLike):
+        return str(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if type(value) in (list, tuple):
+        return [_plain(each) for each in value]
+    if type(value) is dict:
+        return {key: _plain(each) for key, each in value.items()}
+    return value
+
+
+@dataclass(frozen=True)
+class Section:
+    """A table of a scene file whose keys have been read, whatever is wrong with some of them."""
+
+    kind: type[Table]
+    path: KeyPath
+    raw: Mapping[str, Any]  # as written
+    values: Mapping[str, Any]  # in SI, of the keys that could be read
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.raw
+
+    def get(self, key: str, default: Any = None) -> Any:
+        """The value of a key; the default where it is absent or could not be read."""
+        return self.values.get(key, default)
+
+    def fault(self, key: str, sentence: str, absent: bool = False) -> Fault:
+        """A fault of one of its keys."""
+        return Fault((*self.path, key), sentence, absent)
+
+
+@dataclass(frozen=True)
+class Draft:
+    """All tables of a scene whose keys have been read, before it is known whether they make a scene together."""
+
+    raw: Mapping[str, Any]
+    sections: Mapping[str, Sequence[Section]]
+
+    def tables(self, name: str) -> Sequence[Section]:
+        """The tables of an array of tables; what is no table is left out."""
+        return self.sections.get(name, ())
+
+    def table(self, name: str) -> Section:
+        """A table that stands once; one without keys where it is absent."""
+        return next(iter(self.tables(name)), Section(Table, (name,), {}, {}))
+
+    def count(self, name: str, absent: int) -> int:
+        """How many elements an array of tables has, tables or not; ``absent`` where there is none."""
+        elements = self.raw.get(name)
+        return len(elements) if isinstance(elements, list) else absent
+
+
+def read_section(
+    kind: type[Table], path: KeyPath, raw: Mapping[str, Any], known: Mapping[str, Key], unknown: Callable[[str], str]
+) -> tuple[Section, list[Fault]]:
+    """Read every key of a table, and tell every fault.
+
+    Parameters
+    ----------
+    kind : type of Table
+        What the table is; its required keys must be there.
+    path : tuple
+        Where it stands in the scene.
+    raw : mapping
+        Its keys as written.
+    known : mapping of str to Key
+        Declarations by name; those of other kinds too, whose values are read before their presence is refused.
+    unknown : callable
+        The sentence for a key that is not known.
+    """
+    values: dict[str, Any] = {}
+    faults: list[Fault] = []
+    for name, value in raw.items():
+        if name not in known:
+            faults.append(Fault((*path, name), unknown(name)))
+            continue
+        try:
+            values[name] = known[name].read(value, parse)
+        except Several as error:
+            faults += [Fault((*path, name, *below), sentence) for below, sentence in error.faults]
+        except ValueError as error:
+            faults.append(Fault((*path, name), str(error)))
+    faults += [Fault((*path, name), known[name].missing, absent=True) for name in kind.required() if name not in raw]
+    return Section(kind, path, raw, values), faults
+
+
+# ------------------------------------------------------------------------------------------------ kinds of keys
+
+
+def measured(quantity: Quantity, words: str, example: str, absent: str = "nothing", missing: str = "") -> Key:
+    """A quantity: text with a unit, or a plain number where it is dimensionless."""
+    kind = {"type": ["number", "string"]} if quantity.unit == "1" else {"type": "string"}
+    return Key(
+        words,
+        lambda value, number: number(value, quantity),
+        example,
+        absent,
+        missing,
+        lambda value: exact(float(value), quantity),
+        {**kind, **facts(quantity)},
+    )
+
+
+def facts(quantity: Quantity) -> dict[str, str]:
+    """Unit and range of a key, for the schema."""
+    return {"x-unit": quantity.unit, "x-range": bounds(quantity)}
+
+
+def text(words: str, example: str, absent: str = "nothing", missing: str = "") -> Key:
+    """Text that is not blank."""
+
+    def read(value: Any, number: Number) -> str:
+        if not isinstance(value, str) or not value.strip():
+            raise Unreadable(f'{shown(value)} is not a name; write text in quotes, such as "{example}"')
+        return value
+
+    return Key(words, read, f'"{example}"', absent, missing, schema={"type": "string"})
+
+
+def flag(name: str, words: str, absent: str = "false") -> Key:
+    """true or false, of the key of this name."""
+
+    def read(value: Any, number: Number) -> bool:
+        if not isinstance(value, bool):
+            raise Unreadable(f"{shown(value)} is not true or false; write {name} = true, or remove it")
+        return value
+
+    return Key(words, read, "true", absent, schema={"type": "boolean"})
+
+
+def one_of(allowed: Sequence[str], what: str, words: str, example: str, absent: str, missing: str = "") -> Key:
+    """One of these words; ``what`` says with its article what they are."""
+
+    def read(value: Any, number: Number) -> str:
+        if value not in allowed:
+            hint = nearest(value, allowed) if isinstance(value, str) else ""
+            raise Unreadable(f"{shown(value)} is not {what}{hint}; it may be {', '.join(map(shown, allowed))}")
+        return str(value)
+
+    return Key(words, read, example, absent, missing, schema={"enum": list(allowed)})
+
+
+def axis(quantity: Quantity, words: str, example: str, absent: str) -> Key:
+    """Values of the grid: an ascending list, or {start, stop, num}."""
+    usual = EXAMPLES[quantity.unit]
+
+    def read(value: Any, number: Number) -> tuple[float, ...]:
+        if isinstance(value, dict):
+            return _spaced(value, quantity, number)
+        if not isinstance(value, list):
+            raise Unreadable(
+                f"{shown(value)} is not a list; write a list such as [{shown(usual)}], "
+                f"or {{start = ..., stop = {shown(usual)}, num = 11}}"
+            )
+        asked = list_of(value, f"a list such as [{shown(usual)}]")
+        values = each(asked, lambda item: number(item, quantity), distinct=True)
+        if any(after < before for before, after in pairwise(values)):
+            order = [item for _, item in sorted(zip(values, value, strict=True), key=lambda pair: pair[0])]
+            raise Unreadable(f"the values are not in ascending order; write {shown(order)}")
+        return tuple(values)
+
+    return Key(
+        words,
+        read,
+        example,
+        absent,
+        write=lambda values: [exact(float(value), quantity) for value in values],
+        schema={"type": ["array", "object"], **facts(quantity)},
+    )
+
+
+def _spaced(value: dict[str, Any], quantity: Quantity, number: Number) -> tuple[float, ...]:
+    """``num`` values from start to stop, both included, evenly spaced."""
+
+    def bound(written: Any) -> float:
+        limit = number(written, quantity)
+        if limit == inf:
+            raise Unreadable(f'{shown(written)} cannot bound even steps; write a list that ends with "inf" instead')
+        return limit
+
+    told = "a range has start, stop and num"
+    kinds = {"start": bound, "stop": bound, "num": _count}
+    ends = options(value, kinds, tuple(kinds), missing=f"missing; {told}", takes=told)
+    if ends["stop"] <= ends["start"]:
+        sentence = (
+            f"{shown(value['stop'])} is not above start {shown(value['start'])}; "
+            "swap them, or write a list with one value"
+        )
+        raise Several([(("stop",), sentence)])
+    # In decimal fractions: the third of 51 values from 0 to 0.1 is 0.004, and no neighbour of it.
+    start, stop, steps = Fraction(repr(ends["start"])), Fraction(repr(ends["stop"])), ends["num"] - 1
+    return tuple(float(start + (stop - start) * step / steps) for step in range(steps + 1))
+
+
+def _count(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 2 <= value <= LONGEST_AXIS:
+        raise Unreadable(f"{shown(value)} is not a count of values; write a whole number from 2 to {LONGEST_AXIS}")
+    return value
+
+
+def list_of(value: Any, example: str) -> list[Any]:
+    """A list that is neither empty nor absurdly long."""
+    if not isinstance(value, list):
+        raise Unreadable(f"{shown(value)} is not a list; write {example}")
+    if not value:
+        raise Unreadable(f"the list is empty; write {example}, or remove it")
+    if len(value) > LONGEST_AXIS:
+        raise Unreadable(f"the list has {len(value)} values, more than {LONGEST_AXIS}; split the scene in several")
+    return value
+
+
+def each(values: list[Any], read: Callable[[Any], Any], distinct: bool = False) -> list[Any]:
+    """Every element read; all that fail, and where asked all that repeat another, are told at once."""
+    elements: list[Any] = []
+    faults: list[tuple[KeyPath, str]] = []
+    first: dict[Any, Any] = {}
+    for index, value in enumerate(values):
+        try:
+            elements.append(read(value))
+        except Several as error:
+            faults += [((index, *below), sentence) for below, sentence in error.faults]
+            continue
+        except ValueError as error:
+            faults.append(((index,), str(error)))
+            continue
+        if distinct and elements[-1] in first:
+            other = first[elements[-1]]
+            also = "" if other == value else f", first as {shown(other)}"
+            faults.append(((index,), f"{shown(value)} stands twice{also}; remove one"))
+        first.setdefault(elements[-1], value)
+    if faults:
+        raise Several(faults)
+    return elements
+
+
+def options(
+    value: Mapping[str, Any], kinds: Mapping[str, Callable[[Any], Any]], needed: Sequence[str], missing: str, takes: str
+) -> dict[str, Any]:
+    """The values of an inline table, each by its reader; all faults at once.
+
+    Parameters
+    ----------
+    value : mapping
+        The table as written.
+    kinds : mapping of str to callable
+        A reader for each key that it may have.
+    needed : sequence of str
+        Keys that must be there.
+    missing : str
+        The sentence for one of them that is not.
+    takes : str
+        Which keys it takes, for one that is not known.
+    """
+    faults: list[tuple[KeyPath, str]] = []
+    values: dict[str, Any] = {}
+    for key in [*value, *(key for key in needed if key not in value)]:
+        try:
+            if key not in kinds:
+                raise Unreadable(f"unknown key{nearest(key, kinds)}; {takes}")
+            if key not in value:
+                raise Unreadable(missing)
+            values[key] = kinds[key](value[key])
+        except Several as error:
+            faults += [((key, *below), sentence) for below, sentence in error.faults]
+        except ValueError as error:
+            faults.append(((key,), str(error)))
+    if faults:
+        raise Several(faults)
+    return values

@@ -1,0 +1,189 @@
+"""The sections of a scene file: their keys read from tables, all faults of a scene at once, and the JSON schema."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from pounding_risk._common.words import nearest
+from pounding_risk.models.effects import EFFECTS
+from pounding_risk.scene import buildings
+from pounding_risk.scene.buildings import building_checks
+from pounding_risk.scene.interfaces import EqualTerms, Interface, interface_checks
+from pounding_risk.scene.keys import Draft, Key, Section, Table, read_section
+from pounding_risk.scene.overrides import ARRAYS, override
+from pounding_risk.scene.records import Records, missing_files, record_checks
+from pounding_risk.scene.tables import Grid, Solver, Title, effect_checks, effect_key
+from pounding_risk.scene.toml import Fault, KeyPath, sentences
+from pounding_risk.units import shown
+
+KINDS: Mapping[str, type[Table]] = {
+    "scene": Title,
+    "building": buildings.AnyBuilding,
+    "interface": Interface,
+    "effects": Table,
+    "records": Records,
+    "grid": Grid,
+    "solver": Solver,
+}
+# The declaration of every key, by section.
+KEYS: Mapping[str, Mapping[str, Key]] = {section: kind.keys() for section, kind in KINDS.items()} | {
+    "building": buildings.KEYS,
+    "effects": {name: effect_key(name) for name in EFFECTS},
+}
+# Words that a scene may use one day, by section: each with what this version offers instead.
+LATER: Mapping[str, Mapping[str, str]] = {
+    "records": {
+        "components": 'written as direction = "30 deg", of the row; name both horizontal components in names or files',
+    },
+    "grid": {
+        "scale": "a grid of scale factors is not in this version; write a grid of pga instead",
+        "stiffness": "a grid of stiffnesses is not in this version; run one scene for each",
+        "restitution": "a grid of restitutions is not in this version; run one scene for each",
+    },
+}
+KNOWN = {section: [*keys, *LATER.get(section, {})] for section, keys in KEYS.items()}
+ABSENT = {
+    "building": "missing; write two [[building]] tables, left and right, each with name, mass and period",
+    "interface": "missing; write one [[interface]] with gap, contact_model and stiffness",
+    "records": 'missing; write [records] with names = ["RSN6-180"], files = ["my/*.AT2"], or set = "..."',
+}
+Tell = Callable[[Sequence[Fault], Mapping[KeyPath, int]], list[str]]
+
+
+def read_tables(tables: Mapping[str, Any], overrides: Sequence[str], source: str) -> tuple[Draft, list[Fault], Tell]:
+    """Every key of the tables of a scene file, what is wrong with single keys, and how faults are told."""
+    raw = copy.deepcopy(dict(tables))
+    outside = [path for text in overrides for path in override(raw, text, KNOWN, source)]
+    written = copy.deepcopy(raw)
+    faults = _later(raw)
+    names = ", ".join(KEYS)
+    faults += [
+        Fault((name,), f"unknown section{nearest(name, KEYS)}; sections are {names}")
+        for name in raw
+        if name not in KEYS
+    ]
+    faults += [Fault((name,), sentence, absent=True) for name, sentence in ABSENT.items() if name not in raw]
+    sections: dict[str, list[Section]] = {}
+    for name in KEYS:
+        sections[name] = []
+        for path, table in _tables(raw, name):
+            if not isinstance(table, dict):
+                faults.append(Fault(path, _not_a_table(path, table)))
+                continue
+            kind = buildings.kind_of(table) if name == "building" else KINDS[name]
+            section, wrong = read_section(kind, path, table, KEYS[name], partial(_unknown, path))
+            sections[name].append(section)
+            faults += wrong
+
+    def tell(faults: Sequence[Fault], lines: Mapping[KeyPath, int]) -> list[str]:
+        return sentences(faults, written, lines, outside)
+
+    return Draft(raw, sections), faults, tell
+
+
+def _tables(raw: Mapping[str, Any], name: str) -> Iterator[tuple[KeyPath, Any]]:
+    """The tables of a section, or what stands in their place, with their paths."""
+    value = raw.get(name)
+    if name in ARRAYS and isinstance(value, list):
+        yield from (((name, index), element) for index, element in enumerate(value))
+    elif name in raw:
+        # One table where an array of them is asked for is none.
+        yield (name,), [value] if name in ARRAYS and isinstance(value, dict) else value
+
+
+def every_fault(draft: Draft, folder: Path) -> list[Fault]:
+    """What more than one key takes part in; ``folder`` is that of the scene file."""
+    return [
+        *building_checks(draft.tables("building"), draft.count("building", 2)),
+        *interface_checks(draft),
+        *effect_checks(draft),
+        *record_checks(draft),
+        *missing_files(draft.raw, folder),
+    ]
+
+
+def _later(raw: dict[str, Any]) -> list[Fault]:
+    """Take the words of later versions out of the tables; one fault each."""
+    faults = []
+    for section, words in LATER.items():
+        table = raw.get(section)
+        if not isinstance(table, dict):
+            continue
+        for word in [key for key in table if key in words]:
+            del table[word]
+            faults.append(Fault((section, word), words[word]))
+    return faults
+
+
+def _unknown(table: KeyPath, key: str) -> str:
+    """An unknown key of a table: the nearest known one, the section that has it, or all that there are."""
+    section = str(table[0])
+    homes = [_header(other) for other, keys in KEYS.items() if key in keys]
+    if homes and not nearest(key, KNOWN[section], 0.75):
+        return f"unknown key; it belongs in {' or '.join(homes)}"
+    taken = ", ".join(KEYS[section]) or "no keys in this version"
+    return f"unknown key{nearest(key, KNOWN[section])}; {_header(section)} takes {taken}"
+
+
+def _header(section: str) -> str:
+    return f"[[{section}]]" if section in ARRAYS else f"[{section}]"
+
+
+def _not_a_table(path: KeyPath, value: Any) -> str:
+    """Something else where a table, or an array of tables, stands."""
+    section = str(path[0])
+    if section in ARRAYS and isinstance(value, list):
+        return f"one table, where each {section} is a table of a list; write [[{section}]] with double brackets"
+    return f"{shown(value)} is not a table; write {_header(section)} and its keys below"
+
+
+def written_overrides(text: str, overrides: Sequence[str], source: str) -> str:
+    """The text of a scene file with the values of overrides in their place, its comments kept."""
+    import tomlkit  # only where a scene is written back
+
+    document = tomlkit.parse(text)
+    for assignment in overrides:
+        override(document, assignment, KNOWN, source)
+    return tomlkit.dumps(document)
+
+
+def scene_schema() -> dict[str, Any]:
+    """JSON schema of a scene file, for the completion of an editor: keys, kinds, units and ranges, in words.
+
+    ``x-unit``, ``x-range``, ``x-example`` and ``x-absent`` tell what a JSON schema has no keyword for.
+    """
+    declared = {**KEYS, "equal_terms": EqualTerms.keys()}
+    required = {"building": ["name"], "equal_terms": EqualTerms.required()}
+    tables = {
+        _table_name(section): {
+            "type": "object",
+            "properties": {name: key.described() for name, key in keys.items()},
+            "required": required.get(section, []),
+            "additionalProperties": False,
+        }
+        for section, keys in declared.items()
+    }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Scene of pounding_risk",
+        "type": "object",
+        "properties": {section: _reference(section) for section in KEYS},
+        "required": list(ABSENT),
+        "additionalProperties": False,
+        "$defs": tables,
+    }
+
+
+def _table_name(section: str) -> str:
+    return f"{section.title().replace('_', '')}Table"
+
+
+def _reference(section: str) -> dict[str, Any]:
+    reference = {"$ref": f"#/$defs/{_table_name(section)}"}
+    if section in ARRAYS:
+        return {"type": "array", "items": reference, "title": _header(section)}
+    return {**reference, "title": _header(section)}

@@ -1,0 +1,211 @@
+"""The tables [effects], [grid], [solver] and [scene]: their keys, and what effects and floors need of other tables."""
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, NamedTuple
+
+from pounding_risk._common.words import nearest
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS, needs_floors
+from pounding_risk.models.contact.laws import LAWS
+from pounding_risk.models.effects import (
+    EFFECTS,
+    PerInterface,
+    default_example,
+    defaults,
+    read_option,
+    refusal,
+    written_option,
+)
+from pounding_risk.scene.buildings import RigidWall
+from pounding_risk.scene.interfaces import LAW_NAMES, known_models
+from pounding_risk.scene.keys import Draft, Key, Number, Table, Unreadable, axis, facts, measured, options, text
+from pounding_risk.scene.toml import Fault, as_list
+from pounding_risk.units import EXAMPLES, GAP, PGA, RTOL, YIELD_FORCE, Quantity, shown
+
+_RANGE = "a list in ascending order, or {start, stop, num}; a dimension of the dataset"
+
+
+class Title(Table):
+    """The table [scene]."""
+
+    name: Annotated[
+        str, text("What reports and figures call the study.", "Frame beside masonry", "the file's name")
+    ] = ""
+
+
+class Grid(Table):
+    """The values of each dimension of a scan."""
+
+    gap: Annotated[
+        tuple[float, ...],
+        axis(GAP, f"Gaps: {_RANGE}.", '{start = "0 mm", stop = "100 mm", num = 51}', "that of the interface"),
+    ] = ()
+    interface: Annotated[
+        str,
+        text("The only interface of a row whose gap varies, by its buildings.", "frame | masonry", "all vary alike"),
+    ] = ""
+    yield_force: Annotated[
+        tuple[float, ...],
+        axis(YIELD_FORCE, f"Yield forces: {_RANGE}.", '["200 kN", "400 kN", "inf"]', "that of the interface"),
+    ] = ()
+    contact_model: Annotated[tuple[str, ...], LAW_NAMES] = ()
+    pga: Annotated[tuple[float, ...], axis(PGA, f"PGAs: {_RANGE}.", '["0.2 g", "0.5 g"]', "that of the records")] = ()
+
+
+class Solver(Table):
+    """How exactly the runs are solved."""
+
+    rtol: Annotated[float, measured(RTOL, "Relative tolerance of every run.", "1e-6", "1e-6")] = 1e-6
+
+
+# ------------------------------------------------------------------------------------------------ effects
+
+
+class Effect(NamedTuple):
+    """One effect that the scene names, with its options.
+
+    Parameters
+    ----------
+    name : str
+        Its name, as in [effects].
+    options : tuple of (str, value)
+        Its options in SI; of a new scene a dict too, with text and units.
+    """
+
+    name: str
+    options: tuple[tuple[str, Any], ...] = ()
+
+    def written(self) -> dict[str, Any]:
+        """The options as a scene file has them: quantities as text, exact."""
+        kinds = EFFECTS[self.name].options
+        return {
+            key: written_option(value, kinds[key]) if isinstance(kinds[key], Quantity) else value
+            for key, value in self.options
+        }
+
+
+def effect_key(name: str) -> Key:
+    """The key of an effect in [effects], from its class."""
+    kind: Any = EFFECTS[name]
+    examples = ", ".join(f"{key} = {option_example(allowed)}" for key, allowed in kind.options.items())
+    left_out = "; ".join(f"{key} left out: {default_example(name, key)}" for key in kind.optional)
+    return Key(
+        (kind.__doc__ or "").partition("\n")[0],
+        lambda value, number: _read(name, value, number),
+        f"{{{examples}}}",
+        f"does not act{'; ' if left_out else ''}{left_out}",
+        write=lambda effect: effect.written(),
+        schema={
+            "type": "object",
+            "properties": {key: _option(allowed, default_example(name, key)) for key, allowed in kind.options.items()},
+            "required": [key for key in kind.options if key not in kind.optional],
+            "additionalProperties": False,
+        },
+    )
+
+
+def _read(name: str, value: Any, number: Number) -> Effect:
+    """An effect from the table of its options."""
+    kind: Any = EFFECTS[name]
+    if not isinstance(value, dict):
+        raise Unreadable(f"{shown(value)} is not a table; write {name} = {{{_options(kind)}}}, or remove it")
+    kinds = {key: lambda item, allowed=allowed: _value(item, allowed, number) for key, allowed in kind.options.items()}
+    needed = [key for key in kinds if key not in kind.optional]
+    takes = f"{name} takes {_options(kind, True) or 'no keys'}"
+    values = options(value, kinds, needed, f"missing; write {name} = {{{_options(kind)}}}", takes)
+    return Effect(name, tuple(sorted({**defaults(name), **values}.items())))
+
+
+def _value(value: Any, allowed: Any, number: Number) -> Any:
+    if isinstance(allowed, Quantity):
+        return read_option(value, allowed, number)
+    if value not in allowed:
+        hint = nearest(value, allowed) if isinstance(value, str) else ""
+        raise Unreadable(f"{shown(value)} is not one of {', '.join(map(shown, allowed))}{hint}; write one of these")
+    return value
+
+
+def _options(kind: Any, every: bool = False) -> str:
+    """An effect's keys as a scene has them, each with an example; those that may be left out too where ``every`` is."""
+    examples = {
+        key: shown(allowed.example if allowed.unit != "1" else float(allowed.example))
+        if isinstance(allowed, Quantity)
+        else shown(allowed[-1])
+        for key, allowed in kind.options.items()
+    }
+    return ", ".join(f"{key} = {example}" for key, example in examples.items() if every or key not in kind.optional)
+
+
+def _option(allowed: Quantity | tuple[str, ...], absent: str) -> dict[str, Any]:
+    """An option of an effect in the schema."""
+    more = {"x-example": option_example(allowed), "x-absent": absent}
+    if not isinstance(allowed, Quantity):
+        return {"enum": list(allowed), **more}
+    kind: Any = ["number", "string"] if allowed.unit == "1" else "string"
+    kind = ["string", "array"] if isinstance(allowed, PerInterface) else kind
+    words = f"{allowed.words[0].upper()}{allowed.words[1:]}."
+    return {"type": kind, "description": words, **facts(allowed), **more}
+
+
+def option_example(allowed: Quantity | tuple[str, ...]) -> str:
+    """What a scene may write for an option that takes a quantity, or one of these words."""
+    if not isinstance(allowed, Quantity):
+        return shown(allowed[-1])
+    example = allowed.example or EXAMPLES[allowed.unit]
+    return example if allowed.unit == "1" else shown(example)
+
+
+def effect_tables(effects: Any) -> dict[str, Any]:
+    """[effects] of what Python gives: a dict of names and options, or a list of names and `Effect`."""
+    if isinstance(effects, Mapping):
+        return {name: dict(given) for name, given in effects.items()}
+    tables = {}
+    for effect in effects:
+        name, given = (effect, {}) if isinstance(effect, str) else effect
+        tables[name] = dict(given)
+    return tables
+
+
+# ------------------------------------------------------------------------------------------------ checks
+
+
+def effect_checks(draft: Draft) -> Iterator[Fault]:
+    """Effects without what they act on, with a contact model that they do not act on; floors without a length."""
+    told = [keys.raw.get("contact_model") for keys in draft.tables("interface")]
+    laws = known_models([*told, *as_list(draft.table("grid").raw.get("contact_model"))])
+    yield from _floors(draft, laws)
+    yield from _effects(draft, laws)
+
+
+def _floors(draft: Draft, laws: list[str]) -> Iterator[Fault]:
+    """Buildings whose floors a contact model collides, without their length."""
+    users = [name for name in laws if needs_floors(CONTACT_MODELS[name])]
+    for keys in draft.tables("building") if users else ():
+        if keys.kind is not RigidWall and "floor_length" not in keys:
+            yield keys.fault(
+                "floor_length",
+                f'missing, and {users[0]} needs it; write floor_length = "20 m", the length of the floor along the row',
+                absent=True,
+            )
+
+
+def _effects(draft: Draft, laws: list[str]) -> Iterator[Fault]:
+    keys = draft.table("effects")
+    asked = {name: given for name, given in keys.raw.items() if name in EFFECTS}
+    for name, given in asked.items():
+        kind: Any = EFFECTS[name]
+        for needed in kind.needs:
+            if needed not in asked:
+                yield keys.fault(name, f"acts on what {needed} leaves; write {needed} = {{}} as well")
+        if isinstance(given, dict) and given.get("code") == "mc1990" and "strength" not in given:
+            yield keys.fault(name, 'code mc1990 asks for the concrete; write strength = "30 MPa" as well')
+        for law in laws:
+            if why := refusal(CONTACT_MODELS[law], name):
+                takers = ", ".join(other for other in LAWS if not refusal(LAWS[other]))
+                yield keys.fault(name, f"{law} {why}; remove {name}, or choose among {takers}")
+    exponents = [keys.raw.get("plastic_exponent", 0) for keys in draft.tables("interface")]
+    if "permanent_set" in asked and "van_mier" in laws and any(given not in (0, 0.0, "0") for given in exponents):
+        yield keys.fault(
+            "permanent_set",
+            "van_mier with a plastic_exponent above 0 hardens while it yields, and what it remembers of that is not "
+            "published; remove plastic_exponent, or permanent_set",
+        )

@@ -1,0 +1,61 @@
+"""A row as the plain methods take it: matrices building by building, and the places that the contact points join."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from pounding_risk.models.structures.mdof import Chain
+
+Array = NDArray[np.float64]
+
+
+class RowMatrices(NamedTuple):
+    """Elastic buildings in a row: D masses of all of them in turn, K contact points.
+
+    M ü + C u̇ + K u = −M 1 a_g − Bᵀ F, penetrations B u − gap.
+    """
+
+    first: NDArray[np.int64]  # of each building's masses, and D
+    mass: Array  # (D,) kg
+    stiffness: Array  # (D, D) N/m
+    damping: Array  # (D, D) N s/m
+    shares: Array  # (K, D) B: share of each mass in the displacement that closes a contact point
+
+    @property
+    def striking(self) -> Array:
+        """The mass with which each contact point strikes, 1 / (B M⁻¹ Bᵀ) [kg]."""
+        return np.asarray(1.0 / (self.shares**2 @ (1.0 / self.mass)))
+
+
+def row_matrices(chains: Sequence[Chain], points: Sequence[Any]) -> RowMatrices:
+    """The matrices of buildings, left to right; raises ValueError for storeys that yield.
+
+    A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey.
+    """
+    if any(np.isfinite(chain.strength).any() for chain in chains):
+        raise ValueError("storeys that yield have no stiffness matrix")
+    first = np.concatenate([[0], np.cumsum([chain.mass.size for chain in chains])]).astype(np.int64)
+    count = int(first[-1])
+    stiffness, damping, shares = np.zeros((count, count)), np.zeros((count, count)), np.zeros((len(points), count))
+    for start, stop, chain in zip(first, first[1:], chains, strict=False):
+        drift = np.eye(stop - start) - np.eye(stop - start, k=-1)
+        stiffness[start:stop, start:stop] = drift.T @ np.diag(chain.spring) @ drift
+        damping[start:stop, start:stop] = chain.damping
+    for share, point in zip(shares, points, strict=True):
+        for sign, building, floor in (
+            (1.0, point.interface, point.left_floor),
+            (-1.0, point.interface + 1, point.right_floor),
+        ):
+            chain, start = chains[building], first[building]
+            upper = ceil(floor)
+            for level, part in ((upper, 1.0 - (upper - floor)), (upper - 1, upper - floor)):
+                mass = level - 1 + chain.foundations
+                if part > 0.0 and 0 <= mass < chain.mass.size:
+                    share[start + mass] += sign * part
+    return RowMatrices(first, np.concatenate([chain.mass for chain in chains]), stiffness, damping, shares)

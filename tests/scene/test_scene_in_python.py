@@ -1,0 +1,248 @@
+"""Scenes written in Python: the same object as one read from a file, with its checks, and changed without a file."""
+
+from __future__ import annotations
+
+import re
+from math import inf
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pounding_risk as pr
+from pounding_risk.ensemble.identity import digest, identity
+from pounding_risk.ensemble.job import ScanInput
+from pounding_risk.errors import SceneError
+from pounding_risk.models.contact.laws import Jankowski, VanMier
+from pounding_risk.models.restitution import CONCRETE, Restitution, constant
+from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.scene.motions import motions_of
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.scene import OF_EACH_INTERFACE
+
+TEXT = """# A pair.
+[[building]]
+name = "frame"
+mass = "44 t"        # weighed
+period = "0.21 s"
+[[building]]
+name = "masonry"
+mass = "83 t"
+stiffness = "600 MN/m"
+[[interface]]
+gap = "10 mm"        # measured
+contact_model = "jankowski"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+[effects]
+wave_passage = {velocity = "500 m/s", distance = "20 m", towards = "left"}
+[records]
+names = ["RSN6-180"]
+window = ["0 s", "3 s"]
+pga = "0.5 g"
+[grid]
+gap = {start = "0 mm", stop = "10 mm", num = 3}
+[solver]
+rtol = 1e-5
+"""
+G = 9.80665  # m/s²
+
+
+def in_python() -> pr.Scene:
+    """The scene of `TEXT`, in floats of SI and in text with units."""
+    return pr.Scene(
+        buildings=[
+            pr.SingleMass("frame", mass=44e3, period="210 ms"),
+            pr.SingleMass("masonry", mass="83 t", stiffness=6e8),
+        ],
+        interfaces=[pr.Interface(gap=0.01, law=Jankowski(2.75e9), restitution=0.65)],
+        effects={"wave_passage": {"velocity": "500 m/s", "distance": "20 m", "towards": "left"}},
+        records=pr.Records(["RSN6-180"], window=(0.0, "3 s"), pga=0.5 * G),
+        grid=pr.Grid(np.array([0.0, 0.005, 0.01])),
+        solver=pr.Solver(rtol=1e-5),
+    )
+
+
+def test_a_scene_of_python_is_that_of_a_file():
+    written, read = in_python(), parse_scene(TEXT)
+    assert written == read
+    assert parse_scene(written.to_toml()) == written
+    digests = [digest(identity(ScanInput(scene, motions_of(scene)))) for scene in (written, read)]
+    assert digests[0] == digests[1]
+
+
+def test_its_dataset_is_the_same_to_the_bit():
+    one, other = (scene.scan(check_fraction=0.0) for scene in (in_python(), parse_scene(TEXT)))
+    assert int(one["impact_count"].sum()) > 0
+    for name in one.data_vars:
+        assert one[name].values.tobytes() == other[name].values.tobytes(), name
+
+
+def test_rows_of_every_kind_of_building():
+    scene = pr.Scene(
+        [
+            pr.RigidWall("wall", height="9 m"),
+            pr.ShearBuilding("flats", ["180 t"] * 3, "400 MN/m", 3.0, damping_rule="rayleigh"),
+            pr.TypologyBuilding("shop", height="6 m", storeys=2, typology="masonry", floor_mass=8e4),
+            pr.SingleMass("mast", 2e4, "0.5 s", height=12.0, floor_depth="0.3 m"),
+        ],
+        [pr.Interface("20 mm", "hertz", 2e9, yield_force="1 MN")],
+        {"names": ["RSN6-180"]},
+        name="four",
+    )
+    assert scene.is_row and scene.name == "four" and len(scene.neighbours) == 3
+    flats = scene.buildings[1]
+    assert isinstance(flats, Storeys)
+    assert (flats.masses, flats.stiffnesses, flats.heights) == ((1.8e5,) * 3, (4e8,) * 3, (3.0,) * 3)
+    assert parse_scene(scene.to_toml()) == scene
+    assert [between.yield_force for between in scene.neighbours] == [1e6] * 3
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    masses=st.lists(st.floats(1e3, 1e7), min_size=2, max_size=4),
+    periods=st.lists(st.floats(0.01, 5.0), min_size=4, max_size=4),
+    gaps=st.sets(st.floats(0.0, 1.0), min_size=1, max_size=5),
+    e=st.floats(0.05, 1.0) | st.just("concrete"),
+    force=st.floats(1e3, 1e8) | st.just(inf),
+    tall=st.booleans(),
+)
+def test_a_scene_that_is_written_is_read_as_it_was(masses, periods, gaps, e, force, tall):
+    """Text → scene → text → scene: equal, to the last bit of every number."""
+    names = "ABCD"[: len(masses)]
+    scene = pr.Scene(
+        [
+            pr.SingleMass(name, mass, period, height=3.0 + place if tall else 0.0)
+            if tall
+            else pr.SingleMass(name, mass, period)
+            for place, (name, mass, period) in enumerate(zip(names, masses, periods, strict=False))
+        ],
+        [pr.Interface(law=Jankowski(1e9), restitution=e, yield_force=force)],
+        pr.Records(["RSN6-180"], scale=1.5),
+        grid=pr.Grid(sorted(gaps)),
+    )
+    again = parse_scene(scene.to_toml())
+    assert again == scene
+    assert parse_scene(again.to_toml()) == again
+    assert [building.mass for building in scene.buildings] == masses
+
+
+def test_laws_and_relations_are_the_objects_of_models():
+    def at(**keys):
+        return in_python().replace(interfaces=[pr.Interface(0.01, **keys)]).neighbours[0]
+
+    concrete = at(law=Jankowski(2.75e9), restitution=CONCRETE)
+    assert (concrete.law_name, concrete.stiffness, concrete.restitution_words) == ("jankowski", 2.75e9, "concrete")
+    assert at(law=Jankowski("2.75e6 kN/m^1.5"), restitution=constant(0.4)).restitution == Restitution(0.4)
+    van_mier = at(law=VanMier(4e10, 0.5), restitution={"value": 0.4, "relation": "published"})
+    assert (van_mier.stiffness, van_mier.plastic_exponent) == (4e10, 0.5)
+
+
+def test_a_scene_is_changed_with_its_checks():
+    scene = in_python()
+    changed = scene.replace("building.frame.mass=50 t", gap=["0 mm", 0.02], yield_force="450 kN", rtol=1e-8, name="x")
+    assert (changed.grid.gaps, changed.grid.yield_forces, changed.rtol) == ((0.0, 0.02), (450e3,), 1e-8)
+    assert (changed.name, changed.buildings[0].mass, scene.buildings[0].mass) == ("x", 50e3, 44e3)
+    assert scene.replace(effects=[]).effects == ()
+    assert scene.replace(records=pr.Records(["RSN6-270"])).records.names == ("RSN6-270",)
+    with pytest.raises(SceneError, match="replace: no gp; it takes buildings, interfaces"):
+        scene.replace(gp=1.0)
+    with pytest.raises(SceneError, match=r"gap: -1 is out of range|-1 is out of range"):
+        scene.replace(gap=-1)
+
+
+def test_the_text_of_a_file_keeps_its_comments_where_values_are_set():
+    scene = parse_scene(TEXT, "pair.toml", ['interface.gap="12 mm"', "building.frame.mass=45 t"])
+    text = scene.to_toml(as_written=True)
+    assert 'gap = "12 mm"        # measured' in text and 'mass = "45 t"        # weighed' in text
+    assert text.startswith("# A pair.\n")
+    assert parse_scene(text, "pair.toml") == scene
+    assert "#" not in scene.to_toml()
+    assert in_python().to_toml(as_written=True) == in_python().to_toml()
+
+
+def test_interfaces_of_a_row_may_have_models_of_their_own(root: Path):
+    row = (root / "pounding_risk" / "scene" / "shipped" / "row.toml").read_text("utf-8")
+    mixed = pr.read_scene(row, ["interface.2.contact_model=hertz"])
+    assert mixed.grid.contact_models == (OF_EACH_INTERFACE,)
+    assert mixed.model_names == ("jankowski", "hertz")
+    assert [type(mixed.law_at(place)).__name__ for place in (0, 1)] == ["Jankowski", "Hertz"]
+    assert parse_scene(mixed.to_toml()) == mixed
+    exact = pr.read_scene(row, ['interface.2.restitution={value = 0.5, relation = "exact"}'])
+    assert [between.relation for between in exact.neighbours] == ["published", "exact"]
+    gridded = pr.read_scene(row, ["interface.2.contact_model=hertz", 'grid.contact_model=["linear"]', *LINEAR])
+    assert [type(gridded.law_at(place, "linear")).__name__ for place in (0, 1)] == ["Linear", "Linear"]
+
+
+LINEAR = ['interface.1.contact_model="linear"', 'interface.2.contact_model="linear"', 'interface.stiffness="1 GN/m"']
+
+
+@pytest.mark.parametrize(
+    ("make", "sentences"),
+    [
+        (
+            lambda: pr.SingleMass("frame", mass="44 tt", perod=2),
+            [
+                'perod: unknown key (did you mean "period"?); it takes name, mass, period, stiffness, damping, '
+                "floor_length, wave_speed, height, floor_depth, rigid",
+                'mass: "44 tt" has the unit "tt", which is not known (did you mean "t"?); write a mass such as '
+                '"44.36 t"',
+            ],
+        ),
+        (lambda: pr.SingleMass(mass=3.0), ['name: missing; write name = "frame"']),
+        (
+            lambda: pr.RigidWall("a", height=-1.0),
+            [
+                "height: -1 is out of range: a height above the ground must be at "
+                'least 0 m and finite; write a height above the ground such as "12 m"'
+            ],
+        ),
+        (lambda: pr.Solver(1e-6, 2), ["2 values for its keys rtol"]),
+        (lambda: pr.Interface(law=3), ["law: 3 is not a contact law; it may be one of pounding_risk.laws"]),
+        (
+            lambda: in_python().replace(interfaces=[pr.Interface(0.01, stiffness=1e9)]),
+            ["stiffness: a number without a unit; write contact_model too"],
+        ),
+        (
+            lambda: in_python().replace(effects={"p_delt": {}}),
+            [
+                'effects.p_delt: unknown key (did you mean "p_delta"?); [effects] takes strain_rate, permanent_set, '
+                "unloading_stiffness, wave_passage, inelastic_storeys, p_delta, soil_flexibility"
+            ],
+        ),
+        (
+            lambda: in_python().replace(buildings=[pr.SingleMass("a", 1e3, 0.1), pr.SingleMass("a", 1e3, 0.1)]),
+            ['building.2.name: "a" is the name of building 1 too; give every building a name of its own'],
+        ),
+        (
+            lambda: pr.Interface(0.1, "hertz", restitution=Restitution(0.8, -0.1)),
+            ["restitution: a relation e(v) of your own has no name in a scene; write e, or one of concrete"],
+        ),
+        (
+            lambda: pr.Scene(3, 4, 5),
+            [
+                "building: 3 is not a table; write [[building]] and its keys below",
+                "interface: 4 is not a table; write [[interface]] and its keys below",
+                "records: 5 is not a table; write [records] and its keys below",
+            ],
+        ),
+    ],
+)
+def test_what_no_scene_can_be_made_of_is_told_in_words(make, sentences):
+    with pytest.raises(SceneError) as error:
+        make()
+    assert sorted(error.value.faults) == sorted(sentences)
+
+
+def test_the_examples_of_the_page_run(root, monkeypatch, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    page = (root / "docs" / "scenes.md").read_text("utf-8")
+    first, second = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    names: dict = {}
+    exec(compile(first, "scenes.md", "exec"), names)
+    assert names["results"].sizes["gap"] == 3 and names["wider"].grid.gaps[-1] == 0.1
+    assert parse_scene(capsys.readouterr().out) == names["wider"]
+    exec(compile(second, "scenes.md", "exec"), names)
+    assert 'gap = "25 mm"           # measured' in capsys.readouterr().out

@@ -1,0 +1,173 @@
+"""A run of a pair and one of a row have one shape, and its outputs are those of the scan."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import FRAME, TWO_AND_A_WALL, rigid, scene_text, single
+
+import pounding_risk as pr
+from pounding_risk import figures
+from pounding_risk.cli.simulate import print_run
+from pounding_risk.figures.simulate import parting
+from pounding_risk.results.run_labels import CONTACTS, HISTORIES
+from pounding_risk.scene.reader import parse_scene
+
+G = 9.80665
+PAIR = scene_text(
+    FRAME,
+    single("hall", "82.60 t", "0.4 s", height="6 m"),
+    name="Two single masses",
+    gap="2 mm",
+    records={"window": ["1 s", "3 s"]},
+    grid={"gap": ["2 mm", "5 mm"], "yield_force": ["300 kN", "inf"], "contact_model": ["viscous_elastoplastic"]},
+)
+WAVE = {"wave_passage": {"velocity": "500 m/s", "distance": "9 m"}}
+WALL = scene_text(FRAME, rigid(), law="linear", gap="2 mm", records={"window": ["1 s", "3 s"]}, effects=WAVE)
+CHOICES = {
+    "pair": (PAIR, {"gap": 0.005, "yield_force": 3e5, "law": "viscous_elastoplastic"}),
+    "wall under a wave": (WALL, {}),
+    "row": (TWO_AND_A_WALL, {"gap": 0.009, "pga": 0.3 * G}),
+}
+
+
+@pytest.fixture(scope="module", params=CHOICES)
+def scene_and_run(request):
+    text, choice = CHOICES[request.param]
+    study = parse_scene(text)
+    return study, pr.simulate(study, **choice)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return pr.simulate(parse_scene(PAIR), gap=0.005, yield_force=3e5, law="viscous_elastoplastic")
+
+
+def test_outputs_are_those_of_the_scan(scene_and_run):
+    """Each output of the case, to the bit, with its unit, long name and type."""
+    study, run = scene_and_run
+    whole = pr.scan(study, check_fraction=0.0)
+    place = {axis: run.attrs[axis] for axis in ("gap", "yield_force", "pga") if axis in whole.dims}
+    case = whole.sel(place, method="nearest").isel(record=0, polarity=0, contact_model=0)
+    outputs = [name for name in case.data_vars if not name.endswith("_free") and "period" not in case[name].dims]
+    outputs = [name for name in outputs if name not in ("status", "simulated")]
+    assert set(outputs) <= set(run.data_vars) and len(outputs) > 20
+    for name in outputs:
+        np.testing.assert_array_equal(run[name].values, case[name].values, err_msg=name)
+        assert run[name].dtype == case[name].dtype, name
+        assert run[name].attrs == {key: case[name].attrs[key] for key in ("units", "long_name")}, name
+    assert run["impact_count"].values.max() > 1
+
+
+def test_every_run_has_the_same_names_and_dimensions(scene_and_run):
+    study, run = scene_and_run
+    for name in ("displacement", "velocity", "relative_displacement", "contact_force", "contact_impulse_so_far"):
+        assert run[name].dims == HISTORIES[name][0], name
+    for name, (dims, unit, words) in HISTORIES.items():
+        if name in run:
+            assert (run[name].dims, run[name].units, run[name].long_name) == (dims, unit, words)
+    assert [name for name in CONTACTS if f"contact_{name}" not in run] == (
+        [] if "energy_ground" in run else [name for name in CONTACTS if name not in FACTS_OF_ROWS]
+    )
+    assert run.attrs["dataset_version"] == 2
+    assert run["interface"].values.tolist() == list(study.interface_names)
+    assert run["contact_point_interface"].values.tolist() == [point.interface for point in study.points]
+    assert run["contact_point_yield_force"].dims == ("contact_point",) and run["interface_gap"].dims == ("interface",)
+    assert set(run["contact_place"].values) <= set(run["contact_point"].values)
+    still = [building.is_rigid for building in study.buildings]
+    np.testing.assert_array_equal(np.isnan(run["displacement"].isel(time=-1)).all("storey"), still)
+    np.testing.assert_array_equal(run["building_storeys"] == 0, still)
+
+
+FACTS_OF_ROWS = ("start", "end", "approach_speed", "peak_force", "impulse")
+
+
+def test_attributes_are_alike():
+    runs = [pr.simulate(parse_scene(text), **choice) for text, choice in CHOICES.values()]
+    keys = [set(run.attrs) - {"unused_keys"} for run in runs]
+    assert keys[0] == keys[1] == keys[2]
+    assert (runs[0].attrs["gap"], runs[0].attrs["yield_force"]) == (0.005, 3e5)
+    # The gap of the interface that the grid varies, and the yield force of the first one.
+    assert (runs[2].attrs["gap"], runs[2].attrs["yield_force"]) == (0.009, 9e5)
+    assert runs[2]["interface_gap"].values.tolist() == [0.009, 0.003]
+
+
+def test_either_solver_gives_the_same_histories():
+    """Two single masses by the solver of pairs and by that of rows, which integrates in another way."""
+    study = replace(parse_scene(PAIR), rtol=1e-10)
+    runs = [pr.simulate(study.updated(is_row=row), law="viscous_elastoplastic", yield_force=3e5) for row in (0, 1)]
+    nodes = np.intersect1d(*(run["time"].values for run in runs))
+    assert nodes.size > 150 and runs[0].sizes["contact"] == runs[1].sizes["contact"] >= 3
+    one, other = (run.sel(time=nodes) for run in runs)
+    for name in ("displacement", "velocity", "relative_displacement", "contact_impulse_so_far", "ground_acceleration"):
+        assert one[name].dims == other[name].dims
+        scale = float(np.abs(one[name]).max())
+        np.testing.assert_allclose(other[name], one[name], atol=1e-6 * scale, rtol=0.0, err_msg=name)
+    for name in FACTS_OF_ROWS:
+        np.testing.assert_allclose(runs[1][f"contact_{name}"], runs[0][f"contact_{name}"], rtol=1e-5, err_msg=name)
+    assert set(runs[0].coords) == set(runs[1].coords)
+
+
+def test_relative_displacement_is_what_closes_the_gap(scene_and_run):
+    """It is the peak in the outputs, and a contact is where it is larger than the gap."""
+    _, run = scene_and_run
+    closing = run["relative_displacement"].values
+    point = run["contact_point_interface"].values
+    assert (closing.max(axis=0) <= run["peak_closing"].values[point] * (1.0 + 1e-12)).all()
+    gaps = run["interface_gap"].values[point]
+    assert (run["contact_force"].values[closing < gaps - 1e-12] == 0.0).all()
+    assert (run["contact_force"].values > 0.0).sum() > 20
+    assert (closing[run["contact_force"].values > 0.0] > 0.0).all()
+
+
+def test_the_impulse_so_far_is_that_of_the_force(pair):
+    """Its end is the output; before, the trapezoidal rule, whose error is some (Δ / T)² of a contact."""
+    impulse, force = (pair[name].values[:, 0] for name in ("contact_impulse_so_far", "contact_force"))
+    assert impulse[-1] == pytest.approx(float(pair["impulse"][0]), rel=1e-12)
+    steps = 0.5 * (force[1:] + force[:-1]) * np.diff(pair["time"].values)
+    np.testing.assert_allclose(impulse[1:], np.cumsum(steps), atol=0.02 * impulse[-1])
+    assert impulse[-1] == pytest.approx(float(pair["contact_impulse"].sum()), rel=1e-12)
+
+
+def test_a_run_is_printed_by_what_it_has(scene_and_run, capsys):
+    """Of one interface every output with its meaning, of one contact point every contact."""
+    study, run = scene_and_run
+    print_run(run)
+    told = capsys.readouterr().out
+    assert all(building.name in told for building in study.buildings)
+    if run.sizes["interface"] == 1:
+        assert f"{int(run['impact_count'][0])}  contacts, each from touch to parting" in told
+        assert f"\n{run.sizes['contact']:7} " in told
+    else:
+        assert all(str(name) in told for name in run["interface"].values)
+
+
+def test_the_figure_has_a_panel_for_what_the_run_has(scene_and_run):
+    _, run = scene_and_run
+    drawn = figures.simulation_figure(run, note="a note")
+    panels = [axis.get_ylabel().split("\n")[0].split(" [")[0] for axis in drawn.axes]
+    if run.sizes["contact_point"] == 1:
+        assert panels == ["ground", "relative", "contact", "energy"]
+        bands = [patch for patch in drawn.axes[1].patches if patch.get_label() in ("", "in contact")]
+        assert len(bands) == run.sizes["contact"]
+    else:
+        assert panels == ["ground", "displacement of", "contact", "height"]
+    assert len(drawn.axes[0].lines) == (2 if "ground_widening" in run else 1)
+    assert drawn.get_suptitle().startswith(f"{run.sizes['contact']} contacts")
+    assert "a note" in drawn.get_supxlabel()
+    times = [axis.get_xlim() for axis in drawn.axes if not axis.get_ylabel().startswith("height")]
+    assert set(times) == {(run["time"].values[0], run["time"].values[-1])}
+
+
+def test_two_runs_of_a_row_are_compared_where_the_force_is_largest():
+    study = parse_scene(TWO_AND_A_WALL, overrides=["interface.contact_model=viscous_elastoplastic"])
+    runs = [pr.simulate(study, pga=0.3 * G, yield_force=force) for force in ("inf", "600 kN")]
+    drawn = figures.comparison_figure(runs)
+    strongest = int(np.max([run["contact_force"].max("time") for run in runs], axis=0).argmax())
+    assert str(runs[0]["contact_point"].values[strongest]) in drawn.get_supxlabel()
+    first = float(runs[1]["first_yield_time"].min())
+    assert parting(*runs) == pytest.approx(first, abs=0.02)
+    peaks = [1e3 * float(np.abs(run["relative_displacement"].isel(contact_point=strongest)).max()) for run in runs]
+    assert f"from {peaks[0]:.2f} to {peaks[1]:.2f} mm" in drawn.get_suptitle()
