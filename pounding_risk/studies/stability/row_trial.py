@@ -34,7 +34,7 @@ class RowTrial(Trial):
         limits = Limits(*(np.array([value]) for value in (scene.gap, scene.yield_force, scene.yield_force)))
         law = self.law(scene)
         finite = limits.yield_forces[np.isfinite(limits.yield_forces)]
-        mechanics = Mechanics((law,), (scene.restitution,), law.ceiling(1.0) < np.inf, finite)
+        mechanics = Mechanics((law,), (scene.restitution,), finite)
         free = rows.free_row(model.row(scene.dt), scene.ground)
         pga = float(np.abs(scene.ground).max(initial=0.0))
         cases = Cases(model, mechanics, Driven(scene.ground, scene.dt, pga, free), self.rtol)
