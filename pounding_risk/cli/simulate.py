@@ -161,10 +161,11 @@ def _print_places(dataset: Any, dim: str, heads: tuple[str, str], facts: Iterabl
 
 def _print_contacts(dataset: Any) -> None:
     """Print a table of every contact, with what the solver tells of each."""
-    from pounding_risk.scene.interfaces import known_law
+    from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 
     contacts = dataset.assign(contact_duration=dataset["contact_end"] - dataset["contact_start"])
-    if not known_law(dataset.attrs["contact_model"]).needs_restitution:
+    law = CONTACT_MODELS.get(str(dataset.attrs["contact_model"]))  # none where the interfaces differ in theirs
+    if law is not None and not getattr(law, "needs_restitution", True):
         contacts = contacts.drop_vars("contact_restitution_asked", errors="ignore")
     shown = contacts.isel(contact=slice(MOST_CONTACTS))
     columns = [

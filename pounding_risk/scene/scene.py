@@ -240,6 +240,11 @@ class Scene(ShortRepr):
         own = (neighbour.law_name for neighbour in self.neighbours)
         return tuple(dict.fromkeys((*own, *self._gridded_models)))
 
+    def models_of(self, label: str) -> tuple[str, ...]:
+        """The contact models that a label of the dataset's contact models stands for."""
+        own = dict.fromkeys(neighbour.law_name for neighbour in self.neighbours)
+        return tuple(own) if label == OF_EACH_INTERFACE else (label,)
+
     @property
     def _gridded_models(self) -> tuple[str, ...]:
         return tuple(name for name in self.grid.contact_models if name != OF_EACH_INTERFACE)

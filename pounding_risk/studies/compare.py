@@ -30,7 +30,7 @@ from pounding_risk.results.files import check_target, save
 from pounding_risk.results.labels import described
 from pounding_risk.scene.interfaces import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, known_law, unknown_law
 from pounding_risk.scene.reader import as_scene
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
 from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.studies.compare_findings import (
     at_interface,
@@ -142,6 +142,11 @@ def on_equal_terms(
     """The study whose grid has the laws to compare, each with its calibrated stiffness; raises as `compare`."""
     if baseline is not None and (not isinstance(baseline, str) or baseline not in CONTACT_MODELS):
         raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
+    if study.law_name == OF_EACH_INTERFACE:
+        raise PoundingError(
+            f"compare: the interfaces differ in their contact model ({', '.join(study.model_names)}), and the others "
+            "are calibrated to one; write one for all, such as --set interface.contact_model=jankowski"
+        )
     grid = study.grid.contact_models
     names_asked = tuple(laws) or (grid if len(grid) > 1 else runnable(study))
     names = tuple(dict.fromkeys((*names_asked, baseline or study.law_name)))

@@ -89,9 +89,9 @@ def effects(
     laws = study.grid.contact_models
     offered = [] if study.effects else [name for name in EFFECTS if _keeps_solver(study, name)]
     unsuited = {name: why for name in offered if (why := _unsuited(study, name))}
-    acting = [name for name in offered if name not in unsuited and any(_acts(name, law) for law in laws)]
+    acting = [name for name in offered if name not in unsuited and any(_acts(study, name, law) for law in laws)]
     switched = study.effects or tuple(_example(name) for name in acting)
-    kept_laws = tuple(law for law in laws if all(_acts(effect.name, law) for effect in switched))
+    kept_laws = tuple(law for law in laws if all(_acts(study, effect.name, law) for effect in switched))
     study = study.updated(grid=study.grid._replace(contact_models=kept_laws))
     scenes = [(name, study.updated(effects=chosen)) for name, chosen in combinations(switched).items()]
     scans = []
@@ -136,8 +136,9 @@ def _example(name: str) -> Effect:
     return Effect(name, tuple(sorted(options.items())))
 
 
-def _acts(effect: str, law: str) -> bool:
-    return not refusal(known_law(law), effect)
+def _acts(study: Scene, effect: str, label: str) -> bool:
+    """True where an effect acts on every contact model that a label of the grid stands for."""
+    return not any(refusal(known_law(name), effect) for name in study.models_of(label))
 
 
 def _keeps_solver(study: Scene, effect: str) -> bool:

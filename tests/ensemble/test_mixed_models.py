@@ -54,3 +54,16 @@ def test_both_touch_and_screened_runs_are_the_same():
     reached = some["yield_exceedance"].squeeze().isel(interface=0).values
     np.testing.assert_array_equal(reached, (free >= forces).astype(int))
     assert reached[0] == 1
+
+
+def test_compare_asks_for_one_model_to_calibrate_to():
+    with pytest.raises(pr.PoundingError, match=r"the interfaces differ in their contact model \(jankowski, visc"):
+        pr.compare(scene((0.005, 0.005)))
+
+
+def test_a_run_and_an_accuracy_of_several_models():
+    run = pr.simulate(scene((0.005, 0.005)))
+    assert run.attrs["contact_model"] == OF_EACH_INTERFACE
+    cases = scanned(scene((0.005, 0.005))).squeeze()
+    np.testing.assert_array_equal(run["impact_count"].values, cases["impact_count"].values)
+    np.testing.assert_array_equal(run["peak_contact_force"].values, cases["peak_contact_force"].values)
