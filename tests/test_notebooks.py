@@ -16,6 +16,8 @@ FEWER = {
         ('["0.15 g", "0.3 g"]}', '["0.3 g"]}, "records": {"window": ["0 s", "8 s"]}'),
     ],
     "comparing_models": [('["RSN6-180", "RSN753-000", "NAPA-HNE"]', '["RSN6-180"]'), ("num = 13", "num = 7")],
+    "gap_adequacy": [('stop = "120 mm", num = 25', 'stop = "120 mm", num = 7')],
+    "paper": [("(0.02, 0.05, 0.10)", "(0.02, 0.10)")],
     "rows_study": [
         ("horizontal_records()[:: 2 if QUICK else 1]", "horizontal_records()[:1]"),
         ('pga = "{PGA}"\n', 'pga = "{PGA}"\nwindow = ["0 s", "8 s"]\n'),

@@ -9,7 +9,7 @@ from generation.markdown import docstring, plain, table
 from pounding_risk.models.contact import damping, impulsive, law
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import EXACT, LAWS, SHIPPED, stiffness_quantity
-from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, default_words
+from pounding_risk.models.effects import EFFECTS, PerInterface, acts_on_buildings, acts_on_ground, default_words
 from pounding_risk.models.restitution import NAMED
 from pounding_risk.scene.tables import option_example
 from pounding_risk.units import Quantity, bounds
@@ -117,7 +117,12 @@ def _acts_on(name: str) -> str:
 def _option(allowed: Any, absent: str) -> tuple[str, str, str, str]:
     may = plain(absent)
     if isinstance(allowed, Quantity):
-        return plain(allowed.words), plain(_range(allowed)), f"`{option_example(allowed)}`", may
+        words = (
+            f"{allowed.words}; or a list, one for each interface"
+            if isinstance(allowed, PerInterface)
+            else allowed.words
+        )
+        return plain(words), plain(_range(allowed)), f"`{option_example(allowed)}`", may
     return " or ".join(f'`"{word}"`' for word in allowed), "", f"`{option_example(allowed)}`", may
 
 

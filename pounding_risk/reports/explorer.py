@@ -214,7 +214,7 @@ def _prepared(dataset: xr.Dataset) -> xr.Dataset:
     The only interface of two buildings without storeys is nothing to choose.
     """
     dataset = dataset.expand_dims([dim for dim in MAP if dim not in dataset.dims])
-    if dataset.sizes["interface"] == 1 and not any(name in dataset for name in PROFILES):
+    if dataset.sizes.get("interface") == 1 and not any(name in dataset for name in PROFILES):
         dataset = dataset.squeeze("interface", drop=True)
     count = dataset["impact_count"]
     touched = count.where(count < 0, count > 0).astype(np.int8)

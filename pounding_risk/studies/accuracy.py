@@ -41,7 +41,7 @@ from pounding_risk.studies.accuracy_findings import (
     finding,
     times_to_reach,
 )
-from pounding_risk.studies.accuracy_opensees import opensees_outcome
+from pounding_risk.studies.accuracy_opensees import hindrance, opensees_outcome
 from pounding_risk.studies.accuracy_pair import pair_bench
 from pounding_risk.studies.accuracy_row import RowBench
 
@@ -122,11 +122,16 @@ def accuracy(
         check_replaceable_scene(target, "accuracy", study, new)
     bench = bench_of(study, cases)
     left_out = [f"fixed steps and SciPy: they know no {bench.event_only}"] if bench.event_only else []
+    optional = set(GENERAL) if scipy else set()
+    if why := hindrance(bench):
+        left_out.append(f"{OPENSEES}: {why}")
+    else:
+        optional.add(OPENSEES)
     begun = process_time()
     bench.warm_up()
     compile_time = process_time() - begun
     reference = bench.event(REFERENCE).values
-    outcomes = run_settings(bench, budget, scipy, left_out, progress or (lambda done, total: None))
+    outcomes = run_settings(bench, budget, optional, left_out, progress or (lambda done, total: None))
     dataset = _dataset(study, bench, outcomes, reference)
     dataset.attrs |= {
         "finding": finding(dataset),
@@ -145,10 +150,10 @@ def bench_of(study: Scene, cases: int) -> Bench:
 
 
 def run_settings(
-    bench: Bench, budget: float, scipy: bool, left_out: list[str], progress: Callable[[int, int], None]
+    bench: Bench, budget: float, optional: set[str], left_out: list[str], progress: Callable[[int, int], None]
 ) -> dict[Setting, Outcome]:
     """Every setting that keeps to the budget; quick ones several times in turns, of which the median counts."""
-    runs = dict(_settings(bench, scipy))
+    runs = dict(_settings(bench, optional))
     outcomes: dict[Setting, list[Outcome]] = {}
     pace: dict[str, float] = {}  # seconds of a pass times the step, by fixed-step method
     for number, (setting, call) in enumerate(runs.items()):
@@ -161,9 +166,7 @@ def run_settings(
         try:
             outcomes[setting] = [call()]
         except (GaveUp, PoundingError) as reason:
-            # What keeps OpenSees from the scene is the same at every step.
-            if not any(words.startswith(setting.method) and words.endswith(str(reason)) for words in left_out):
-                left_out.append(f"{setting.words}: {reason}")
+            left_out.append(f"{setting.words}: {reason}")
             continue
         pace[setting.method] = (process_time() - start) * setting.value
     brief = [s for s, all_of in outcomes.items() if all_of[0].seconds * bench.size < BRIEF and s.method not in GENERAL]
@@ -174,7 +177,7 @@ def run_settings(
     return {setting: _middle(repeated) for setting, repeated in outcomes.items()}
 
 
-def _settings(bench: Bench, scipy: bool) -> Iterator[tuple[Setting, Callable[[], Outcome]]]:
+def _settings(bench: Bench, optional: set[str]) -> Iterator[tuple[Setting, Callable[[], Outcome]]]:
     for rtol in RTOLS:
         yield Setting(EVENT, rtol), partial(bench.event, rtol)
     if bench.event_only:
@@ -184,11 +187,11 @@ def _settings(bench: Bench, scipy: bool) -> Iterator[tuple[Setting, Callable[[],
         # A step above the longest sample is that sample again.
         if dt <= longest * (1.0 + 1e-9):
             yield Setting(name, dt), partial(bench.fixed, method, dt)
-    for dt in OPENSEES_STEPS:
+    for dt in OPENSEES_STEPS if OPENSEES in optional else ():
         if dt <= longest * (1.0 + 1e-9):
             yield Setting(OPENSEES, dt), partial(opensees_outcome, bench, dt)
-    for name, method in GENERAL.items() if scipy else ():
-        for rtol in GENERAL_RTOLS[name]:
+    for name, method in GENERAL.items():
+        for rtol in GENERAL_RTOLS[name] if name in optional else ():
             yield Setting(name, rtol), partial(bench.general, method, rtol)
 
 

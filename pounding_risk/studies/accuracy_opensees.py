@@ -105,9 +105,9 @@ class OpenSeesRow:
     """A row in OpenSees; raises PoundingError where openseespy cannot be loaded or cannot say the same."""
 
     def __init__(self, chains: Sequence[Chain], points: Sequence[Point], contacts: Contacts):
-        self.ops = load()
         if why := unsaid(chains, points, contacts):
             raise PoundingError(why)
+        self.ops = load()
         self.chains, self.points, self.contacts = chains, points, contacts
         self.first = [0, *np.cumsum([chain.mass.size for chain in chains]).tolist()]
 
@@ -192,6 +192,20 @@ class OpenSeesRow:
             raise PoundingError(f"no convergence in {ITERATIONS} iterations at {reached:.4g} s of {duration:g} s")
         # The deformation is that of the right node beyond the left one.
         return Peaks(np.abs(reach).max(axis=0), np.maximum(-reach[0], 0.0), -force[0], seconds)
+
+
+def hindrance(bench: Bench) -> str:
+    """Why OpenSees cannot run the cases of a bench; "" where it can."""
+    if bench.event_only:
+        return f"it knows no {bench.event_only}"
+    for case in bench.point_cases():
+        if why := unsaid(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules)):
+            return why
+    try:
+        load()
+    except PoundingError as error:
+        return str(error)
+    return ""
 
 
 def opensees_outcome(bench: Bench, dt: float) -> Outcome:

@@ -86,7 +86,7 @@ class RowBench:
         yields = any(np.isfinite(chain.strength).any() for chain in self.model.chains)
         effects = [each.name for each in self.study.effects if not acts_on_buildings(each.name)]
         storeys = ["inelastic_storeys"] if yields else []
-        return ", ".join([*effects, *storeys, *filter(_has_path, self.study.grid.contact_models)])
+        return ", ".join([*effects, *storeys, *filter(_has_path, self.study.model_names)])
 
     @property
     def chains(self) -> tuple[Chain, ...]:

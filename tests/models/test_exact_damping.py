@@ -92,8 +92,9 @@ def interpreted_ones() -> dict[str, dict[str, list]]:
     return interpreted(f"{code}print(json.dumps({{name: achieved(name) for name in INTERPRETED}}))")
 
 
+@cache
 def all_achieved(name: str) -> dict[str, list]:
-    """As `achieved`, of laws that are not compiled elsewhere by interpretation."""
+    """As `achieved`; interpreted, for the laws that no other test compiles."""
     return interpreted_ones()[name] if name in INTERPRETED else achieved(name)
 
 

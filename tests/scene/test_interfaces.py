@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scene_cases import cases
+from scenes import scene_text, single
 
 from pounding_risk import read_scene
 from pounding_risk.ensemble.plan.plan import validate
@@ -76,6 +77,9 @@ def test_the_shipped_row():
     assert found.point_yield_forces(1e6) == (*[4e5] * 7, 1e6)
 
 
+TWO_HEIGHTS = (("low", "6 m"), ("high", "9 m"))
+
+
 def test_validate_tells_buildings_interfaces_and_contact_points():
     told = str(validate(parse_scene(ROW)))
     for words in (
@@ -86,6 +90,13 @@ def test_validate_tells_buildings_interfaces_and_contact_points():
         "floor to floor, no yielding: storey 2 of flats, storey 1 of shop at 6 m",
     ):
         assert words in told
+
+
+def test_a_mass_that_is_met_part_way_up_is_told_its_column():
+    """A roof of 6 m against a building of 9 m that is one mass: no storeys, and yet a column is hit."""
+    sides = [single(name, "44 t", "0.3 s", height=height) for name, height in TWO_HEIGHTS]
+    told = str(validate(parse_scene(scene_text(*sides, yield_force="1 MN", column_yield_force="300 kN"))))
+    assert "floor to column, yield force 300 kN: storey 1 of low, column 1 of high at 6 m" in told
 
 
 def test_each_interface_has_its_own_stiffness_gap_and_restitution():
@@ -380,3 +391,12 @@ def test_words_of_a_place_are_read_as_that_place(below, part):
     floor = below + part
     if 0.001 <= floor - below <= 0.999 or (floor == below and below):
         assert floor_number(floor_words(floor)) == floor
+
+
+def test_validate_tells_the_distances_of_a_wave_and_the_models_of_each_interface():
+    wave = "effects.wave_passage={velocity = '800 m/s', distance = ['20 m', '15 m'], towards = 'right'}"
+    scene = parse_scene(ROW, overrides=[wave, "interface.2.contact_model=hertz"])
+    words = dict(scene_words(scene, 1))
+    assert "distance 20 m, 15 m" in words["effect"]
+    assert words["contact model"].startswith("jankowski at offices | flats, hertz at flats | shop")
+    assert parse_scene(scene.to_toml()) == scene

@@ -1,9 +1,9 @@
 """The row solver against an integrator that shares nothing with it: SciPy in physical coordinates, a whole row at once.
 
-The integrator's answers are kept (`kept_references`), each as long as nothing that it follows from has changed.
 No modes, no closed flight and no parts of a row there: what is modal, skipped or solved apart in the solver is held
-against one direct integration. Peaks are never excused. What is: the time of the first touch of neighbours that start
-from rest with a closed gap, a limit of 0/0, and with it the time spent in contact.
+against one direct integration. Its answers are kept (`kept_references`), each as long as nothing that it follows from
+has changed. Peaks are never excused. What is: the time of the first touch of neighbours that start from rest with a
+closed gap, a limit of 0/0, and with it the time spent in contact.
 """
 
 from __future__ import annotations

@@ -14,7 +14,9 @@ from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
 from pounding_risk.studies.stability import CASES, Bound, Case, Row, stability
 from pounding_risk.studies.stability.case import ENERGY, ONE
+from pounding_risk.studies.stability.row_trial import SIDES, RowTrial
 from pounding_risk.studies.stability.run import measured
+from pounding_risk.studies.stability.trial import Trial, TrialScene
 
 TESTS = Path(__file__).resolve().parent.parent
 
@@ -148,7 +150,7 @@ def test_a_case_that_fails_is_told(capsys: pytest.CaptureFixture[str]):
 
 def test_a_trial_notices_a_broken_run():
     """Each thing that `unsound` watches, broken by hand in the outputs of a run that is sound."""
-    from pounding_risk.studies.stability.trial import Trial, TrialScene, largest_difference
+    from pounding_risk.studies.stability.trial import largest_difference
 
     trial = Trial("jankowski", 1e-6)
     found = trial.solve(TrialScene())
@@ -171,3 +173,39 @@ def test_a_trial_notices_a_broken_run():
 def test_a_row_says_where_it_stands():
     row = stability(law=["jankowski"], case=["40"])[0]
     assert isinstance(row, Row) and row.case.group == "extreme numbers" and row.steps == 0
+
+
+# ------------------------------------------------------------------------------------------------ as rows
+def test_a_trial_by_the_solver_of_rows_is_that_of_pairs():
+    """Two solvers, one scene: outputs under one name to some rtol 1e-9, contacts and steps alike."""
+    scene = TrialScene(gap=0.005, yield_force=1.5e6)
+    pair, row = Trial("viscous_elastoplastic", 1e-9), RowTrial("viscous_elastoplastic", 1e-9)
+    expected, found = pair.solve(scene), row.solve(scene)
+    assert set(found) - set(expected) == {"row_impulse", "row_energy_lost"} and not set(expected) - set(found)
+    assert expected["impact_count"] >= 5 and found["impact_count"] == expected["impact_count"]
+    names = ("peak_closing", "peak_contact_force", "impulse", "first_impact_time", "yield_demand", "energy_viscous")
+    for name in (*names, *(f"peak_{what}_{side}" for what in ("storey_shear", "displacement") for side in SIDES)):
+        assert found[name] == pytest.approx(expected[name], rel=1e-7), name
+    histories = pair.follow(scene), row.follow(scene)
+    assert histories[1].contacts[:, :3] == pytest.approx(histories[0].contacts[:, :3], rel=1e-6)
+    for steps in (history.steps for history in histories):
+        at_peak = steps[steps[:, 5].argmax()]
+        assert at_peak[:3] == pytest.approx(histories[0].steps[histories[0].steps[:, 5].argmax()][:3], rel=1e-2)
+    assert row.runs == 2 and row.steps > 100
+
+
+def test_verdicts_of_both_solvers_stand_side_by_side(capsys: pytest.CaptureFixture[str]):
+    """Where rows have what a case asks for: no isolated impact, no free motion alone, no jump."""
+    outcomes = stability(law=["jankowski", "merged"], case=["3", "10", "35", "36"], rows=True)
+    beside = {(row.case.number, row.law): row.in_row for row in outcomes}
+    assert all(one is None for (number, law), one in beside.items() if law == "merged" or number in ("10", "35"))
+    for number in ("3", "36"):
+        one = beside[number, "jankowski"]
+        assert one is not None and one.holds and one.bound == one.case.bound.at(1e-6)
+    assert print_stability(outcomes)
+    told = capsys.readouterr().out
+    assert "worst figure as a row" in told.splitlines()[0] and "1 of 1" in told
+    assert told.splitlines()[-1].endswith("all hold; 2 as a row: all hold")
+    bad = outcomes[0]._replace(in_row=beside["3", "jankowski"]._replace(figure=1.0))
+    assert not print_stability([bad])
+    assert "case 3, jankowski as a row: 1.0e+00 > 1.0e-05" in capsys.readouterr().out

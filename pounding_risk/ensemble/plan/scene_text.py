@@ -72,8 +72,9 @@ def _places(study: Scene) -> list[tuple[str, str]]:
 
 
 def _stiffness(here: Scene) -> list[str]:
-    quantity = stiffness_quantity(known_law(here.stiff_name))
-    return [] if here.stiffness is None else [f"stiffness {say(here.stiffness, quantity)}"]
+    if here.stiffness is None:
+        return []
+    return [f"stiffness {say(here.stiffness, stiffness_quantity(known_law(here.stiff_name)))}"]
 
 
 def _strength(force: float) -> str:
@@ -82,7 +83,8 @@ def _strength(force: float) -> str:
 
 def _has_floors(here: Scene) -> bool:
     """True where two neighbours do not just meet mass to mass."""
-    return any(isinstance(one, Storeys) for one in here.buildings) or here.neighbours[0].given or len(here.points) > 1
+    has_storeys = any(isinstance(building, Storeys) for building in here.buildings)
+    return has_storeys or here.neighbours[0].given or any(point.kind == COLUMN for point in here.points)
 
 
 def _levels(rule: LevelRule) -> str:

@@ -133,6 +133,8 @@ def default_words(name: str, option: str) -> str:
 
 def option_words(allowed: Quantity | tuple[str, ...], value: Any) -> str:
     """The value of an option with its unit."""
+    if isinstance(value, tuple):
+        return ", ".join(option_words(allowed, one) for one in value)
     return say(value, allowed) if isinstance(allowed, Quantity) else str(value)
 
 

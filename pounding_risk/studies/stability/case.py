@@ -88,7 +88,10 @@ def unsound(trial: Trial, scene: TrialScene) -> float:
 
 
 class Row(NamedTuple):
-    """Outcome of one case under one law. ``seconds`` counts the compiling of a law that was not used before."""
+    """Outcome of one case under one law. ``seconds`` counts the compiling of a law that was not used before.
+
+    ``in_row`` is that of the same runs by the solver of rows, None where it was not asked for or has none of them.
+    """
 
     case: Case
     law: str
@@ -97,6 +100,7 @@ class Row(NamedTuple):
     status: str
     steps: int
     seconds: float
+    in_row: Row | None = None
 
     @property
     def holds(self) -> bool:

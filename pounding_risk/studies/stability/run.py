@@ -11,12 +11,13 @@ from time import perf_counter
 
 from pounding_risk._common.progress import Progress
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.impulsive import INSTANT_LAWS
+from pounding_risk.models.contact.impulsive import INSTANT_LAWS, is_instant
 from pounding_risk.models.contact.laws import SHIPPED
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.studies.stability import cases
 from pounding_risk.studies.stability.case import Case, Group, Row
+from pounding_risk.studies.stability.row_trial import RowTrial
 from pounding_risk.studies.stability.trial import Trial
 from pounding_risk.units import RTOL
 
@@ -43,6 +44,8 @@ def stability(
     law: Iterable[str] | None = None,
     case: Iterable[str] | None = None,
     progress: Progress | None = None,
+    *,
+    rows: bool = False,
 ) -> list[Row]:
     """Run the hard cases of pounding at one tolerance and say which keep their bounds.
 
@@ -56,6 +59,8 @@ def stability(
         Numbers of cases, such as "8b"; all by default.
     progress : callable, optional
         Called after each case with the number of rows done and of all rows.
+    rows : bool
+        Run each case also by the solver of rows, as a row of two single masses, where that has what the case asks for.
 
     Returns
     -------
@@ -80,12 +85,13 @@ def stability(
                 f"choose among {', '.join(shipped)}"
             )
     work = [(case, name) for case in _numbered(case) for name in case.laws if name in laws]
-    rows: list[Row] = []
+    outcomes: list[Row] = []
     for one, name in work:
-        rows.append(measured(one, name, rtol))
+        outcome = measured(one, name, rtol)
+        outcomes.append(outcome._replace(in_row=measured_in_row(one, name, rtol)) if rows else outcome)
         if progress is not None:
-            progress(len(rows), len(work))
-    return rows
+            progress(len(outcomes), len(work))
+    return outcomes
 
 
 def _numbered(numbers: Iterable[str] | None) -> tuple[Case, ...]:
@@ -100,9 +106,23 @@ def _numbered(numbers: Iterable[str] | None) -> tuple[Case, ...]:
 
 def measured(case: Case, law: str, rtol: float) -> Row:
     """Run one case under one law."""
-    trial, start = Trial(law, rtol), perf_counter()
+    return _measured(case, Trial(law, rtol))
+
+
+def measured_in_row(case: Case, law: str, rtol: float) -> Row | None:
+    """Run one case by the solver of rows; None where that has not got the law, or nothing of what the case asks for."""
+    if is_instant(known_law(law)):
+        return None
+    trial = RowTrial(law, rtol)
+    outcome = _measured(case, trial)
+    return outcome if trial.runs else None
+
+
+def _measured(case: Case, trial: Trial) -> Row:
+    """Run one case by a trial, and read the clock."""
+    start = perf_counter()
     try:
         figure, status = float(case.figure(trial)), STATUS_SENTENCES[trial.status]
     except PoundingError as error:  # an isolated impact that fails has no status, it raises its sentence
         figure, status = nan, str(error)
-    return Row(case, law, figure, case.bound.at(rtol), status, trial.steps, perf_counter() - start)
+    return Row(case, trial.name, figure, case.bound.at(trial.rtol), status, trial.steps, perf_counter() - start)
