@@ -17,6 +17,7 @@ from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators
 from pounding_risk.studies.pair_trace import histories, logged, relative_displacement
+from pounding_risk.studies.row_trace import closing_at, grounds_at
 
 Array = NDArray[np.float64]
 
@@ -84,12 +85,12 @@ def _of_row(study: Scene, motion: Motion, shown: Shown) -> Moved:
     points = np.flatnonzero(job.grid.model.interfaces == shown.place)
     layout = job.grid.model.row(motion.dt)
     place = case["record"], case["polarity"], case.get("pga", 0)
+    grounds = grounds_at(layout, motion, _samples(motion))
     rows = []
     for law in range(len(study.grid.contact_models)):
         run = job.cases(place, law, study.rtol).in_full(limits)
-        # At every sample of the record, of which a node interval may be a part only; at rest stands the ground.
-        moved = np.append(run.states[:: layout.parts, 0], np.zeros((len(_samples(motion)), 1)), axis=1)
-        rows.append([moved[:, layout.row.ends[point]] @ layout.row.shares[point] for point in points])
+        # At every sample of the record, of which a node interval may be a part only.
+        rows.append(closing_at(layout, run.states[:: layout.parts, 0], grounds)[:, points].T)
     names = [f"{point.left_floor:.3g} | {point.right_floor:.3g}" for point in study.points]
     return Moved(
         np.array(rows), [names[point] for point in points], float(limits.gaps[points[0]]), limits.yield_forces[points]

@@ -32,7 +32,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
     mechanics = mechanics_of(study, model, case.contact_model, np.unique(forces[np.isfinite(forces)]))
     run = _run(model, mechanics, case, study.rtol)
     instants = instants_of(run.log, len(run.states), row.step)
-    grounds = _grounds_at(row, case.motion, instants.every)
+    grounds = grounds_at(row, case.motion, instants.every)
     touches = contacts_of(run.log, len(model.points), instants)
     # A motion beyond all numbers is told by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):
@@ -44,7 +44,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
         {
             "displacement": _by_storey(frame, states[:, 0]),
             "velocity": _by_storey(frame, states[:, 1]),
-            "relative_displacement": _closing(row, states[:, 0], grounds),
+            "relative_displacement": closing_at(row, states[:, 0], grounds),
             "contact_force": forces_at(touches, len(model.points), instants.every),
             "contact_impulse_so_far": impulses_at(run.log, len(model.points), instants),
             **grounds,
@@ -71,7 +71,7 @@ def _by_storey(frame: Frame, values: Array) -> Array:
     return np.where(frame.storeys >= 0, np.column_stack([values, np.zeros(len(values))])[:, frame.storeys], np.nan)
 
 
-def _grounds_at(row: Laid, motion: Motion, time: Array) -> dict[str, Array]:
+def grounds_at(row: Laid, motion: Motion, time: Array) -> dict[str, Array]:
     """Histories of the ground; those under each building where a wave passes."""
     nodes = rows.nodes_of(row, motion.acceleration)
     if row.arrivals is None:
@@ -90,7 +90,7 @@ def _grounds_at(row: Laid, motion: Motion, time: Array) -> dict[str, Array]:
     }
 
 
-def _closing(row: Laid, values: Array, grounds: dict[str, Array]) -> Array:
+def closing_at(row: Laid, values: Array, grounds: dict[str, Array]) -> Array:
     """What closes the gap at each contact point (instants, points), from displacements of the masses."""
     moved = np.zeros((len(values), row.row.floors.shape[1] + 1))  # of each dof; dof −1 is the ground
     moved[:, row.masses] = values

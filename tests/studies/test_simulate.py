@@ -14,7 +14,7 @@ from pounding_risk.figures.simulate import parting
 from pounding_risk.results.run_labels import CONTACTS, HISTORIES
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.studies.row_trace import _closing, _grounds_at
+from pounding_risk.studies.row_trace import closing_at, grounds_at
 
 G = 9.80665
 PAIR = scene_text(
@@ -120,7 +120,7 @@ def test_relative_displacement_is_what_closes_the_gap(scene_and_run):
     _, run = scene_and_run
     closing = run["relative_displacement"].values
     point = run["contact_point_interface"].values
-    assert (closing.max(axis=0) <= run["peak_closing"].values[point] * (1.0 + 1e-12)).all()
+    assert (closing.max(axis=0) <= run["peakclosing_at"].values[point] * (1.0 + 1e-12)).all()
     gaps = run["interface_gap"].values[point]
     assert (run["contact_force"].values[closing < gaps - 1e-12] == 0.0).all()
     assert (run["contact_force"].values > 0.0).sum() > 20
@@ -191,7 +191,7 @@ def test_the_ground_closes_and_opens_the_gaps_of_a_row():
     (motion,) = motions_of(study)
     row = model_of(study).row(motion.dt)
     time = np.linspace(lag, 2.99, 400)
-    grounds, before = (_grounds_at(row, motion, moments) for moments in (time, time - lag))
+    grounds, before = (grounds_at(row, motion, moments) for moments in (time, time - lag))
     sampled = [np.interp(time - late * lag, motion.times, motion.acceleration, left=0.0) for late in range(3)]
     scale = np.abs(motion.acceleration).max()
     np.testing.assert_allclose(grounds["building_ground_acceleration"].T, sampled, atol=1e-12 * scale)
@@ -202,6 +202,6 @@ def test_the_ground_closes_and_opens_the_gaps_of_a_row():
     bend = np.diff(widening[:, 0], 2) / step**2
     assert np.abs(bend - (sampled[1] - sampled[0])[1:-1]).mean() < 0.02 * scale
     moved = np.random.default_rng(1).normal(size=(time.size, 4))
-    closing = _closing(row, moved, grounds)
+    closing = closing_at(row, moved, grounds)
     np.testing.assert_allclose(closing[:, 0], moved[:, 2] - moved[:, 3] - widening[:, 0], atol=1e-15)
     np.testing.assert_allclose(closing[:, 1], moved[:, 3] - widening[:, 1], atol=1e-15)
