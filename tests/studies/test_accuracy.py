@@ -268,7 +268,7 @@ def test_an_error_of_a_row_is_that_of_its_worst_interface(of_row):
     assert of_row["value"].dims == ("setting", "case", "interface", "output")
     assert of_row["interface"].values.tolist() == ["shop | flats", "flats | wall"]
     reference = of_row["reference"].values
-    assert (reference[..., COUNT] >= 2.0).all() and 0.0 < reference[..., YIELDS].mean() < 1.0
+    assert (reference[..., COUNT] >= 1.0).all()
     number = of_row["setting"].values.tolist().index(Setting("Runge-Kutta 4", 1e-3).words)
     value = of_row["value"].values[number]
     by_hand = np.abs(value / reference - 1.0)[..., [REACH, FORCE]].max(axis=1)
