@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from math import inf
 from pathlib import Path
 
 import pytest
@@ -181,16 +182,17 @@ def test_a_trial_by_the_solver_of_rows_is_that_of_pairs():
     scene = TrialScene(gap=0.005, yield_force=1.5e6)
     pair, row = Trial("viscous_elastoplastic", 1e-9), RowTrial("viscous_elastoplastic", 1e-9)
     expected, found = pair.solve(scene), row.solve(scene)
-    assert set(found) - set(expected) == {"row_impulse", "row_energy_lost"} and not set(expected) - set(found)
+    assert set(found) == set(expected)
     assert expected["impact_count"] >= 5 and found["impact_count"] == expected["impact_count"]
     names = ("peak_closing", "peak_contact_force", "impulse", "first_impact_time", "yield_demand", "energy_viscous")
     for name in (*names, *(f"peak_{what}_{side}" for what in ("storey_shear", "displacement") for side in SIDES)):
         assert found[name] == pytest.approx(expected[name], rel=1e-7), name
-    histories = pair.follow(scene), row.follow(scene)
-    assert histories[1].contacts[:, :3] == pytest.approx(histories[0].contacts[:, :3], rel=1e-6)
-    for steps in (history.steps for history in histories):
-        at_peak = steps[steps[:, 5].argmax()]
-        assert at_peak[:3] == pytest.approx(histories[0].steps[histories[0].steps[:, 5].argmax()][:3], rel=1e-2)
+    # Without a plateau, on which many steps have the largest force.
+    expected, found = (trial.follow(scene._replace(yield_force=inf)) for trial in (pair, row))
+    assert found.contacts[:, :3] == pytest.approx(expected.contacts[:, :3], rel=1e-6)
+    peaks = [steps[steps[:, 5].argmax()] for steps in (found.steps, expected.steps)]
+    assert peaks[0][0] == pytest.approx(peaks[1][0], abs=1e-3)
+    assert peaks[0][[1, 5]] == pytest.approx(peaks[1][[1, 5]], rel=1e-2)
     assert row.runs == 2 and row.steps > 100
 
 
