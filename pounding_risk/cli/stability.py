@@ -22,7 +22,7 @@ def stability(
     rtol: Annotated[float, option("Tolerance of the solver, 1e-12 to 1e-2.")] = 1e-6,
     law: Annotated[list[str] | None, option("Contact model; repeat for several.", "all")] = None,
     case: Annotated[list[str] | None, option("Number of a case; repeat for several.", "all")] = None,
-    rows: Annotated[bool, option("Run each also by the solver of rows; takes some 30 times as long.")] = False,
+    rows: Annotated[bool, option("Run each also by the solver of rows, beside.")] = False,
 ) -> None:
     """Run the hard cases and show what holds, and by how much."""
     from pounding_risk.studies.stability import stability as run

@@ -12,7 +12,6 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
@@ -73,7 +72,7 @@ def unsaid(chains: Sequence[Chain], points: Sequence[Point], contacts: Contacts)
         return f"it has no material for {', '.join(sorted(kinds))}; it has Jankowski, HertzDamp and KelvinVoigt"
     if any(rule != constant(rule.c0) for rule in contacts.rules):
         return "it takes one e for every impact of a contact, not one that falls with the speed"
-    if any(floor != int(floor) for point in points for floor in (point.left_floor, point.right_floor)):
+    if any(floor != int(floor) for point in points for _, floor in _sides(chains, point)):
         return "in one dimension it has no contact part-way up a column"
     if any(chain.foundations for chain in chains):
         return "a floor on a swaying foundation is not built here"
@@ -83,6 +82,12 @@ def unsaid(chains: Sequence[Chain], points: Sequence[Point], contacts: Contacts)
     except PoundingError as error:
         return str(error)
     return ""
+
+
+def _sides(chains: Sequence[Chain], point: Point) -> list[tuple[int, float]]:
+    """Building and floor of both sides of a contact point, without a rigid building."""
+    sides = (point.interface, point.left_floor), (point.interface + 1, point.right_floor)
+    return [(building, floor) for building, floor in sides if chains[building].mass.size]
 
 
 def _dashpots(chain: Chain) -> tuple[Array, Array]:
@@ -118,9 +123,8 @@ class OpenSeesRow:
     def _material(self, tag: int, k: int) -> tuple[Any, ...]:
         """The law of contact point ``k`` as OpenSees takes it; lengths in contact are negative there."""
         law, point = self.contacts.laws[k], self.points[k]
-        sides = ((point.interface, point.left_floor), (point.interface + 1, point.right_floor))
-        masses = [self.chains[b].mass[int(floor) - 1] if self.chains[b].mass.size else inf for b, floor in sides]
-        mass, e = float(1.0 / (1.0 / masses[0] + 1.0 / masses[1])), self.contacts.rules[k].c0
+        masses = [self.chains[building].mass[int(floor) - 1] for building, floor in _sides(self.chains, point)]
+        mass, e = float(1.0 / sum(1.0 / mass for mass in masses)), self.contacts.rules[k].c0
         gap = -max(float(self.contacts.gaps[k]), NEAREST)
         if isinstance(law, Jankowski):
             return "JankowskiImpact", tag, law.stiffness, jankowski_ratio(e), mass, gap, 1.5

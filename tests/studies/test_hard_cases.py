@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from math import inf
 from pathlib import Path
 
 import pytest
@@ -181,24 +182,25 @@ def test_a_trial_by_the_solver_of_rows_is_that_of_pairs():
     scene = TrialScene(gap=0.005, yield_force=1.5e6)
     pair, row = Trial("viscous_elastoplastic", 1e-9), RowTrial("viscous_elastoplastic", 1e-9)
     expected, found = pair.solve(scene), row.solve(scene)
-    assert set(found) - set(expected) == {"row_impulse", "row_energy_lost"} and not set(expected) - set(found)
+    assert set(found) == set(expected)
     assert expected["impact_count"] >= 5 and found["impact_count"] == expected["impact_count"]
     names = ("peak_closing", "peak_contact_force", "impulse", "first_impact_time", "yield_demand", "energy_viscous")
     for name in (*names, *(f"peak_{what}_{side}" for what in ("storey_shear", "displacement") for side in SIDES)):
         assert found[name] == pytest.approx(expected[name], rel=1e-7), name
-    histories = pair.follow(scene), row.follow(scene)
-    assert histories[1].contacts[:, :3] == pytest.approx(histories[0].contacts[:, :3], rel=1e-6)
-    for steps in (history.steps for history in histories):
-        at_peak = steps[steps[:, 5].argmax()]
-        assert at_peak[:3] == pytest.approx(histories[0].steps[histories[0].steps[:, 5].argmax()][:3], rel=1e-2)
+    # Without a plateau, on which many steps have the largest force.
+    expected, found = (trial.follow(scene._replace(yield_force=inf)) for trial in (pair, row))
+    assert found.contacts[:, :3] == pytest.approx(expected.contacts[:, :3], rel=1e-6)
+    peaks = [steps[steps[:, 5].argmax()] for steps in (found.steps, expected.steps)]
+    assert peaks[0][0] == pytest.approx(peaks[1][0], abs=1e-3)
+    assert peaks[0][[1, 5]] == pytest.approx(peaks[1][[1, 5]], rel=1e-2)
     assert row.runs == 2 and row.steps > 100
 
 
 def test_verdicts_of_both_solvers_stand_side_by_side(capsys: pytest.CaptureFixture[str]):
     """Where rows have what a case asks for: no isolated impact, no free motion alone, no jump."""
-    outcomes = stability(law=["jankowski", "merged"], case=["3", "10", "35", "36"], rows=True)
+    outcomes = stability(law=["jankowski", "merged"], case=["3", "10", "36", "40"], rows=True)
     beside = {(row.case.number, row.law): row.in_row for row in outcomes}
-    assert all(one is None for (number, law), one in beside.items() if law == "merged" or number in ("10", "35"))
+    assert all(one is None for (number, law), one in beside.items() if law == "merged" or number in ("10", "40"))
     for number in ("3", "36"):
         one = beside[number, "jankowski"]
         assert one is not None and one.holds and one.bound == one.case.bound.at(1e-6)
