@@ -124,8 +124,8 @@ def compare(
     dataset = scan(study, progress=progress)
     dataset = dataset.assign(_impacts(study, dataset))
     dataset = dataset.assign(tables(dataset, baseline))
-    same_as, at_speed, _ = study.equal_terms or USUAL_TERMS
-    dataset.attrs |= {"baseline": baseline, "reference_law": study.law_name, "same": same_as, "speed": at_speed}
+    terms = study.equal_terms or USUAL_TERMS
+    dataset.attrs |= {"baseline": baseline, "reference_law": study.law_name, "same": terms.same, "speed": terms.speed}
     place = widest_interface(dataset)
     shown_case = Shown(typical_case(at_interface(dataset, place), baseline), place)
     dataset = dataset.assign(histories_of_laws(study, shown_case, baseline))
