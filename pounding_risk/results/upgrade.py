@@ -78,7 +78,8 @@ def upgrade(dataset: xr.Dataset, whose: str = "the dataset", widen: Widen = wide
     whole = _with_interface(dataset, widen) if _lacks_interface(dataset) else dataset
     if whole is dataset and version == DATASET_VERSION:
         return dataset
-    whole = whole.assign_attrs({VERSION: DATASET_VERSION, **_stiffnesses(dataset)})
+    version = np.int64(DATASET_VERSION)  # of the type that netCDF gives
+    whole = whole.assign_attrs({VERSION: version, **_stiffnesses(dataset)})
     whole.set_close(dataset.close)
     return whole
 
