@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from pounding_risk.figures.style import CAPTION_SIZE, QUIET, blank, title
 from pounding_risk.studies.accuracy_findings import EVENT, OUTPUTS, summed_up
@@ -117,6 +116,8 @@ def _frame(axis: Any, words: str, one: xr.Dataset) -> None:
     axis.set_ylabel("error against the reference")
     times = one["time"].values
     axis.set_xlim(0.2 * times.min(), 3.0 * times.max())
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
     if times.max() < 10.0 * times.min():  # too few powers of ten to label these alone
         axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.xaxis.set_major_formatter(FuncFormatter(lambda seconds, _: f"{seconds:g}"))
