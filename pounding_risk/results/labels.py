@@ -19,7 +19,7 @@ from pounding_risk.results.places import building_coordinates, place_coordinates
 from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
 from pounding_risk.results.variables import described, own_dims
 from pounding_risk.scene.level_notes import level_notes
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.solver.counters import STATUS_SENTENCES
 
@@ -61,6 +61,9 @@ def places_of(study: Scene, gaps: Array, yield_forces: Array) -> dict[str, Any]:
         words = "clear distance at rest of each interface; the axis gap is that of "
         of_axis = study.gridded_interface or "the scene's first one"
         coords["interface_gap"] = (("gap", "interface"), gaps, described("m", words + of_axis))
+    if OF_EACH_INTERFACE in study.grid.contact_models:
+        names = [neighbour.law_name for neighbour in study.neighbours]
+        coords["interface_contact_model"] = ("interface", names, {"long_name": "contact model of the interface"})
     return coords
 
 

@@ -33,6 +33,7 @@ def test_where_one_interface_never_closes_it_is_a_row_of_the_other_model(place):
     gaps = (0.01, FAR) if place == 0 else (FAR, 0.01)
     mixed, alone = scanned(scene(gaps)), scanned(scene(gaps, (MODELS[place],) * 2))
     assert mixed["contact_model"].values.tolist() == [OF_EACH_INTERFACE]
+    assert mixed["interface_contact_model"].values.tolist() == list(MODELS)
     assert int(mixed["impact_count"].sum()) > 0
     for name in mixed.data_vars:
         assert mixed[name].values.tobytes() == alone[name].values.tobytes(), name
