@@ -201,8 +201,8 @@ class SingleMass(AnyBuilding):
 
     def structure(self) -> Building:
         """The mass on its spring."""
-        period = self.period or 2.0 * pi * sqrt(self.mass / self.stiffness)
-        return Building(self.name, self.mass, period, self.damping, self.floor_length, self.wave_speed, self.height)
+        values = {key: getattr(self, key) for key in Building._fields}
+        return Building(**values | {"period": self.period or 2.0 * pi * sqrt(self.mass / self.stiffness)})
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -373,6 +373,8 @@ class TypologyBuilding(AnyBuilding):
 KINDS: tuple[type[AnyBuilding], ...] = (SingleMass, RigidWall, ShearBuilding, TypologyBuilding)
 KEYS: Mapping[str, Key] = {name: key for kind in KINDS for name, key in kind.keys().items()}
 LISTS = ("floor_masses", "storey_stiffnesses", "storey_heights", "storey_strengths")
+# Keys that are called otherwise in the buildings that the solvers take.
+IN_STRUCTURES = dict(zip(LISTS, ("masses", "stiffnesses", "heights", "strengths"), strict=True))
 
 
 def kind_of(keys: Mapping[str, Any]) -> type[AnyBuilding]:
@@ -457,16 +459,19 @@ def _own_periods(building: Building | Storeys) -> list[float]:
 
 
 def table_of(building: Building | Storeys) -> AnyBuilding:
-    """The table of a building, every value stated."""
-    values: dict[str, Any] = {"name": building.name}
-    if isinstance(building, Storeys):
-        values |= dict(zip(LISTS, (building.masses, building.stiffnesses, building.heights), strict=False))
-        values |= {"damping": building.damping, "damping_rule": building.damping_rule}
-        return ShearBuilding.made(values | ({"storey_strengths": building.strengths} if building.strengths else {}))
-    height = {"height": building.height} if building.height > 0.0 else {}
-    if building.is_rigid:
-        return RigidWall.made(values | ({"mass": building.mass} if MASS.allows(building.mass) else {}) | height)
-    values |= {"mass": building.mass, "period": building.period, "damping": building.damping}
-    if building.floor_length > 0.0:
-        values |= {"floor_length": building.floor_length, "wave_speed": building.wave_speed}
-    return SingleMass.made(values | height)
+    """The table of a building, every value stated that it has."""
+    kind = ShearBuilding if isinstance(building, Storeys) else RigidWall if building.is_rigid else SingleMass
+    values = {key: getattr(building, IN_STRUCTURES.get(key, key), None) for key in kind.model_fields}
+    left_out = {"rigid", "stiffness"} if kind is not ShearBuilding else {"rigid"}  # k follows from mass and period
+    if not values.get("floor_length"):
+        left_out.add("wave_speed")
+    stated = {
+        key: value
+        for key, value in values.items()
+        if value is not None and key not in left_out and not (value in (0.0, inf, ()) and value == _default(kind, key))
+    }
+    return kind.made(stated)
+
+
+def _default(kind: type[AnyBuilding], key: str) -> Any:
+    return kind.model_fields[key].default
