@@ -31,6 +31,7 @@ from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.motions import quality
 from pounding_risk.motions.formats import formats
 from pounding_risk.motions.processing import known_steps
+from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.sections import KEYS
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
 
@@ -65,7 +66,8 @@ def headings_of(page: str) -> set[str]:
 
 def test_every_scene_key_is_on_its_page(pages):
     words = words_of(pages["scene.md"])
-    assert {key for keys in KEYS.values() for key in keys} <= words
+    assert {key for section, keys in KEYS.items() if section != "effects" for key in keys} <= words
+    assert set(EqualTerms.model_fields) <= words
     assert set(EFFECTS) <= headings_of(pages["scene.md"])
     assert {option for kind in EFFECTS.values() for option in kind.options} <= words
     assert "greater than 0 kg and finite" in pages["scene.md"]
