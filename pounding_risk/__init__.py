@@ -31,6 +31,7 @@ _HOMES = {
     "PoundingError": "errors",
     "Stopped": "errors",
     "read_scene": "scene.reader",
+    "schema": "scene.sections",
     "Scene": "scene.scene",
     "SingleMass": "scene.buildings",
     "ShearBuilding": "scene.buildings",

@@ -7,7 +7,7 @@ from typing import Any
 from generation.markdown import docstring, plain, table
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.results.run_variables import CONTACT_PLACE, CONTACTS, HISTORIES
-from pounding_risk.scene.sections import scene_schema
+from pounding_risk.scene import sections
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
 from pounding_risk.solver.row.outputs import OF_BUILDINGS, OF_POINTS, OF_RUNS, OF_STOREYS, OF_YIELDING, POINT
@@ -27,7 +27,7 @@ HEADS = ("key", "meaning", "unit and range", "example", "default")
 
 def scene_page() -> str:
     """Every key of a scene, from the schema."""
-    schema = scene_schema()
+    schema = sections.schema()
     text = SCENE
     for section, declared in schema["properties"].items():
         keys = _table_of(schema, declared)

@@ -13,10 +13,10 @@ ORDER = 105
 
 
 def schema(out: Annotated[Path | None, out_option("Write the schema", ".json", absence="printed")] = None) -> None:
-    """JSON schema of scene files, by which editors complete and check keys."""
-    from pounding_risk.scene.sections import scene_schema
+    """JSON schema of scene files, for editors."""
+    from pounding_risk.scene.sections import schema as made
 
-    text = json.dumps(scene_schema(), indent=1, ensure_ascii=False, allow_nan=False)
+    text = json.dumps(made(), indent=1, ensure_ascii=False, allow_nan=False)
     if out is None:
         print(text)
     else:

@@ -38,7 +38,11 @@ OF_PLACES = {
 }
 # What stands beside any output of contact points, and of storeys.
 BESIDE = {
-    "contact_point_": [f"contact_point_{name}" for name in ("impact_count", "peak_contact_force", "yield_exceedance")],
+    "contact_point_": [
+        f"{prefix}{name}"
+        for prefix in ("contact_point_", "")
+        for name in ("impact_count", "peak_contact_force", "yield_exceedance")
+    ],
     "storey_": ["storey_displacement_free"],
 }
 

@@ -151,10 +151,15 @@ def written_overrides(text: str, overrides: Sequence[str], source: str) -> str:
     return tomlkit.dumps(document)
 
 
-def scene_schema() -> dict[str, Any]:
+def schema() -> dict[str, Any]:
     """JSON schema of a scene file, for the completion of an editor: keys, kinds, units and ranges, in words.
 
     ``x-unit``, ``x-range``, ``x-example`` and ``x-absent`` tell what a JSON schema has no keyword for.
+
+    Returns
+    -------
+    dict
+        The schema, as `json.dumps` takes it.
     """
     declared = {**KEYS, "equal_terms": EqualTerms.keys()}
     required = {"building": ["name"], "equal_terms": EqualTerms.required()}

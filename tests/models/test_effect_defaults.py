@@ -14,7 +14,8 @@ from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.models import effects
 from pounding_risk.models._discovery import modules_in_order
 from pounding_risk.models.effects import EFFECTS, default_example, default_words, defaults
-from pounding_risk.scene.reader import parse_scene, scene_schema
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.sections import schema as scene_schema
 
 ROW = scene_text(
     storeyed("A", ["40 t", "40 t"], "60 MN/m", storey_strengths="200 kN"),

@@ -23,7 +23,8 @@ from pounding_risk.models.contact import laws as contact
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import LAWS, SHIPPED
 from pounding_risk.models.contact.relation import name_of
-from pounding_risk.scene.reader import parse_scene, scene_schema
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.sections import schema as scene_schema
 from pounding_risk.solver.pair.stages import depth_of
 
 
@@ -60,8 +61,8 @@ def test_the_example_of_the_page(root, tmp_path):
     asked = (
         "\nimport json\nchosen = dict(gap=0.0, polarity='as recorded', yield_force=4.5e5, record='RSN6-180')\n"
         "forces = results.peak_contact_force.sel(chosen)\n"
-        "own, other = (float(forces.sel(contact_model=law)) for law in ('hunt_crossley', 'jankowski'))\n"
-        "print(json.dumps([alone.law, alone.restitution, json.loads(run.outputs)['peak_contact_force'], own, other,"
+        "own, other = (forces.sel(contact_model=law).item() for law in ('hunt_crossley', 'jankowski'))\n"
+        "print(json.dumps([alone.law, alone.restitution, run.peak_contact_force.item(), own, other,"
         " run.status, sorted(set(results.status.values.ravel().tolist())), results.references, again.restitution]))"
     )
     example = fenced(root, "own_law.md", "python")

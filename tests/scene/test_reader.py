@@ -505,7 +505,7 @@ def test_record_files_are_found_beside_the_scene(tmp_path):
 
 
 def test_schema_names_every_key():
-    schema = sections.scene_schema()
+    schema = sections.schema()
     assert set(schema["properties"]) == set(sections.KEYS)
     words, steps = schema["$defs"]["RecordsTable"]["properties"]["processing"]["anyOf"]
     assert (words["enum"], steps["type"]) == (["auto", "none"], "array")

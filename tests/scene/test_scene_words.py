@@ -12,7 +12,8 @@ import pytest
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene.buildings import KINDS as BUILDINGS
 from pounding_risk.scene.interfaces import EqualTerms
-from pounding_risk.scene.sections import KINDS, scene_schema
+from pounding_risk.scene.sections import KINDS
+from pounding_risk.scene.sections import schema as scene_schema
 from pounding_risk.scene.tables import option_example
 from pounding_risk.units import parse
 

@@ -120,7 +120,7 @@ def test_relative_displacement_is_what_closes_the_gap(scene_and_run):
     _, run = scene_and_run
     closing = run["relative_displacement"].values
     point = run["contact_point_interface"].values
-    assert (closing.max(axis=0) <= run["peakclosing_at"].values[point] * (1.0 + 1e-12)).all()
+    assert (closing.max(axis=0) <= run["peak_closing"].values[point] * (1.0 + 1e-12)).all()
     gaps = run["interface_gap"].values[point]
     assert (run["contact_force"].values[closing < gaps - 1e-12] == 0.0).all()
     assert (run["contact_force"].values > 0.0).sum() > 20
