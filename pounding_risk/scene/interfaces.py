@@ -370,7 +370,10 @@ class Interface(Table):
     ] = None
 
     def __init__(self, *values: Any, law: Any = None, **keys: Any):
-        super().__init__(*values, **(_keys_of_law(law) if law is not None else {}), **keys)
+        of_law = {} if law is None else _keys_of_law(law)
+        if twice := [name for name in of_law if name in keys]:
+            raise SceneError("Interface", [f"{name}: law gives it already; remove one" for name in twice])
+        super().__init__(*values, **of_law, **keys)
 
     def written(self) -> dict[str, Any]:
         """As a scene file has it; a stiffness in SI has the unit of its contact model."""
@@ -384,8 +387,8 @@ class Interface(Table):
 
 def _keys_of_law(law: Any) -> dict[str, Any]:
     """The keys that a contact law stands for."""
-    values = law._asdict() if hasattr(law, "_asdict") else {}
-    kind = law if isinstance(law, type) else type(law)
+    kind = type(law)
+    values: dict[str, Any] = law._asdict() if isinstance(law, tuple) and hasattr(law, "_asdict") else {}
     if name_of(kind) not in CONTACT_MODELS:
         raise SceneError("Interface", [f"law: {shown(law)} is not a contact law; it may be one of pounding_risk.laws"])
     return {"contact_model": name_of(kind), **{key: value for key, value in values.items() if key in _OF_LAWS}}

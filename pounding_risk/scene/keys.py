@@ -7,6 +7,7 @@ files with its sentences, the classes that scripts use, the JSON schema and the 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from inspect import Parameter, Signature
@@ -109,6 +110,8 @@ class Table(BaseModel):
         names = list(type(self).model_fields)
         if len(values) > len(names):
             raise SceneError(type(self).__name__, [f"{len(values)} values for its keys {', '.join(names)}"])
+        if twice := [name for name in names[: len(values)] if name in keys]:
+            raise SceneError(type(self).__name__, [f"{name}: given by position and by name" for name in twice])
         try:
             super().__init__(**dict(zip(names, values, strict=False)), **keys)
         except ValidationError as error:
@@ -182,6 +185,24 @@ def _plain(value: Any) -> Any:
     if type(value) is dict:
         return {key: _plain(each) for key, each in value.items()}
     return value
+
+
+def in_text(keys: Mapping[str, Key], table: Mapping[str, Any]) -> dict[str, Any]:
+    """A table that Python gives as a dict, as a scene file has it: numbers in SI become text with their unit.
+
+    What no key takes stays as it is, for the reader of tables to tell.
+    """
+    written = {}
+    for name, value in table.items():
+        written[name] = plain = _plain(value)
+        if name not in keys:
+            continue
+        with suppress(ValueError):
+            keys[name].read(plain, parse)
+            continue
+        with suppress(ValueError):
+            written[name] = keys[name].write(keys[name].read(plain, si))
+    return written
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,11 @@ reads every key, the checks tell what keys do not make together, `assembled` mak
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from importlib import import_module
 from itertools import pairwise
+from math import inf, isnan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -43,9 +44,9 @@ from pounding_risk.scene.interfaces import (
     neighbour_of,
     stiff_model,
 )
-from pounding_risk.scene.keys import Draft, Section, Table
+from pounding_risk.scene.keys import Draft, Section, Table, in_text
 from pounding_risk.scene.records import records_of
-from pounding_risk.scene.sections import every_fault, read_tables, written_overrides
+from pounding_risk.scene.sections import KEYS, every_fault, read_tables, written_overrides
 from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
 from pounding_risk.scene.toml import Fault, KeyPath, write_toml
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say
@@ -78,7 +79,7 @@ class Origin(NamedTuple):
     overrides: tuple[str, ...]
 
 
-@dataclass(frozen=True, repr=False, init=False)
+@dataclass(frozen=True, repr=False, init=False, eq=False)
 class Scene(ShortRepr):
     """One scene: buildings, what stands between neighbours, the ground motions and the grid of cases.
 
@@ -146,13 +147,31 @@ class Scene(ShortRepr):
         name: str = "",
         folder: str | Path = ".",
     ):
-        given = {"grid": grid, "solver": solver, "records": records}
-        tables: dict[str, Any] = {"building": _listed(buildings), "interface": _listed(interfaces)}
-        tables |= {key: _written(table) for key, table in given.items() if table is not None}
+        given = {"grid": grid, "solver": solver}
+        tables: dict[str, Any] = {"building": _listed("building", buildings)}
+        tables |= {"interface": _listed("interface", interfaces), "records": _written("records", records)}
+        tables |= {key: _written(key, table) for key, table in given.items() if table is not None}
         tables |= {"scene": {"name": name}} if name else {}
         tables |= {"effects": effect_tables(effects)} if effects else {}
         made = scene_of(tables, str(Path(folder) / "scene"))
         self.__dict__.update(vars(made))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Scene) and self._compared() == other._compared()
+
+    def __hash__(self) -> int:
+        return hash(self._compared())
+
+    def _compared(self) -> tuple[Any, ...]:
+        """What two scenes share that ask for the same runs; an unknown level is no NaN, which differs from itself."""
+        neighbours = tuple(
+            neighbour._replace(
+                points=tuple(point._replace(level=inf) if isnan(point.level) else point for point in neighbour.points)
+            )
+            for neighbour in self.neighbours
+        )
+        values = (getattr(self, each.name) for each in fields(self) if each.compare and each.name != "neighbours")
+        return (neighbours, *values)
 
     # -------------------------------------------------------------------------------------------- reading
 
@@ -401,6 +420,8 @@ class Scene(ShortRepr):
         SceneError
             As `Scene`, and for what is no key.
         """
+        if wrong := [each for each in overrides if not isinstance(each, str)]:
+            raise SceneError(self.source, [f"replace: {wrong[0]!r} is no override; write 'interface.gap=\"20 mm\"'"])
         tables = self.resolved()
         for key, value in values.items():
             if key in Grid.model_fields:
@@ -410,13 +431,13 @@ class Scene(ShortRepr):
             elif key in Solver.model_fields:
                 tables["solver"] |= Solver(**{key: value}).written()
             elif key in ("buildings", "interfaces"):
-                tables[key.removesuffix("s")] = _listed(value)
+                tables[key.removesuffix("s")] = _listed(key.removesuffix("s"), value)
             elif key == "effects":
                 tables[key] = effect_tables(value)
             elif key == "name":
                 tables["scene"] = {"name": value}
             elif key in ("records", "grid", "solver"):
-                tables[key] = _written(value)
+                tables[key] = _written(key, value)
             else:
                 known = "buildings, interfaces, records, grid, effects, solver, name"
                 raise SceneError(self.source, [f"replace: no {key}; it takes {known}, or a key of grid or solver"])
@@ -493,14 +514,18 @@ def _made(values: Mapping[str, Any]) -> Scene:
     return scene
 
 
-def _listed(tables: Any) -> Any:
-    return [_written(table) for table in tables] if isinstance(tables, list | tuple) else tables
+def _listed(section: str, tables: Any) -> Any:
+    if isinstance(tables, Iterator):
+        tables = list(tables)
+    return [_written(section, table) for table in tables] if isinstance(tables, list | tuple) else tables
 
 
-def _written(table: Any) -> Any:
+def _written(section: str, table: Any) -> Any:
     """A table of Python as a scene file has it."""
     if isinstance(table, Building | Storeys):
         return table_of(table).written()
+    if isinstance(table, Mapping):
+        return in_text(KEYS[section], table)
     return table.written() if isinstance(table, Table) else table
 
 

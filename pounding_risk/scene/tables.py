@@ -17,7 +17,19 @@ from pounding_risk.models.effects import (
 )
 from pounding_risk.scene.buildings import RigidWall
 from pounding_risk.scene.interfaces import LAW_NAMES, known_models
-from pounding_risk.scene.keys import Draft, Key, Number, Table, Unreadable, axis, facts, measured, options, text
+from pounding_risk.scene.keys import (
+    Draft,
+    Key,
+    Number,
+    Table,
+    Unreadable,
+    axis,
+    facts,
+    in_text,
+    measured,
+    options,
+    text,
+)
 from pounding_risk.scene.toml import Fault, as_list
 from pounding_risk.units import EXAMPLES, GAP, PGA, RTOL, YIELD_FORCE, Quantity, shown
 
@@ -154,15 +166,14 @@ def option_example(allowed: Quantity | tuple[str, ...]) -> str:
     return example if allowed.unit == "1" else shown(example)
 
 
-def effect_tables(effects: Any) -> dict[str, Any]:
+def effect_tables(effects: Any) -> Any:
     """[effects] of what Python gives: a dict of names and options, or a list of names and `Effect`."""
-    if isinstance(effects, Mapping):
-        return {name: dict(given) for name, given in effects.items()}
-    tables = {}
-    for effect in effects:
-        name, given = (effect, {}) if isinstance(effect, str) else effect
-        tables[name] = dict(given)
-    return tables
+    if isinstance(effects, list | tuple) and all(isinstance(effect, str | Effect) for effect in effects):
+        pairs = ((effect, {}) if isinstance(effect, str) else effect for effect in effects)
+        effects = {name: dict(given) for name, given in pairs}
+    if not isinstance(effects, Mapping):
+        return effects  # which is told as no table
+    return in_text({name: effect_key(name) for name in EFFECTS}, effects)
 
 
 # ------------------------------------------------------------------------------------------------ checks

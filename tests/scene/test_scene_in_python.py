@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 from math import inf
 from pathlib import Path
@@ -140,6 +141,22 @@ def test_laws_and_relations_are_the_objects_of_models():
     assert (van_mier.stiffness, van_mier.plastic_exponent) == (4e10, 0.5)
 
 
+def test_options_of_effects_and_dicts_take_floats_in_si():
+    wave = {"velocity": 500.0, "distance": 20.0, "towards": "left"}
+    for effects in ({"wave_passage": wave}, [pr.Effect("wave_passage", wave)]):
+        assert in_python().replace(effects=effects) == parse_scene(TEXT)
+    assert in_python().replace(grid={"gap": [0.0, "5 mm", 0.01]}).grid == parse_scene(TEXT).grid
+    assert in_python().replace(buildings=iter(in_python().buildings)) == parse_scene(TEXT)
+
+
+def test_a_scene_that_goes_to_another_process_is_the_same_one():
+    """Two masses without a height meet at a level that is not known, which is NaN in both processes."""
+    scene = in_python()
+    again = pickle.loads(pickle.dumps(scene))
+    assert again == scene and hash(again) == hash(scene)
+    assert again != scene.replace(gap=0.02) and scene != "a scene"
+
+
 def test_a_scene_is_changed_with_its_checks():
     scene = in_python()
     changed = scene.replace("building.frame.mass=50 t", gap=["0 mm", 0.02], yield_force="450 kN", rtol=1e-8, name="x")
@@ -200,6 +217,19 @@ LINEAR = ['interface.1.contact_model="linear"', 'interface.2.contact_model="line
             ],
         ),
         (lambda: pr.Solver(1e-6, 2), ["2 values for its keys rtol"]),
+        (lambda: pr.SingleMass("a", 1e4, mass=1e4), ["mass: given by position and by name"]),
+        (
+            lambda: pr.Interface(law=Jankowski(1e9), contact_model="hertz"),
+            ["contact_model: law gives it already; remove one"],
+        ),
+        (
+            lambda: in_python().replace(3),
+            ["replace: 3 is no override; write 'interface.gap=\"20 mm\"'"],
+        ),
+        (
+            lambda: in_python().replace(effects=[3]),
+            ["effects: [3] is not a table; write [effects] and its keys below"],
+        ),
         (lambda: pr.Interface(law=3), ["law: 3 is not a contact law; it may be one of pounding_risk.laws"]),
         (
             lambda: in_python().replace(interfaces=[pr.Interface(0.01, stiffness=1e9)]),
