@@ -66,7 +66,7 @@ class Entry:
 
     @property
     def pga(self) -> float:
-        """max|a| as recorded [m/s²]."""
+        """Peak ground acceleration max|a| of the record as it is in its file [m/s²]."""
         return self.pga_g * STANDARD_GRAVITY
 
     @property

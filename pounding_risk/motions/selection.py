@@ -147,7 +147,7 @@ class Selection(ShortRepr):
         yield from ((f"left out, {why}", counted(number, "candidate")) for why, number in self.left_out.items())
 
     def motions(self) -> tuple[Motion, ...]:
-        """The chosen components, scaled."""
+        """The components that were chosen, each scaled by its factor."""
         low, high = self.wanted.periods
         aim = f"the target {self.target.name} from {low:g} to {high:g} s"
         return tuple(

@@ -230,7 +230,7 @@ class RigidWall(AnyBuilding):
     floor_depth: FloorDepth = None
 
     def structure(self) -> Building:
-        """The wall."""
+        """The wall as the solvers take it: a building with a period of 0."""
         return Building.rigid(self.name, self.mass)._replace(height=self.height)
 
     def written(self) -> dict[str, Any]:
