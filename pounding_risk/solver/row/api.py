@@ -16,6 +16,7 @@ from scipy.linalg import expm
 
 from pounding_risk._jit.calls import numbers_of
 from pounding_risk._jit.compile import lowered
+from pounding_risk._jit.lent import lent
 from pounding_risk._jit.records import column, set_column
 from pounding_risk.models.ground import Arrivals, arrivals_of, arriving
 from pounding_risk.models.restitution import Restitution
@@ -313,7 +314,7 @@ def unmoved(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> tu
     run = new_run(row, np.zeros((points, 0)), np.zeros(0))
     set_column(run.contacts, "given_gap", np.full(points, inf))
     ground = _ground(laid, acceleration)
-    return row, run, ground, laid.step, laid.terms, _empty_states(ground.node_count() if states else 0, row)
+    return lent(row), lent(run), ground, laid.step, laid.terms, _empty_states(ground.node_count() if states else 0, row)
 
 
 def _ground(laid: Laid, acceleration: np.ndarray) -> UniformRowGround | ArrivingRowGround:
@@ -374,7 +375,7 @@ def _run(
         for name, values in fields.items():
             set_column(run.contacts, name, values)
         states = _empty_states(ground.node_count() if histories else 0, row)
-        march(row, run, ground, laid.step, laid.terms, float(rtol), states)
+        march(lent(row), lent(run), ground, laid.step, laid.terms, float(rtol), states)
         written = int(run.workspace.lines_written)
         if written <= lines or not histories:
             return _results_of(laid, run, states)

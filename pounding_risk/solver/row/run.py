@@ -43,42 +43,9 @@ from pounding_risk.solver.row.workspace import (
     START,
     TANGENT,
     VELOCITY,
-    Row,
-    Run,
 )
 
 WATCHED = 7  # status of a run that a touch at a watched point has ended
-
-
-@small
-def borrow_row(row):
-    """The row with its arrays' references not counted."""
-    return Row(
-        borrowed(row.frame),
-        borrowed(row.ends),
-        borrowed(row.shares),
-        borrowed(row.floors),
-        borrowed(row.damping),
-        borrowed(row.maps),
-        row.passage,
-    )
-
-
-@part
-def borrow_run(run):
-    """The run with its arrays' references not counted; numba compiles no function that returns a record."""
-    return Run(
-        borrowed(run.laws),
-        borrowed(run.timed),
-        borrowed(run.contacts),
-        borrowed(run.dofs),
-        borrowed(run.quadratures),
-        borrowed(run.series),
-        run.workspace,
-        borrowed(run.saved),
-        borrowed(run.saved_contacts),
-        borrowed(run.saved_laws),
-    )
 
 
 @part
@@ -275,7 +242,7 @@ def begin_node(row, run, ground, step, node):
 @kernel
 def march_free(row, run, ground, step, terms, states):
     """The row without any contact, from rest to the end of the record; finds the fastest closing at every point."""
-    row, run, ground, states = borrow_row(row), borrow_run(run), ground.lent(), borrowed(states)
+    ground, states = ground.lent(), borrowed(states)
     begin_run(row, run)
     buildings = row.frame.shape[1] - 1
     busy, swings = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings)
@@ -312,7 +279,7 @@ def march_free(row, run, ground, step, terms, states):
 @kernel
 def march(row, run, ground, step, terms, rtol, states):
     """One run from rest to the end of the record; everything is left in ``run``, u and v at the nodes in ``states``."""
-    row, run, ground, states = borrow_row(row), borrow_run(run), ground.lent(), borrowed(states)
+    ground, states = ground.lent(), borrowed(states)
     begin_run(row, run)
     buildings = row.frame.shape[1] - 1
     tied, busy = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings, dtype=np.bool_)

@@ -1,0 +1,155 @@
+"""Named tuples of arrays that compiled functions take by address.
+
+Numba hands a tuple over field by field, and an array as some nine numbers: a call with a dozen arrays writes a hundred
+numbers to the stack, and compiling it takes as many instructions. A lent tuple is one pointer to a table of addresses
+and lengths. Its arrays are C-contiguous and belong to the caller, who holds them while the compiled function runs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba import types
+from numba.core import cgutils
+from numba.core.datamodel import models
+from numba.core.typing.templates import AttributeTemplate, infer_getattr
+from numba.extending import NativeValue, lower_getattr_generic, register_model, unbox
+from numba.np.arrayobj import make_array, populate_array
+
+from pounding_risk._jit.compile import INTERPRETED
+
+
+class LentType(types.Type):
+    """Type of a named tuple that is taken by address; ``tuple_type`` is the tuple's own."""
+
+    def __init__(self, tuple_type):
+        self.tuple_type = tuple_type
+        super().__init__(f"lent {tuple_type.name}")
+
+    @property
+    def mangling_args(self):
+        """A short name in the symbols of compiled functions."""
+        return "lent" + hashlib.sha256(self.name.encode()).hexdigest()[:16], ()
+
+    def field(self, name):
+        """(number of the table's entries before a field, the field's type)."""
+        place = 0
+        for own, kind in zip(self.tuple_type.fields, self.tuple_type.types, strict=True):
+            if own == name:
+                return place, kind
+            place += _entries(kind)
+        return None
+
+
+def _entries(kind) -> int:
+    """How many entries of the table a field of this type takes."""
+    if isinstance(kind, types.BaseTuple):
+        return sum(map(_entries, kind.types))
+    return 1 + kind.ndim if isinstance(kind, types.Array) else 1
+
+
+class _Lent:
+    """A named tuple with the table of its addresses; the tuple's fields can be read as its own."""
+
+    def __init__(self, model):
+        self.model = model
+        self._numba_type_ = LentType(numba.typeof(model))
+        self.table = np.array([entry for value in model for entry in _entries_of(value)], dtype=np.int64)
+        self.address = self.table.ctypes.data
+
+    def __getattr__(self, name):
+        return getattr(self.model, name)
+
+
+def _entries_of(value) -> list[int]:
+    """The table's entries of one field: its address and lengths, or its numbers."""
+    if isinstance(value, tuple):
+        return [entry for inner in value for entry in _entries_of(inner)]
+    if isinstance(value, np.ndarray):
+        if not value.flags.c_contiguous:
+            raise ValueError(f"an array of shape {value.shape} is not C-contiguous and cannot be lent")
+        return [value.ctypes.data, *value.shape]
+    if isinstance(value, np.void):
+        return [value.__array_interface__["data"][0]]
+    return [int(np.float64(value).view(np.int64))]
+
+
+def lent(model) -> Any:
+    """A named tuple for compiled functions to take by address; interpreted ones take the tuple itself.
+
+    Its fields are C-contiguous arrays, records, floats or tuples of floats. The arrays must outlive the call.
+    """
+    return model if INTERPRETED else _Lent(model)
+
+
+@register_model(LentType)
+class _LentModel(models.PrimitiveModel):
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, ir.IntType(64).as_pointer())
+
+
+@infer_getattr
+class _LentFields(AttributeTemplate):
+    key = LentType
+
+    def generic_resolve(self, kind, name):
+        entry = kind.field(name)
+        return None if entry is None else entry[1]
+
+
+@unbox(LentType)
+def _unbox_lent(kind, thing, c):
+    number = c.pyapi.object_getattr_string(thing, "address")
+    address = c.pyapi.number_as_ssize_t(number)
+    c.pyapi.decref(number)
+    pointer = c.builder.inttoptr(address, c.context.get_value_type(kind))
+    return NativeValue(pointer, is_error=cgutils.is_not_null(c.builder, c.pyapi.err_occurred()))
+
+
+@lower_getattr_generic(LentType)
+def _read_field(context, builder, kind, pointer, name):
+    place, field = kind.field(name)
+
+    def entry(number):
+        loaded = builder.load(builder.gep(pointer, [context.get_constant(types.intp, number)]))
+        # The table does not change while it is lent: what has been read need not be read again.
+        loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
+        return loaded
+
+    def read(part, at):
+        value_type = context.get_value_type(part)
+        if isinstance(part, types.BaseTuple):
+            values = []
+            for inner in part.types:
+                values.append(read(inner, at))
+                at += _entries(inner)
+            return context.make_tuple(builder, part, values)
+        if isinstance(part, types.Array):
+            return _array(context, builder, part, [entry(at + number) for number in range(1 + part.ndim)])
+        if isinstance(part, types.Record):
+            return builder.inttoptr(entry(at), value_type)
+        return builder.bitcast(entry(at), value_type)
+
+    return read(field, place)
+
+
+def _array(context, builder, kind, entries):
+    """An array of the caller's, its references not counted, from its address and lengths."""
+    view = make_array(kind)(context, builder)
+    size = context.get_abi_sizeof(context.get_data_type(kind.dtype))
+    shape, strides = entries[1:], [context.get_constant(types.intp, size)]
+    for length in reversed(shape[1:]):
+        strides.insert(0, builder.mul(strides[0], length))
+    populate_array(
+        view,
+        data=builder.inttoptr(entries[0], view.data.type),
+        shape=shape,
+        strides=strides,
+        itemsize=context.get_constant(types.intp, size),
+        meminfo=None,
+    )
+    return view._getvalue()
