@@ -3,11 +3,14 @@
 Numba hands a tuple over field by field, and an array as some nine numbers: a call with a dozen arrays writes a hundred
 numbers to the stack, and compiling it takes as many instructions. A lent tuple is one pointer to a table of addresses
 and lengths. Its arrays are C-contiguous and belong to the caller, who holds them while the compiled function runs.
+Their indices count from the start and are never below zero: an index that might be would have to be looked at, and
+loops over floors would not be done several at a time.
 """
 
 from __future__ import annotations
 
 import hashlib
+import operator
 from typing import Any
 
 import numba
@@ -17,10 +20,25 @@ from numba import types
 from numba.core import cgutils
 from numba.core.datamodel import models
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
-from numba.extending import NativeValue, lower_getattr_generic, register_model, unbox
-from numba.np.arrayobj import make_array, populate_array
+from numba.extending import NativeValue, lower_builtin, lower_getattr_generic, register_model, unbox
+from numba.np.arrayobj import (
+    getitem_array_tuple,
+    getitem_arraynd_intp,
+    load_item,
+    make_array,
+    populate_array,
+    setitem_array,
+    store_item,
+)
 
 from pounding_risk._jit.compile import INTERPRETED
+
+
+class LentArray(types.Array):
+    """Type of an array of a lent tuple: its indices are not below zero."""
+
+    def __init__(self, array_type):
+        super().__init__(array_type.dtype, array_type.ndim, array_type.layout, readonly=not array_type.mutable)
 
 
 class LentType(types.Type):
@@ -28,6 +46,7 @@ class LentType(types.Type):
 
     def __init__(self, tuple_type):
         self.tuple_type = tuple_type
+        self.kinds = tuple(LentArray(kind) if isinstance(kind, types.Array) else kind for kind in tuple_type.types)
         super().__init__(f"lent {tuple_type.name}")
 
     @property
@@ -38,7 +57,7 @@ class LentType(types.Type):
     def field(self, name):
         """(number of the table's entries before a field, the field's type)."""
         place = 0
-        for own, kind in zip(self.tuple_type.fields, self.tuple_type.types, strict=True):
+        for own, kind in zip(self.tuple_type.fields, self.kinds, strict=True):
             if own == name:
                 return place, kind
             place += _entries(kind)
@@ -90,6 +109,11 @@ def lent(model) -> Any:
 class _LentModel(models.PrimitiveModel):
     def __init__(self, dmm, fe_type):
         super().__init__(dmm, fe_type, ir.IntType(64).as_pointer())
+
+
+@register_model(LentArray)
+class _LentArrayModel(models.ArrayModel):
+    pass
 
 
 @infer_getattr
@@ -153,3 +177,48 @@ def _array(context, builder, kind, entries):
         meminfo=None,
     )
     return view._getvalue()
+
+
+def _item(context, builder, kind, array, index_types, indices):
+    """Pointer to the element of an array at so many indices, none below zero."""
+    view = make_array(kind)(context, builder, array)
+    offset = context.get_constant(types.intp, 0)
+    lengths = cgutils.unpack_tuple(builder, view.shape)
+    for length, index_type, index in zip(lengths, index_types, indices, strict=True):
+        place = context.cast(builder, index, index_type, types.intp)
+        offset = builder.add(builder.mul(offset, length), place)
+    return builder.gep(view.data, [offset])
+
+
+def _are_integers(index_types) -> bool:
+    return all(isinstance(kind, types.Integer) for kind in index_types)
+
+
+@lower_builtin(operator.getitem, LentArray, types.Integer)
+def _get_at(context, builder, signature, arguments):
+    kind, index_type = signature.args
+    if kind.ndim != 1:
+        return getitem_arraynd_intp(context, builder, signature, arguments)
+    return load_item(context, builder, kind, _item(context, builder, kind, arguments[0], [index_type], [arguments[1]]))
+
+
+@lower_builtin(operator.getitem, LentArray, types.BaseTuple)
+def _get_at_tuple(context, builder, signature, arguments):
+    kind, index_types = signature.args[0], tuple(signature.args[1])
+    if len(index_types) != kind.ndim or not _are_integers(index_types):
+        return getitem_array_tuple(context, builder, signature, arguments)
+    indices = cgutils.unpack_tuple(builder, arguments[1], count=kind.ndim)
+    return load_item(context, builder, kind, _item(context, builder, kind, arguments[0], index_types, indices))
+
+
+@lower_builtin(operator.setitem, LentArray, types.Any, types.Any)
+def _set_at(context, builder, signature, arguments):
+    kind, index_type, value_type = signature.args
+    index_types, indices = (index_type,), [arguments[1]]
+    if isinstance(index_type, types.BaseTuple):
+        index_types, indices = tuple(index_type), cgutils.unpack_tuple(builder, arguments[1], count=len(index_type))
+    if len(index_types) != kind.ndim or not _are_integers(index_types):
+        return setitem_array(context, builder, signature, arguments)
+    value = context.cast(builder, arguments[2], value_type, kind.dtype)
+    store_item(context, builder, kind, value, _item(context, builder, kind, arguments[0], index_types, indices))
+    return context.get_dummy_value()
