@@ -9,7 +9,7 @@ from pounding_risk.solver.pair.taylor import SIGNAL, first_rise, highest
 from pounding_risk.solver.row.workspace import FIRST, INVERSE, LEFT_HIGH, LEFT_LOW, NODE, RIGHT_HIGH, RIGHT_LOW, START
 
 
-@kernel
+@small
 def across(row, k, dofs, line):
     """u_left − u_right at contact point ``k``, less the w of the ground, from a row of the dofs (of v: its rate)."""
     total = 0.0
@@ -31,7 +31,7 @@ def compliance(row, k):
     return total
 
 
-@kernel
+@small
 def push_apart(row, k, force, dofs, line):
     """Add the accelerations that a contact force gives to the floors at both ends to a row of the dofs."""
     for end in range(4):

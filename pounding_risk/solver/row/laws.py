@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 from pounding_risk._jit.calls import ENTERING, as_row, call_at, call_on, entry_of, lay_model, model_of, numbers_of
-from pounding_risk._jit.compile import apart, kernel
+from pounding_risk._jit.compile import apart, kernel, small
 from pounding_risk.solver.pair.stages import depth_of
 
 Verbs = tuple[int, tuple[float, ...]]
@@ -89,13 +89,13 @@ def _compiled(law) -> Verbs:
     return room, (entry_of(force, 3), entry_of(plateau, 3), entry_of(begin, 1), entry_of(turn, 1), entry_of(part, 1))
 
 
-@kernel
+@small
 def law_force(run, k, delta, rate, approaching):
     """The uncapped force of contact ``k``."""
     return call_at(run.contacts[k].force_verb, run.laws, k, delta, rate, approaching)
 
 
-@kernel
+@small
 def law_plateau(run, k, delta, strength):
     """The force of contact ``k`` past yield."""
     return call_at(run.contacts[k].plateau_verb, run.laws, k, delta, strength, 0.0)

@@ -11,11 +11,29 @@ from typing import NamedTuple
 
 from pounding_risk._jit.compile import kernel, part, small
 from pounding_risk.solver.pair.stages import SLACK, YIELDING
-from pounding_risk.solver.row.building import accelerate, place_ground, push_ground
+from pounding_risk.solver.row.building import place_ground, push_ground, top_of
 from pounding_risk.solver.row.flight import across, carried, push_apart
 from pounding_risk.solver.row.ground import ArrivingRowInterval, UniformRowInterval
 from pounding_risk.solver.row.laws import law_force, law_plateau
-from pounding_risk.solver.row.workspace import END, LAST, LATE, NOW, POLY, SLOPE, SLOPES, START, TERMS, TRIAL, VELOCITY
+from pounding_risk.solver.row.workspace import (
+    BAND,
+    CONSTANT,
+    END,
+    FIRST,
+    INVERSE,
+    LAST,
+    LATE,
+    MASS,
+    NOW,
+    POLY,
+    SLOPE,
+    SLOPES,
+    START,
+    TANGENT,
+    TERMS,
+    TRIAL,
+    VELOCITY,
+)
 
 
 class Group(NamedTuple):
@@ -40,7 +58,7 @@ def ground_at(group, s):
     return group.ground.later(group.origin + s * s * s * s)
 
 
-@kernel
+@small
 def transmitted(run, k, delta, rate):
     """Force that the buildings feel at contact ``k`` on the branch that it is on."""
     region = int(run.contacts[k].region)
@@ -51,10 +69,55 @@ def transmitted(run, k, delta, rate):
     return uncapped(run, k, delta, rate)
 
 
-@kernel
+@small
 def uncapped(run, k, delta, rate):
     """The law's force without cap or cut."""
     return law_force(run, k, delta, rate, run.contacts[k].approaching)
+
+
+@small
+def damp(row, b, speed, dofs, out):
+    """Take the dampers' forces C · row ``speed`` from row ``out``; C is symmetric, and columns add up side by side."""
+    first, last, band = row.frame[FIRST, b], top_of(row, b), row.frame[BAND, b]
+    if band > 1:
+        for j in range(first, last):
+            rate = dofs[speed, j]
+            for i in range(max(first, j - band), min(last, j + band + 1)):
+                dofs[out, i] -= row.damping[j, i - first] * rate
+        return
+    # A floor and its neighbours: too few for a loop of their own.
+    below, rate = 0.0, 0.0
+    above = dofs[speed, first] if last > first else 0.0
+    for i in range(first, last):
+        below, rate, above = rate, above, dofs[speed, i + 1] if i + 1 < last else 0.0
+        force = row.damping[i, i - first] * rate
+        if band == 1 and i > first:
+            force += row.damping[i, i - first - 1] * below
+        if band == 1 and i + 1 < last:
+            force += row.damping[i, i - first + 1] * above
+        dofs[out, i] -= force
+
+
+@small
+def drive(row, b, state, pull, dofs, out):
+    """ü of building ``b`` without contact from rows ``state`` to row ``out``; ``pull`` is a_g.
+
+    Returns the power that ground and dampers put in.
+    """
+    first, last = row.frame[FIRST, b], top_of(row, b)
+    for i in range(first, last):
+        dofs[out, i] = -row.floors[MASS, i] * pull
+    damp(row, b, state + VELOCITY, dofs, out)
+    power = 0.0
+    above = dofs[TANGENT, first] * dofs[state, first] + dofs[CONSTANT, first] if last > first else 0.0
+    for i in range(first, last):
+        shear, above = above, 0.0
+        if i + 1 < last:
+            above = dofs[TANGENT, i + 1] * (dofs[state, i + 1] - dofs[state, i]) + dofs[CONSTANT, i + 1]
+        push = dofs[out, i]
+        power += push * dofs[state + VELOCITY, i]
+        dofs[out, i] = (push + (above - shear)) * row.floors[INVERSE, i]
+    return power
 
 
 @kernel
@@ -66,7 +129,7 @@ def load(row, run, group, state, ground, out):
     power = 0.0
     for b in range(group.first, group.last + 1):
         place_ground(row, b, ground, run.dofs, state)
-        power += accelerate(row, b, state, ground.under(b)[0], run.dofs, out)
+        power += drive(row, b, state, ground.under(b)[0], run.dofs, out)
         push_ground(row, b, ground, run.dofs, out)
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
