@@ -12,7 +12,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
-from pounding_risk._jit.compile import FLAGS, INTERPRETED
+from pounding_risk._jit.compile import FLAGS, INLINED, INTERPRETED
 
 
 def _leaves(kind) -> int:
@@ -59,7 +59,7 @@ def model_of(model, values, place, offset):
 
 
 if not INTERPRETED:
-    model_of = njit(forceinline=True, **FLAGS)(
+    model_of = njit(**INLINED)(
         lambda model, values, place, offset: _model_of(model, values, place, offset)
     )
 
@@ -91,7 +91,7 @@ def lay_model(model, values, place, offset):
 
 
 if not INTERPRETED:
-    lay_model = njit(forceinline=True, **FLAGS)(
+    lay_model = njit(**INLINED)(
         lambda model, values, place, offset: _lay_model(model, values, place, offset)
     )
 
@@ -172,11 +172,11 @@ def as_row(pointer, count):
 
 
 if not INTERPRETED:
-    call_at = njit(forceinline=True, **FLAGS)(
+    call_at = njit(**INLINED)(
         lambda address, values, row, a, b, c: _call_at(address, values, row, a, b, c)
     )
-    call_on = njit(forceinline=True, **FLAGS)(lambda address, values, row, slots: _call_on(address, values, row, slots))
-    as_row = njit(forceinline=True, **FLAGS)(lambda pointer, count: numba.carray(pointer, (1, count)))
+    call_on = njit(**INLINED)(lambda address, values, row, slots: _call_on(address, values, row, slots))
+    as_row = njit(**INLINED)(lambda pointer, count: numba.carray(pointer, (1, count)))
 
 
 def numbers_of(model) -> list[float]:
