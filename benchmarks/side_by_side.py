@@ -24,7 +24,6 @@ from rk4 import solve_rk4
 from scipy_pair import solve_scipy
 from throughput import in_time, range_of
 
-from pounding_risk._jit.compile import lowered
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import STYLES, blank, title, write
 from pounding_risk.solver.pair.api import free_response, oscillators, run
@@ -112,7 +111,7 @@ def solve_in_grid(case: Case, rtol: float) -> Answer:
     workspace, raw, how = make_workspace(rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), dtype=np.int8)
 
     def cell() -> dict[str, float]:
-        solve_grid(case.pair, case.free, lowered(interface.law), grid, rtol, False, workspace, raw, how)
+        solve_grid(case.pair, case.free, interface.law, grid, rtol, False, workspace, raw, how)
         return {name: float(RUN[name].compute(raw[0, 0], grid[1])) for name in OUTPUTS}
 
     return clocked(cell, 5)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from threading import Lock
+from typing import Any
+from weakref import WeakValueDictionary
 
 import numba
 import numpy as np
@@ -12,7 +16,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
-from pounding_risk._jit.compile import FLAGS, INTERPRETED
+from pounding_risk._jit.compile import FLAGS, INLINED, INTERPRETED
 
 
 def _leaves(kind) -> int:
@@ -59,7 +63,7 @@ def model_of(model, values, place, offset):
 
 
 if not INTERPRETED:
-    model_of = njit(forceinline=True, **FLAGS)(
+    model_of = njit(**INLINED)(
         lambda model, values, place, offset: _model_of(model, values, place, offset)
     )
 
@@ -91,7 +95,7 @@ def lay_model(model, values, place, offset):
 
 
 if not INTERPRETED:
-    lay_model = njit(forceinline=True, **FLAGS)(
+    lay_model = njit(**INLINED)(
         lambda model, values, place, offset: _lay_model(model, values, place, offset)
     )
 
@@ -172,11 +176,11 @@ def as_row(pointer, count):
 
 
 if not INTERPRETED:
-    call_at = njit(forceinline=True, **FLAGS)(
+    call_at = njit(**INLINED)(
         lambda address, values, row, a, b, c: _call_at(address, values, row, a, b, c)
     )
-    call_on = njit(forceinline=True, **FLAGS)(lambda address, values, row, slots: _call_on(address, values, row, slots))
-    as_row = njit(forceinline=True, **FLAGS)(lambda pointer, count: numba.carray(pointer, (1, count)))
+    call_on = njit(**INLINED)(lambda address, values, row, slots: _call_on(address, values, row, slots))
+    as_row = njit(**INLINED)(lambda pointer, count: numba.carray(pointer, (1, count)))
 
 
 def numbers_of(model) -> list[float]:
@@ -185,3 +189,205 @@ def numbers_of(model) -> list[float]:
     for value in model:
         numbers += numbers_of(value) if isinstance(value, tuple) else [float(value)]
     return numbers
+
+
+# What follows serves models whose numbers stand at an address of their own: a pointer in compiled code, a float that
+# holds it among the numbers of a kernel, and an array in interpreted code.
+
+
+@intrinsic
+def _leaves_of(typingctx, model):
+    count = _leaves(model)
+    return types.intp(model), lambda context, builder, signature, arguments: context.get_constant(types.intp, count)
+
+
+@intrinsic
+def _model_at(typingctx, model, numbers, offset):
+    def codegen(context, builder, signature, arguments):
+        def build(part, at):
+            if not isinstance(part, types.BaseTuple):
+                return builder.load(builder.gep(start, [context.get_constant(types.intp, at)])), at + 1
+            parts = []
+            for inner in part.types:
+                value, at = build(inner, at)
+                parts.append(value)
+            return context.make_tuple(builder, part, parts), at
+
+        start = builder.gep(arguments[1], [arguments[2]])
+        return build(signature.args[0], 0)[0]
+
+    return model(model, numbers, types.intp), codegen
+
+
+@intrinsic
+def _lay_at(typingctx, model, numbers, offset):
+    def codegen(context, builder, signature, arguments):
+        start = builder.gep(arguments[1], [arguments[2]])
+
+        def lay(part, value, at):
+            if not isinstance(part, types.BaseTuple):
+                number = context.cast(builder, value, part, types.float64)
+                builder.store(number, builder.gep(start, [context.get_constant(types.intp, at)]))
+                return at + 1
+            for number, inner in enumerate(part.types):
+                at = lay(inner, builder.extract_value(value, number), at)
+            return at
+
+        return context.get_constant(types.intp, lay(signature.args[0], arguments[0], 0))
+
+    return types.intp(model, numbers, types.intp), codegen
+
+
+def leaves_of(model) -> int:
+    """How many numbers a model, a tuple or a number holds."""
+    return len(numbers_of((model,)))
+
+
+def model_at(model, numbers, offset):
+    """A model of the kind of ``model`` with the numbers from ``numbers[offset]`` on; of a number the number itself."""
+    return model_of(model, numbers.reshape(1, -1), 0, offset)
+
+
+def lay_at(model, numbers, offset):
+    """Write the numbers of a model, a tuple or a single number from ``numbers[offset]`` on; returns how many."""
+    return lay_model(model, numbers.reshape(1, -1), 0, offset)
+
+
+def _pointer(builder, address):
+    return builder.inttoptr(builder.fptoui(address, ir.IntType(64)), ir.DoubleType().as_pointer())
+
+
+def _called(builder, address, kind, arguments):
+    entry = builder.inttoptr(builder.fptoui(address, ir.IntType(64)), kind.as_pointer())
+    return builder.call(entry, arguments)
+
+
+REAL = ir.DoubleType()
+OF_NUMBERS = ir.FunctionType(REAL, [REAL.as_pointer(), REAL, REAL, REAL])
+OF_SLOTS = ir.FunctionType(REAL, [REAL.as_pointer(), REAL.as_pointer()])
+
+
+@intrinsic
+def _call_numbers(typingctx, address, numbers, a, b, c):
+    def codegen(context, builder, signature, arguments):
+        return _called(builder, arguments[0], OF_NUMBERS, [_pointer(builder, arguments[1]), *arguments[2:]])
+
+    return types.float64(*[types.float64] * 5), codegen
+
+
+@intrinsic
+def _call_slots(typingctx, address, numbers, slots):
+    def codegen(context, builder, signature, arguments):
+        return _called(builder, arguments[0], OF_SLOTS, [_pointer(builder, pointer) for pointer in arguments[1:]])
+
+    return types.float64(*[types.float64] * 3), codegen
+
+
+@intrinsic
+def _read_slot(typingctx, slots, place):
+    def codegen(context, builder, signature, arguments):
+        return builder.load(builder.gep(_pointer(builder, arguments[0]), [arguments[1]]))
+
+    return types.float64(types.float64, types.intp), codegen
+
+
+@intrinsic
+def _write_slots(typingctx, slots, values):
+    def codegen(context, builder, signature, arguments):
+        start = _pointer(builder, arguments[0])
+        for place in range(len(signature.args[1])):
+            value = builder.extract_value(arguments[1], place)
+            builder.store(value, builder.gep(start, [context.get_constant(types.intp, place)]))
+        return context.get_dummy_value()
+
+    return types.none(types.float64, types.UniTuple(types.float64, len(values))), codegen
+
+
+_ARRAYS: WeakValueDictionary[int, Any] = WeakValueDictionary()  # interpreted: arrays by their address
+
+
+def address_of(array: np.ndarray) -> float:
+    """The address of an array of floats, which must outlive its use."""
+    address = int(array.ctypes.data)
+    if INTERPRETED:
+        _ARRAYS[address] = array
+    return float(address)
+
+
+def call_numbers(address, numbers, a, b, c):
+    """Call the function at ``address`` with the numbers at another and three floats."""
+    return _ENTRIES[int(address)](_ARRAYS[int(numbers)], a, b, c)
+
+
+def call_slots(address, numbers, slots):
+    """Call the function at ``address`` with the numbers at another and the floats at a third, read and written."""
+    return _ENTRIES[int(address)](_ARRAYS[int(numbers)], _ARRAYS[int(slots)])
+
+
+def read_slot(slots, place):
+    """The float number ``place`` at an address."""
+    return float(_ARRAYS[int(slots)][place])
+
+
+def write_slots(slots, values):
+    """Write a tuple of floats to an address."""
+    _ARRAYS[int(slots)][: len(values)] = values
+
+
+def _compiled_to(further, kind):
+    @intrinsic
+    def entry(typingctx, function, model, memory):
+        kinds = (model, memory, types.CPointer(types.float64), *further)
+        typingctx.resolve_function_type(function, kinds, {})
+        compiled = function.dispatcher.overloads[kinds]
+
+        def codegen(context, builder, signature, arguments):
+            target = ir.Function(builder.module, kind, builder.module.get_unique_name("verb"))
+            target.linkage = "internal"
+            inside = ir.IRBuilder(target.append_basic_block())
+            unused = [context.get_constant_null(one) for one in (model, memory)]
+            function = context.declare_function(builder.module, compiled.fndesc)
+            context.add_linking_libs((compiled.library,))
+            _, result = context.call_conv.call_function(
+                inside, function, types.float64, kinds, [*unused, *target.args]
+            )
+            inside.ret(result)
+            return builder.uitofp(builder.ptrtoint(target, ir.IntType(64)), REAL)
+
+        return types.float64(function, model, memory), codegen
+
+    return entry
+
+
+_of_numbers = _compiled_to((types.float64,) * 3, OF_NUMBERS)
+_of_slots = _compiled_to((types.CPointer(types.float64),), OF_SLOTS)
+
+
+def _entered(function: Callable[..., float], model, memory) -> float:
+    _ENTRIES.append(partial(function, model, memory))
+    return float(len(_ENTRIES) - 1)
+
+
+def entry_of_numbers(function, model, memory):
+    """The address of ``function(model, memory, numbers, a, b, c)`` for models and memories of these kinds.
+
+    ``function`` is `small`; the numbers of ``model`` and ``memory`` play no part. In compiled code only: the kernel that
+    asks holds the machine code, so that the cache keeps it as it keeps every kernel.
+    """
+    return _entered(function, model, memory)
+
+
+def entry_of_slots(function, model, memory):
+    """As `entry_of_numbers`, of ``function(model, memory, numbers, slots)``."""
+    return _entered(function, model, memory)
+
+
+if not INTERPRETED:
+    leaves_of = njit(**INLINED)(lambda model: _leaves_of(model))
+    model_at = njit(**INLINED)(lambda model, numbers, offset: _model_at(model, numbers, offset))
+    lay_at = njit(**INLINED)(lambda model, numbers, offset: _lay_at(model, numbers, offset))
+    call_numbers = njit(**INLINED)(lambda address, numbers, a, b, c: _call_numbers(address, numbers, a, b, c))
+    call_slots = njit(**INLINED)(lambda address, numbers, slots: _call_slots(address, numbers, slots))
+    read_slot = njit(**INLINED)(lambda slots, place: _read_slot(slots, place))
+    write_slots = njit(**INLINED)(lambda slots, values: _write_slots(slots, values))
+    entry_of_numbers, entry_of_slots = _of_numbers, _of_slots

@@ -31,7 +31,10 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.extending import intrinsic, overload, overload_method
 from numba.np.arrayobj import make_array, populate_array
 
+from pounding_risk._jit.fragments import EntryCompiler, FragmentCompiler, InlinedCompiler
+
 FLAGS = {"nogil": True, "error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True}
+INLINED = {**FLAGS, "pipeline_class": InlinedCompiler}  # of a function that is always taken into its caller
 KERNEL_SOURCES = ("_jit", "models", "solver", "motions/spectra.py", "units.py")
 INTERPRETED = bool(config.DISABLE_JIT)
 
@@ -203,7 +206,18 @@ def kernel(function):
     """Compile ``function``: the one decorator of every jitted function of the package."""
     if INTERPRETED:
         return function
-    compiled = by_type_alone(njit(**FLAGS)(function))
+    fragments = by_type_alone(njit(pipeline_class=FragmentCompiler, **FLAGS)(function))
+    return _entry_of(function, fragments)
+
+
+def _entry_of(function, fragments):
+    """The function as Python calls it; in compiled code it is one of ``fragments``."""
+    compiled = njit(**FLAGS)(function)
+    compiler = compiled._compiler
+    compiled._compiler = EntryCompiler(
+        function, compiler.targetdescr, compiler.targetoptions, compiler.locals, compiler.pipeline_class, fragments
+    )
+    compiled.get_call_template, compiled.get_overload = fragments.get_call_template, fragments.get_overload
     if CACHE is not None:
         compiled._cache = ForgivingCache(function)  # what njit(cache=True) does, with numba's own class
     return compiled
@@ -216,7 +230,7 @@ def small(function):
     """
     if INTERPRETED:
         return function
-    return by_type_alone(njit(forceinline=True, **FLAGS)(function))
+    return by_type_alone(njit(**INLINED)(function))
 
 
 def part(function):
@@ -274,7 +288,7 @@ def borrowed(array):
 
 
 if not INTERPRETED:
-    borrowed = njit(forceinline=True, **FLAGS)(lambda array: _without_reference(array))
+    borrowed = njit(**INLINED)(lambda array: _without_reference(array))
 
 
 def is_ours(kind: type) -> bool:
@@ -332,7 +346,7 @@ def speaks(protocol):
             return getattr(model.instance_class, _name, None)
 
         resolve.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
-        overload_method(types.BaseNamedTuple, name, jit_options={**FLAGS, "forceinline": True})(resolve)
+        overload_method(types.BaseNamedTuple, name, jit_options=INLINED)(resolve)
     return protocol
 
 
@@ -352,5 +366,5 @@ def by_verb(verb, place, those, others):
         chosen = those if hasattr(arguments[place].instance_class, verb) else others
         return lambda *arguments: chosen(*arguments)
 
-    overload(choice, jit_options={**FLAGS, "forceinline": True})(resolve)
+    overload(choice, jit_options=INLINED)(resolve)
     return choice

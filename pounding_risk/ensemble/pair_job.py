@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.once import Shared
-from pounding_risk._jit.compile import lowered
 from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.grid_job import FREE_RESPONSES, HOW, Array, GridJob, Place, Sizes
 from pounding_risk.ensemble.job import Finish, ScanInput
@@ -41,6 +40,7 @@ class PairJob(GridJob):
 
     solver = "pair"
     at_once = 8
+    own_kernels = False
 
     def __init__(self, scan_input: ScanInput):
         study = scan_input.study
@@ -108,8 +108,8 @@ class PairJob(GridJob):
         """Fill ``out`` (raw columns, whether each case was simulated); ``how_exact`` = (rtol, screening)."""
         rtol, screening = how_exact
         grid = (self.gaps[slab.gaps], self.yield_forces[strengths], self.study.restitution)
-        law, workspace = lowered(self.laws[slab.law]), make_workspace(rtol)
-        solve_grid(self.pair, self.free(slab.motion), law, grid, rtol, screening, workspace, *out)
+        law, workspace = self.laws[slab.law], make_workspace(rtol)
+        solve_grid(self.pair, self.free(slab.motion), law, grid, rtol, screening, workspace, *out, self.own_kernels)
 
     def repeated(self, slab: Slab, strength: int, rtol: float) -> Array:
         raw = np.zeros((1, 1, COLUMNS))

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk._jit.compile import lowered
 from pounding_risk.ensemble.laws import law_of
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.law import is_path_dependent
@@ -218,7 +217,7 @@ def pair_bench(study: Scene, cases: int) -> PairBench:
         )
     )
     batches = [
-        Batch(number, lowered(law_of(study, law)), tuple(case_labels(driven.name, law, gaps, forces)))
+        Batch(number, law_of(study, law), tuple(case_labels(driven.name, law, gaps, forces)))
         for number, driven in enumerate(motions)
         for law in grid.contact_models
     ]

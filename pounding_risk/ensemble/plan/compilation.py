@@ -15,8 +15,9 @@ from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.pair.api import at_rest, oscillators
 from pounding_risk.solver.pair.contact import integrate_contact
 from pounding_risk.solver.pair.free import fill_free_response
-from pounding_risk.solver.pair.grid import solve_grid
+from pounding_risk.solver.pair.grid import march_grid
 from pounding_risk.solver.pair.isolated import meeting
+from pounding_risk.solver.pair.laws import unnamed, verb_kernel
 from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import laws as rows_laws
@@ -61,7 +62,8 @@ def _of_pair(study: Scene) -> Kernels:
 
     def known(name: str) -> bool:
         law = lowered(_like(study, name))
-        return is_compiled(solve_grid, (pair, free, law, cases, study.rtol, True, *room)) and _calibrates(study, name)
+        grid = is_compiled(march_grid, (pair, free, unnamed(law), cases, study.rtol, True, *room))
+        return grid and is_compiled(*verb_kernel(law)) and _calibrates(study, name)
 
     return Kernels(
         is_compiled(fill_free_response, (pair, free, room[0])),
@@ -100,7 +102,8 @@ def _calibrates(study: Scene, name: str) -> bool:
     laws = study.law(study.stiff_name), study.law(name, 1.0)
     blow = 1.0, 1.0, 1.0, 1e-12
     # A model without a force has no stiffness to find, so that each of these meets in a contact of finite force.
-    return all(is_compiled(integrate_contact, meeting(law, study.restitution, 1.0, blow)) for law in laws)
+    contact = is_compiled(integrate_contact, meeting(unnamed(laws[0]), study.restitution, 1.0, blow))
+    return contact and all(is_compiled(*verb_kernel(lowered(law))) for law in laws)
 
 
 def is_compiled(kernel: Any, arguments: Iterable[Any]) -> bool:

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk._jit.compile import lowered
 from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.ground import DelayedGround, UniformGround
 from pounding_risk.models.restitution import Restitution
@@ -15,6 +14,7 @@ from pounding_risk.models.structures.sdof import Building, Oscillator
 from pounding_risk.solver.counters import FIRST_YIELD, STATUS, STEPS, TALLIED, YIELDS, Log, make_log
 from pounding_risk.solver.pair.flight import BLOCK, Free
 from pounding_risk.solver.pair.free import fill_free_response
+from pounding_risk.solver.pair.laws import by_address
 from pounding_risk.solver.pair.outputs import building_outputs, run_outputs
 from pounding_risk.solver.pair.run import march
 from pounding_risk.solver.pair.stages import Limits
@@ -105,7 +105,7 @@ def run(pair, free: Free, interface: Interface, rtol: float, log: Log | None = N
     """`march` for one interface; returns its raw columns (see `outputs`)."""
     workspace = make_workspace(rtol)
     limits = Limits(float(interface.gap), float(interface.yield_force), interface.restitution)
-    march(pair, free, lowered(interface.law), limits, float(rtol), workspace, log or make_log(0, 0, np.zeros(0)))
+    march(pair, free, by_address(interface.law), limits, float(rtol), workspace, log or make_log(0, 0, np.zeros(0)))
     return np.concatenate([workspace.counters[:TALLIED], workspace.high, workspace.low])
 
 

@@ -45,6 +45,8 @@ from pounding_risk.solver.pair.stages import (
     Impact,
     Phase,
     energy_of,
+    law_ends,
+    law_turns,
     new_impact,
     slopes,
     state_of,
@@ -93,12 +95,11 @@ def lift_off(impact, energy, peaks, yielding, duration, workspace):
     work = workspace.states[BEGIN, 4]
     workspace.counters[ENERGY] = max(workspace.counters[ENERGY], after)
     workspace.counters[RESIDUAL] += after - energy - (workspace.states[BEGIN, 6] - work)
-    loss = work - impact.law.held(impact.memory, delta, impact.strength) - yielding[1]
-    hysteresis = impact.law.yielded(loss)
+    loss, hysteresis, worn = law_ends(impact.law, impact.memory, delta, impact.strength, work, yielding[1])
     workspace.counters[VISCOUS] += loss - hysteresis
     workspace.counters[PLASTIC] += yielding[1] + hysteresis
     workspace.counters[SET] += yielding[0]
-    workspace.counters[WORN] = impact.law.worn(impact.memory)
+    workspace.counters[WORN] = worn
     workspace.counters[CONTACT_TIME] += duration
     workspace.counters[IMPULSE] += workspace.states[BEGIN, 5]
     workspace.counters[DEMAND] = max(workspace.counters[DEMAND], peaks[0])
@@ -222,15 +223,15 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
             break
         retraced = True
         if event == TURN:
-            impact = with_dent(impact, law.turned(impact.memory, delta, phase.approaching), 0.0)
-        if event == TURN and phase.approaching:
-            depth = max(depth, delta + dented)
-            if phase.region == YIELDING:
-                memory, dent, taken = law.turn(impact.memory, delta, impact.strength)
-                if dent >= 0.0:
-                    # What stays widens the gap, here and for the contacts after this one.
-                    impact = with_dent(impact, memory, dent)
-                    dented, lost, retraced = dented + dent, lost + taken, False
+            if phase.approaching:
+                depth = max(depth, delta + dented)
+            yielding = phase.region == YIELDING
+            memory, dent, taken = law_turns(law, impact.memory, delta, impact.strength, phase.approaching, yielding)
+            retraced = not dent >= 0.0
+            # What stays widens the gap, here and for the contacts after this one.
+            impact = with_dent(impact, memory, 0.0 if retraced else dent)
+            if not retraced:
+                dented, lost = dented + dent, lost + taken
         if met and phase.region == ELASTIC:
             peak, plateau = max(peak, impact.strength), max(plateau, impact.strength)
             yielded += 1

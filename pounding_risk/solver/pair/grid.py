@@ -11,8 +11,9 @@ from math import inf
 
 import numpy as np
 
-from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.compile import kernel, lowered
 from pounding_risk.solver.counters import COMPLETE, DEMAND, FIRST_YIELD, STATUS, TALLIED, YIELDS, make_log
+from pounding_risk.solver.pair.laws import by_address
 from pounding_risk.solver.pair.run import march
 from pounding_risk.solver.pair.stages import Limits
 from pounding_risk.solver.workspace import SIGNALS
@@ -37,12 +38,18 @@ def copy_levels(log, row, out):
     out[FIRST_YIELD] = log.first[row]
 
 
-@kernel
-def solve_grid(pair, free, law, grid, rtol, screening, workspace, out, how):
+def solve_grid(pair, free, law, grid, rtol, screening, workspace, out, how, own_kernel=False):
     """Fill ``out`` (gaps, yield forces, outputs.COLUMNS) and ``how`` (gaps, yield forces).
 
-    ``grid`` = (gaps, yield forces ascending, restitution); ``workspace`` belongs to the calling thread.
+    ``grid`` = (gaps, yield forces ascending, restitution); ``workspace`` belongs to the calling thread. With
+    ``own_kernel`` the law's code is in the kernel, which is compiled for this kind of law: faster, with the same bits.
     """
+    march_grid(pair, free, lowered(law) if own_kernel else by_address(law), grid, rtol, screening, workspace, out, how)
+
+
+@kernel
+def march_grid(pair, free, law, grid, rtol, screening, workspace, out, how):
+    """As `solve_grid`, of a law as kernels take it."""
     gaps, yield_forces, restitution = grid
     capped = law.ceiling(1.0) < inf
     count = yield_forces.size

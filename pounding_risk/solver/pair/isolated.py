@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.short_repr import ShortRepr
-from pounding_risk._jit.compile import lowered
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import needs_floors
 from pounding_risk.models.contact.relation import name_of, out_of_reach
@@ -22,6 +21,7 @@ from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import free_mass
 from pounding_risk.solver.counters import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
 from pounding_risk.solver.pair.flight import Free
+from pounding_risk.solver.pair.laws import by_address
 from pounding_risk.solver.pair.run import begin_contact
 from pounding_risk.solver.pair.stages import Limits
 from pounding_risk.solver.workspace import BEGIN, SIGNALS, make_workspace
@@ -95,7 +95,7 @@ def collide(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
     if beyond:
         raise PoundingError(f"impact: restitution: {beyond}")
     mass, other_mass, *_ = values
-    pair, *_, workspace, log = arguments = meeting(law, rule, speed, values)
+    pair, *_, workspace, log = arguments = meeting(by_address(law), rule, speed, values)
     finish, *_ = begin_contact(*arguments)
     if finish not in (FINISHED, AT_END):
         raise PoundingError(f"impact: {STATUS_SENTENCES[finish]}")
@@ -126,7 +126,7 @@ def collide(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
 
 
 def meeting(law: Any, rule: Restitution, speed: float, values: tuple[float, float, float, float]) -> tuple[Any, ...]:
-    """Arguments of `run.begin_contact` for `collide`; ``values`` = (mass, other mass, yield force, rtol)."""
+    """Arguments of `run.begin_contact` for `collide`, ``law`` as kernels take it; ``values`` as there."""
     mass, other_mass, yield_force, rtol = map(float, values)
     still = ((0.0,) * 4,) * 2
     free = Free(
@@ -144,7 +144,7 @@ def meeting(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
     start = (0.0, 0.0, float(speed), 0.0)
     log, workspace = make_log(1, ROWS, np.zeros(0)), make_workspace(rtol)
     pair = free_mass(mass), free_mass(other_mass)
-    return pair, free, lowered(law), Limits(0.0, yield_force, rule), rtol, (0, 0.0), start, workspace, log
+    return pair, free, law, Limits(0.0, yield_force, rule), rtol, (0, 0.0), start, workspace, log
 
 
 def _steps_of(law: Any, pair: Any, facts: dict[str, float]) -> NDArray[np.float64]:

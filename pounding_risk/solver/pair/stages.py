@@ -15,7 +15,7 @@ from __future__ import annotations
 from math import inf, sqrt
 from typing import NamedTuple
 
-from pounding_risk._jit.compile import kernel, part, small
+from pounding_risk._jit.compile import by_verb, kernel, part, small
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Oscillator
 from pounding_risk.solver.counters import WORKED
@@ -261,6 +261,61 @@ def next_step(h, error, rtol, tableau):
     return h * min(5.0, max(0.2, 0.9 * change))
 
 
+@small
+def starts_itself(law, e, speed, mass, worn, limit, scale):
+    """(memory, force at which the law yields, smallest force, scale of penetration) of a contact that begins.
+
+    ``worn`` is the damage that earlier contacts have left, ``limit`` the yield force, ``scale`` that of the velocity.
+    """
+    memory = law.resume(law.begin(e, speed, mass), worn)
+    strength = law.ceiling(limit) * law.hardening(speed)
+    return memory, strength, law.floor(), depth_of(law, 0.5 * mass * scale * scale, 1e-2 * scale)
+
+
+@small
+def turns_itself(law, memory, delta, strength, approaching, yielding):
+    """(memory, dent, energy lost) once the motion has turned at δ; a dent below zero leaves the gap as it is."""
+    memory = law.turned(memory, delta, approaching)
+    if approaching and yielding:
+        changed, dent, taken = law.turn(memory, delta, strength)
+        if dent >= 0.0:
+            return changed, dent, taken
+    return memory, -1.0, 0.0
+
+
+@small
+def ends_itself(law, memory, delta, strength, work, lost):
+    """(loss, the part of it that hysteresis takes, damage left behind) of a contact that parts.
+
+    ``work`` is that of its force, ``lost`` what dents have taken of it.
+    """
+    loss = work - law.held(memory, delta, strength) - lost
+    return loss, law.yielded(loss), law.worn(memory)
+
+
+@small
+def starts_called(law, e, speed, mass, worn, limit, scale):
+    """As `starts_itself`, of a law by address."""
+    return law.starts(e, speed, mass, worn, limit, scale)
+
+
+@small
+def turns_called(law, memory, delta, strength, approaching, yielding):
+    """As `turns_itself`, of a law by address."""
+    return law.turns(memory, delta, strength, approaching, yielding)
+
+
+@small
+def ends_called(law, memory, delta, strength, work, lost):
+    """As `ends_itself`, of a law by address."""
+    return law.ends(memory, delta, strength, work, lost)
+
+
+law_starts = by_verb("starts", 0, starts_called, starts_itself)
+law_turns = by_verb("turns", 0, turns_called, turns_itself)
+law_ends = by_verb("ends", 0, ends_called, ends_itself)
+
+
 @kernel
 def new_impact(pair, fastest, law, limits, state, worn):
     """The `Impact` of a contact that begins, its approach speed [m/s] and its coefficient of restitution.
@@ -272,12 +327,10 @@ def new_impact(pair, fastest, law, limits, state, worn):
     speed = max(state[2] - state[3], 0.0)
     mass = 1.0 / (left.inverse_mass + right.inverse_mass)
     e = restitution.at(speed)
-    memory = law.resume(law.begin(e, speed, mass), worn)
-    strength = law.ceiling(yield_force) * law.hardening(speed)
     # Errors count against this contact's own scale, but not against less than a thousandth of the motion's.
     scale = max(speed, 1e-3 * fastest, 1e-12)
-    depth = depth_of(law, 0.5 * mass * scale * scale, 1e-2 * scale)
+    memory, strength, least, depth = law_starts(law, e, speed, mass, worn, yield_force, scale)
     # δ is a difference of displacements: what they round by, the contact's stiffness turns into a speed.
     still = (1e-14 + 4.0 * ROUNDING * max(abs(state[0]), abs(state[1])) / depth) * scale
-    impact = Impact(left, right, law, gap, strength, law.floor(), memory, scale, depth, still)
+    impact = Impact(left, right, law, gap, strength, least, memory, scale, depth, still)
     return impact, speed, e
