@@ -230,7 +230,7 @@ def small(function):
     """
     if INTERPRETED:
         return function
-    return by_type_alone(njit(**INLINED)(function))
+    return _entry_of(function, by_type_alone(njit(**INLINED)(function)))
 
 
 def part(function):
