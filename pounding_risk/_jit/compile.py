@@ -241,7 +241,7 @@ def part(function):
     """
     if INTERPRETED:
         return function
-    return njit(inline="always", **FLAGS)(function)
+    return kernel(function)
 
 
 def by_type_alone(compiled):

@@ -14,6 +14,7 @@ from math import inf, sqrt
 import numpy as np
 
 from pounding_risk._jit.compile import kernel, part, small
+from pounding_risk._jit.memory import zeros
 from pounding_risk.solver.counters import IMPLICIT, WORKED
 from pounding_risk.solver.pair.stages import ELASTIC, SHARE, explicit_attempt, explicit_spread, finish, slopes, state_of
 from pounding_risk.solver.runge_kutta import RADAU
@@ -116,7 +117,7 @@ def choose_method(impact, phase, s, h, workspace):
 @kernel
 def time_weights(s, h):
     """h a_ij dt/ds at node j: what a slope in time at node j adds at node i."""
-    weights = np.empty((PARTS, PARTS))
+    weights = zeros((PARTS, PARTS), np.float64)
     for j in range(PARTS):
         place = s + NODES[j] * h
         clock = h * 4.0 * place * place * place
@@ -131,7 +132,7 @@ def response(weights, damper, spring):
 
     The force changes by ∂F/∂δ̇ times that of the speed, and by ∂F/∂δ times that of the penetration, its sum.
     """
-    table = np.empty((PARTS, PARTS))
+    table = zeros((PARTS, PARTS), np.float64)
     for i in range(PARTS):
         for j in range(PARTS):
             total = 0.0
@@ -168,7 +169,7 @@ def evaluate_nodes(impact, phase, s, h, weights, workspace):
 def correct(impact, table, workspace):
     """Add to the speeds at the nodes what is missing there, less what the contact force's answer takes of it."""
     left, right = impact.left.inverse_mass, impact.right.inverse_mass
-    matrix, changes = np.empty((PARTS, PARTS)), np.empty(PARTS)
+    matrix, changes = zeros((PARTS, PARTS), np.float64), zeros((PARTS,), np.float64)
     for i in range(PARTS):
         for j in range(PARTS):
             matrix[i, j] = (left + right) * table[i, j]

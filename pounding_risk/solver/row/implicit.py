@@ -13,6 +13,7 @@ from math import inf, sqrt
 import numpy as np
 
 from pounding_risk._jit.compile import kernel, part
+from pounding_risk._jit.memory import zeros
 from pounding_risk.solver.pair.implicit import (
     BEGIN_SLOPE,
     COEFFICIENTS,
@@ -103,7 +104,7 @@ def closed_points(row, run, group):
     count = 0
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         count += 1 if run.contacts[k].closed > 0.0 else 0
-    places = np.empty(count, dtype=np.int64)
+    places = zeros((count,), np.int64)
     count = 0
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
@@ -116,7 +117,7 @@ def closed_points(row, run, group):
 def newton_matrix(row, places, tables):
     """I + (B M⁻¹ Bᵀ) ⊗ responses, unknowns the changes of closing speed: contact by contact, node by node."""
     size = places.size * PARTS
-    matrix = np.zeros((size, size))
+    matrix = zeros((size, size), np.float64)
     for one in range(places.size):
         for other in range(places.size):
             share = coupling(row, places[one], places[other])
@@ -136,16 +137,17 @@ def closing_changes(row, run, places, tables):
     Solved from the left and from the right and averaged: a row and its mirror image move alike to the bit.
     """
     count = places.size
-    changes = np.zeros((count, PARTS))
-    order = np.empty(count, dtype=np.int64)
-    turned = np.empty_like(tables)
-    right = np.empty(count * PARTS)
+    changes = zeros((count, PARTS), np.float64)
+    order = zeros((count,), np.int64)
+    turned = zeros((count, PARTS, PARTS), np.float64)
+    right = zeros((count * PARTS,), np.float64)
     for side in range(2):
         for one in range(count):
             source = one if side == 0 else count - 1 - one
             order[one] = places[source]
-            turned[one] = tables[source]
             for i in range(PARTS):
+                for j in range(PARTS):
+                    turned[one, i, j] = tables[source, i, j]
                 right[one * PARTS + i] = across(row, order[one], run.dofs, MISSING + i)
         solve_linear(newton_matrix(row, order, turned), right)
         for one in range(count):
@@ -206,12 +208,15 @@ def implicit_attempt(row, run, group, s, h, rtol):
     dofs = run.dofs
     places = closed_points(row, run, group)
     weights = time_weights(s, h)
-    tables = np.empty((places.size, PARTS, PARTS))
+    tables = zeros((places.size, PARTS, PARTS), np.float64)
     shallowest = group.depth
     for one in range(places.size):
         k = places[one]
         damper, spring = tangents(row, run, k, NOW)
-        tables[one] = response(weights, damper, spring)
+        table = response(weights, damper, spring)
+        for i in range(PARTS):
+            for j in range(PARTS):
+                tables[one, i, j] = table[i, j]
         if damper > 0.0:
             shallowest = min(
                 shallowest, shallow(across(row, k, dofs, NOW) - run.contacts[k].gap, run.contacts[k].depth_scale)

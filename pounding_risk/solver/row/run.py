@@ -13,6 +13,7 @@ from math import inf, nan
 import numpy as np
 
 from pounding_risk._jit.compile import borrowed, kernel, part, small
+from pounding_risk._jit.memory import zeros
 from pounding_risk._jit.records import copy_record
 from pounding_risk.solver.counters import (
     COMPLETE,
@@ -51,7 +52,9 @@ WATCHED = 7  # status of a run that a touch at a watched point has ended
 @part
 def begin_run(row, run):
     """Set the row to rest, its gaps open and its storeys elastic."""
-    run.dofs[:, :] = 0.0
+    for line in range(run.dofs.shape[0]):
+        for i in range(run.dofs.shape[1]):
+            run.dofs[line, i] = 0.0
     for i in range(row.floors.shape[1]):
         soften(row, run.dofs, i, 0.0)
     for k in range(run.laws.shape[0]):
@@ -245,7 +248,7 @@ def march_free(row, run, ground, step, terms, states):
     ground, states = ground.lent(), borrowed(states)
     begin_run(row, run)
     buildings = row.frame.shape[1] - 1
-    busy, swings = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings)
+    busy, swings = zeros((buildings,), np.bool_), zeros((buildings,), np.float64)
     for node in range(ground.node_count() - 1):
         window = begin_node(row, run, ground, step, node)
         for b in range(buildings):
@@ -282,8 +285,8 @@ def march(row, run, ground, step, terms, rtol, states):
     ground, states = ground.lent(), borrowed(states)
     begin_run(row, run)
     buildings = row.frame.shape[1] - 1
-    tied, busy = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings, dtype=np.bool_)
-    solved, swings = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings)
+    tied, busy = zeros((buildings,), np.bool_), zeros((buildings,), np.bool_)
+    solved, swings = zeros((buildings,), np.bool_), zeros((buildings,), np.float64)
     nodes = ground.node_count() - 1
     for node in range(nodes):
         window = begin_node(row, run, ground, step, node)
