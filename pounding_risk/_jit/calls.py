@@ -63,9 +63,7 @@ def model_of(model, values, place, offset):
 
 
 if not INTERPRETED:
-    model_of = njit(**INLINED)(
-        lambda model, values, place, offset: _model_of(model, values, place, offset)
-    )
+    model_of = njit(**INLINED)(lambda model, values, place, offset: _model_of(model, values, place, offset))
 
 
 @intrinsic
@@ -95,9 +93,7 @@ def lay_model(model, values, place, offset):
 
 
 if not INTERPRETED:
-    lay_model = njit(**INLINED)(
-        lambda model, values, place, offset: _lay_model(model, values, place, offset)
-    )
+    lay_model = njit(**INLINED)(lambda model, values, place, offset: _lay_model(model, values, place, offset))
 
 
 def _place_in(context, builder, kind, array, row, column):
@@ -176,9 +172,7 @@ def as_row(pointer, count):
 
 
 if not INTERPRETED:
-    call_at = njit(**INLINED)(
-        lambda address, values, row, a, b, c: _call_at(address, values, row, a, b, c)
-    )
+    call_at = njit(**INLINED)(lambda address, values, row, a, b, c: _call_at(address, values, row, a, b, c))
     call_on = njit(**INLINED)(lambda address, values, row, slots: _call_on(address, values, row, slots))
     as_row = njit(**INLINED)(lambda pointer, count: numba.carray(pointer, (1, count)))
 
@@ -348,9 +342,7 @@ def _compiled_to(further, kind):
             unused = [context.get_constant_null(one) for one in (model, memory)]
             function = context.declare_function(builder.module, compiled.fndesc)
             context.add_linking_libs((compiled.library,))
-            _, result = context.call_conv.call_function(
-                inside, function, types.float64, kinds, [*unused, *target.args]
-            )
+            _, result = context.call_conv.call_function(inside, function, types.float64, kinds, [*unused, *target.args])
             inside.ret(result)
             return builder.uitofp(builder.ptrtoint(target, ir.IntType(64)), REAL)
 

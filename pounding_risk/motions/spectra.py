@@ -142,11 +142,23 @@ def keep_start(lane, u, v, workspace):
     )
 
 
+@small
+def largest_mark(marks, column):
+    """The largest of a column; NaN where one is."""
+    best = marks[0, column]
+    for block in range(1, marks.shape[0]):
+        if marks[block, column] > best or marks[block, column] != marks[block, column]:
+            best = marks[block, column]
+        if best != best:
+            break
+    return best
+
+
 @kernel
 def sum_up(lane, shaking, h, workspace, marks):
     """The largest values at nodes, and how much larger those between may be; ``shaking`` is max|a_g| and max|ȧ_g|."""
     for which in range(3):
-        workspace[(PEAK + which) * LANES + lane] = marks[:, (2 + which) * LANES + lane].max()
+        workspace[(PEAK + which) * LANES + lane] = largest_mark(marks, (2 + which) * LANES + lane)
     two_zeta_omega, omega2 = workspace[TWO_ZETA_OMEGA * LANES + lane], workspace[OMEGA2 * LANES + lane]
     # The second derivatives of u, u̇ and ü + a_g, from the equation of motion and its derivatives.
     second = BETWEEN * (workspace[(PEAK + 2) * LANES + lane] + shaking[0])
@@ -207,9 +219,9 @@ def may_be_higher(lane, block, workspace, marks):
     return False
 
 
-@kernel
-def peaks_of_eight(ground, dt, periods, damping, desks, marks):
-    """Peaks of up to eight oscillators, the shortest period first, into the first workspace."""
+@small
+def peaks_of_eight(ground, dt, periods, damping, shaking, desks, marks):
+    """Peaks of up to eight oscillators, the shortest period first, into the first workspace; ``shaking`` as `sum_up`."""
     workspace, finer = desks
     parts = parts_of(dt, periods[0])
     h = dt / parts
@@ -217,7 +229,6 @@ def peaks_of_eight(ground, dt, periods, damping, desks, marks):
         prepare(lane, periods[min(lane, periods.size - 1)], damping, h, workspace)
         prepare(lane, periods[min(lane, periods.size - 1)], damping, h / FINER, finer)
     nodes(ground, parts, workspace, marks)
-    shaking = np.abs(ground).max(), np.abs(np.diff(ground)).max() / dt
     for lane in range(periods.size):
         sum_up(lane, shaking, h, workspace, marks)
         for block in range(marks.shape[0]):
@@ -237,7 +248,6 @@ def blocks_of(steps):
     return (steps + BLOCK - 1) // BLOCK
 
 
-@kernel
 def spectra(grounds, starts, steps, periods, damping):
     """max|u| [m], max|u̇| [m/s], max|ü + a_g| [m/s²], shape (3, records, periods), from rest, within the records.
 
@@ -245,17 +255,24 @@ def spectra(grounds, starts, steps, periods, damping):
     ``steps[k]`` [s]. ``periods`` [s] are in rising order.
     """
     found = np.empty((3, steps.size, periods.size))
-    workspace, finer = np.empty(ROWS * LANES), np.empty(ROWS * LANES)
+    desks = np.empty(ROWS * LANES), np.empty(ROWS * LANES)
     for record in range(steps.size):
         ground = grounds[starts[record] : starts[record + 1]]
-        marks = np.empty((blocks_of(ground.size - 1), MARKS * LANES))
-        for first in range(0, periods.size, LANES):
-            few = periods[first : first + LANES]
-            peaks_of_eight(ground, steps[record], few, damping, (workspace, finer), marks)
-            for lane in range(few.size):
-                for which in range(3):
-                    found[which, record, first + lane] = workspace[(PEAK + which) * LANES + lane]
+        marks = np.empty(((ground.size - 1 + BLOCK - 1) // BLOCK, MARKS * LANES))
+        shaking = float(np.abs(ground).max()), float(np.abs(np.diff(ground)).max() / steps[record])
+        peaks_of_record(ground, float(steps[record]), periods, damping, shaking, desks, marks, found[:, record])
     return found
+
+
+@kernel
+def peaks_of_record(ground, dt, periods, damping, shaking, desks, marks, found):
+    """As `spectra`, of one record; ``shaking`` as `sum_up`, the desks and marks are room to work in."""
+    for first in range(0, periods.size, LANES):
+        few = periods[first : first + LANES]
+        peaks_of_eight(ground, dt, few, damping, shaking, desks, marks)
+        for lane in range(few.size):
+            for which in range(3):
+                found[which, first + lane] = desks[0][(PEAK + which) * LANES + lane]
 
 
 @kernel

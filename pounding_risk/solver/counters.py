@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pounding_risk._jit.compile import kernel
-
 # The counters of one run, by place.
 (
     PENETRATION,
@@ -82,7 +80,6 @@ class Log(NamedTuple):
     used: np.ndarray  # (3,) rows written; levels reached
 
 
-@kernel
 def make_log(contacts, steps, levels):
     """A log with room for so many contacts and steps, timing these levels."""
     return Log(

@@ -65,6 +65,10 @@ Workspace = record_type(
     polynomial=(TERMS, 4),
     node_states=(NODES, 4),
     missing_speeds=(NODES, 2),
+    time_weights=(NODES, NODES),  # of an implicit step, and what its contact's impulse answers to a change of speed
+    response=(NODES, NODES),
+    matrix=(NODES, NODES),  # its linear equations
+    changes=(NODES,),
     tableau=Tableau,
 )
 

@@ -12,6 +12,7 @@ from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.models.effects import wave_of, with_effects
 from pounding_risk.scene.scene import Scene
+from pounding_risk.solver.counters import make_log
 from pounding_risk.solver.pair.api import at_rest, oscillators
 from pounding_risk.solver.pair.contact import integrate_contact
 from pounding_risk.solver.pair.free import fill_free_response
@@ -58,7 +59,8 @@ def _of_pair(study: Scene) -> Kernels:
     pair = oscillators(*study.pair)
     free = at_rest(pair, *STILL, wave_of(study.effects))
     cases = np.zeros(1), np.zeros(1), study.restitution
-    room = make_workspace(study.rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), np.int8)
+    log = make_log(0, 0, np.zeros(0))
+    room = (log, log, log), make_workspace(study.rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), np.int8)
 
     def known(name: str) -> bool:
         law = lowered(_like(study, name))
@@ -66,7 +68,7 @@ def _of_pair(study: Scene) -> Kernels:
         return grid and is_compiled(*verb_kernel(law)) and _calibrates(study, name)
 
     return Kernels(
-        is_compiled(fill_free_response, (pair, free, room[0])),
+        is_compiled(fill_free_response, (pair, free, room[1])),
         True,
         tuple(map(known, study.grid.contact_models)),
         False,

@@ -7,7 +7,7 @@ law without a cap is simulated once for every gap.
 
 from __future__ import annotations
 
-from math import inf
+from math import inf, nan
 
 import numpy as np
 
@@ -38,22 +38,33 @@ def copy_levels(log, row, out):
     out[FIRST_YIELD] = log.first[row]
 
 
+@kernel
+def clear_levels(log):
+    """Make the log as it was made."""
+    for level in range(log.levels.size):
+        log.first[level] = nan
+        log.reached[level] = 0.0
+    for part in range(log.used.size):
+        log.used[part] = 0
+
+
 def solve_grid(pair, free, law, grid, rtol, screening, workspace, out, how, own_kernel=False):
     """Fill ``out`` (gaps, yield forces, outputs.COLUMNS) and ``how`` (gaps, yield forces).
 
     ``grid`` = (gaps, yield forces ascending, restitution); ``workspace`` belongs to the calling thread. With
     ``own_kernel`` the law's code is in the kernel, which is compiled for this kind of law: faster, with the same bits.
     """
-    march_grid(pair, free, lowered(law) if own_kernel else by_address(law), grid, rtol, screening, workspace, out, how)
+    called = lowered(law) if own_kernel else by_address(law)
+    logs = make_log(0, 0, np.zeros(0)), make_log(0, 0, np.zeros(1)), make_log(0, 0, grid[1])
+    march_grid(pair, free, called, grid, rtol, screening, logs, workspace, out, how)
 
 
 @kernel
-def march_grid(pair, free, law, grid, rtol, screening, workspace, out, how):
-    """As `solve_grid`, of a law as kernels take it."""
+def march_grid(pair, free, law, grid, rtol, screening, logs, workspace, out, how):
+    """As `solve_grid`, of a law as kernels take it; ``logs`` are those without a level, with one, with all of them."""
     gaps, yield_forces, restitution = grid
     capped = law.ceiling(1.0) < inf
     count = yield_forces.size
-    no_levels = np.zeros(0)
     closing = -inf
     for block in range(free.high.shape[0]):
         closing = max(closing, free.high[block, 0])
@@ -64,15 +75,17 @@ def march_grid(pair, free, law, grid, rtol, screening, workspace, out, how):
         known_from = count
         while f < known_from:
             strength = inf if f < 0 else yield_forces[f]
-            levels = no_levels
+            log = logs[0]
             if not capped and contact:
-                levels = yield_forces if f < 0 else yield_forces[f : f + 1]
-            log = make_log(0, 0, levels)
+                log = logs[2] if f < 0 else logs[1]
+                if f >= 0:
+                    log.levels[0] = strength
+            clear_levels(log)
             march(pair, free, law, Limits(gaps[g], strength, restitution), rtol, workspace, log)
             if f >= 0:
                 copy_to_row(workspace, out[g, f])
                 how[g, f] = SIMULATED
-                if levels.size > 0:
+                if log.levels.size > 0:
                     copy_levels(log, 0, out[g, f])
             else:
                 known_from = 0
@@ -85,7 +98,7 @@ def march_grid(pair, free, law, grid, rtol, screening, workspace, out, how):
                 for known in range(known_from, count):
                     copy_to_row(workspace, out[g, known])
                     how[g, known] = KNOWN
-                    if levels.size > 0:
+                    if log.levels.size > 0:
                         copy_levels(log, known, out[g, known])
                 # The run without yielding is counted as the last of the cases that it answers.
                 if contact and known_from < count:

@@ -11,10 +11,7 @@ from __future__ import annotations
 
 from math import inf, sqrt
 
-import numpy as np
-
 from pounding_risk._jit.compile import kernel, part, small
-from pounding_risk._jit.memory import zeros
 from pounding_risk.solver.counters import IMPLICIT, WORKED
 from pounding_risk.solver.pair.stages import ELASTIC, SHARE, explicit_attempt, explicit_spread, finish, slopes, state_of
 from pounding_risk.solver.runge_kutta import RADAU
@@ -114,38 +111,35 @@ def choose_method(impact, phase, s, h, workspace):
     workspace.counters[IMPLICIT] = 1.0 if rate * time > enough else 0.0
 
 
-@kernel
-def time_weights(s, h):
+@small
+def fill_time_weights(s, h, weights):
     """h a_ij dt/ds at node j: what a slope in time at node j adds at node i."""
-    weights = zeros((PARTS, PARTS), np.float64)
     for j in range(PARTS):
         place = s + NODES[j] * h
         clock = h * 4.0 * place * place * place
         for i in range(PARTS):
             weights[i, j] = COEFFICIENTS[i, j] * clock
-    return weights
 
 
-@kernel
-def response(weights, damper, spring):
+@small
+def fill_response(weights, damper, spring, table):
     """Change of a contact's impulse up to node i by a change of its closing speed at node j, (nodes, nodes) [kg].
 
     The force changes by ∂F/∂δ̇ times that of the speed, and by ∂F/∂δ times that of the penetration, its sum.
     """
-    table = zeros((PARTS, PARTS), np.float64)
     for i in range(PARTS):
         for j in range(PARTS):
             total = 0.0
             for between in range(PARTS):
                 total += weights[i, between] * weights[between, j]
             table[i, j] = damper * weights[i, j] + spring * total
-    return table
 
 
 @part
-def evaluate_nodes(impact, phase, s, h, weights, workspace):
+def evaluate_nodes(impact, phase, s, h, workspace):
     """Displacements, slopes and missing speeds at the nodes from the speeds there; returns the largest of these."""
     workspace.counters[WORKED] += PARTS
+    weights = workspace.time_weights
     for i in range(PARTS):
         for body in range(2):
             total = 0.0
@@ -166,10 +160,10 @@ def evaluate_nodes(impact, phase, s, h, weights, workspace):
 
 
 @part
-def correct(impact, table, workspace):
+def correct(impact, workspace):
     """Add to the speeds at the nodes what is missing there, less what the contact force's answer takes of it."""
     left, right = impact.left.inverse_mass, impact.right.inverse_mass
-    matrix, changes = zeros((PARTS, PARTS), np.float64), zeros((PARTS,), np.float64)
+    table, matrix, changes = workspace.response, workspace.matrix, workspace.changes
     for i in range(PARTS):
         for j in range(PARTS):
             matrix[i, j] = (left + right) * table[i, j]
@@ -189,19 +183,19 @@ def implicit_attempt(impact, phase, s, h, rtol, workspace):
     """One implicit step, as `pair.stages.explicit_attempt`; infinite where its equations are not solved."""
     state = state_of(workspace.states, BEGIN)
     damper, spring = tangents(impact, phase, state)
-    weights = time_weights(s, h)
-    table = response(weights, damper, spring)
+    fill_time_weights(s, h, workspace.time_weights)
+    fill_response(workspace.time_weights, damper, spring, workspace.response)
     for i in range(PARTS):
         workspace.node_states[i, 2], workspace.node_states[i, 3] = state[2], state[3]
     before = inf
     for turn in range(ITERATIONS):
-        missing = evaluate_nodes(impact, phase, s, h, weights, workspace)
+        missing = evaluate_nodes(impact, phase, s, h, workspace)
         if is_solved(turn, missing, before, SHARE * rtol * impact.speed):
             break
         if is_too_slow(turn, missing, before):
             return inf
         before = missing
-        correct(impact, table, workspace)
+        correct(impact, workspace)
     for column in range(4):
         workspace.states[END, column] = workspace.node_states[PARTS - 1, column]
     for column in range(4, 7):
@@ -249,7 +243,7 @@ def implicit_spread(workspace):
             workspace.polynomial[term, column] = total
 
 
-@kernel
+@small
 def attempt(impact, phase, s, h, rtol, workspace):
     """One step from BEGIN, whose slopes are known, to END; returns its error in the contact's scales."""
     if workspace.counters[IMPLICIT] > 0.0:

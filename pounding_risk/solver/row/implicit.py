@@ -23,12 +23,12 @@ from pounding_risk.solver.pair.implicit import (
     POLYNOMIAL_OF_STAGES,
     SHORTEST,
     STIFF_ENOUGH,
+    fill_response,
+    fill_time_weights,
     is_solved,
     is_too_slow,
-    response,
     shallow,
     solve_linear,
-    time_weights,
 )
 from pounding_risk.solver.pair.stages import ELASTIC, SHARE
 from pounding_risk.solver.row.flight import across, compliance
@@ -207,13 +207,14 @@ def implicit_attempt(row, run, group, s, h, rtol):
     """One implicit step, as `stages.explicit_attempt`; infinite where its equations are not solved."""
     dofs = run.dofs
     places = closed_points(row, run, group)
-    weights = time_weights(s, h)
+    weights, table = zeros((PARTS, PARTS), np.float64), zeros((PARTS, PARTS), np.float64)
+    fill_time_weights(s, h, weights)
     tables = zeros((places.size, PARTS, PARTS), np.float64)
     shallowest = group.depth
     for one in range(places.size):
         k = places[one]
         damper, spring = tangents(row, run, k, NOW)
-        table = response(weights, damper, spring)
+        fill_response(weights, damper, spring, table)
         for i in range(PARTS):
             for j in range(PARTS):
                 tables[one, i, j] = table[i, j]
