@@ -333,7 +333,7 @@ def _compiled_to(further, kind):
     def entry(typingctx, function, model, memory):
         kinds = (model, memory, types.CPointer(types.float64), *further)
         typingctx.resolve_function_type(function, kinds, {})
-        compiled = function.dispatcher.overloads[kinds]
+        compiled = function.dispatcher.fragments.overloads[kinds]
 
         def codegen(context, builder, signature, arguments):
             target = ir.Function(builder.module, kind, builder.module.get_unique_name("verb"))
@@ -363,8 +363,8 @@ def _entered(function: Callable[..., float], model, memory) -> float:
 def entry_of_numbers(function, model, memory):
     """The address of ``function(model, memory, numbers, a, b, c)`` for models and memories of these kinds.
 
-    ``function`` is `small`; the numbers of ``model`` and ``memory`` play no part. In compiled code only: the kernel that
-    asks holds the machine code, so that the cache keeps it as it keeps every kernel.
+    ``function`` is `small`; the numbers of ``model`` and ``memory`` play no part. In compiled code only: the kernel
+    that asks holds the machine code, so that the cache keeps it as it keeps every kernel.
     """
     return _entered(function, model, memory)
 

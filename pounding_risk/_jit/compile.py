@@ -218,6 +218,7 @@ def _entry_of(function, fragments):
         function, compiler.targetdescr, compiler.targetoptions, compiler.locals, compiler.pipeline_class, fragments
     )
     compiled.get_call_template, compiled.get_overload = fragments.get_call_template, fragments.get_overload
+    compiled.fragments = fragments
     if CACHE is not None:
         compiled._cache = ForgivingCache(function)  # what njit(cache=True) does, with numba's own class
     return compiled

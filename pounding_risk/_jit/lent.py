@@ -75,13 +75,13 @@ class _Lent:
     """A named tuple with the table of its addresses; the tuple's fields can be read as its own."""
 
     def __init__(self, model):
-        self.model = model
+        self._model = model
         self._numba_type_ = LentType(numba.typeof(model))
-        self.table = np.array([entry for value in model for entry in _entries_of(value)], dtype=np.int64)
-        self.address = self.table.ctypes.data
+        self._table = np.array([entry for value in model for entry in _entries_of(value)], dtype=np.int64)
+        self._address = self._table.ctypes.data
 
     def __getattr__(self, name):
-        return getattr(self.model, name)
+        return getattr(self._model, name)
 
 
 def _entries_of(value) -> list[int]:
@@ -127,7 +127,7 @@ class _LentFields(AttributeTemplate):
 
 @unbox(LentType)
 def _unbox_lent(kind, thing, c):
-    number = c.pyapi.object_getattr_string(thing, "address")
+    number = c.pyapi.object_getattr_string(thing, "_address")
     address = c.pyapi.number_as_ssize_t(number)
     c.pyapi.decref(number)
     pointer = c.builder.inttoptr(address, c.context.get_value_type(kind))

@@ -49,6 +49,46 @@ PRIVATE = {
         ["array", "data", "shape", "strides", "itemsize", "meminfo", "parent"],
         "`_without_reference` fills a view whose `meminfo` is null: references to it must stay uncounted",
     ),
+    "numba.core.datamodel.models": (
+        None,
+        "`PrimitiveModel` is what a lent tuple is to LLVM, `ArrayModel` what its arrays are",
+    ),
+    "numba.core.typing.templates.AttributeTemplate": (
+        None,
+        "`_LentFields` answers `generic_resolve(kind, name)` with a field's type",
+    ),
+    "numba.core.typing.templates.infer_getattr": (
+        None,
+        "registers `_LentFields`",
+    ),
+    "numba.core.imputils.impl_ret_new_ref": (
+        ["ctx", "builder", "retty", "ret"],
+        "`memory.zeros` gives a new array whose reference is the caller's",
+    ),
+    "numba.np.arrayobj._empty_nd_impl": (
+        ["context", "builder", "arrtype", "shapes"],
+        "`memory.zeros` allocates as np.empty does",
+    ),
+    "numba.np.arrayobj.getitem_array_tuple": (
+        ["context", "builder", "sig", "args"],
+        "what is not a single element of a lent array is left to numba",
+    ),
+    "numba.np.arrayobj.getitem_arraynd_intp": (
+        ["context", "builder", "sig", "args"],
+        "as `getitem_array_tuple`, for one index",
+    ),
+    "numba.np.arrayobj.setitem_array": (
+        ["context", "builder", "sig", "args"],
+        "as `getitem_array_tuple`, for what is written",
+    ),
+    "numba.np.arrayobj.load_item": (
+        ["context", "builder", "arrayty", "ptr"],
+        "reads an element, or the address of a record",
+    ),
+    "numba.np.arrayobj.store_item": (
+        ["context", "builder", "arrayty", "val", "ptr"],
+        "writes an element, or a record",
+    ),
 }
 METHODS = {
     "numba.core.caching.FunctionCache": {
@@ -140,7 +180,7 @@ def test_a_kernel_has_our_cache_and_compiles_by_type_alone():
         return row_of(values, 0) + row_of(values, 1)
 
     assert both(np.array([1.0, 2.0])) == 3.0
-    assert len(row_of.signatures) == 1
+    assert len(row_of.fragments.signatures) == 1
     if compiling.CACHE is not None:
         assert isinstance(both._cache, compiling.ForgivingCache)
 
