@@ -21,7 +21,7 @@ from pounding_risk.solver.row.event_functions import (
     read_force,
 )
 from pounding_risk.solver.row.implicit import attempt, spread
-from pounding_risk.solver.row.stages import slopes
+from pounding_risk.solver.row.stages import is_balanced, slopes
 from pounding_risk.solver.row.workspace import AT_END, AT_START, END, FIRST, LAST, NOW, SLOPE, SLOPES, START, VELOCITY
 
 
@@ -248,7 +248,7 @@ def take_step(row, run, group, span, left, rtol):
     of 0 means that the step fell below what s resolves, a negative one that the motion is not finite.
     """
     s, h, base = span
-    attempts = 0
+    attempts, doubted = 0, False
     while True:
         if h >= left:
             h = left
@@ -257,7 +257,10 @@ def take_step(row, run, group, span, left, rtol):
         error = attempt(row, run, group, s, h, rtol)
         attempts += 1
         if error <= SHARE * rtol:
-            break
+            if doubted or is_balanced(row, run, group, rtol):
+                break
+            doubted, h = True, 0.5 * h
+            continue
         if not error >= 0.0 and attempts > 10:
             return -1.0, NONE, -1, h, attempts, False
         h = next_step(h, error, rtol, run.workspace.tableau) if error >= 0.0 else 0.1 * h

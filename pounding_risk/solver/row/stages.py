@@ -10,8 +10,8 @@ from math import sqrt
 from typing import NamedTuple
 
 from pounding_risk._jit.compile import kernel, part, small
-from pounding_risk.solver.pair.stages import SLACK, YIELDING
-from pounding_risk.solver.row.building import place_ground, push_ground, top_of
+from pounding_risk.solver.pair.stages import SHARE, SLACK, YIELDING
+from pounding_risk.solver.row.building import energy_of, place_ground, push_ground, top_of
 from pounding_risk.solver.row.flight import across, carried, push_apart
 from pounding_risk.solver.row.ground import ArrivingRowInterval, UniformRowInterval
 from pounding_risk.solver.row.laws import law_force, law_plateau
@@ -34,6 +34,8 @@ from pounding_risk.solver.row.workspace import (
     TRIAL,
     VELOCITY,
 )
+
+ROUNDING = 1e-13  # of the energy: what sums over many floors may be off by
 
 
 class Group(NamedTuple):
@@ -159,6 +161,30 @@ def slopes(row, run, group, s, state, stage):
             quadratures[stage, k] = clock * quadratures[SLOPES + 1, k]
             quadratures[stage, points + k] = clock * quadratures[SLOPES + 1, points + k]
     quadratures[stage, 2 * points] = clock * power
+
+
+@kernel
+def group_energy(row, run, group, line):
+    """Mechanical energy of the group [J]."""
+    total = 0.0
+    for b in range(group.first, group.last + 1):
+        total += energy_of(row, b, line, run.dofs)
+    return total
+
+
+@kernel
+def is_balanced(row, run, group, rtol):
+    """True where the energy of the group over a step has changed by what came in, to the step's share of the tolerance.
+
+    An error estimate is a difference of two methods and may vanish by chance; the work of the contacts does not.
+    """
+    points = run.laws.shape[0]
+    came = run.quadratures[SLOPES, 2 * points]
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        if run.contacts[k].closed > 0.0:
+            came -= run.quadratures[SLOPES, points + k]
+    change = group_energy(row, run, group, END) - group_energy(row, run, group, NOW)
+    return abs(change - came) <= (SHARE * rtol + ROUNDING) * run.workspace.energy
 
 
 @kernel
