@@ -18,6 +18,7 @@ from pounding_risk.results.layout import AXES, CaseVariable
 from pounding_risk.results.places import building_coordinates, place_coordinates
 from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
 from pounding_risk.results.variables import described, own_dims
+from pounding_risk.scene.interfaces import said_restitution
 from pounding_risk.scene.level_notes import level_notes
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
 from pounding_risk.scene.unused_keys import unused_keys
@@ -214,7 +215,7 @@ def attributes(study: Scene, motions: tuple[Motion, ...], laws: Laws, solver: st
     ``solver`` is its name, "pair" or "row".
     """
     notes = level_notes(study)
-    rules = [neighbour.restitution_words for neighbour in study.neighbours]
+    rules = [said_restitution(neighbour.restitution_words) for neighbour in study.neighbours]
     return {
         "Conventions": CONVENTIONS,
         "title": study.name,

@@ -104,13 +104,18 @@ class GivenRestitution(NamedTuple):
     """A coefficient of restitution as a scene gives it."""
 
     rule: Restitution
-    words: str  # the relation's name, the number, or NO_RESTITUTION
+    words: str  # the relation's name, the number, the damping ratio and its law, or NO_RESTITUTION
     relation: str = AS_PUBLISHED  # of restitution and damping
 
     def written(self) -> Any:
         """As a scene file has it."""
-        value = self.words if self.words in NAMED else self.rule.c0
+        value = self.words if self.words in NAMED or is_ratio(self.words) else self.rule.c0
         return value if self.relation == AS_PUBLISHED else {"value": value, "relation": self.relation}
+
+
+def said_restitution(words: str) -> str:
+    """The words of `GivenRestitution` for a reader: a damping ratio with the e that follows from it."""
+    return written_ratio(words)[1] if is_ratio(words) else words
 
 
 def _restitution(value: Any, number: Number) -> GivenRestitution:
@@ -134,8 +139,8 @@ def _rule(value: Any, number: Number) -> tuple[Restitution, str]:
     if isinstance(value, Restitution):
         return _given_rule(value, number)
     if is_ratio(value):
-        e, words = written_ratio(value)
-        return constant(e), words
+        e, _ = written_ratio(value)
+        return constant(e), " ".join(value.replace("ξ", "xi").replace("=", " ").split())
     if isinstance(value, str) and value[:1].isalpha() and value.lower() not in ("inf", "nan"):
         if value in NAMED:
             return NAMED[value], value

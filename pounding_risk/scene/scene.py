@@ -211,7 +211,7 @@ class Scene(ShortRepr):
 
     @property
     def restitution_words(self) -> str:
-        """Name of the relation at the first interface, the number, or `NO_RESTITUTION`."""
+        """Name of the relation at the first interface, the number, the damping ratio, or `NO_RESTITUTION`."""
         return self.neighbours[0].restitution_words
 
     @property

@@ -16,7 +16,8 @@ import pounding_risk as pr
 from pounding_risk.ensemble.identity import digest, identity
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.errors import SceneError
-from pounding_risk.models.contact.laws import Jankowski, VanMier
+from pounding_risk.models.contact.laws import RESTITUTION_OF_RATIO, Jankowski, VanMier
+from pounding_risk.models.contact.relation import RELATIONS
 from pounding_risk.models.restitution import CONCRETE, Restitution, constant
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.scene.motions import motions_of
@@ -101,12 +102,23 @@ def test_rows_of_every_kind_of_building():
     assert [between.yield_force for between in scene.neighbours] == [1e6] * 3
 
 
-@settings(deadline=None, max_examples=40)
+# Every form: e, a named relation, a damping ratio of a law; of each with the relation to damping.
+RATIOS = st.builds("xi {!r} of {}".format, st.floats(0.0, 0.95), st.sampled_from(list(RESTITUTION_OF_RATIO)))
+NUMBERS = st.floats(0.05, 1.0) | st.just("concrete")
+RESTITUTIONS = (
+    NUMBERS
+    | RATIOS
+    | st.builds(lambda e, relation: {"value": e, "relation": relation}, NUMBERS, st.sampled_from(RELATIONS))
+    | st.builds(lambda ratio: {"value": ratio, "relation": "published"}, RATIOS)
+)
+
+
+@settings(deadline=None, max_examples=60)
 @given(
     masses=st.lists(st.floats(1e3, 1e7), min_size=2, max_size=4),
     periods=st.lists(st.floats(0.01, 5.0), min_size=4, max_size=4),
     gaps=st.sets(st.floats(0.0, 1.0), min_size=1, max_size=5),
-    e=st.floats(0.05, 1.0) | st.just("concrete"),
+    e=RESTITUTIONS,
     force=st.floats(1e3, 1e8) | st.just(inf),
     tall=st.booleans(),
 )

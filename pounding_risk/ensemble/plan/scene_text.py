@@ -13,7 +13,7 @@ from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, LevelR
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import Spectral
-from pounding_risk.scene.interfaces import known_law
+from pounding_risk.scene.interfaces import known_law, said_restitution
 from pounding_risk.scene.level_notes import level_notes
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
 from pounding_risk.scene.tables import Effect
@@ -168,7 +168,7 @@ def _restitution(study: Scene) -> str:
     rule = study.restitution
     exact = "" if study.relation == AS_PUBLISHED else ", returned exactly by an impact alone"
     if rule.c1 == rule.c2 == rule.c3 == 0.0:
-        return f"{study.restitution_words}{exact}"
+        return f"{said_restitution(study.restitution_words)}{exact}"
     held = f", held beyond {rule.fastest:g} m/s" if rule.fastest < inf else ""
     return f"{study.restitution_words}: falls with the approach speed{held}{exact}"
 
