@@ -748,8 +748,8 @@ def neighbour_of(here: Beside, law_name: str, gridded: Iterable[str], gap: float
     )
 
 
-def interface_of(between: Neighbour, gridded: Sequence[str], in_row: bool) -> Interface:
-    """The table of an interface, every value stated; where its contact points are, in a row."""
+def interface_of(between: Neighbour, gridded: Sequence[str]) -> Interface:
+    """The table of an interface, every value stated; keys that make a row only where they were given."""
     models = (between.law_name, *gridded)
     owner = stiff_model(between.law_name, gridded)
     values: dict[str, Any] = {"gap": between.gap, "contact_model": between.law_name}
@@ -764,11 +764,11 @@ def interface_of(between: Neighbour, gridded: Sequence[str], in_row: bool) -> In
         values["design_penetration"] = between.design_penetration
     if between.equal_terms:
         values["equal_terms"] = between.equal_terms
-    if in_row and between.column_yield_force < inf:
+    if between.column_yield_force < inf:
         values["column_yield_force"] = between.column_yield_force
-    if in_row and between.levels.tolerance is not None:
+    if between.levels.tolerance is not None:
         values["tolerance"] = between.levels.tolerance
-    if in_row and between.given:
+    if between.given:
         values["contact"] = tuple((point.left_floor, point.right_floor) for point in between.points)
     return Interface.made(values)
 

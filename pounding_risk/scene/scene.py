@@ -247,10 +247,9 @@ class Scene(ShortRepr):
 
     @property
     def pair(self) -> tuple[Building, Building]:
-        """The two single masses, left and right; raises SceneError where the scene is a row."""
-        left, right = (
-            building for building in needs_pair(self, "this command").buildings if isinstance(building, Building)
-        )
+        """The two single masses, left and right, of a scene that is no row."""
+        left, right = self.buildings
+        assert isinstance(left, Building) and isinstance(right, Building)
         return left, right
 
     @property
@@ -270,7 +269,7 @@ class Scene(ShortRepr):
 
     def at(self, place: int) -> Scene:
         """The scene of interface ``place`` alone, from 0: its two buildings and what stands between them."""
-        if not self.is_row:
+        if len(self.neighbours) == 1:
             return self
         here, grid = self.neighbours[place], self.grid
         gaps = grid.gaps if self.gridded_interface in (None, self.interface_names[place]) else (here.gap,)
@@ -456,9 +455,7 @@ class Scene(ShortRepr):
     def resolved(self) -> dict[str, Any]:
         """The scene as a dict of the scene file's shape, every value stated, quantities exact in SI units."""
         buildings = [table_of(building).written() | self._depth(at) for at, building in enumerate(self.buildings)]
-        interfaces = [
-            interface_of(neighbour, self._gridded_models, self.is_row).written() for neighbour in self.neighbours
-        ]
+        interfaces = [interface_of(neighbour, self._gridded_models).written() for neighbour in self.neighbours]
         effects = {effect.name: effect.written() for effect in self.effects}
         return {
             "scene": {"name": self.name},
@@ -491,7 +488,7 @@ class Scene(ShortRepr):
             "gap": self.grid.gaps,
             "interface": self.gridded_interface,
             # A grid of one yield force would be that of every interface; where they differ, each keeps its own.
-            "yield_force": forces if len(forces) > 1 or len(own) < 2 or not self.is_row else (),
+            "yield_force": forces if len(forces) > 1 or len(own) < 2 else (),
             "contact_model": self._gridded_models,
             "pga": tuple(pga for pga in self.grid.pgas if pga is not None),
         }
@@ -598,7 +595,7 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
         "rtol": Solver.made(draft.table("solver").values).rtol,
         "effects": effects,
         "is_row": row,
-        "gridded_interface": _gridded(grid, buildings, neighbours) if row else None,
+        "gridded_interface": _gridded(grid, buildings, neighbours),
         "text": origin.text,
         "source": origin.source,
         "overrides": origin.overrides,
@@ -670,20 +667,6 @@ def _gridded(grid: Grid, buildings: tuple[Building | Storeys, ...], neighbours: 
 
 
 # ------------------------------------------------------------------------------------------------ about scenes
-
-
-def needs_pair(scene: Scene, command: str) -> Scene:
-    """The scene; raises SceneError where ``command``, which runs two single masses, is given a row."""
-    if scene.is_row:
-        count = len(scene.buildings)
-        raise SceneError(
-            scene.source,
-            [
-                f"{command} runs two single masses that meet mass to mass, and this scene is a row of {count} "
-                "buildings or has storeys; use scan, or write a scene of the two masses"
-            ],
-        )
-    return scene
 
 
 def _inverse_mass(building: Building | Storeys) -> float:

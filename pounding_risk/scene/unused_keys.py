@@ -100,8 +100,7 @@ def _of_buildings(study: Scene, given: Given) -> Iterator[Unused]:
             yield Unused((*base, "height"), "two single masses meet mass to mass, and no run reads their height")
         if isinstance(building, Storeys):
             yield from _of_storeys(base, building, yielding)
-        if study.is_row:
-            yield from _floor_depth((*base, "floor_depth"), study.neighbours[max(index - 1, 0) : index + 1])
+        yield from _floor_depth((*base, "floor_depth"), study.neighbours[max(index - 1, 0) : index + 1])
 
 
 def _floor_depth(path: KeyPath, neighbours: tuple[Neighbour, ...]) -> Iterator[Unused]:
@@ -135,8 +134,7 @@ def _of_interfaces(study: Scene, given: Given) -> Iterator[Unused]:
             yield from _yield_force((*base, "yield_force"), study, given, index)
         if not _may_yield(study) and any(each.plastic_exponent > 0.0 for each in _neighbours(study, index, count)):
             yield Unused((*base, "plastic_exponent"), "every yield force is inf, so that nothing yields")
-        if study.is_row:
-            yield from _of_levels(base, _neighbours(study, index, count), models)
+        yield from _of_levels(base, _neighbours(study, index, count), models)
     if not any(study.needs_equal_terms(name) for name in models.names):
         yield Unused(
             ("interface", 0, "equal_terms"), "every contact model of the scene takes the interface's own stiffness"
@@ -154,7 +152,7 @@ def _yield_force(path: KeyPath, study: Scene, given: Given, index: int) -> Itera
                 path,
                 f"grid.yield_force has the one value {say(gridded[0], YIELD_FORCE)}, which holds at every interface",
             )
-    elif study.is_row and not _kind_at(_neighbours(study, index, interface_tables(given)), FLOOR):
+    elif not _kind_at(_neighbours(study, index, interface_tables(given)), FLOOR):
         yield Unused(path, "floors meet columns only here, and these yield at column_yield_force")
     elif not models.capped:
         yield _uncapped(path, models)

@@ -18,7 +18,8 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._common.dates import created
-from pounding_risk.ensemble.laws import beyond_reach, unsolved
+from pounding_risk.ensemble.job_choice import job_kind
+from pounding_risk.ensemble.laws import beyond_reach
 from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError, SceneError
@@ -152,7 +153,7 @@ def on_equal_terms(
     names = tuple(dict.fromkeys((*names_asked, baseline or study.law_name)))
     for name in names:
         known_law(name)
-        if why := unsolved(study, name):
+        if why := job_kind(study).unsolved(name):
             raise PoundingError(f"compare: {name}: {why}; leave it out")
     if len(names) < 2:
         raise PoundingError(f"compare: {names[0]} alone is no comparison; name another law, or none to run them all")
@@ -204,7 +205,7 @@ def left_out(study: Scene) -> str:
 def _hindered(study: Scene, name: str) -> str:
     """Why a contact model cannot be compared in this scene unless it is asked for; "" where it can."""
     law = known_law(name)
-    if why := unsolved(study, name):
+    if why := job_kind(study).unsolved(name):
         return why
     if needs_floors(law) and (short := study.without_floor()):
         return f'{" and ".join(short)} without floor_length; write floor_length = "20 m" in [[building]] for it'

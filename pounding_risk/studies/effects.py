@@ -13,6 +13,7 @@ import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.dates import created
+from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.replacing import check_replaceable
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError, SceneError
@@ -143,7 +144,7 @@ def _acts(study: Scene, effect: str, label: str) -> bool:
 
 def _keeps_solver(study: Scene, effect: str) -> bool:
     """True where the scene's solver has the effect: those of buildings are of rows, and would be compared with them."""
-    return study.is_row or not acts_on_buildings(effect)
+    return job_kind(study).has_storeys or not acts_on_buildings(effect)
 
 
 def _unsuited(study: Scene, effect: str) -> str:
