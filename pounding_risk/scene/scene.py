@@ -51,7 +51,7 @@ from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
 from pounding_risk.scene.toml import Fault, KeyPath, write_toml
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say
 
-OF_EACH_INTERFACE = "of each interface"  # label of the contact models of a scene whose interfaces differ in theirs
+OF_EACH_INTERFACE = "each interface's own"  # label of the contact models of a scene whose interfaces differ in theirs
 NO_STRENGTHS = (
     "no storey of the scene has a yield shear, so that none would yield; write storey_strengths in a [[building]], or "
     "generate one from a typology, or remove inelastic_storeys"
@@ -258,10 +258,12 @@ class Scene(ShortRepr):
         own = (neighbour.law_name for neighbour in self.neighbours)
         return tuple(dict.fromkeys((*own, *self._gridded_models)))
 
-    def models_of(self, label: str) -> tuple[str, ...]:
-        """The contact models that a label of the dataset's contact models stands for."""
-        own = dict.fromkeys(neighbour.law_name for neighbour in self.neighbours)
-        return tuple(own) if label == OF_EACH_INTERFACE else (label,)
+    def models_of(self, *labels: str) -> tuple[str, ...]:
+        """The contact models that labels of the dataset's contact models stand for, each once."""
+        own = tuple(neighbour.law_name for neighbour in self.neighbours)
+        return tuple(
+            dict.fromkeys(name for label in labels for name in (own if label == OF_EACH_INTERFACE else (label,)))
+        )
 
     @property
     def _gridded_models(self) -> tuple[str, ...]:
@@ -274,9 +276,10 @@ class Scene(ShortRepr):
         here, grid = self.neighbours[place], self.grid
         gaps = grid.gaps if self.gridded_interface in (None, self.interface_names[place]) else (here.gap,)
         forces = grid.yield_forces if len(grid.yield_forces) > 1 else (here.yield_force,)
+        models = tuple(here.law_name if name == OF_EACH_INTERFACE else name for name in grid.contact_models)
         return self.updated(
             buildings=self.buildings[place : place + 2],
-            grid=grid._replace(gaps=gaps, yield_forces=forces, contact_models=self._gridded_models or (here.law_name,)),
+            grid=grid._replace(gaps=gaps, yield_forces=forces, contact_models=models),
             neighbours=(here._replace(points=tuple(point._replace(interface=0) for point in here.points)),),
             gridded_interface=None,
         )
