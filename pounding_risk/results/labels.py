@@ -63,7 +63,7 @@ def places_of(study: Scene, gaps: Array, yield_forces: Array) -> dict[str, Any]:
         of_axis = study.gridded_interface or "the scene's first one"
         coords["interface_gap"] = (("gap", "interface"), gaps, described("m", words + of_axis))
     if OF_EACH_INTERFACE in study.grid.contact_models:
-        names = [neighbour.law_name for neighbour in study.neighbours]
+        names = [interface.law_name for interface in study.interfaces]
         coords["interface_contact_model"] = ("interface", names, {"long_name": "contact model of the interface"})
     return coords
 
@@ -215,7 +215,7 @@ def attributes(study: Scene, motions: tuple[Motion, ...], laws: Laws, solver: st
     ``solver`` is its name, "pair" or "row".
     """
     notes = level_notes(study)
-    rules = [said_restitution(neighbour.restitution_words) for neighbour in study.neighbours]
+    rules = [said_restitution(interface.restitution_words) for interface in study.interfaces]
     return {
         "Conventions": CONVENTIONS,
         "title": study.name,

@@ -701,7 +701,7 @@ def _misplaced(sides: tuple[Any, Any], floors: tuple[float, float], rule: LevelR
     return ""
 
 
-class Neighbour(NamedTuple):
+class ResolvedInterface(NamedTuple):
     """What stands between two neighbours, every value stated."""
 
     gap: float  # m
@@ -725,12 +725,14 @@ def stiff_model(own: str, gridded: Iterable[str]) -> str | None:
     return next((name for name in (own, *gridded) if not is_instant(CONTACT_MODELS[name])), None)
 
 
-def neighbour_of(here: Beside, law_name: str, gridded: Iterable[str], gap: float, yield_force: float) -> Neighbour:
+def resolved_interface(
+    here: Beside, law_name: str, gridded: Iterable[str], gap: float, yield_force: float
+) -> ResolvedInterface:
     """What stands between two neighbours whose tables have no fault, but for the points."""
     table = here.table
     owner = stiff_model(law_name, gridded)
     stiffness = None if owner is None else parse(table.stiffness, stiffness_quantity(CONTACT_MODELS[owner]))
-    return Neighbour(
+    return ResolvedInterface(
         gap=gap,
         law_name=law_name,
         stiffness=stiffness,
@@ -748,7 +750,7 @@ def neighbour_of(here: Beside, law_name: str, gridded: Iterable[str], gap: float
     )
 
 
-def interface_of(between: Neighbour, gridded: Sequence[str]) -> Interface:
+def interface_table(between: ResolvedInterface, gridded: Sequence[str]) -> Interface:
     """The table of an interface, every value stated; keys that make a row only where they were given."""
     models = (between.law_name, *gridded)
     owner = stiff_model(between.law_name, gridded)

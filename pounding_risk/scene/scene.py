@@ -34,14 +34,14 @@ from pounding_risk.scene.interfaces import (
     Beside,
     EqualTerms,
     Interface,
-    Neighbour,
+    ResolvedInterface,
     contact_points,
     interface_name,
-    interface_of,
+    interface_table,
     is_row,
     known_law,
     needed_restitution,
-    neighbour_of,
+    resolved_interface,
     stiff_model,
 )
 from pounding_risk.scene.keys import Draft, Section, Table, in_text
@@ -109,7 +109,7 @@ class Scene(ShortRepr):
     ----------
     buildings : tuple of Building or Storeys
         The buildings as the solvers take them, numbers in SI.
-    neighbours : tuple of Neighbour
+    interfaces : tuple of ResolvedInterface
         What stands between each two of them, every default filled in.
     records : RecordRequest
         The ground motions that are asked for.
@@ -124,7 +124,7 @@ class Scene(ShortRepr):
 
     name: str
     buildings: tuple[Building | Storeys, ...]
-    neighbours: tuple[Neighbour, ...]
+    interfaces: tuple[ResolvedInterface, ...]
     records: RecordRequest
     grid: Axes
     rtol: float
@@ -164,14 +164,14 @@ class Scene(ShortRepr):
 
     def _compared(self) -> tuple[Any, ...]:
         """What two scenes share that ask for the same runs; an unknown level is no NaN, which differs from itself."""
-        neighbours = tuple(
-            neighbour._replace(
-                points=tuple(point._replace(level=inf) if isnan(point.level) else point for point in neighbour.points)
+        interfaces = tuple(
+            interface._replace(
+                points=tuple(point._replace(level=inf) if isnan(point.level) else point for point in interface.points)
             )
-            for neighbour in self.neighbours
+            for interface in self.interfaces
         )
-        values = (getattr(self, each.name) for each in fields(self) if each.compare and each.name != "neighbours")
-        return (neighbours, *values)
+        values = (getattr(self, each.name) for each in fields(self) if each.compare and each.name != "interfaces")
+        return (interfaces, *values)
 
     # -------------------------------------------------------------------------------------------- reading
 
@@ -191,48 +191,48 @@ class Scene(ShortRepr):
     @property
     def gap(self) -> float:
         """Clear distance at the first interface [m]."""
-        return self.neighbours[0].gap
+        return self.interfaces[0].gap
 
     @property
     def law_name(self) -> str:
         """Contact model of the interfaces; `OF_EACH_INTERFACE` where they differ in theirs."""
-        names = {neighbour.law_name for neighbour in self.neighbours}
-        return self.neighbours[0].law_name if len(names) == 1 else OF_EACH_INTERFACE
+        names = {interface.law_name for interface in self.interfaces}
+        return self.interfaces[0].law_name if len(names) == 1 else OF_EACH_INTERFACE
 
     @property
     def stiffness(self) -> float | None:
         """Contact stiffness of the first interface [N/m or N/m^1.5, as the law has it]; None where no model has one."""
-        return self.neighbours[0].stiffness
+        return self.interfaces[0].stiffness
 
     @property
     def restitution(self) -> Restitution:
         """Relation e(v) of the first interface."""
-        return self.neighbours[0].restitution
+        return self.interfaces[0].restitution
 
     @property
     def restitution_words(self) -> str:
         """Name of the relation at the first interface, the number, the damping ratio, or `NO_RESTITUTION`."""
-        return self.neighbours[0].restitution_words
+        return self.interfaces[0].restitution_words
 
     @property
     def relation(self) -> str:
         """Relation of restitution and damping at the first interface."""
-        return self.neighbours[0].relation
+        return self.interfaces[0].relation
 
     @property
     def yield_force(self) -> float:
         """Yield force of the floors at the first interface [N]; inf without yielding."""
-        return self.neighbours[0].yield_force
+        return self.interfaces[0].yield_force
 
     @property
     def equal_terms(self) -> EqualTerms | None:
         """How the stiffness of other contact models follows at the first interface."""
-        return self.neighbours[0].equal_terms
+        return self.interfaces[0].equal_terms
 
     @property
     def design_penetration(self) -> float:
         """Penetration for which bilinear is set up at the first interface [m]; 0 follows the approach speed."""
-        return self.neighbours[0].design_penetration
+        return self.interfaces[0].design_penetration
 
     @property
     def interface_names(self) -> tuple[str, ...]:
@@ -243,7 +243,7 @@ class Scene(ShortRepr):
     @property
     def points(self) -> tuple[Point, ...]:
         """The contact points, interface by interface from the ground up."""
-        return tuple(point for neighbour in self.neighbours for point in neighbour.points)
+        return tuple(point for interface in self.interfaces for point in interface.points)
 
     @property
     def pair(self) -> tuple[Building, Building]:
@@ -255,12 +255,12 @@ class Scene(ShortRepr):
     @property
     def model_names(self) -> tuple[str, ...]:
         """The contact models of the interfaces, which `simulate` runs, and of the grid."""
-        own = (neighbour.law_name for neighbour in self.neighbours)
+        own = (interface.law_name for interface in self.interfaces)
         return tuple(dict.fromkeys((*own, *self._gridded_models)))
 
     def models_of(self, *labels: str) -> tuple[str, ...]:
         """The contact models that labels of the dataset's contact models stand for, each once."""
-        own = tuple(neighbour.law_name for neighbour in self.neighbours)
+        own = tuple(interface.law_name for interface in self.interfaces)
         return tuple(
             dict.fromkeys(name for label in labels for name in (own if label == OF_EACH_INTERFACE else (label,)))
         )
@@ -271,16 +271,16 @@ class Scene(ShortRepr):
 
     def at(self, place: int) -> Scene:
         """The scene of interface ``place`` alone, from 0: its two buildings and what stands between them."""
-        if len(self.neighbours) == 1:
+        if len(self.interfaces) == 1:
             return self
-        here, grid = self.neighbours[place], self.grid
+        here, grid = self.interfaces[place], self.grid
         gaps = grid.gaps if self.gridded_interface in (None, self.interface_names[place]) else (here.gap,)
         forces = grid.yield_forces if len(grid.yield_forces) > 1 else (here.yield_force,)
         models = tuple(here.law_name if name == OF_EACH_INTERFACE else name for name in grid.contact_models)
         return self.updated(
             buildings=self.buildings[place : place + 2],
             grid=grid._replace(gaps=gaps, yield_forces=forces, contact_models=models),
-            neighbours=(here._replace(points=tuple(point._replace(interface=0) for point in here.points)),),
+            interfaces=(here._replace(points=tuple(point._replace(interface=0) for point in here.points)),),
             gridded_interface=None,
         )
 
@@ -291,8 +291,8 @@ class Scene(ShortRepr):
     def interface_gaps(self, gap: float) -> tuple[float, ...]:
         """The gap of each interface where that of the grid is ``gap`` [m]."""
         named = self.gridded_interface
-        pairs = zip(self.interface_names, self.neighbours, strict=True)
-        return tuple(gap if named in (None, name) else neighbour.gap for name, neighbour in pairs)
+        pairs = zip(self.interface_names, self.interfaces, strict=True)
+        return tuple(gap if named in (None, name) else interface.gap for name, interface in pairs)
 
     def point_yield_forces(self, force: float | None = None) -> tuple[float, ...]:
         """The yield force of each of `points` [N] where that of floors is ``force``; None for each interface's own.
@@ -300,11 +300,11 @@ class Scene(ShortRepr):
         A grid of one yield force leaves every interface its own. Columns keep theirs.
         """
         return tuple(
-            neighbour.column_yield_force
+            interface.column_yield_force
             if point.kind == COLUMN
-            else (neighbour.yield_force if force is None else force)
-            for neighbour in self.neighbours
-            for point in neighbour.points
+            else (interface.yield_force if force is None else force)
+            for interface in self.interfaces
+            for point in interface.points
         )
 
     @property
@@ -350,11 +350,11 @@ class Scene(ShortRepr):
             )
             raise SceneError(self.source, [sentence])
         values: dict[str, Any] = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
-        values |= {key: getattr(self.neighbours[0], key) for key in PARAMETERS if key in law._fields}
+        values |= {key: getattr(self.interfaces[0], key) for key in PARAMETERS if key in law._fields}
         return law(**values)
 
     def _own_name(self, name: str | None) -> str:
-        return self.neighbours[0].law_name if name in (None, OF_EACH_INTERFACE) else str(name)
+        return self.interfaces[0].law_name if name in (None, OF_EACH_INTERFACE) else str(name)
 
     def without_floor(self) -> tuple[str, ...]:
         """The buildings of which a model of colliding floors would miss the length; a rigid one is a wall."""
@@ -387,7 +387,7 @@ class Scene(ShortRepr):
     @property
     def stiff_name(self) -> str:
         """The contact model whose stiffness the scene gives: its own, or the grid's first that takes one."""
-        own = self.neighbours[0].law_name
+        own = self.interfaces[0].law_name
         return stiff_model(own, self._gridded_models) or own
 
     @property
@@ -398,11 +398,11 @@ class Scene(ShortRepr):
     # -------------------------------------------------------------------------------------------- changing
 
     def updated(self, **values: Any) -> Scene:
-        """The scene with these fields, which are not checked; those of `Neighbour` are set at every interface."""
-        between = {key: values.pop(key) for key in list(values) if key in Neighbour._fields}
+        """The scene with these fields, which are not checked; fields of interfaces are set at every one."""
+        between = {key: values.pop(key) for key in list(values) if key in ResolvedInterface._fields}
         if between:
-            neighbours = values.get("neighbours", self.neighbours)
-            values["neighbours"] = tuple(neighbour._replace(**between) for neighbour in neighbours)
+            interfaces = values.get("interfaces", self.interfaces)
+            values["interfaces"] = tuple(interface._replace(**between) for interface in interfaces)
         return _made({each.name: getattr(self, each.name) for each in fields(self)} | values)
 
     def replace(self, *overrides: str, **values: Any) -> Scene:
@@ -458,7 +458,7 @@ class Scene(ShortRepr):
     def resolved(self) -> dict[str, Any]:
         """The scene as a dict of the scene file's shape, every value stated, quantities exact in SI units."""
         buildings = [table_of(building).written() | self._depth(at) for at, building in enumerate(self.buildings)]
-        interfaces = [interface_of(neighbour, self._gridded_models).written() for neighbour in self.neighbours]
+        interfaces = [interface_table(interface, self._gridded_models).written() for interface in self.interfaces]
         effects = {effect.name: effect.written() for effect in self.effects}
         return {
             "scene": {"name": self.name},
@@ -486,7 +486,7 @@ class Scene(ShortRepr):
     def _grid(self) -> Grid:
         """The table [grid], every value stated."""
         forces = self.grid.yield_forces
-        own = {neighbour.yield_force for neighbour in self.neighbours}
+        own = {interface.yield_force for interface in self.interfaces}
         values = {
             "gap": self.grid.gaps,
             "interface": self.gridded_interface,
@@ -501,8 +501,8 @@ class Scene(ShortRepr):
         """The depth of the floors of building ``place``, as a scene file has it; nothing of a pair."""
         if not self.is_row:
             return {}
-        is_last = place == len(self.neighbours)
-        levels = self.neighbours[place - is_last].levels
+        is_last = place == len(self.interfaces)
+        levels = self.interfaces[place - is_last].levels
         return {"floor_depth": exact(float(levels.right_depth if is_last else levels.left_depth), FLOOR_DEPTH)}
 
 
@@ -582,15 +582,15 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
     buildings, faults = _buildings(draft, effects)
     if faults:
         return {}, faults
-    neighbours, faults = _neighbours(draft, buildings, grid, row)
-    laws = dict.fromkeys(neighbour.law_name for neighbour in neighbours)
+    interfaces, faults = _interfaces(draft, buildings, grid, row)
+    laws = dict.fromkeys(interface.law_name for interface in interfaces)
     values = {
         "name": draft.table("scene").get("name") or Path(origin.source).stem,
         "buildings": buildings,
-        "neighbours": neighbours,
+        "interfaces": interfaces,
         "records": _records(records),
         "grid": Axes(
-            grid.gap or (neighbours[0].gap,),
+            grid.gap or (interfaces[0].gap,),
             grid.yield_force or (_first(draft).yield_force,),
             grid.contact_model or (tuple(laws) if len(laws) == 1 else (OF_EACH_INTERFACE,)),
             grid.pga or (records.get("pga"),),
@@ -598,7 +598,7 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
         "rtol": Solver.made(draft.table("solver").values).rtol,
         "effects": effects,
         "is_row": row,
-        "gridded_interface": _gridded(grid, buildings, neighbours),
+        "gridded_interface": _gridded(grid, buildings, interfaces),
         "text": origin.text,
         "source": origin.source,
         "overrides": origin.overrides,
@@ -631,11 +631,11 @@ def _buildings(draft: Draft, effects: tuple[Effect, ...]) -> tuple[tuple[Buildin
     return tuple(buildings), faults
 
 
-def _neighbours(
+def _interfaces(
     draft: Draft, buildings: tuple[Building | Storeys, ...], grid: Grid, row: bool
-) -> tuple[tuple[Neighbour, ...], list[Fault]]:
+) -> tuple[tuple[ResolvedInterface, ...], list[Fault]]:
     """What stands between each two buildings; one table stands for all where there is one."""
-    neighbours, faults = [], []
+    interfaces, faults = [], []
     given = draft.tables("interface")
     # What one interface does not say of its contact is that of the first which does.
     shared = {
@@ -655,16 +655,18 @@ def _neighbours(
         # In a row, a grid of one yield force is that of all interfaces.
         force = grid.yield_force[0] if row and len(grid.yield_force) == 1 else table.yield_force
         law_name = table.contact_model or grid.contact_model[0]
-        between = neighbour_of(here, law_name, grid.contact_model, gap, force)
-        neighbours.append(between._replace(points=points))
-    return tuple(neighbours), faults
+        between = resolved_interface(here, law_name, grid.contact_model, gap, force)
+        interfaces.append(between._replace(points=points))
+    return tuple(interfaces), faults
 
 
-def _gridded(grid: Grid, buildings: tuple[Building | Storeys, ...], neighbours: tuple[Neighbour, ...]) -> str | None:
+def _gridded(
+    grid: Grid, buildings: tuple[Building | Storeys, ...], interfaces: tuple[ResolvedInterface, ...]
+) -> str | None:
     """The only interface whose gap varies; the first where the scene has several gaps and no grid of them."""
     if grid.interface:
         return grid.interface
-    if not grid.gap and len({neighbour.gap for neighbour in neighbours}) > 1:
+    if not grid.gap and len({interface.gap for interface in interfaces}) > 1:
         return interface_name(buildings[0].name, buildings[1].name)
     return None
 

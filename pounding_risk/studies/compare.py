@@ -219,7 +219,7 @@ def _hindered(study: Scene, name: str) -> str:
 
 def _lacks_restitution(study: Scene) -> bool:
     """True where an interface of the scene gives no restitution."""
-    return any(neighbour.restitution_words == NO_RESTITUTION for neighbour in study.neighbours)
+    return any(interface.restitution_words == NO_RESTITUTION for interface in study.interfaces)
 
 
 def _check_restitution(study: Scene, names: tuple[str, ...]) -> None:
@@ -312,7 +312,7 @@ def _capped(study: Scene, label: str) -> int:
 
 def _units(study: Scene, label: str) -> str:
     """Unit of the stiffness of a model of the grid, "" where it has none; of each interface where theirs differ."""
-    units = [_unit(label)] if label != OF_EACH_INTERFACE else [_unit(one.law_name) for one in study.neighbours]
+    units = [_unit(label)] if label != OF_EACH_INTERFACE else [_unit(one.law_name) for one in study.interfaces]
     return units[0] if len(set(units)) == 1 else APART.join(units)
 
 

@@ -100,7 +100,7 @@ def case_of(study: Scene, motion: Motion, law: str, gap: float | None, yield_for
     A gap is that of all interfaces, but of the only one that the grid varies where it names one.
     """
     varied = study.gridded_interface if len(study.grid.gaps) > 1 else None
-    own = {name: neighbour.gap for name, neighbour in zip(study.interface_names, study.neighbours, strict=True)}
+    own = {name: interface.gap for name, interface in zip(study.interface_names, study.interfaces, strict=True)}
     gaps = [here if gap is None or varied not in (None, name) else gap for name, here in own.items()]
     return Case(
         motion,

@@ -135,7 +135,7 @@ def test_defaults():
     found = parse_scene(SHORT, "folder/short.toml")
     assert found.name == "short"
     assert [building.damping for building in found.buildings] == [0.05, 0.05]
-    assert (found.yield_force, found.restitution, found.neighbours[0].plastic_exponent) == (inf, Restitution(1.0), 0.0)
+    assert (found.yield_force, found.restitution, found.interfaces[0].plastic_exponent) == (inf, Restitution(1.0), 0.0)
     assert found.records[:8] == (("RSN6-180",), (), None, None, None, ("as recorded",), "auto", 0.0)
     assert found.grid == ((0.025,), (inf,), ("hertz",), (None,))
     assert (found.rtol, found.restitution_words) == (1e-6, "not given")

@@ -94,12 +94,12 @@ def test_rows_of_every_kind_of_building():
         {"names": ["RSN6-180"]},
         name="four",
     )
-    assert scene.is_row and scene.name == "four" and len(scene.neighbours) == 3
+    assert scene.is_row and scene.name == "four" and len(scene.interfaces) == 3
     flats = scene.buildings[1]
     assert isinstance(flats, Storeys)
     assert (flats.masses, flats.stiffnesses, flats.heights) == ((1.8e5,) * 3, (4e8,) * 3, (3.0,) * 3)
     assert parse_scene(scene.to_toml()) == scene
-    assert [between.yield_force for between in scene.neighbours] == [1e6] * 3
+    assert [between.yield_force for between in scene.interfaces] == [1e6] * 3
 
 
 # Every form: e, a named relation, a damping ratio of a law; of each with the relation to damping.
@@ -144,7 +144,7 @@ def test_a_scene_that_is_written_is_read_as_it_was(masses, periods, gaps, e, for
 
 def test_laws_and_relations_are_the_objects_of_models():
     def at(**keys):
-        return in_python().replace(interfaces=[pr.Interface(0.01, **keys)]).neighbours[0]
+        return in_python().replace(interfaces=[pr.Interface(0.01, **keys)]).interfaces[0]
 
     concrete = at(law=Jankowski(2.75e9), restitution=CONCRETE)
     assert (concrete.law_name, concrete.stiffness, concrete.restitution_words) == ("jankowski", 2.75e9, "concrete")
@@ -200,7 +200,7 @@ def test_interfaces_of_a_row_may_have_models_of_their_own(root: Path):
     assert [type(mixed.law_at(place)).__name__ for place in (0, 1)] == ["Jankowski", "Hertz"]
     assert parse_scene(mixed.to_toml()) == mixed
     exact = pr.read_scene(row, ['interface.2.restitution={value = 0.5, relation = "exact"}'])
-    assert [between.relation for between in exact.neighbours] == ["published", "exact"]
+    assert [between.relation for between in exact.interfaces] == ["published", "exact"]
     gridded = pr.read_scene(row, ["interface.2.contact_model=hertz", 'grid.contact_model=["linear"]', *LINEAR])
     assert [type(gridded.law_at(place, "linear")).__name__ for place in (0, 1)] == ["Linear", "Linear"]
 
