@@ -382,12 +382,22 @@ class Interface(Table):
 
     def written(self) -> dict[str, Any]:
         """As a scene file has it; a stiffness in SI has the unit of its contact model."""
-        written = super().written()
-        if isinstance(self.stiffness, float | int) and not isinstance(self.stiffness, bool):
-            if self.contact_model is None:
-                raise SceneError("Interface", ["stiffness: a number without a unit; write contact_model too"])
-            written["stiffness"] = exact(float(self.stiffness), stiffness_quantity(known_law(self.contact_model)))
-        return written
+        return with_stiffness_unit(super().written())
+
+
+def with_stiffness_unit(table: dict[str, Any]) -> dict[str, Any]:
+    """An [[interface]] table whose stiffness has the unit of its contact model, where it is a number in SI.
+
+    Raises SceneError for a number where the table names no contact model.
+    """
+    stiffness, name = table.get("stiffness"), table.get("contact_model")
+    if not isinstance(stiffness, float | int) or isinstance(stiffness, bool):
+        return table
+    if name is None:
+        raise SceneError("Interface", ["stiffness: a number without a unit; write contact_model too"])
+    # For a model that takes none or is not there the unit does not count: the checks of the scene tell it.
+    law = LAWS.get(name, LAWS["hertz"])
+    return table | {"stiffness": exact(float(stiffness), stiffness_quantity(law))}
 
 
 def _keys_of_law(law: Any) -> dict[str, Any]:

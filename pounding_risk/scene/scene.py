@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, fields
 from importlib import import_module
 from itertools import pairwise
 from math import inf, isnan
+from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -43,13 +44,14 @@ from pounding_risk.scene.interfaces import (
     needed_restitution,
     resolved_interface,
     stiff_model,
+    with_stiffness_unit,
 )
 from pounding_risk.scene.keys import Draft, Section, Table, in_text
 from pounding_risk.scene.records import records_of
 from pounding_risk.scene.sections import KEYS, every_fault, read_tables, written_overrides
 from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
 from pounding_risk.scene.toml import Fault, KeyPath, write_toml
-from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say
+from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say, shown
 
 OF_EACH_INTERFACE = "each interface's own"  # label of the contact models of a scene whose interfaces differ in theirs
 NO_STRENGTHS = (
@@ -88,9 +90,9 @@ class Scene(ShortRepr):
 
     Parameters
     ----------
-    buildings : list of SingleMass, ShearBuilding, TypologyBuilding or RigidWall
+    buildings : list of SingleMass, ShearBuilding, TypologyBuilding, RigidWall, dict, or of another scene
         Left to right.
-    interfaces : list of Interface
+    interfaces : list of Interface, dict, or items of another scene's ``interfaces``
         One between each two buildings, or one for all of them.
     records : Records
         The ground motions, and how they are treated.
@@ -110,7 +112,7 @@ class Scene(ShortRepr):
     buildings : tuple of Building or Storeys
         The buildings as the solvers take them, numbers in SI.
     interfaces : tuple of ResolvedInterface
-        What stands between each two of them, every default filled in.
+        One between each two of them, numbers in SI, every default filled in.
     records : RecordRequest
         The ground motions that are asked for.
     grid : Axes
@@ -153,6 +155,8 @@ class Scene(ShortRepr):
         tables |= {key: _written(key, table) for key, table in given.items() if table is not None}
         tables |= {"scene": {"name": name}} if name else {}
         tables |= {"effects": effect_tables(effects)} if effects else {}
+        if not isinstance(folder, str | PathLike):
+            raise SceneError("scene", [f"folder: {shown(folder)} is no folder; write one, or leave it out"])
         made = scene_of(tables, str(Path(folder) / "scene"))
         self.__dict__.update(vars(made))
 
@@ -524,8 +528,11 @@ def _written(section: str, table: Any) -> Any:
     """A table of Python as a scene file has it."""
     if isinstance(table, Building | Storeys):
         return table_of(table).written()
+    if isinstance(table, ResolvedInterface):
+        return interface_table(table, ()).written()
     if isinstance(table, Mapping):
-        return in_text(KEYS[section], table)
+        written = in_text(KEYS[section], table)
+        return with_stiffness_unit(written) if section == "interface" else written
     return table.written() if isinstance(table, Table) else table
 
 

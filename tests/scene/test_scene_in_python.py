@@ -67,6 +67,12 @@ def in_python() -> pr.Scene:
     )
 
 
+def a_pair(**given) -> pr.Scene:
+    """The buildings of `TEXT`, and what is given."""
+    usual = {"interfaces": in_python().interfaces, "records": pr.Records(["RSN6-180"])}
+    return pr.Scene(in_python().buildings, **usual | given)
+
+
 def test_a_scene_of_python_is_that_of_a_file():
     written, read = in_python(), parse_scene(TEXT)
     assert written == read
@@ -158,7 +164,10 @@ def test_options_of_effects_and_dicts_take_floats_in_si():
     for effects in ({"wave_passage": wave}, [pr.Effect("wave_passage", wave)]):
         assert in_python().replace(effects=effects) == parse_scene(TEXT)
     assert in_python().replace(grid={"gap": [0.0, "5 mm", 0.01]}).grid == parse_scene(TEXT).grid
-    assert in_python().replace(buildings=iter(in_python().buildings)) == parse_scene(TEXT)
+    same = {"buildings": iter(in_python().buildings), "interfaces": iter(in_python().interfaces)}
+    assert in_python().replace(**same) == parse_scene(TEXT)
+    interface = {"gap": 0.01, "contact_model": "jankowski", "stiffness": 2.75e9, "restitution": 0.65}
+    assert in_python().replace(interfaces=[interface]) == parse_scene(TEXT)
 
 
 def test_a_scene_that_goes_to_another_process_is_the_same_one():
@@ -246,6 +255,14 @@ LINEAR = ['interface.1.contact_model="linear"', 'interface.2.contact_model="line
         (
             lambda: in_python().replace(interfaces=[pr.Interface(0.01, stiffness=1e9)]),
             ["stiffness: a number without a unit; write contact_model too"],
+        ),
+        (
+            lambda: a_pair(interfaces=[{"gap": 0.01, "contact_model": "merged", "stiffness": 1e9}]),
+            ["interface.stiffness: merged: the velocities jump, and no stiffness acts; remove it"],
+        ),
+        (
+            lambda: a_pair(folder=None),
+            ["folder: None is no folder; write one, or leave it out"],
         ),
         (
             lambda: in_python().replace(effects={"p_delt": {}}),
