@@ -11,7 +11,7 @@ from math import isnan
 from typing import Any, NamedTuple
 
 from pounding_risk.models.structures.contact_points import ROUNDING, LevelRule, automatic_points, outlines
-from pounding_risk.scene.interfaces import ResolvedInterface
+from pounding_risk.scene.resolved_interfaces import ResolvedInterface
 from pounding_risk.scene.scene import Scene
 from pounding_risk.units import STOREY_HEIGHT, say
 

@@ -28,26 +28,28 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import RecordRequest
 from pounding_risk.scene.buildings import structure_of, table_of
+from pounding_risk.scene.interface_checks import is_row
 from pounding_risk.scene.interfaces import (
     EQUAL_TERMS,
     NO_RESTITUTION,
     PARAMETERS,
-    Beside,
     EqualTerms,
     Interface,
-    ResolvedInterface,
-    contact_points,
     interface_name,
-    interface_table,
-    is_row,
     known_law,
     needed_restitution,
-    resolved_interface,
-    stiff_model,
     with_stiffness_unit,
 )
 from pounding_risk.scene.keys import Draft, Section, Table, in_text
 from pounding_risk.scene.records import records_of
+from pounding_risk.scene.resolved_interfaces import (
+    Beside,
+    ResolvedInterface,
+    contact_points,
+    interface_table,
+    resolved_interface,
+    stiff_model,
+)
 from pounding_risk.scene.sections import KEYS, every_fault, read_tables, written_overrides
 from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
 from pounding_risk.scene.toml import Fault, KeyPath, write_toml

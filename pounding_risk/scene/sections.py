@@ -12,7 +12,8 @@ from pounding_risk._common.words import nearest
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene import buildings
 from pounding_risk.scene.buildings import building_checks
-from pounding_risk.scene.interfaces import EqualTerms, Interface, interface_checks
+from pounding_risk.scene.interface_checks import interface_checks
+from pounding_risk.scene.interfaces import EqualTerms, Interface
 from pounding_risk.scene.keys import Draft, Key, Section, Table, read_section
 from pounding_risk.scene.overrides import ARRAYS, override
 from pounding_risk.scene.records import Records, missing_files, record_checks

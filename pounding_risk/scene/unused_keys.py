@@ -15,7 +15,8 @@ from pounding_risk.models.effects import acts_on_law, wave_of
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys
-from pounding_risk.scene.interfaces import ResolvedInterface, known_law
+from pounding_risk.scene.interfaces import known_law
+from pounding_risk.scene.resolved_interfaces import ResolvedInterface
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.toml import KeyPath, key_name
 from pounding_risk.units import YIELD_FORCE, parse, say

@@ -1,0 +1,177 @@
+"""What stands between two neighbours of a scene: contact, gap and the points where they meet, every value stated."""
+
+from collections.abc import Iterable, Sequence
+from math import inf
+from typing import Any, NamedTuple
+
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant
+from pounding_risk.models.contact.laws import stiffness_quantity
+from pounding_risk.models.contact.relation import AS_PUBLISHED
+from pounding_risk.models.restitution import Restitution
+from pounding_risk.models.structures.contact_points import (
+    LevelRule,
+    Meeting,
+    Point,
+    automatic_points,
+    floor_words,
+    given_point,
+    level_gap,
+    usual_depth,
+)
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.scene.interfaces import NO_RESTITUTION, EqualTerms, GivenRestitution, Interface
+from pounding_risk.scene.toml import Fault, KeyPath
+from pounding_risk.units import STOREY_HEIGHT, exact, parse, say
+
+
+class Beside(NamedTuple):
+    """Two neighbours with their tables: the left one's place in the row, from 0, and what stands between them."""
+
+    place: int
+    sides: tuple[Building | Storeys, Building | Storeys]
+    depths: tuple[float | None, float | None]  # of their floors, as given [m]
+    table: Interface
+    base: KeyPath  # where the table stands
+
+    @property
+    def rule(self) -> LevelRule:
+        """When two of their floors are one contact point."""
+        left, right = (
+            usual_depth(side) if depth is None else depth for side, depth in zip(self.sides, self.depths, strict=True)
+        )
+        return LevelRule(left, right, self.table.tolerance)
+
+
+def contact_points(here: Beside) -> tuple[tuple[Point, ...], list[Fault]]:
+    """The contact points of two neighbours, and what is wrong with them."""
+    table, sides, rule = here.table, here.sides, here.rule
+    if table.contact:
+        wrong = [
+            Fault((*here.base, "contact"), sentence)
+            for floors in table.contact
+            if (sentence := _misplaced(sides, floors, rule))
+        ]
+        points = [] if wrong else [given_point(*sides, *floors) for floors in table.contact]
+        return _numbered(here.place, points), wrong
+    if wrong := _too_deep(here):
+        return (), wrong
+    return _numbered(here.place, automatic_points(*sides, rule.is_one)), []
+
+
+def _too_deep(here: Beside) -> list[Fault]:
+    """A tolerance, or depths of floors, by which a floor could meet two floors of the other building."""
+    lowest = min((height for side in here.sides if isinstance(side, Storeys) for height in side.heights), default=inf)
+    rule = here.rule
+    told = f"is not below half of the lowest storey here, {say(lowest, STOREY_HEIGHT)}, so that a floor could meet two"
+    if rule.tolerance is not None:
+        if rule.tolerance < 0.5 * lowest:
+            return []
+        repair = "write a smaller one, or the points themselves in contact"
+        return [Fault((*here.base, "tolerance"), f"{say(rule.tolerance, STOREY_HEIGHT)} {told}; {repair}")]
+    wrong = []
+    for side, depth in enumerate((rule.left_depth, rule.right_depth)):
+        if depth >= 0.5 * lowest:
+            usual = "" if here.depths[side] is not None else "missing, and the usual "
+            repair = "write the depth of the floor slabs, or the points themselves in contact"
+            path = ("building", here.place + side, "floor_depth")
+            wrong.append(Fault(path, f"{usual}{say(depth, STOREY_HEIGHT)} {told}; {repair}", absent=bool(usual)))
+    return wrong
+
+
+def _numbered(place: int, meetings: Sequence[Meeting]) -> tuple[Point, ...]:
+    return tuple(Point(place, *meeting) for meeting in meetings)
+
+
+def _misplaced(sides: tuple[Any, Any], floors: tuple[float, float], rule: LevelRule) -> str:
+    """What is wrong with a contact point that the scene gives; "" where nothing is."""
+    words = [f"{floor_words(floor)} of {side.name}" for side, floor in zip(sides, floors, strict=True)]
+    for side, floor, told in zip(sides, floors, words, strict=True):
+        count = len(side.masses) if isinstance(side, Storeys) else 1
+        if floor > count:
+            return f"{told}: {side.name} has {count} storey{'s' * (count != 1)}; write one of these"
+    if not any(floor == int(floor) or side.is_rigid for side, floor in zip(sides, floors, strict=True)):
+        return f"{words[0]} against {words[1]}: a column meets a floor; write storey in place of one of them"
+    apart, limit = level_gap(*sides, *floors), rule.largest
+    if apart > limit:
+        key = "floor_depth" if rule.tolerance is None else "tolerance"
+        what = "the depth of a floor here," if rule.tolerance is None else "the tolerance of"
+        return (
+            f"{words[0]} and {words[1]} are {say(apart, STOREY_HEIGHT)} apart in level, more than {what} "
+            f"{say(limit, STOREY_HEIGHT)}; correct the place, or write a larger {key}"
+        )
+    return ""
+
+
+class ResolvedInterface(NamedTuple):
+    """What stands between two neighbours, every value stated."""
+
+    gap: float  # m
+    law_name: str  # name of its contact model
+    stiffness: float | None  # N/m or N/m^1.5, as the first contact model that takes one has it
+    restitution: Restitution
+    restitution_words: str
+    yield_force: float  # N, of floors; inf without yielding
+    column_yield_force: float  # N, of columns that are hit part-way up; inf without yielding
+    points: tuple[Point, ...]  # from the ground up
+    levels: LevelRule = LevelRule()  # when two floors are one contact point
+    given: bool = False  # whether the scene gives the points; else they follow from the heights
+    relation: str = AS_PUBLISHED  # of restitution and damping
+    plastic_exponent: float = 0.0  # of van_mier
+    design_penetration: float = 0.0  # of bilinear [m]; 0 follows the approach speed
+    equal_terms: EqualTerms | None = None
+
+
+def stiff_model(own: str, gridded: Iterable[str]) -> str | None:
+    """The first of these contact models that takes a stiffness, or None: instant ones take none."""
+    return next((name for name in (own, *gridded) if not is_instant(CONTACT_MODELS[name])), None)
+
+
+def resolved_interface(
+    here: Beside, law_name: str, gridded: Iterable[str], gap: float, yield_force: float
+) -> ResolvedInterface:
+    """What stands between two neighbours whose tables have no fault, but for the points."""
+    table = here.table
+    owner = stiff_model(law_name, gridded)
+    stiffness = None if owner is None else parse(table.stiffness, stiffness_quantity(CONTACT_MODELS[owner]))
+    return ResolvedInterface(
+        gap=gap,
+        law_name=law_name,
+        stiffness=stiffness,
+        restitution=table.restitution.rule,
+        restitution_words=table.restitution.words,
+        yield_force=yield_force,
+        column_yield_force=table.column_yield_force,
+        points=(),
+        levels=here.rule,
+        given=bool(table.contact),
+        relation=table.restitution.relation,
+        plastic_exponent=table.plastic_exponent,
+        design_penetration=table.design_penetration,
+        equal_terms=table.equal_terms,
+    )
+
+
+def interface_table(between: ResolvedInterface, gridded: Sequence[str]) -> Interface:
+    """The table of an interface, every value stated; keys that make a row only where they were given."""
+    models = (between.law_name, *gridded)
+    owner = stiff_model(between.law_name, gridded)
+    values: dict[str, Any] = {"gap": between.gap, "contact_model": between.law_name}
+    if between.stiffness is not None and owner is not None:
+        values["stiffness"] = exact(float(between.stiffness), stiffness_quantity(CONTACT_MODELS[owner]))
+    if between.restitution_words != NO_RESTITUTION:
+        values["restitution"] = GivenRestitution(between.restitution, between.restitution_words, between.relation)
+    values["yield_force"] = between.yield_force
+    if "van_mier" in models:
+        values["plastic_exponent"] = between.plastic_exponent
+    if "bilinear" in models:
+        values["design_penetration"] = between.design_penetration
+    if between.equal_terms:
+        values["equal_terms"] = between.equal_terms
+    if between.column_yield_force < inf:
+        values["column_yield_force"] = between.column_yield_force
+    if between.levels.tolerance is not None:
+        values["tolerance"] = between.levels.tolerance
+    if between.given:
+        values["contact"] = tuple((point.left_floor, point.right_floor) for point in between.points)
+    return Interface.made(values)
