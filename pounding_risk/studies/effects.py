@@ -22,8 +22,8 @@ from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.results.files import as_text, check_target, save
 from pounding_risk.results.labels import described
 from pounding_risk.scene.interfaces import known_law
-from pounding_risk.scene.reader import as_scene, study_from
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.reader import as_scene
+from pounding_risk.scene.scene import Scene, scene_of
 from pounding_risk.scene.tables import Effect
 from pounding_risk.studies.accuracy import bench_of
 from pounding_risk.units import Quantity, parse
@@ -166,7 +166,7 @@ def _unsuited(study: Scene, effect: str) -> str:
 def _refused(study: Scene, effect: str) -> str:
     """The sentence with which the scene's own checks refuse an effect; "" where they take its example."""
     try:
-        study_from({**study.resolved(), "effects": {effect: _example(effect).written()}})
+        scene_of({**study.resolved(), "effects": {effect: _example(effect).written()}})
     except SceneError as error:
         return next((fault for fault in error.faults if effect in fault), "")
     return ""

@@ -21,8 +21,8 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, generated
 from pounding_risk.scene import reader as scenario
 from pounding_risk.scene.level_notes import level_notes
-from pounding_risk.scene.reader import parse_scene, study_from
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.scene import Scene, scene_of
 
 ROW = (resources.files("pounding_risk.scene") / "shipped" / "row.toml").read_text("utf-8")
 PAIR = """[[building]]
@@ -108,8 +108,8 @@ def test_each_interface_has_its_own_stiffness_gap_and_restitution():
             'grid.contact_model=["jankowski", "hertz"]',
         ],
     )
-    assert [found.law_at(place).stiffness for place in (0, 1)] == [2.75e9, 1e9]
-    assert [found.law_at(place, "hertz").stiffness for place in (0, 1)] == [2.75e9, 1e9]
+    assert [found.at(place).law().stiffness for place in (0, 1)] == [2.75e9, 1e9]
+    assert [found.at(place).law("hertz").stiffness for place in (0, 1)] == [2.75e9, 1e9]
     assert [interface.restitution.c0 for interface in found.interfaces] == [0.65, 0.4]
     alone = found.at(1)
     assert alone.interface_names == ("flats | shop",)
@@ -330,7 +330,7 @@ def test_round_trip_of_any_row(data, count):
     depth, tolerance = (data.draw(st.none() | st.floats(0.01, 0.9)) for _ in range(2))
     tables["building"][-1] |= {} if depth is None else {"floor_depth": f"{depth!r} m"}
     tables["interface"][0] |= {} if tolerance is None else {"tolerance": f"{tolerance!r} m"}
-    found = study_from(tables)
+    found = scene_of(tables)
     assert not found.is_row or found.interfaces[-1].levels.right_depth == (depth or 0.25)
     if not found.is_row:  # two masses of no height
         assert depth is tolerance is None
@@ -377,7 +377,7 @@ def test_any_row_is_a_study_or_sentences(data):
         keys = data.draw(st.sampled_from(keys)) if isinstance(keys, list) else keys
         keys[data.draw(st.sampled_from(scenario.KNOWN[section]))] = data.draw(JUNK)
     try:
-        found = study_from(tables)
+        found = scene_of(tables)
     except SceneError as error:
         assert error.faults
         assert all("\n" not in fault and ": " in fault for fault in error.faults)

@@ -206,12 +206,12 @@ def test_interfaces_of_a_row_may_have_models_of_their_own(root: Path):
     mixed = pr.read_scene(row, ["interface.2.contact_model=hertz"])
     assert mixed.grid.contact_models == (OF_EACH_INTERFACE,)
     assert mixed.model_names == ("jankowski", "hertz")
-    assert [type(mixed.law_at(place)).__name__ for place in (0, 1)] == ["Jankowski", "Hertz"]
+    assert [type(mixed.at(place).law()).__name__ for place in (0, 1)] == ["Jankowski", "Hertz"]
     assert parse_scene(mixed.to_toml()) == mixed
     exact = pr.read_scene(row, ['interface.2.restitution={value = 0.5, relation = "exact"}'])
     assert [between.relation for between in exact.interfaces] == ["published", "exact"]
     gridded = pr.read_scene(row, ["interface.2.contact_model=hertz", 'grid.contact_model=["linear"]', *LINEAR])
-    assert [type(gridded.law_at(place, "linear")).__name__ for place in (0, 1)] == ["Linear", "Linear"]
+    assert [type(gridded.at(place).law("linear")).__name__ for place in (0, 1)] == ["Linear", "Linear"]
 
 
 LINEAR = ['interface.1.contact_model="linear"', 'interface.2.contact_model="linear"', 'interface.stiffness="1 GN/m"']

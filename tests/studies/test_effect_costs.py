@@ -14,7 +14,8 @@ import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.cli import app
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings
-from pounding_risk.scene.reader import parse_scene, study_from
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.scene import scene_of
 from pounding_risk.scene.tables import Effect
 from pounding_risk.studies import demo
 from pounding_risk.studies.effects import (
@@ -37,7 +38,7 @@ GRID = {"gap": ["0 mm", "4 mm"], "yield_force": ["300 kN", "3 MN"], "contact_mod
 def scene(**more):
     """The paper's pair, a small grid, both polarities."""
     base = demo.scene("paper").resolved()
-    return study_from(
+    return scene_of(
         {**base, "records": {**base["records"], "polarity": ["as recorded", "reversed"]}, "grid": GRID, **more}
     )
 
