@@ -82,12 +82,7 @@ def _storey_count(value: Any, number: Number) -> int:
 # Keys of more than one kind of building.
 Name = Annotated[
     str,
-    text(
-        "What tables and figures call the building; each has its own.",
-        "frame",
-        REQUIRED,
-        'missing; write name = "frame"',
-    ),
+    text("What tables and figures call the building; each has its own.", "frame", REQUIRED),
 ]
 Mass = Annotated[
     float,
@@ -126,7 +121,6 @@ StoreyCount = Annotated[
         _storey_count,
         "4",
         "as many as the lists have values",
-        "missing; write storeys = 4",
         schema={"type": "integer"},
     ),
 ]

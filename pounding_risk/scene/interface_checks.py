@@ -69,7 +69,7 @@ def interface_checks(draft: Draft) -> Iterator[Fault]:
     first = next((keys.raw["contact_model"] for keys in interfaces if "contact_model" in keys), None)
     for keys in interfaces:
         if "gap" not in keys and _lacks_gap(draft, int(keys.path[1])):
-            yield keys.fault("gap", Interface.keys()["gap"].missing, absent=True)
+            yield keys.fault("gap", Interface.keys()["gap"].lacks("gap"), absent=True)
         if first is None and "contact_model" not in draft.table("grid") and keys is interfaces[0]:
             names = ", ".join(CONTACT_MODELS)
             sentence = f'missing; write contact_model = "jankowski", or another of {names}'
@@ -172,7 +172,7 @@ def _laws(keys: Section, grid: Section, own_name: Any) -> Iterator[Fault]:
     stiff = [name for name in used if not is_instant(CONTACT_MODELS[name])]
     own = stiff[0] if stiff else None  # whose unit the interface's stiffness has
     if "stiffness" not in keys and (stiff or not used):
-        yield keys.fault("stiffness", Interface.keys()["stiffness"].missing, absent=True)
+        yield keys.fault("stiffness", Interface.keys()["stiffness"].lacks("stiffness"), absent=True)
     damped = [name for name in used if CONTACT_MODELS[name].needs_restitution]  # type: ignore[attr-defined]
     if damped and "restitution" not in keys:
         sentence = f"missing, and {damped[0]} needs it; {MISSING_RESTITUTION}"

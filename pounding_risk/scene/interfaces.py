@@ -24,6 +24,7 @@ from pounding_risk.scene.keys import (
     flag,
     list_of,
     measured,
+    one_of,
     options,
 )
 from pounding_risk.scene.toml import KeyPath
@@ -176,7 +177,9 @@ def _meeting(value: Any) -> tuple[float, float]:
     if not isinstance(value, dict):
         raise Unreadable(f"{shown(value)} is not a contact point; write {MEETING}")
     sides = {"left": _floor, "right": _floor}
-    floors = options(value, sides, tuple(sides), f"missing; write {MEETING}", "a contact point has left and right")
+    floors = options(
+        value, sides, tuple(sides), lambda side: f"missing; write {MEETING}", "a contact point has left and right"
+    )
     return floors["left"], floors["right"]
 
 
@@ -190,15 +193,6 @@ def _floor(value: Any) -> float:
     return floor
 
 
-def _same(value: Any, number: Number) -> str:
-    """What the laws of both families have in common."""
-    if value not in EQUAL_TERMS:
-        known = " or ".join(f'"{terms}"' for terms in EQUAL_TERMS)
-        hint = nearest(value, EQUAL_TERMS) if isinstance(value, str) else ""
-        raise Unreadable(f"{shown(value)} is not a common ground of contact models{hint}; it may be {known}")
-    return str(value)
-
-
 class EqualTerms(Table):
     """How the stiffness of the grid's other laws follows: equal ``same`` in an impact at ``speed``.
 
@@ -208,20 +202,17 @@ class EqualTerms(Table):
 
     same: Annotated[
         str,
-        Key(
+        one_of(
+            EQUAL_TERMS,
+            "a common ground of contact models",
             "What the reference impact has in common under all laws.",
-            _same,
             f'"{EQUAL_TERMS[0]}"',
             REQUIRED,
-            f'missing; write same = "{EQUAL_TERMS[0]}"',
-            schema={"enum": list(EQUAL_TERMS)},
         ),
     ]
     speed: Annotated[
         float,
-        measured(
-            SPEED, "Approach speed of the reference impact.", '"0.5 m/s"', REQUIRED, 'missing; write speed = "0.5 m/s"'
-        ),
+        measured(SPEED, "Approach speed of the reference impact.", '"0.5 m/s"', REQUIRED),
     ]
     every_law: Annotated[bool, flag("every_law", "true calibrates laws of the same unit too.")] = False
 
@@ -233,13 +224,8 @@ def _equal_terms(value: Any, number: Number) -> EqualTerms:
         raise Unreadable(f'{shown(value)} is not a table; write {{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}}')
     keys = EqualTerms.keys()
     kinds = {name: lambda item, key=key: key.read(item, number) for name, key in keys.items()}
-    values = options(value, kinds, (), "", f"equal_terms takes {', '.join(kinds)}")
-    missing: list[tuple[KeyPath, str]] = [
-        ((name,), keys[name].missing) for name in EqualTerms.required() if name not in value
-    ]
-    if missing:
-        raise Several(missing)
-    return EqualTerms.made(values)
+    needed, takes = EqualTerms.required(), f"equal_terms takes {', '.join(kinds)}"
+    return EqualTerms.made(options(value, kinds, needed, lambda name: keys[name].lacks(name), takes))
 
 
 class Interface(Table):
@@ -255,7 +241,6 @@ class Interface(Table):
             "Clear distance between the buildings at rest; one [[interface]] between each two neighbours of a row.",
             '"25 mm"',
             "the first of grid.gap",
-            'missing; write gap = "25 mm"',
         ),
     ] = None
     contact_model: Annotated[str | None, LAW_NAME] = None

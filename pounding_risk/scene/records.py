@@ -188,7 +188,9 @@ def _spectral(value: Any, number: Number, example: str, *, with_value: bool) -> 
     quantities = {**({"value": PGA} if with_value else {}), "period": PERIOD, "damping": DAMPING}
     kinds = {key: lambda item, quantity=quantity: number(item, quantity) for key, quantity in quantities.items()}
     needed = [key for key in kinds if key != "damping"]
-    return Spectral(**options(value, kinds, needed, f"missing; write {example}", f"it takes {', '.join(kinds)}"))
+    return Spectral(
+        **options(value, kinds, needed, lambda key: f"missing; write {example}", f"it takes {', '.join(kinds)}")
+    )
 
 
 def _sa(value: Any, number: Number) -> Spectral:

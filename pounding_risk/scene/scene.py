@@ -21,7 +21,6 @@ from pounding_risk.models.contact.impulsive import is_instant, needs_floors
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import related
 from pounding_risk.models.effects import EFFECTS
-from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR_DEPTH, Point
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
@@ -33,7 +32,6 @@ from pounding_risk.scene.interfaces import (
     EQUAL_TERMS,
     NO_RESTITUTION,
     PARAMETERS,
-    EqualTerms,
     Interface,
     interface_name,
     known_law,
@@ -81,6 +79,11 @@ class Origin(NamedTuple):
     text: str
     lines: Mapping[KeyPath, int]
     overrides: tuple[str, ...]
+
+
+def _of_first(name: str, words: str) -> Any:
+    """A property of a scene: that of its first interface."""
+    return property(lambda scene: getattr(scene.interfaces[0], name), doc=f"{words[:-1]}, at the first interface.")
 
 
 @dataclass(frozen=True, repr=False, init=False, eq=False)
@@ -139,6 +142,16 @@ class Scene(ShortRepr):
     source: str = field(compare=False)
     overrides: tuple[str, ...] = field(compare=False)
 
+    # What the first interface says.
+    gap = _of_first("gap", "Clear distance [m].")
+    stiffness = _of_first("stiffness", "Contact stiffness [N/m or N/m^1.5]; None where no model has one.")
+    restitution = _of_first("restitution", "Relation e(v).")
+    restitution_words = _of_first("restitution_words", "Name of e(v), number, damping ratio, or `NO_RESTITUTION`.")
+    relation = _of_first("relation", "Relation of restitution and damping.")
+    yield_force = _of_first("yield_force", "Yield force of the floors [N]; inf without yielding.")
+    equal_terms = _of_first("equal_terms", "How the stiffness of other contact models follows.")
+    design_penetration = _of_first("design_penetration", "Penetration for which bilinear is set up [m].")
+
     def __init__(
         self,
         buildings: Sequence[Any],
@@ -195,50 +208,10 @@ class Scene(ShortRepr):
         yield "records", ", ".join(asked.names or asked.files) or asked.set or asked.manifest
 
     @property
-    def gap(self) -> float:
-        """Clear distance at the first interface [m]."""
-        return self.interfaces[0].gap
-
-    @property
     def law_name(self) -> str:
         """Contact model of the interfaces; `OF_EACH_INTERFACE` where they differ in theirs."""
         names = {interface.law_name for interface in self.interfaces}
         return self.interfaces[0].law_name if len(names) == 1 else OF_EACH_INTERFACE
-
-    @property
-    def stiffness(self) -> float | None:
-        """Contact stiffness of the first interface [N/m or N/m^1.5, as the law has it]; None where no model has one."""
-        return self.interfaces[0].stiffness
-
-    @property
-    def restitution(self) -> Restitution:
-        """Relation e(v) of the first interface."""
-        return self.interfaces[0].restitution
-
-    @property
-    def restitution_words(self) -> str:
-        """Name of the relation at the first interface, the number, the damping ratio, or `NO_RESTITUTION`."""
-        return self.interfaces[0].restitution_words
-
-    @property
-    def relation(self) -> str:
-        """Relation of restitution and damping at the first interface."""
-        return self.interfaces[0].relation
-
-    @property
-    def yield_force(self) -> float:
-        """Yield force of the floors at the first interface [N]; inf without yielding."""
-        return self.interfaces[0].yield_force
-
-    @property
-    def equal_terms(self) -> EqualTerms | None:
-        """How the stiffness of other contact models follows at the first interface."""
-        return self.interfaces[0].equal_terms
-
-    @property
-    def design_penetration(self) -> float:
-        """Penetration for which bilinear is set up at the first interface [m]; 0 follows the approach speed."""
-        return self.interfaces[0].design_penetration
 
     @property
     def interface_names(self) -> tuple[str, ...]:
@@ -289,10 +262,6 @@ class Scene(ShortRepr):
             interfaces=(here._replace(points=tuple(point._replace(interface=0) for point in here.points)),),
             gridded_interface=None,
         )
-
-    def law_at(self, place: int, name: str | None = None, stiffness: float | None = None) -> Any:
-        """The contact law ``name`` with the stiffness of interface ``place``, from 0. Raises as `law`."""
-        return self.at(place).law(name, stiffness)
 
     def interface_gaps(self, gap: float) -> tuple[float, ...]:
         """The gap of each interface where that of the grid is ``gap`` [m]."""
