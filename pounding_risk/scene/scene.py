@@ -39,6 +39,7 @@ from pounding_risk.scene.interfaces import (
     with_stiffness_unit,
 )
 from pounding_risk.scene.keys import Draft, Section, Table, in_text
+from pounding_risk.scene.overrides import ARRAYS
 from pounding_risk.scene.records import records_of
 from pounding_risk.scene.resolved_interfaces import (
     Beside,
@@ -54,6 +55,9 @@ from pounding_risk.scene.toml import Fault, KeyPath, write_toml
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say, shown
 
 OF_EACH_INTERFACE = "each interface's own"  # label of the contact models of a scene whose interfaces differ in theirs
+# The parts of a scene, and the sections of a scene file that they are.
+PARTS = {"buildings": "building", "interfaces": "interface"}
+PARTS |= {part: part for part in ("records", "grid", "effects", "solver")} | {"name": "scene"}
 NO_STRENGTHS = (
     "no storey of the scene has a yield shear, so that none would yield; write storey_strengths in a [[building]], or "
     "generate one from a typology, or remove inelastic_storeys"
@@ -164,12 +168,10 @@ class Scene(ShortRepr):
         name: str = "",
         folder: str | Path = ".",
     ):
-        given = {"grid": grid, "solver": solver}
-        tables: dict[str, Any] = {"building": _listed("building", buildings)}
-        tables |= {"interface": _listed("interface", interfaces), "records": _written("records", records)}
-        tables |= {key: _written(key, table) for key, table in given.items() if table is not None}
-        tables |= {"scene": {"name": name}} if name else {}
-        tables |= {"effects": effect_tables(effects)} if effects else {}
+        needed = {"buildings": buildings, "interfaces": interfaces, "records": records}
+        others = {"grid": grid, "effects": effects or None, "solver": solver, "name": name or None}
+        given = needed | {part: value for part, value in others.items() if value is not None}
+        tables = dict(_section(part, value) for part, value in given.items())
         if not isinstance(folder, str | PathLike):
             raise SceneError("scene", [f"folder: {shown(folder)} is no folder; write one, or leave it out"])
         made = scene_of(tables, str(Path(folder) / "scene"))
@@ -407,16 +409,10 @@ class Scene(ShortRepr):
                 tables["grid"] |= table(**{key: [value] if single else value}).written()
             elif key in Solver.model_fields:
                 tables["solver"] |= Solver(**{key: value}).written()
-            elif key in ("buildings", "interfaces"):
-                tables[key.removesuffix("s")] = _listed(key.removesuffix("s"), value)
-            elif key == "effects":
-                tables[key] = effect_tables(value)
-            elif key == "name":
-                tables["scene"] = {"name": value}
-            elif key in ("records", "grid", "solver"):
-                tables[key] = _written(key, value)
+            elif key in PARTS:
+                tables |= [_section(key, value)]
             else:
-                known = "buildings, interfaces, records, grid, effects, solver, name"
+                known = ", ".join(PARTS)
                 raise SceneError(self.source, [f"replace: no {key}; it takes {known}, or a key of grid or solver"])
         return scene_of(tables, self.source, overrides)
 
@@ -489,10 +485,17 @@ def _made(values: Mapping[str, Any]) -> Scene:
     return scene
 
 
-def _listed(section: str, tables: Any) -> Any:
-    if isinstance(tables, Iterator):
-        tables = list(tables)
-    return [_written(section, table) for table in tables] if isinstance(tables, list | tuple) else tables
+def _section(part: str, value: Any) -> tuple[str, Any]:
+    """The section of a scene file that a part of a scene is, and its tables as the file has them."""
+    section = PARTS[part]
+    if part == "name":
+        return section, {"name": value}
+    if part == "effects":
+        return section, effect_tables(value)
+    if section not in ARRAYS:
+        return section, _written(section, value)
+    tables = list(value) if isinstance(value, Iterator | tuple) else value
+    return section, [_written(section, table) for table in tables] if isinstance(tables, list) else tables
 
 
 def _written(section: str, table: Any) -> Any:
