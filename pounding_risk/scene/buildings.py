@@ -80,10 +80,7 @@ def _storey_count(value: Any, number: Number) -> int:
 
 
 # Keys of more than one kind of building.
-Name = Annotated[
-    str,
-    text("What tables and figures call the building; each has its own.", "frame", REQUIRED),
-]
+Name = Annotated[str, text("What tables and figures call the building; each has its own.", "frame", REQUIRED)]
 Mass = Annotated[
     float,
     measured(

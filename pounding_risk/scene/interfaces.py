@@ -210,10 +210,7 @@ class EqualTerms(Table):
             REQUIRED,
         ),
     ]
-    speed: Annotated[
-        float,
-        measured(SPEED, "Approach speed of the reference impact.", '"0.5 m/s"', REQUIRED),
-    ]
+    speed: Annotated[float, measured(SPEED, "Approach speed of the reference impact.", '"0.5 m/s"', REQUIRED)]
     every_law: Annotated[bool, flag("every_law", "true calibrates laws of the same unit too.")] = False
 
 

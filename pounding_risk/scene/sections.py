@@ -38,7 +38,7 @@ KEYS: Mapping[str, Mapping[str, Key]] = {section: kind.keys() for section, kind 
 # Words that a scene may use one day, by section: each with what this version offers instead.
 LATER: Mapping[str, Mapping[str, str]] = {
     "records": {
-        "components": 'written as direction = "30 deg", of the row; name both horizontal components in names or files',
+        "components": 'written as direction = "30 deg", of the row; name both horizontal components in names or files'
     },
     "grid": {
         "scale": "a grid of scale factors is not in this version; write a grid of pga instead",

@@ -46,8 +46,7 @@ def read_text(path: Path) -> str:
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
         raise SceneError(
-            str(path),
-            [f"line {line}: byte 0x{raw[error.start]:02x} is not UTF-8; save the file with that encoding"],
+            str(path), [f"line {line}: byte 0x{raw[error.start]:02x} is not UTF-8; save the file with that encoding"]
         ) from None
     if not text.strip():
         raise SceneError(str(path), ["the file is empty; a scene needs [[building]], [[interface]] and [records]"])
