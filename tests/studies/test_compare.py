@@ -518,6 +518,19 @@ def test_the_figures_say_what_the_data_say(dataset, tmp_path):
     assert files[1].read_bytes() == files[3].read_bytes()
 
 
+def test_two_laws_have_panels_with_room_for_their_words(dataset):
+    """As high as those of four; the legends keep their distance from the axis' words."""
+    heights = []
+    for count in (2, 4):
+        figure = figures.agreement_figure(dataset.isel(contact_model=range(count)))
+        figure.draw_without_rendering()
+        panel, words = figure.axes[4], figure.axes[4].xaxis.get_label()
+        heights.append(panel.get_window_extent().height)
+        legend = [text.get_window_extent().y1 for text in panel.get_legend().get_texts()]
+        assert max(legend) < words.get_window_extent().y0
+    assert heights[0] == pytest.approx(heights[1], rel=0.02)
+
+
 @pytest.mark.filterwarnings("error")
 def test_a_law_without_force_and_stiffness_is_drawn_where_it_can(dataset, tmp_path):
     """As an instant law would be; no empty curve, no "nan" in a figure's words."""

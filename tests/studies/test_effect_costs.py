@@ -193,6 +193,11 @@ def test_what_has_no_place_in_a_row_is_said():
 def test_command_and_figure_of_a_row(of_row, tmp_path):
     drawn = figures.effects_figure(of_row)
     assert "1 of 2 cases that yield" in words_of(drawn).replace("\n", " ")
+    assert "dots: a case at one interface" in words_of(drawn).replace("\n", " ")
+    for axis in drawn.axes[:5]:  # fewer than a hundred values, so that the panel holds them all
+        low, high = axis.get_xlim()
+        dots = [line.get_xdata() for line in axis.lines if line.get_marker() == "."]
+        assert all(low < value < high for values in dots for value in values)
     path = tmp_path / "row.toml"
     path.write_text(ROW + "[effects]\np_delta = {}\n", "utf-8")
     told = CliRunner().invoke(app, ["effects", str(path), "--figure", str(tmp_path / "effects.png")])
