@@ -88,8 +88,8 @@ def _per_interface(draft: Draft) -> Iterator[Fault]:
         for key in (key for key, allowed in kinds.items() if isinstance(allowed, PerInterface)):
             value = given.get(key)
             if isinstance(value, list) and len(value) not in (0, count):
-                told = f"a list of {len(value)} for {counted(count, 'interface')}: write one value for all{several}"
-                yield Fault(("effects", name, key), told)
+                sentence = f"a list of {len(value)} for {counted(count, 'interface')}: write one value for all{several}"
+                yield Fault(("effects", name, key), sentence)
 
 
 def _count(draft: Draft) -> Iterator[Fault]:

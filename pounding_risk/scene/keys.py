@@ -145,7 +145,7 @@ class Table(BaseModel):
     def keys(cls) -> dict[str, Key]:
         """The declarations of its keys by name."""
         fields = cls.model_fields.items()
-        return {name: next(each for each in about.metadata if isinstance(each, Key)) for name, about in fields}
+        return {name: next(key for key in about.metadata if isinstance(key, Key)) for name, about in fields}
 
     @classmethod
     def required(cls) -> list[str]:
@@ -168,11 +168,11 @@ class Table(BaseModel):
 
     @classmethod
     def _sentences(cls, error: ValidationError) -> Iterator[str]:
-        for found in error.errors(include_url=False):
-            name, cause = str(found["loc"][0]), found.get("ctx", {}).get("error")
-            if found["type"] == "missing":
+        for fault in error.errors(include_url=False):
+            name, cause = str(fault["loc"][0]), fault.get("ctx", {}).get("error")
+            if fault["type"] == "missing":
                 yield f"{name}: {cls.keys()[name].lacks(name)}"
-            elif found["type"] == "extra_forbidden":
+            elif fault["type"] == "extra_forbidden":
                 yield f"{name}: unknown key{nearest(name, cls.model_fields)}; it takes {', '.join(cls.model_fields)}"
             else:
                 yield f"{name}: {cause}"
@@ -185,9 +185,9 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return value.tolist()
     if type(value) in (list, tuple):
-        return [_plain(each) for each in value]
+        return [_plain(element) for element in value]
     if type(value) is dict:
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: _plain(element) for key, element in value.items()}
     return value
 
 
@@ -382,9 +382,9 @@ def _spaced(value: dict[str, Any], quantity: Quantity, number: Number) -> tuple[
             raise Unreadable(f'{shown(written)} cannot bound even steps; write a list that ends with "inf" instead')
         return limit
 
-    told = "a range has start, stop and num"
+    takes = "a range has start, stop and num"
     kinds = {"start": bound, "stop": bound, "num": _count}
-    ends = options(value, kinds, tuple(kinds), lambda key: f"missing; {told}", told)
+    ends = options(value, kinds, tuple(kinds), lambda key: f"missing; {takes}", takes)
     if ends["stop"] <= ends["start"]:
         sentence = (
             f"{shown(value['stop'])} is not above start {shown(value['start'])}; "

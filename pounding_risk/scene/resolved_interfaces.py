@@ -63,19 +63,21 @@ def _too_deep(here: Beside) -> list[Fault]:
     """A tolerance, or depths of floors, by which a floor could meet two floors of the other building."""
     lowest = min((height for side in here.sides if isinstance(side, Storeys) for height in side.heights), default=inf)
     rule = here.rule
-    told = f"is not below half of the lowest storey here, {say(lowest, STOREY_HEIGHT)}, so that a floor could meet two"
+    reason = (
+        f"is not below half of the lowest storey here, {say(lowest, STOREY_HEIGHT)}, so that a floor could meet two"
+    )
     if rule.tolerance is not None:
         if rule.tolerance < 0.5 * lowest:
             return []
         repair = "write a smaller one, or the points themselves in contact"
-        return [Fault((*here.base, "tolerance"), f"{say(rule.tolerance, STOREY_HEIGHT)} {told}; {repair}")]
+        return [Fault((*here.base, "tolerance"), f"{say(rule.tolerance, STOREY_HEIGHT)} {reason}; {repair}")]
     wrong = []
     for side, depth in enumerate((rule.left_depth, rule.right_depth)):
         if depth >= 0.5 * lowest:
             usual = "" if here.depths[side] is not None else "missing, and the usual "
             repair = "write the depth of the floor slabs, or the points themselves in contact"
             path = ("building", here.place + side, "floor_depth")
-            wrong.append(Fault(path, f"{usual}{say(depth, STOREY_HEIGHT)} {told}; {repair}", absent=bool(usual)))
+            wrong.append(Fault(path, f"{usual}{say(depth, STOREY_HEIGHT)} {reason}; {repair}", absent=bool(usual)))
     return wrong
 
 
@@ -86,10 +88,10 @@ def _numbered(place: int, meetings: Sequence[Meeting]) -> tuple[Point, ...]:
 def _misplaced(sides: tuple[Any, Any], floors: tuple[float, float], rule: LevelRule) -> str:
     """What is wrong with a contact point that the scene gives; "" where nothing is."""
     words = [f"{floor_words(floor)} of {side.name}" for side, floor in zip(sides, floors, strict=True)]
-    for side, floor, told in zip(sides, floors, words, strict=True):
+    for side, floor, where in zip(sides, floors, words, strict=True):
         count = len(side.masses) if isinstance(side, Storeys) else 1
         if floor > count:
-            return f"{told}: {side.name} has {count} storey{'s' * (count != 1)}; write one of these"
+            return f"{where}: {side.name} has {count} storey{'s' * (count != 1)}; write one of these"
     if not any(floor == int(floor) or side.is_rigid for side, floor in zip(sides, floors, strict=True)):
         return f"{words[0]} against {words[1]}: a column meets a floor; write storey in place of one of them"
     apart, limit = level_gap(*sides, *floors), rule.largest

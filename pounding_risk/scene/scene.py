@@ -191,7 +191,7 @@ class Scene(ShortRepr):
             )
             for interface in self.interfaces
         )
-        values = (getattr(self, each.name) for each in fields(self) if each.compare and each.name != "interfaces")
+        values = (getattr(self, part.name) for part in fields(self) if part.compare and part.name != "interfaces")
         return (interfaces, *values)
 
     # -------------------------------------------------------------------------------------------- reading
@@ -380,7 +380,7 @@ class Scene(ShortRepr):
         if between:
             interfaces = values.get("interfaces", self.interfaces)
             values["interfaces"] = tuple(interface._replace(**between) for interface in interfaces)
-        return _made({each.name: getattr(self, each.name) for each in fields(self)} | values)
+        return _made({part.name: getattr(self, part.name) for part in fields(self)} | values)
 
     def replace(self, *overrides: str, **values: Any) -> Scene:
         """The scene with other values, checked as a scene that is read.
@@ -399,7 +399,7 @@ class Scene(ShortRepr):
         SceneError
             As `Scene`, and for what is no key.
         """
-        if wrong := [each for each in overrides if not isinstance(each, str)]:
+        if wrong := [override for override in overrides if not isinstance(override, str)]:
             raise SceneError(self.source, [f"replace: {wrong[0]!r} is no override; write 'interface.gap=\"20 mm\"'"])
         tables = self.resolved()
         for key, value in values.items():
@@ -479,7 +479,7 @@ class Scene(ShortRepr):
 
 def _made(values: Mapping[str, Any]) -> Scene:
     scene: Scene = object.__new__(Scene)
-    if unknown := set(values) - {each.name for each in fields(Scene)}:
+    if unknown := set(values) - {part.name for part in fields(Scene)}:
         raise TypeError(f"a scene has no field {', '.join(sorted(unknown))}")
     scene.__dict__.update(values)
     return scene
@@ -607,7 +607,7 @@ def _buildings(draft: Draft, effects: tuple[Effect, ...]) -> tuple[tuple[Buildin
             chain_of(buildings[-1], effects)
         except PoundingError as error:
             faults.append(Fault(keys.path, str(error)))
-    if not faults and "inelastic_storeys" in dict(effects) and not any(each.strengths for each in buildings):
+    if not faults and "inelastic_storeys" in dict(effects) and not any(building.strengths for building in buildings):
         faults.append(Fault(("effects", "inelastic_storeys"), NO_STRENGTHS))
     return tuple(buildings), faults
 

@@ -175,8 +175,8 @@ def effect_tables(effects: Any) -> Any:
 
 def effect_checks(draft: Draft) -> Iterator[Fault]:
     """Effects without what they act on, with a contact model that they do not act on; floors without a length."""
-    told = [keys.raw.get("contact_model") for keys in draft.tables("interface")]
-    laws = known_models([*told, *as_list(draft.table("grid").raw.get("contact_model"))])
+    named = [keys.raw.get("contact_model") for keys in draft.tables("interface")]
+    laws = known_models([*named, *as_list(draft.table("grid").raw.get("contact_model"))])
     yield from _floors(draft, laws)
     yield from _effects(draft, laws)
 

@@ -57,15 +57,15 @@ def given_keys(study: Scene) -> dict[KeyPath, Any]:
     """The keys that the scene's text and its overrides give; those of the resolved scene where it has no text."""
     from pounding_risk.scene.reader import written_tables
 
-    found: dict[KeyPath, Any] = {}
+    given: dict[KeyPath, Any] = {}
     for section, value in written_tables(study).items():
         for index, table in enumerate(value) if isinstance(value, list) else [(None, value)]:
             path = (section,) if index is None else (section, index)
-            found |= {(*path, key): item for key, item in table.items()}
+            given |= {(*path, key): item for key, item in table.items()}
             for key, item in table.items():
                 if isinstance(item, Mapping):
-                    found |= {(*path, key, option): setting for option, setting in item.items()}
-    return found
+                    given |= {(*path, key, option): setting for option, setting in item.items()}
+    return given
 
 
 def interface_tables(given: Given) -> int:
@@ -133,9 +133,10 @@ def _of_interfaces(study: Scene, given: Given) -> Iterator[Unused]:
             yield Unused((*base, "restitution"), f"{_verb(models.names, 'takes', 'take')} no restitution")
         if _is_finite(given.get((*base, "yield_force"))):
             yield from _yield_force((*base, "yield_force"), study, given, index)
-        if not _may_yield(study) and any(each.plastic_exponent > 0.0 for each in _interfaces_of(study, index, count)):
+        here = _interfaces_of(study, index, count)
+        if not _may_yield(study) and any(interface.plastic_exponent > 0.0 for interface in here):
             yield Unused((*base, "plastic_exponent"), "every yield force is inf, so that nothing yields")
-        yield from _of_levels(base, _interfaces_of(study, index, count), models)
+        yield from _of_levels(base, here, models)
     if not any(study.needs_equal_terms(name) for name in models.names):
         yield Unused(
             ("interface", 0, "equal_terms"), "every contact model of the scene takes the interface's own stiffness"
@@ -166,13 +167,13 @@ def _interfaces_of(study: Scene, index: int, count: int) -> tuple[ResolvedInterf
 
 def _of_levels(base: KeyPath, interfaces: tuple[ResolvedInterface, ...], models: Models) -> Iterator[Unused]:
     """What the contact points of these interfaces leave without use."""
-    if any(each.column_yield_force < inf for each in interfaces):
+    if any(interface.column_yield_force < inf for interface in interfaces):
         path = (*base, "column_yield_force")
         if not _kind_at(interfaces, COLUMN):
             yield Unused(path, "no floor meets a column here")
         elif not models.capped:
             yield _uncapped(path, models)
-    if not _levels_known(interfaces) and any(each.levels.tolerance is not None for each in interfaces):
+    if not _levels_known(interfaces) and any(interface.levels.tolerance is not None for interface in interfaces):
         yield Unused((*base, "tolerance"), "no building here has a height, so that there are no levels to compare")
 
 

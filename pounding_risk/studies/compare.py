@@ -260,8 +260,8 @@ def _impacts(study: Scene, dataset: xr.Dataset) -> dict[str, Any]:
     """Calibrated stiffness, restitution achieved, and the curves of the reference impacts, padded with NaN."""
     names, places = study.grid.contact_models, range(len(interface_names(dataset)))
     # A law without a stiffness may have none there.
-    told = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
-    stiffnesses = [{name: float(np.atleast_1d(k)[place]) for name, k in told.items()} for place in places]
+    given = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
+    stiffnesses = [{name: float(np.atleast_1d(k)[place]) for name, k in given.items()} for place in places]
     impacts = [reference_impacts(study.at(place), stiffnesses[place]) for place in places]
     elastic = [all(one.restitution > 1.0 - ELASTIC for one in of_law) for of_law in zip(*impacts, strict=True)]
     capped = np.array([_capped(study, label) for label in names], dtype=np.int8)
