@@ -1,6 +1,7 @@
 """What stands between two neighbours of a scene: contact, gap and the points where they meet, every value stated."""
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from math import inf
 from typing import Any, NamedTuple
 
@@ -20,7 +21,9 @@ from pounding_risk.models.structures.contact_points import (
 )
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
-from pounding_risk.scene.interfaces import NO_RESTITUTION, EqualTerms, GivenRestitution, Interface
+from pounding_risk.scene.interfaces import NO_RESTITUTION, PARAMETERS, EqualTerms, GivenRestitution, Interface
+from pounding_risk.scene.keys import Draft
+from pounding_risk.scene.tables import Grid
 from pounding_risk.scene.toml import Fault, KeyPath
 from pounding_risk.units import STOREY_HEIGHT, exact, parse, say
 
@@ -43,7 +46,7 @@ class Beside(NamedTuple):
         return LevelRule(left, right, self.table.tolerance)
 
 
-def contact_points(here: Beside) -> tuple[tuple[Point, ...], list[Fault]]:
+def _contact_points(here: Beside) -> tuple[tuple[Point, ...], list[Fault]]:
     """The contact points of two neighbours, and what is wrong with them."""
     table, sides, rule = here.table, here.sides, here.rule
     if table.contact:
@@ -105,6 +108,10 @@ def _misplaced(sides: tuple[Any, Any], floors: tuple[float, float], rule: LevelR
     return ""
 
 
+# What is resolved as its table gives it.
+AS_GIVEN = ("yield_force", "column_yield_force", *PARAMETERS, "equal_terms")
+
+
 class ResolvedInterface(NamedTuple):
     """What stands between two neighbours, every value stated."""
 
@@ -129,28 +136,44 @@ def stiff_model(own: str, gridded: Iterable[str]) -> str | None:
     return next((name for name in (own, *gridded) if not is_instant(CONTACT_MODELS[name])), None)
 
 
-def resolved_interface(
-    here: Beside, law_name: str, gridded: Iterable[str], gap: float, yield_force: float
-) -> ResolvedInterface:
-    """What stands between two neighbours whose tables have no fault, but for the points."""
-    table = here.table
-    owner = stiff_model(law_name, gridded)
-    stiffness = None if owner is None else parse(table.stiffness, stiffness_quantity(CONTACT_MODELS[owner]))
+def resolved_interfaces(
+    draft: Draft, buildings: Sequence[Building | Storeys], grid: Grid, row: bool
+) -> tuple[tuple[ResolvedInterface, ...], list[Fault]]:
+    """What stands between each two buildings, from tables without a fault; one table is for all where there is one."""
+    interfaces, faults = [], []
+    given = draft.tables("interface")
+    # What one interface does not say of its contact is that of the first which does.
+    inherited = ("contact_model", *PARAMETERS, "equal_terms")
+    shared = {key: keys.get(key) for key in inherited for keys in given[::-1] if key in keys}
+    # In a row, a grid of one yield force is that of all interfaces.
+    shared_force = {"yield_force": grid.yield_force[0]} if row and len(grid.yield_force) == 1 else {}
+    depths = [keys.get("floor_depth") for keys in draft.tables("building")]
+    for place, sides in enumerate(pairwise(buildings)):
+        keys = given[min(place, len(given) - 1)]
+        table = Interface.made(shared | dict(keys.values) | shared_force)
+        here = Beside(place, sides, (depths[place], depths[place + 1]), table, keys.path)
+        points, wrong = _contact_points(here)
+        faults += wrong
+        interfaces.append(_resolved(here, points, grid))
+    return tuple(interfaces), faults
+
+
+def _resolved(here: Beside, points: tuple[Point, ...], grid: Grid) -> ResolvedInterface:
+    """What stands between two neighbours: what their table does not say of the contact is the first of the grid."""
+    table, restitution = here.table, here.table.restitution
+    law_name = table.contact_model or grid.contact_model[0]
+    owner = stiff_model(law_name, grid.contact_model)
     return ResolvedInterface(
-        gap=gap,
+        gap=grid.gap[0] if table.gap is None else table.gap,
         law_name=law_name,
-        stiffness=stiffness,
-        restitution=table.restitution.rule,
-        restitution_words=table.restitution.words,
-        yield_force=yield_force,
-        column_yield_force=table.column_yield_force,
-        points=(),
+        stiffness=None if owner is None else parse(table.stiffness, stiffness_quantity(CONTACT_MODELS[owner])),
+        restitution=restitution.rule,
+        restitution_words=restitution.words,
+        relation=restitution.relation,
+        points=points,
         levels=here.rule,
         given=bool(table.contact),
-        relation=table.restitution.relation,
-        plastic_exponent=table.plastic_exponent,
-        design_penetration=table.design_penetration,
-        equal_terms=table.equal_terms,
+        **{key: getattr(table, key) for key in AS_GIVEN},
     )
 
 

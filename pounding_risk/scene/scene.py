@@ -41,14 +41,7 @@ from pounding_risk.scene.interfaces import (
 from pounding_risk.scene.keys import Draft, Section, Table, in_text
 from pounding_risk.scene.overrides import ARRAYS
 from pounding_risk.scene.records import records_of
-from pounding_risk.scene.resolved_interfaces import (
-    Beside,
-    ResolvedInterface,
-    contact_points,
-    interface_table,
-    resolved_interface,
-    stiff_model,
-)
+from pounding_risk.scene.resolved_interfaces import ResolvedInterface, interface_table, resolved_interfaces, stiff_model
 from pounding_risk.scene.sections import KEYS, every_fault, read_tables, written_overrides
 from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
 from pounding_risk.scene.toml import Fault, KeyPath, write_toml
@@ -563,7 +556,7 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
     buildings, faults = _buildings(draft, effects)
     if faults:
         return {}, faults
-    interfaces, faults = _interfaces(draft, buildings, grid, row)
+    interfaces, faults = resolved_interfaces(draft, buildings, grid, row)
     laws = dict.fromkeys(interface.law_name for interface in interfaces)
     values = {
         "name": draft.table("scene").get("name") or Path(origin.source).stem,
@@ -610,35 +603,6 @@ def _buildings(draft: Draft, effects: tuple[Effect, ...]) -> tuple[tuple[Buildin
     if not faults and "inelastic_storeys" in dict(effects) and not any(building.strengths for building in buildings):
         faults.append(Fault(("effects", "inelastic_storeys"), NO_STRENGTHS))
     return tuple(buildings), faults
-
-
-def _interfaces(
-    draft: Draft, buildings: tuple[Building | Storeys, ...], grid: Grid, row: bool
-) -> tuple[tuple[ResolvedInterface, ...], list[Fault]]:
-    """What stands between each two buildings; one table stands for all where there is one."""
-    interfaces, faults = [], []
-    given = draft.tables("interface")
-    # What one interface does not say of its contact is that of the first which does.
-    shared = {
-        key: keys.get(key)
-        for key in ("contact_model", *PARAMETERS, "equal_terms")
-        for keys in given[::-1]
-        if key in keys
-    }
-    depths = [keys.get("floor_depth") for keys in draft.tables("building")]
-    for place, sides in enumerate(pairwise(buildings)):
-        keys = given[min(place, len(given) - 1)]
-        table: Interface = Interface.made(shared | dict(keys.values))
-        here = Beside(place, sides, (depths[place], depths[place + 1]), table, keys.path)
-        points, wrong = contact_points(here)
-        faults += wrong
-        gap = grid.gap[0] if table.gap is None else table.gap
-        # In a row, a grid of one yield force is that of all interfaces.
-        force = grid.yield_force[0] if row and len(grid.yield_force) == 1 else table.yield_force
-        law_name = table.contact_model or grid.contact_model[0]
-        between = resolved_interface(here, law_name, grid.contact_model, gap, force)
-        interfaces.append(between._replace(points=points))
-    return tuple(interfaces), faults
 
 
 def _gridded(
