@@ -26,6 +26,7 @@ from pounding_risk.scene.keys import (
     measured,
     one_of,
     options,
+    several,
 )
 from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import GAP, LEVELS, RESTITUTION, SPEED, YIELD_FORCE, exact, shown
@@ -152,19 +153,12 @@ LAW_NAME = Key(
 )
 
 
-def _law_names(value: Any, number: Number) -> tuple[str, ...]:
-    """The contact models of a grid, in the order written."""
-    asked = list_of(value, 'contact_model = ["jankowski", "hertz"]')
-    return tuple(each(asked, lambda name: _law_name(name, number), distinct=True))
-
-
-LAW_NAMES = Key(
+LAW_NAMES = several(
+    "contact_model",
+    _law_name,
     "Contact models; a dimension of the dataset.",
-    _law_names,
     '["jankowski", "hertz"]',
     "that of the interface",
-    write=list,
-    schema={"type": "array", "items": {"type": "string"}},
 )
 
 

@@ -344,6 +344,16 @@ def one_of(allowed: Sequence[str], what: str, words: str, example: str, absent: 
     return Key(words, read, example, absent, missing, schema={"enum": list(allowed)})
 
 
+def several(name: str, read_one: Read, words: str, example: str, absent: str) -> Key:
+    """A list of names, each there once, of the key of this name."""
+
+    def read(value: Any, number: Number) -> tuple[Any, ...]:
+        asked = list_of(value, f"{name} = {example}")
+        return tuple(each(asked, lambda item: read_one(item, number), distinct=True))
+
+    return Key(words, read, example, absent, write=list, schema={"type": "array", "items": {"type": "string"}})
+
+
 def axis(quantity: Quantity, words: str, example: str, absent: str) -> Key:
     """Values of the grid: an ascending list, or {start, stop, num}."""
     usual = EXAMPLES[quantity.unit]
