@@ -63,7 +63,7 @@ def places_of(study: Scene, gaps: Array, yield_forces: Array) -> dict[str, Any]:
         of_axis = study.gridded_interface or "the scene's first one"
         coords["interface_gap"] = (("gap", "interface"), gaps, described("m", words + of_axis))
     if OF_EACH_INTERFACE in study.grid.contact_models:
-        names = [interface.law_name for interface in study.interfaces]
+        names = [interface.contact_model for interface in study.interfaces]
         coords["interface_contact_model"] = ("interface", names, {"long_name": "contact model of the interface"})
     return coords
 

@@ -116,7 +116,7 @@ class ResolvedInterface(NamedTuple):
     """What stands between two neighbours, every value stated."""
 
     gap: float  # m
-    law_name: str  # name of its contact model
+    contact_model: str  # name of its contact model
     stiffness: float | None  # N/m or N/m^1.5, as the first contact model that takes one has it
     restitution: Restitution
     restitution_words: str
@@ -161,11 +161,11 @@ def resolved_interfaces(
 def _resolved(here: Beside, points: tuple[Point, ...], grid: Grid) -> ResolvedInterface:
     """What stands between two neighbours: what their table does not say of the contact is the first of the grid."""
     table, restitution = here.table, here.table.restitution
-    law_name = table.contact_model or grid.contact_model[0]
-    owner = stiff_model(law_name, grid.contact_model)
+    contact_model = table.contact_model or grid.contact_model[0]
+    owner = stiff_model(contact_model, grid.contact_model)
     return ResolvedInterface(
         gap=grid.gap[0] if table.gap is None else table.gap,
-        law_name=law_name,
+        contact_model=contact_model,
         stiffness=None if owner is None else parse(table.stiffness, stiffness_quantity(CONTACT_MODELS[owner])),
         restitution=restitution.rule,
         restitution_words=restitution.words,
@@ -179,9 +179,9 @@ def _resolved(here: Beside, points: tuple[Point, ...], grid: Grid) -> ResolvedIn
 
 def interface_table(between: ResolvedInterface, gridded: Sequence[str]) -> Interface:
     """The table of an interface, every value stated; keys that make a row only where they were given."""
-    models = (between.law_name, *gridded)
-    owner = stiff_model(between.law_name, gridded)
-    values: dict[str, Any] = {"gap": between.gap, "contact_model": between.law_name}
+    models = (between.contact_model, *gridded)
+    owner = stiff_model(between.contact_model, gridded)
+    values: dict[str, Any] = {"gap": between.gap, "contact_model": between.contact_model}
     if between.stiffness is not None and owner is not None:
         values["stiffness"] = exact(float(between.stiffness), stiffness_quantity(CONTACT_MODELS[owner]))
     if between.restitution_words != NO_RESTITUTION:

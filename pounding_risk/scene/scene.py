@@ -203,10 +203,10 @@ class Scene(ShortRepr):
         yield "records", ", ".join(asked.names or asked.files) or asked.set or asked.manifest
 
     @property
-    def law_name(self) -> str:
+    def contact_model(self) -> str:
         """Contact model of the interfaces; `OF_EACH_INTERFACE` where they differ in theirs."""
-        names = {interface.law_name for interface in self.interfaces}
-        return self.interfaces[0].law_name if len(names) == 1 else OF_EACH_INTERFACE
+        names = {interface.contact_model for interface in self.interfaces}
+        return self.interfaces[0].contact_model if len(names) == 1 else OF_EACH_INTERFACE
 
     @property
     def interface_names(self) -> tuple[str, ...]:
@@ -229,12 +229,12 @@ class Scene(ShortRepr):
     @property
     def model_names(self) -> tuple[str, ...]:
         """The contact models of the interfaces, which `simulate` runs, and of the grid."""
-        own = (interface.law_name for interface in self.interfaces)
+        own = (interface.contact_model for interface in self.interfaces)
         return tuple(dict.fromkeys((*own, *self._gridded_models)))
 
     def models_of(self, *labels: str) -> tuple[str, ...]:
         """The contact models that labels of the dataset's contact models stand for, each once."""
-        own = tuple(interface.law_name for interface in self.interfaces)
+        own = tuple(interface.contact_model for interface in self.interfaces)
         return tuple(
             dict.fromkeys(name for label in labels for name in (own if label == OF_EACH_INTERFACE else (label,)))
         )
@@ -250,7 +250,7 @@ class Scene(ShortRepr):
         here, grid = self.interfaces[place], self.grid
         gaps = grid.gaps if self.gridded_interface in (None, self.interface_names[place]) else (here.gap,)
         forces = grid.yield_forces if len(grid.yield_forces) > 1 else (here.yield_force,)
-        models = tuple(here.law_name if name == OF_EACH_INTERFACE else name for name in grid.contact_models)
+        models = tuple(here.contact_model if name == OF_EACH_INTERFACE else name for name in grid.contact_models)
         return self.updated(
             buildings=self.buildings[place : place + 2],
             grid=grid._replace(gaps=gaps, yield_forces=forces, contact_models=models),
@@ -324,7 +324,7 @@ class Scene(ShortRepr):
         return law(**values)
 
     def _own_name(self, name: str | None) -> str:
-        return self.interfaces[0].law_name if name in (None, OF_EACH_INTERFACE) else str(name)
+        return self.interfaces[0].contact_model if name in (None, OF_EACH_INTERFACE) else str(name)
 
     def without_floor(self) -> tuple[str, ...]:
         """The buildings of which a model of colliding floors would miss the length; a rigid one is a wall."""
@@ -357,7 +357,7 @@ class Scene(ShortRepr):
     @property
     def stiff_name(self) -> str:
         """The contact model whose stiffness the scene gives: its own, or the grid's first that takes one."""
-        own = self.interfaces[0].law_name
+        own = self.interfaces[0].contact_model
         return stiff_model(own, self._gridded_models) or own
 
     @property
@@ -557,7 +557,7 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
     if faults:
         return {}, faults
     interfaces, faults = resolved_interfaces(draft, buildings, grid, row)
-    laws = dict.fromkeys(interface.law_name for interface in interfaces)
+    laws = dict.fromkeys(interface.contact_model for interface in interfaces)
     values = {
         "name": draft.table("scene").get("name") or Path(origin.source).stem,
         "buildings": buildings,

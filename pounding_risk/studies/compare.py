@@ -121,14 +121,19 @@ def compare(
     without = "" if laws or len(study.grid.contact_models) > 1 else left_out(study)
     study = on_equal_terms(study, laws, baseline, (same, speed))
     study, unequal = with_relation(study, relation)
-    baseline = baseline or study.law_name
+    baseline = baseline or study.contact_model
     if target is not None:
         check_replaceable_scene(target, "compare", study, new)
     dataset = scan(study, progress=progress)
     dataset = dataset.assign(_impacts(study, dataset))
     dataset = dataset.assign(tables(dataset, baseline))
     terms = study.equal_terms or USUAL_TERMS
-    dataset.attrs |= {"baseline": baseline, "reference_law": study.law_name, "same": terms.same, "speed": terms.speed}
+    dataset.attrs |= {
+        "baseline": baseline,
+        "reference_law": study.contact_model,
+        "same": terms.same,
+        "speed": terms.speed,
+    }
     place = widest_interface(dataset)
     shown_case = Shown(typical_case(at_interface(dataset, place), baseline), place)
     dataset = dataset.assign(histories_of_laws(study, shown_case, baseline))
@@ -143,19 +148,19 @@ def on_equal_terms(
     study: Scene, laws: Sequence[str], baseline: str | None, terms: tuple[str | None, float | str | None]
 ) -> Scene:
     """The study whose grid has the laws to compare, each with its calibrated stiffness; raises as `compare`."""
-    known = (*CONTACT_MODELS, study.law_name)
+    known = (*CONTACT_MODELS, study.contact_model)
     if baseline is not None and (not isinstance(baseline, str) or baseline not in known):
         raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
     grid = study.grid.contact_models
     names_asked = tuple(laws) or (grid if len(grid) > 1 else runnable(study))
-    names = tuple(dict.fromkeys((*names_asked, baseline or study.law_name)))
+    names = tuple(dict.fromkeys((*names_asked, baseline or study.contact_model)))
     for name in study.models_of(*names):
         known_law(name)
         if why := job_kind(study).unsolved(name):
             raise PoundingError(f"compare: {name}: {why}; leave it out")
     if len(names) < 2:
         raise PoundingError(f"compare: {names[0]} alone is no comparison; name another law, or none to run them all")
-    if own := [name for name in study.models_of(study.law_name) if "stiffness" not in known_law(name)._fields]:
+    if own := [name for name in study.models_of(study.contact_model) if "stiffness" not in known_law(name)._fields]:
         raise PoundingError(
             f"compare: {own[0]} has no stiffness to which other laws could be calibrated; give the interface "
             "a contact_model that has one, and name this one as the baseline"
@@ -312,7 +317,7 @@ def _capped(study: Scene, label: str) -> int:
 
 def _units(study: Scene, label: str) -> str:
     """Unit of the stiffness of a model of the grid, "" where it has none; of each interface where theirs differ."""
-    units = [_unit(label)] if label != OF_EACH_INTERFACE else [_unit(one.law_name) for one in study.interfaces]
+    units = [_unit(label)] if label != OF_EACH_INTERFACE else [_unit(one.contact_model) for one in study.interfaces]
     return units[0] if len(set(units)) == 1 else APART.join(units)
 
 

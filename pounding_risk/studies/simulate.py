@@ -87,7 +87,7 @@ def simulate(
             "column_yield_force of their interface: change it in the scene (--set on the command line)"
         )
     motion = driven(motions[name], sense, pga if pga is not None else study.grid.pgas[0])
-    run = run_of(study, case_of(study, motion, law or study.law_name, gap, yield_force))
+    run = run_of(study, case_of(study, motion, law or study.contact_model, gap, yield_force))
     keys = unused_keys(study)
     unused = {"unused_keys": as_text(keys)} if keys else {}
     notes = _notes(run, _narrowed(study, gap, pga), motions[name])

@@ -114,7 +114,7 @@ def test_the_scene_of_the_design():
         Building("frame", 44360.0, 0.208, 0.05),
         Building("masonry", 82600.0, 0.007, 0.05),
     )
-    assert (found.gap, found.law_name, found.stiffness, found.yield_force) == (
+    assert (found.gap, found.contact_model, found.stiffness, found.yield_force) == (
         0.0,
         "viscous_elastoplastic",
         4.2e10,
@@ -145,7 +145,7 @@ def test_defaults():
 def test_interface_values_may_come_from_the_grid_alone():
     text = SHORT.replace('gap = "25 mm"\ncontact_model = "hertz"\n', "")
     found = parse_scene(text + '[grid]\ngap = ["1 mm", "2 mm"]\ncontact_model = ["van_mier", "hertz"]\n')
-    assert (found.gap, found.law_name) == (0.001, "van_mier")
+    assert (found.gap, found.contact_model) == (0.001, "van_mier")
 
 
 def test_a_building_by_stiffness_and_a_rigid_one():

@@ -153,7 +153,7 @@ def test_laws_and_relations_are_the_objects_of_models():
         return in_python().replace(interfaces=[pr.Interface(0.01, **keys)]).interfaces[0]
 
     concrete = at(law=Jankowski(2.75e9), restitution=CONCRETE)
-    assert (concrete.law_name, concrete.stiffness, concrete.restitution_words) == ("jankowski", 2.75e9, "concrete")
+    assert (concrete.contact_model, concrete.stiffness, concrete.restitution_words) == ("jankowski", 2.75e9, "concrete")
     assert at(law=Jankowski("2.75e6 kN/m^1.5"), restitution=constant(0.4)).restitution == Restitution(0.4)
     van_mier = at(law=VanMier(4e10, 0.5), restitution={"value": 0.4, "relation": "published"})
     assert (van_mier.stiffness, van_mier.plastic_exponent) == (4e10, 0.5)

@@ -150,7 +150,7 @@ def _laws(study: Scene) -> list[str]:
     for name in study.grid.contact_models:
         if name == OF_EACH_INTERFACE:
             pairs = zip(study.interface_names, study.interfaces, strict=True)
-            name = ", ".join(f"{between.law_name} at {interface}" for interface, between in pairs)
+            name = ", ".join(f"{between.contact_model} at {interface}" for interface, between in pairs)
             stiffness = "stiffness of each interface"
         elif len(study.interfaces) > 1 and not study.needs_equal_terms(name):
             stiffness = "stiffness of each interface"
