@@ -340,7 +340,7 @@ def with_stiffness_unit(table: dict[str, Any]) -> dict[str, Any]:
     if name is None:
         raise SceneError("Interface", ["stiffness: a number without a unit; write contact_model too"])
     # For a model that takes none or is not there the unit does not count: the checks of the scene tell it.
-    law = LAWS.get(name, LAWS["hertz"])
+    law = LAWS.get(str(name), LAWS["hertz"])
     return table | {"stiffness": exact(float(stiffness), stiffness_quantity(law))}
 
 

@@ -16,6 +16,7 @@ import pounding_risk as pr
 from pounding_risk.ensemble.identity import digest, identity
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.errors import SceneError
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.contact.laws import RESTITUTION_OF_RATIO, Jankowski, VanMier
 from pounding_risk.models.contact.relation import RELATIONS
 from pounding_risk.models.restitution import CONCRETE, Restitution, constant
@@ -259,6 +260,13 @@ LINEAR = ['interface.1.contact_model="linear"', 'interface.2.contact_model="line
         (
             lambda: a_pair(interfaces=[{"gap": 0.01, "contact_model": "merged", "stiffness": 1e9}]),
             ["interface.stiffness: merged: the velocities jump, and no stiffness acts; remove it"],
+        ),
+        (
+            lambda: a_pair(interfaces=[{"gap": 0.01, "contact_model": ["hertz"], "stiffness": 1e9}]),
+            [
+                'interface.contact_model: ["hertz"] is not the name of a contact model; it may be '
+                + ", ".join(CONTACT_MODELS)
+            ],
         ),
         (
             lambda: a_pair(folder=None),
