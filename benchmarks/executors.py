@@ -31,7 +31,7 @@ from pounding_risk.ensemble.job import never
 from pounding_risk.ensemble.scan import scan, scan_shard
 from pounding_risk.ensemble.threads import Executor, Threads
 from pounding_risk.results.summary import counted
-from pounding_risk.scene.reader import study_from
+from pounding_risk.scene.scene import scene_of
 
 PROCESSES, SHARDS = 2, 3
 LAWS = ("jankowski", "viscous_elastoplastic")
@@ -86,7 +86,7 @@ def study_of(records: dict[str, Any], gaps: int, strengths: int, laws: Sequence[
     }
     if pgas:
         grid["pga"] = list(pgas)
-    return study_from(
+    return scene_of(
         {
             "building": [
                 {"name": "left", "mass": "500 t", "period": "0.5 s", "damping": 0.05},

@@ -19,8 +19,8 @@ import numpy as np
 
 import pounding_risk
 from pounding_risk.ensemble.scan import scan
-from pounding_risk.scene.reader import read_scene, study_from
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.reader import read_scene
+from pounding_risk.scene.scene import Scene, scene_of
 
 THREADS = 2
 LAWS = ("jankowski", "viscous_elastoplastic")
@@ -46,7 +46,7 @@ def study_of(gaps: int, strengths: int) -> Scene:
     """The grid's study; the records are those of the scene `compare.toml` that ships."""
     shipped = Path(pounding_risk.__file__).parent / "scene" / "shipped" / "compare.toml"
     forces = [f"{force:.6g} N" for force in np.geomspace(1e5, 1e7, strengths - 1)]
-    return study_from(
+    return scene_of(
         {
             "building": [
                 {"name": "left", "mass": "500 t", "period": "0.5 s", "damping": 0.05},

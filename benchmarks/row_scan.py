@@ -31,7 +31,7 @@ from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.record_sets import members
 from pounding_risk.results.files import told
 from pounding_risk.results.summary import counted
-from pounding_risk.scene.reader import study_from
+from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COUNT
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import Contacts
@@ -84,7 +84,7 @@ def block(count: int, asked: dict[str, Any]) -> Any:
     gaps = [{"gap": f"{chance.uniform(10.0, 80.0):.0f} mm"} | common | strength for _ in range(count - 1)]
     motions = {key: value for key, value in asked.items() if key != "pga"}
     grid = {"grid": {"pga": asked["pga"]}} if "pga" in asked else {}
-    return study_from({"building": street(count), "interface": gaps, "records": motions, **grid})
+    return scene_of({"building": street(count), "interface": gaps, "records": motions, **grid})
 
 
 def time_block(count: int) -> None:

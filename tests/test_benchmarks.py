@@ -108,7 +108,7 @@ def test_rows_are_timed(capsys):
     from row_scan import block, main, street
 
     study = block(6, {"names": ["RSN6-180"]})
-    assert study.is_row and len(study.neighbours) == 5
+    assert study.is_row and len(study.interfaces) == 5
     assert street(6) == street(30)[:6], "the same street each day, however much of it"
     assert main(["--buildings", "0", "--repeats", "1", "--largest", "2"]) == 0
     told = capsys.readouterr().out

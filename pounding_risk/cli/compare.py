@@ -133,9 +133,9 @@ def _print_terms(dataset: Any) -> None:
     heads = ("law", "stiffness", "e asked", "e achieved", "peak force", "penetration", "duration", "")
     rows = []
     for (name, law), has_own_terms in zip(_laws(dataset), with_terms_of_its_own(dataset), strict=True):
-        takes_restitution = int(law["dissipates"]) and known_law(name).needs_restitution
+        takes_restitution = int(law["dissipates"]) and known_law(_model_of(law)).needs_restitution
         notes = [] if takes_restitution else [_own_terms(law, has_own_terms)]
-        notes += ["yields at F_E"] if int(law["capped"]) else []
+        notes += ["yields at F_E"] if known_law(_model_of(law)).capped else []
         rows.append(
             (
                 name,
@@ -151,6 +151,14 @@ def _print_terms(dataset: Any) -> None:
     print_table(heads, rows, "lrrrrrrl")
 
 
+def _model_of(law: Any) -> str:
+    """Name of the contact model; of the interface's own where the label stands for those of all interfaces."""
+    from pounding_risk.scene.scene import OF_EACH_INTERFACE
+
+    name = str(law["contact_model"].values)
+    return str(law["interface_contact_model"].values) if name == OF_EACH_INTERFACE else name
+
+
 def _own_terms(law: Any, has_own_terms: bool) -> str:
     """Why a law does not have the restitution that is asked for."""
     from pounding_risk.scene.interfaces import known_law
@@ -159,7 +167,7 @@ def _own_terms(law: Any, has_own_terms: bool) -> str:
         return "e and force are its own: nothing can be made equal"
     if int(law["dissipates"]):
         return "e is its own: no restitution can be given to it"
-    if known_law(str(law["contact_model"].values)).needs_restitution:
+    if known_law(_model_of(law)).needs_restitution:
         return "elastic with e = 1"
     return "elastic: cannot dissipate, no restitution can be given to it"
 

@@ -6,10 +6,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from pounding_risk.errors import SceneError
-from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.relation import least_of, out_of_reach
 from pounding_risk.models.effects import with_effects
-from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.pair.isolated import equal_stiffness
 
@@ -45,16 +43,9 @@ def beyond_reach(study: Scene, names: Iterable[str]) -> str:
 
     That of the interface that asks for the least.
     """
-    least = min(least_of(neighbour.restitution) for neighbour in study.neighbours)
+    least = min(least_of(interface.restitution) for interface in study.interfaces)
     sentences = (out_of_reach(study.law_class(name), least, study.design_penetration) for name in names)
     return next(filter(None, sentences), "")
-
-
-def unsolved(study: Scene, name: str) -> str:
-    """Why the solver of this scene cannot run a contact model; "" where it can."""
-    if study.is_row and is_instant(known_law(name)):
-        return "velocities jump, which only the solver of two single masses that meet mass to mass computes"
-    return ""
 
 
 def check_reach(study: Scene, names: Iterable[str]) -> None:

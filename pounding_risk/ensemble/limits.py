@@ -2,7 +2,8 @@
 
 A response without contact has a state at every node: at the samples, and between them where the phase of the fastest
 mode would advance by more than `TURN` (`pair.at_rest`, `row.lay_out`). Its size follows from the record and the
-shortest period alone.
+shortest period alone. Under a wave there is a node at the samples of every building, and the ground under each has a
+table of its own.
 """
 
 from __future__ import annotations
@@ -15,11 +16,14 @@ from math import ceil, sqrt
 from pathlib import Path
 
 from pounding_risk.errors import SceneError
+from pounding_risk.models.effects import wave_of
+from pounding_risk.models.ground import arrivals_of
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.scene import Scene
 
 TURN = 2.5  # rad, largest phase between nodes
+BYTES_OF_GROUND = 6 * 8.0  # of a node and building under a wave (`models.ground.arriving`)
 BYTES_A_NODE = 120.0  # of a response while it is made: ground, time, four states, and NumPy's copies of the first two
 MOST_BYTES = 1e14  # of a dataset: more than any disk that a scan is written to
 
@@ -45,7 +49,13 @@ def fastest_rate(study: Scene) -> float:
 def response_bytes(study: Scene, motion: Motion) -> float:
     """Memory of one response without contact to a motion [bytes]."""
     parts = max(1, ceil(fastest_rate(study) * motion.dt / TURN))
-    return BYTES_A_NODE * parts * motion.acceleration.size
+    steps, wave = parts * motion.acceleration.size, wave_of(study.effects)
+    if wave is None:
+        return BYTES_A_NODE * steps
+    count = len(study.buildings)
+    arrivals = arrivals_of(wave.arrivals(count), motion.dt / parts)
+    nodes = max(2, arrivals.offsets.size)  # in a step: a pair has two in any case
+    return (BYTES_A_NODE + BYTES_OF_GROUND * count) * nodes * steps
 
 
 def check_memory(study: Scene, motions: Iterable[Motion]) -> None:

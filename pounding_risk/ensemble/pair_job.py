@@ -39,6 +39,7 @@ class PairJob(GridJob):
     """The grid of two single masses that meet mass to mass. Raises as `laws.law_of`."""
 
     solver = "pair"
+    solves_jumps, has_storeys = True, False
     at_once = 8
     own_kernels = False
 

@@ -121,7 +121,7 @@ def _of_buildings(study: Scene) -> Iterator[str]:
 
 
 def _of_gaps(study: Scene) -> Iterator[str]:
-    own = [neighbour.gap for neighbour in study.neighbours]
+    own = [interface.gap for interface in study.interfaces]
     yield from _unusual("gap", dict(zip(study.interface_names, own, strict=True)))
     yield from _unusual("gap", {"grid.gap": max(study.grid.gaps)} if max(study.grid.gaps) > max(own) else {})
 

@@ -52,6 +52,7 @@ class RowJob(GridJob):
     """The grid of a row. Raises as `row_grid.row_grid`."""
 
     solver = "row"
+    solves_jumps, has_storeys = False, True
 
     def __init__(self, scan_input: ScanInput):
         self.grid = row_grid(scan_input.study)

@@ -36,6 +36,8 @@ RANKED = (("peak relative displacement", "displacement"), ("peak contact force",
 JUDGED = (("displacement", f"displacement off by > {100 * NOTABLE:.0f} %"), ("yield exceedance", "yielding or not"))
 TICKS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0, 10.0)
 SHOWN = 10.0  # s of a history, about the moment at which the laws differ most
+ROW_HEIGHT = 0.36  # inches of a law in the panels above
+FEWEST_ROWS = 4  # that these panels have room for, so that their titles and ticks stand apart
 FAMILIES = {"N/m": ("k", 1e6, "kN/mm"), "N/m^1.5": ("β", 1.0, "N/m$^{1.5}$")}
 
 
@@ -60,7 +62,8 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     place = place_of_interface(dataset, interface)
     which, dataset = which_interface(dataset, place), of_interface(dataset, place)
     laws = _laws(dataset)
-    figure, axes = blank(2, 6, (15.0, 3.6 + 0.36 * len(laws)), height_ratios=(0.36 * len(laws), 2.4))
+    height = ROW_HEIGHT * max(len(laws), FEWEST_ROWS)
+    figure, axes = blank(2, 6, (15.0, 3.6 + height), height_ratios=(height, 2.4))
     limits = _limits(dataset)
     for axis, panel in zip(axes[0, :4], PANELS, strict=True):
         _ratios(axis, dataset, panel, (laws, limits))
@@ -162,8 +165,9 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple
 
 
 def _legend_below(axis: Any, rows: int) -> None:
-    """A legend that covers no law, below the axis' words: as far below as 1.6 of its rows are high."""
-    position = {"loc": "upper center", "bbox_to_anchor": (0.5, -1.6 / rows), "borderpad": 0.3, "handlelength": 1.2}
+    """A legend that covers no law, below the axis' words: as far below as 1.6 usual rows are high."""
+    below = -1.6 / max(rows, FEWEST_ROWS)
+    position = {"loc": "upper center", "bbox_to_anchor": (0.5, below), "borderpad": 0.3, "handlelength": 1.2}
     axis.legend(fontsize=8, frameon=False, **position)
 
 

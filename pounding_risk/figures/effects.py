@@ -48,9 +48,11 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         for name in names[1:]:
             acted = yields | bool(dataset["acts_on_all"].sel(effects=name))
             rows.append(_values(dataset, name, output, acted))
-        edges = _edges(rows)
+        axis.set_xlim(*_edges(rows))
+        axis.locator_params(axis="x", nbins=7)
         for row, values in enumerate(rows, 1):
-            _spread(axis, row, values, edges, STYLES[row % len(STYLES)][0])
+            _spread(axis, row, values, STYLES[row % len(STYLES)][0])
+            _beyond(axis, row, values, "mm" if in_mm else "%")
         axis.axvline(0.0, color=QUIET, linewidth=0.8)
         axis.set_title(words, fontsize=10)
         axis.set_xlabel("widening of the gap at the end [mm]" if in_mm else "change by the effects [%]")
@@ -62,7 +64,7 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     condition = (
         f"{dataset.attrs['title']}; the {int(yields.sum())} of {counted(yields.size, 'case')} that yield without "
         f"effects{wide}; "
-        "bars: middle two thirds, line: median"
+        f"bars: middle two thirds, line: median{_dots(dataset)}"
     )
     title(figure, dataset.attrs["finding"], condition, note)
     return figure
@@ -80,16 +82,19 @@ def _values(dataset: xr.Dataset, name: str, output: str, acted: np.ndarray) -> n
 
 
 def _edges(rows: list[np.ndarray]) -> tuple[float, float]:
-    """Ends of a panel: all values but the outermost hundredth of any row, so that a few far cases leave room."""
+    """Ends of a panel: all values but the outermost hundredth of any row, so that a few far cases leave room.
+
+    Below a hundred values a row has all of them within.
+    """
     full = [values for values in rows if values.size] or [np.zeros(1)]
-    low = min(0.0, *(float(np.quantile(values, 0.01)) for values in full))
-    high = max(0.0, *(float(np.quantile(values, 0.99)) for values in full))
+    low = min(0.0, *(float(np.quantile(values, 0.01, method="lower")) for values in full))
+    high = max(0.0, *(float(np.quantile(values, 0.99, method="higher")) for values in full))
     margin = 0.05 * (high - low) or 1.0
     return low - margin, high + margin
 
 
-def _spread(axis: Any, row: int, values: np.ndarray, edges: tuple[float, float], colour: str) -> None:
-    axis.set_xlim(*edges)
+def _spread(axis: Any, row: int, values: np.ndarray, colour: str) -> None:
+    """Every value of a row, their median and middle two thirds."""
     if not values.size:
         return
     # Points side by side at random, the same on any day.
@@ -98,11 +103,23 @@ def _spread(axis: Any, row: int, values: np.ndarray, edges: tuple[float, float],
     low, middle, high = np.quantile(values, (0.16, 0.5, 0.84))
     axis.plot([low, high], [row, row], color="black", linewidth=3, solid_capstyle="butt", alpha=0.6)
     axis.plot([middle, middle], [row - 0.28, row + 0.28], color="black", linewidth=2)
-    for edge, beyond, side in ((edges[0], values < edges[0], "left"), (edges[1], values > edges[1], "right")):
+
+
+def _beyond(axis: Any, row: int, values: np.ndarray, unit: str) -> None:
+    """How many values of a row lie outside the panel, and the farthest."""
+    left, right = axis.get_xlim()
+    for edge, beyond, side in ((left, values < left, "left"), (right, values > right, "right")):
         if beyond.any():
             far = values[beyond].min() if side == "left" else values[beyond].max()
-            words = f"{beyond.sum()} beyond, to {far:+.0f}"
-            axis.annotate(words, (edge, row + 0.42), ha=side, va="center", fontsize=8, color="black")
+            words, inside = f"{beyond.sum()} beyond, to {far:+.0f} {unit}", 3 if side == "left" else -3
+            place = {"xytext": (inside, 0), "textcoords": "offset points", "ha": side, "va": "center"}
+            axis.annotate(words, (edge, row + 0.42), fontsize=8, color="black", **place)
+
+
+def _dots(dataset: xr.Dataset) -> str:
+    """What a dot of a row's figure is, which has several a case."""
+    several = dataset.sizes.get("interface", 1) > 1
+    return ", dots: a case at one interface, or of one building" if several else ""
 
 
 def _costs(axis: Any, dataset: xr.Dataset) -> None:

@@ -48,8 +48,8 @@ class _Method:
         self.function = function
 
     def __get__(self, accessor: Pounding | None, owner: type | None = None) -> Callable[..., Any]:
-        found: Any = self.function
-        function: Any = reduce(getattr, found.split("."), pounding_risk) if isinstance(found, str) else found
+        named: Any = self.function
+        function: Any = reduce(getattr, named.split("."), pounding_risk) if isinstance(named, str) else named
         return function if accessor is None else _bound(function, accessor)
 
 

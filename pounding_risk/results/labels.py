@@ -18,6 +18,7 @@ from pounding_risk.results.layout import AXES, CaseVariable
 from pounding_risk.results.places import building_coordinates, place_coordinates
 from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
 from pounding_risk.results.variables import described, own_dims
+from pounding_risk.scene.interfaces import said_restitution
 from pounding_risk.scene.level_notes import level_notes
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
 from pounding_risk.scene.unused_keys import unused_keys
@@ -62,7 +63,7 @@ def places_of(study: Scene, gaps: Array, yield_forces: Array) -> dict[str, Any]:
         of_axis = study.gridded_interface or "the scene's first one"
         coords["interface_gap"] = (("gap", "interface"), gaps, described("m", words + of_axis))
     if OF_EACH_INTERFACE in study.grid.contact_models:
-        names = [neighbour.law_name for neighbour in study.neighbours]
+        names = [interface.contact_model for interface in study.interfaces]
         coords["interface_contact_model"] = ("interface", names, {"long_name": "contact model of the interface"})
     return coords
 
@@ -214,7 +215,7 @@ def attributes(study: Scene, motions: tuple[Motion, ...], laws: Laws, solver: st
     ``solver`` is its name, "pair" or "row".
     """
     notes = level_notes(study)
-    rules = [neighbour.restitution_words for neighbour in study.neighbours]
+    rules = [said_restitution(interface.restitution_words) for interface in study.interfaces]
     return {
         "Conventions": CONVENTIONS,
         "title": study.name,

@@ -67,8 +67,8 @@ def _storeyed(quantity: Quantity, words: str, example: str, absent: str, missing
             return [exact(float(value), quantity) for value in values]
         return exact(float(values), quantity)
 
-    told = f"{words}: a list from the ground up, or one value for all storeys."
-    return Key(told, read, example, absent, missing, write, {"type": ["string", "array"], **facts(quantity)})
+    meaning = f"{words}: a list from the ground up, or one value for all storeys."
+    return Key(meaning, read, example, absent, missing, write, {"type": ["string", "array"], **facts(quantity)})
 
 
 def _storey_count(value: Any, number: Number) -> int:
@@ -80,15 +80,7 @@ def _storey_count(value: Any, number: Number) -> int:
 
 
 # Keys of more than one kind of building.
-Name = Annotated[
-    str,
-    text(
-        "What tables and figures call the building; each has its own.",
-        "frame",
-        REQUIRED,
-        'missing; write name = "frame"',
-    ),
-]
+Name = Annotated[str, text("What tables and figures call the building; each has its own.", "frame", REQUIRED)]
 Mass = Annotated[
     float,
     measured(
@@ -126,7 +118,6 @@ StoreyCount = Annotated[
         _storey_count,
         "4",
         "as many as the lists have values",
-        "missing; write storeys = 4",
         schema={"type": "integer"},
     ),
 ]
@@ -307,12 +298,12 @@ class ShearBuilding(AnyBuilding):
             yield keys.fault("storeys", sentence, absent=True)
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             return
-        told = f"storeys = {count}" if "storeys" in keys else f"{count} {next(iter(lengths), 'storeys')}"
+        stated = f"storeys = {count}" if "storeys" in keys else f"{count} {next(iter(lengths), 'storeys')}"
         for key, length in lengths.items():
             if length != count and length:
                 yield keys.fault(
                     key,
-                    f"{length} value{'s' * (length != 1)} for {told}; write one for each storey, from the ground up, "
+                    f"{length} value{'s' * (length != 1)} for {stated}; write one for each storey, from the ground up, "
                     "or one value for all",
                 )
 

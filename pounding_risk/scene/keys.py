@@ -58,7 +58,7 @@ class Key:
     absent : str
         What holds where the key is left out.
     missing : str
-        The sentence for a required key that is not there.
+        The sentence for a required key that is not there, where its example does not say it all.
     write : callable
         From the value that was read to the value as written.
     schema : dict
@@ -75,6 +75,10 @@ class Key:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(lambda value: self.read(_plain(value), si))
+
+    def lacks(self, name: str) -> str:
+        """The sentence for the key of this name where it should be there and is not."""
+        return self.missing or f"missing; write {name} = {self.example}"
 
     def documented(self, name: str, required: bool) -> list[str]:
         """The key as a parameter of its class, in the form of numpydoc."""
@@ -141,7 +145,7 @@ class Table(BaseModel):
     def keys(cls) -> dict[str, Key]:
         """The declarations of its keys by name."""
         fields = cls.model_fields.items()
-        return {name: next(each for each in about.metadata if isinstance(each, Key)) for name, about in fields}
+        return {name: next(key for key in about.metadata if isinstance(key, Key)) for name, about in fields}
 
     @classmethod
     def required(cls) -> list[str]:
@@ -164,11 +168,11 @@ class Table(BaseModel):
 
     @classmethod
     def _sentences(cls, error: ValidationError) -> Iterator[str]:
-        for found in error.errors(include_url=False):
-            name, cause = str(found["loc"][0]), found.get("ctx", {}).get("error")
-            if found["type"] == "missing":
-                yield f"{name}: {cls.keys()[name].missing}"
-            elif found["type"] == "extra_forbidden":
+        for fault in error.errors(include_url=False):
+            name, cause = str(fault["loc"][0]), fault.get("ctx", {}).get("error")
+            if fault["type"] == "missing":
+                yield f"{name}: {cls.keys()[name].lacks(name)}"
+            elif fault["type"] == "extra_forbidden":
                 yield f"{name}: unknown key{nearest(name, cls.model_fields)}; it takes {', '.join(cls.model_fields)}"
             else:
                 yield f"{name}: {cause}"
@@ -181,9 +185,9 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return value.tolist()
     if type(value) in (list, tuple):
-        return [_plain(each) for each in value]
+        return [_plain(element) for element in value]
     if type(value) is dict:
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: _plain(element) for key, element in value.items()}
     return value
 
 
@@ -277,7 +281,9 @@ def read_section(
             faults += [Fault((*path, name, *below), sentence) for below, sentence in error.faults]
         except ValueError as error:
             faults.append(Fault((*path, name), str(error)))
-    faults += [Fault((*path, name), known[name].missing, absent=True) for name in kind.required() if name not in raw]
+    faults += [
+        Fault((*path, name), known[name].lacks(name), absent=True) for name in kind.required() if name not in raw
+    ]
     return Section(kind, path, raw, values), faults
 
 
@@ -331,10 +337,21 @@ def one_of(allowed: Sequence[str], what: str, words: str, example: str, absent: 
     def read(value: Any, number: Number) -> str:
         if value not in allowed:
             hint = nearest(value, allowed) if isinstance(value, str) else ""
-            raise Unreadable(f"{shown(value)} is not {what}{hint}; it may be {', '.join(map(shown, allowed))}")
+            between = " or " if len(allowed) == 2 else ", "
+            raise Unreadable(f"{shown(value)} is not {what}{hint}; it may be {between.join(map(shown, allowed))}")
         return str(value)
 
     return Key(words, read, example, absent, missing, schema={"enum": list(allowed)})
+
+
+def several(name: str, read_one: Read, words: str, example: str, absent: str) -> Key:
+    """A list of names, each there once, of the key of this name."""
+
+    def read(value: Any, number: Number) -> tuple[Any, ...]:
+        asked = list_of(value, f"{name} = {example}")
+        return tuple(each(asked, lambda item: read_one(item, number), distinct=True))
+
+    return Key(words, read, example, absent, write=list, schema={"type": "array", "items": {"type": "string"}})
 
 
 def axis(quantity: Quantity, words: str, example: str, absent: str) -> Key:
@@ -375,9 +392,9 @@ def _spaced(value: dict[str, Any], quantity: Quantity, number: Number) -> tuple[
             raise Unreadable(f'{shown(written)} cannot bound even steps; write a list that ends with "inf" instead')
         return limit
 
-    told = "a range has start, stop and num"
+    takes = "a range has start, stop and num"
     kinds = {"start": bound, "stop": bound, "num": _count}
-    ends = options(value, kinds, tuple(kinds), missing=f"missing; {told}", takes=told)
+    ends = options(value, kinds, tuple(kinds), lambda key: f"missing; {takes}", takes)
     if ends["stop"] <= ends["start"]:
         sentence = (
             f"{shown(value['stop'])} is not above start {shown(value['start'])}; "
@@ -431,7 +448,11 @@ def each(values: list[Any], read: Callable[[Any], Any], distinct: bool = False) 
 
 
 def options(
-    value: Mapping[str, Any], kinds: Mapping[str, Callable[[Any], Any]], needed: Sequence[str], missing: str, takes: str
+    value: Mapping[str, Any],
+    kinds: Mapping[str, Callable[[Any], Any]],
+    needed: Sequence[str],
+    missing: Callable[[str], str],
+    takes: str,
 ) -> dict[str, Any]:
     """The values of an inline table, each by its reader; all faults at once.
 
@@ -443,7 +464,7 @@ def options(
         A reader for each key that it may have.
     needed : sequence of str
         Keys that must be there.
-    missing : str
+    missing : callable
         The sentence for one of them that is not.
     takes : str
         Which keys it takes, for one that is not known.
@@ -455,7 +476,7 @@ def options(
             if key not in kinds:
                 raise Unreadable(f"unknown key{nearest(key, kinds)}; {takes}")
             if key not in value:
-                raise Unreadable(missing)
+                raise Unreadable(missing(key))
             values[key] = kinds[key](value[key])
         except Several as error:
             faults += [((key, *below), sentence) for below, sentence in error.faults]

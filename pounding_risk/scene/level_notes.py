@@ -11,7 +11,7 @@ from math import isnan
 from typing import Any, NamedTuple
 
 from pounding_risk.models.structures.contact_points import ROUNDING, LevelRule, automatic_points, outlines
-from pounding_risk.scene.interfaces import Neighbour
+from pounding_risk.scene.resolved_interfaces import ResolvedInterface
 from pounding_risk.scene.scene import Scene
 from pounding_risk.units import STOREY_HEIGHT, say
 
@@ -32,11 +32,11 @@ class CloseCall(NamedTuple):
 def level_notes(study: Scene) -> dict[str, str]:
     """What to know of each interface of a row where close calls decide what meets what, by its name."""
     notes = {}
-    for place, neighbour in enumerate(study.neighbours):
+    for place, interface in enumerate(study.interfaces):
         sides = study.buildings[place], study.buildings[place + 1]
-        calls = [] if neighbour.given else close_calls(*sides, neighbour.levels)
+        calls = [] if interface.given else close_calls(*sides, interface.levels)
         if calls:
-            notes[study.interface_names[place]] = _sentence(sides, neighbour, calls)
+            notes[study.interface_names[place]] = _sentence(sides, interface, calls)
     return notes
 
 
@@ -81,11 +81,11 @@ def _is_close(rule: LevelRule, left: float, right: float) -> bool:
     return abs(apart - limit) < max(NEAR, NEAR_SHARE * limit) - ROUNDING or (overlap and not rule.is_one(left, right))
 
 
-def _sentence(sides: tuple[Any, Any], neighbour: Neighbour, calls: list[CloseCall]) -> str:
+def _sentence(sides: tuple[Any, Any], interface: ResolvedInterface, calls: list[CloseCall]) -> str:
     """What is taken to meet what at an interface, and what would change it."""
     more = f" and {len(calls) - MOST_TOLD} more" if len(calls) > MOST_TOLD else ""
     pairs = "; ".join(_pair(sides, call) for call in calls[:MOST_TOLD])
-    return f"{pairs[0].upper()}{pairs[1:]}{more}. {' '.join(_repairs(neighbour.levels, calls))}"
+    return f"{pairs[0].upper()}{pairs[1:]}{more}. {' '.join(_repairs(interface.levels, calls))}"
 
 
 def _pair(sides: tuple[Any, Any], call: CloseCall) -> str:

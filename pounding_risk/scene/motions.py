@@ -28,19 +28,19 @@ def gathered(study: Scene) -> MotionEnsemble:
     faults = conflicts(study.records.given(), grid_pga=study.grid.pgas != (None,) and study.records.pga is None)
     if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
         raise SceneError(study.source, sentences)
-    found = read_ensemble(study.records, study.folder, scaled=study.grid.pgas == (None,))
-    found = found._replace(motions=tuple(_for_buildings(motion, study) for motion in found.motions))
-    if not found.motions:
+    ensemble = read_ensemble(study.records, study.folder, scaled=study.grid.pgas == (None,))
+    ensemble = ensemble._replace(motions=tuple(_for_buildings(motion, study) for motion in ensemble.motions))
+    if not ensemble.motions:
         asked = ", ".join(study.records.files)
-        left = f"; left out: {', '.join(found.left_out)}" if found.left_out else ""
+        left = f"; left out: {', '.join(ensemble.left_out)}" if ensemble.left_out else ""
         raise SceneError(study.source, [f"records.files: {asked} matches no record{left}; check the folder"])
     wave = wave_of(study.effects)
     lag = 0.0 if wave is None else float(wave.arrivals(len(study.buildings)).max())
-    for motion in found.motions:
+    for motion in ensemble.motions:
         if lag >= motion.duration:
-            told = f"the wave needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
-            raise SceneError(study.source, [f"effects.wave_passage: {told}; check velocity and distance"])
-    return found
+            sentence = f"the wave needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
+            raise SceneError(study.source, [f"effects.wave_passage: {sentence}; check velocity and distance"])
+    return ensemble
 
 
 def _for_buildings(motion: Motion, study: Scene) -> Motion:

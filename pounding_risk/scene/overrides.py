@@ -45,14 +45,14 @@ def override(raw: dict[str, Any], text: str, known: Mapping[str, Container[str]]
             raise SceneError(source, [f"{label}: {chosen}"])
         indices, keys = chosen
         paths = [(section, index) for index in indices]
-    found: list[KeyPath] = []
+    set_paths: list[KeyPath] = []
     for path in paths:
         target = elements[path[1]] if len(path) > 1 else elements
         below = _assign(target, keys, value)
         if isinstance(below, str):
             raise SceneError(source, [f"{label}: {below}"])
-        found.append((*path, *below))
-    return found
+        set_paths.append((*path, *below))
+    return set_paths
 
 
 def _assignment(text: str, source: str) -> tuple[list[str], Any]:
@@ -80,10 +80,10 @@ def _assignment(text: str, source: str) -> tuple[list[str], Any]:
 
 def _names(raw: Mapping[str, Any], section: str) -> list[str | None]:
     """How the elements of an array of tables may be called; an interface by its buildings, where each has its own."""
-    found = element_names(raw[section])
+    names = element_names(raw[section])
     buildings = [name or "" for name in element_names(raw.get("building"))]
     between = [f"{left} | {right}" for left, right in pairwise(buildings)]
-    return [*between] if section == "interface" and len(between) == len(found) else found
+    return [*between] if section == "interface" and len(between) == len(names) else names
 
 
 def _chosen(

@@ -36,7 +36,7 @@ def read_scene(scene: str | Path | Mapping[str, Any], overrides: Sequence[str] =
         With every fault: its line, its key and the likely repair.
     """
     if isinstance(scene, Mapping):
-        return study_from(scene, overrides=overrides)
+        return scene_of(scene, overrides=overrides)
     if isinstance(scene, str) and ("\n" in scene or "[[" in scene):
         return parse_scene(scene, overrides=overrides)
     if not isinstance(scene, str | Path):
@@ -50,11 +50,6 @@ def read_scene(scene: str | Path | Mapping[str, Any], overrides: Sequence[str] =
 def parse_scene(text: str, source: str = "scene", overrides: Sequence[str] = ()) -> Scene:
     """The scene of a TOML text. As `read_scene`; record files are relative to ``source``'s folder."""
     return scene_of(parse_toml(text, source), source, overrides, text=text, lines=key_lines(text))
-
-
-def study_from(tables: Mapping[str, Any], source: str = "scene", overrides: Sequence[str] = ()) -> Scene:
-    """The scene of a dict with the keys of a scene file. As `read_scene`; faults have no lines then."""
-    return scene_of(tables, source, overrides)
 
 
 def written_tables(scene: Scene) -> dict[str, Any]:

@@ -26,9 +26,9 @@ from pounding_risk.scene.keys import (
     Table,
     Unreadable,
     each,
-    list_of,
     measured,
     options,
+    several,
     text,
 )
 from pounding_risk.scene.toml import Fault, KeyPath, as_list, table
@@ -127,21 +127,16 @@ def _fault(step: Any, number: Number, key: str = "") -> str:
     return ""
 
 
-def _record_names(value: Any, number: Number) -> tuple[str, ...]:
-    """Ids of the catalogue."""
-    asked = list_of(value, 'names = ["RSN6-180"]')
+def _record_name(value: Any, number: Number) -> str:
+    """An id of the catalogue."""
     known = catalogue_ids()
-
-    def read(item: Any) -> str:
-        if not isinstance(item, str) or item not in known:
-            hint = nearest(item, known, 0.4) or _meant(item) if isinstance(item, str) else ""
-            raise Unreadable(
-                f"{shown(item)} is not a record of the catalogue{hint}; "
-                "`pounding-risk records` lists them, and a file of your own goes into files"
-            )
-        return item
-
-    return tuple(each(asked, read, distinct=True))
+    if not isinstance(value, str) or value not in known:
+        hint = nearest(value, known, 0.4) or _meant(value) if isinstance(value, str) else ""
+        raise Unreadable(
+            f"{shown(value)} is not a record of the catalogue{hint}; "
+            "`pounding-risk records` lists them, and a file of your own goes into files"
+        )
+    return value
 
 
 def _meant(word: str) -> str:
@@ -150,12 +145,6 @@ def _meant(word: str) -> str:
 
     near = " or ".join(f'"{id}"' for id in similar(word))
     return f" (did you mean {near}?)" if near else ""
-
-
-def _record_files(value: Any, number: Number) -> tuple[str, ...]:
-    """Names or patterns of record files, or folders."""
-    pattern = text("", "my/*.AT2")
-    return tuple(each(list_of(value, 'files = ["my/*.AT2"]'), lambda item: pattern.read(item, number), distinct=True))
 
 
 def _record_set(value: Any, number: Number) -> str:
@@ -188,7 +177,9 @@ def _spectral(value: Any, number: Number, example: str, *, with_value: bool) -> 
     quantities = {**({"value": PGA} if with_value else {}), "period": PERIOD, "damping": DAMPING}
     kinds = {key: lambda item, quantity=quantity: number(item, quantity) for key, quantity in quantities.items()}
     needed = [key for key in kinds if key != "damping"]
-    return Spectral(**options(value, kinds, needed, f"missing; write {example}", f"it takes {', '.join(kinds)}"))
+    return Spectral(
+        **options(value, kinds, needed, lambda key: f"missing; write {example}", f"it takes {', '.join(kinds)}")
+    )
 
 
 def _sa(value: Any, number: Number) -> Spectral:
@@ -210,17 +201,16 @@ class Records(Table):
 
     names: Annotated[
         tuple[str, ...],
-        Key("Ids of the catalogue.", _record_names, '["RSN6-180"]', _ONE_SOURCE, write=list, schema=_STRINGS),
+        several("names", _record_name, "Ids of the catalogue.", '["RSN6-180"]', _ONE_SOURCE),
     ] = ()
     files: Annotated[
         tuple[str, ...],
-        Key(
+        several(
+            "files",
+            text("", "my/*.AT2").read,
             "Files, patterns or folders, from the scene's folder; one component after #.",
-            _record_files,
             '["my/*.AT2"]',
             _ONE_SOURCE,
-            write=list,
-            schema=_STRINGS,
         ),
     ] = ()
     set: Annotated[

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, fields
 from importlib import import_module
 from itertools import pairwise
 from math import inf, isnan
+from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,38 +21,36 @@ from pounding_risk.models.contact.impulsive import is_instant, needs_floors
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import related
 from pounding_risk.models.effects import EFFECTS
-from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR_DEPTH, Point
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import RecordRequest
 from pounding_risk.scene.buildings import structure_of, table_of
+from pounding_risk.scene.interface_checks import is_row
 from pounding_risk.scene.interfaces import (
     EQUAL_TERMS,
     NO_RESTITUTION,
     PARAMETERS,
-    Beside,
-    EqualTerms,
     Interface,
-    Neighbour,
-    contact_points,
     interface_name,
-    interface_of,
-    is_row,
     known_law,
     needed_restitution,
-    neighbour_of,
-    stiff_model,
+    with_stiffness_unit,
 )
 from pounding_risk.scene.keys import Draft, Section, Table, in_text
+from pounding_risk.scene.overrides import ARRAYS
 from pounding_risk.scene.records import records_of
+from pounding_risk.scene.resolved_interfaces import ResolvedInterface, interface_table, resolved_interfaces, stiff_model
 from pounding_risk.scene.sections import KEYS, every_fault, read_tables, written_overrides
 from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
 from pounding_risk.scene.toml import Fault, KeyPath, write_toml
-from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say
+from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say, shown
 
-OF_EACH_INTERFACE = "of each interface"  # label of the contact models of a scene whose interfaces differ in theirs
+OF_EACH_INTERFACE = "each interface's own"  # label of the contact models of a scene whose interfaces differ in theirs
+# The parts of a scene, and the sections of a scene file that they are.
+PARTS = {"buildings": "building", "interfaces": "interface"}
+PARTS |= {part: part for part in ("records", "grid", "effects", "solver")} | {"name": "scene"}
 NO_STRENGTHS = (
     "no storey of the scene has a yield shear, so that none would yield; write storey_strengths in a [[building]], or "
     "generate one from a typology, or remove inelastic_storeys"
@@ -79,6 +78,11 @@ class Origin(NamedTuple):
     overrides: tuple[str, ...]
 
 
+def _of_first(name: str, words: str) -> Any:
+    """A property of a scene: that of its first interface."""
+    return property(lambda scene: getattr(scene.interfaces[0], name), doc=f"{words[:-1]}, at the first interface.")
+
+
 @dataclass(frozen=True, repr=False, init=False, eq=False)
 class Scene(ShortRepr):
     """One scene: buildings, what stands between neighbours, the ground motions and the grid of cases.
@@ -88,9 +92,9 @@ class Scene(ShortRepr):
 
     Parameters
     ----------
-    buildings : list of SingleMass, ShearBuilding, TypologyBuilding or RigidWall
+    buildings : list of SingleMass, ShearBuilding, TypologyBuilding, RigidWall, dict, or of another scene
         Left to right.
-    interfaces : list of Interface
+    interfaces : list of Interface, dict, or items of another scene's ``interfaces``
         One between each two buildings, or one for all of them.
     records : Records
         The ground motions, and how they are treated.
@@ -109,8 +113,8 @@ class Scene(ShortRepr):
     ----------
     buildings : tuple of Building or Storeys
         The buildings as the solvers take them, numbers in SI.
-    neighbours : tuple of Neighbour
-        What stands between each two of them, every default filled in.
+    interfaces : tuple of ResolvedInterface
+        One between each two of them, numbers in SI, every default filled in.
     records : RecordRequest
         The ground motions that are asked for.
     grid : Axes
@@ -124,7 +128,7 @@ class Scene(ShortRepr):
 
     name: str
     buildings: tuple[Building | Storeys, ...]
-    neighbours: tuple[Neighbour, ...]
+    interfaces: tuple[ResolvedInterface, ...]
     records: RecordRequest
     grid: Axes
     rtol: float
@@ -134,6 +138,16 @@ class Scene(ShortRepr):
     text: str = field(compare=False)
     source: str = field(compare=False)
     overrides: tuple[str, ...] = field(compare=False)
+
+    # What the first interface says.
+    gap = _of_first("gap", "Clear distance [m].")
+    stiffness = _of_first("stiffness", "Contact stiffness [N/m or N/m^1.5]; None where no model has one.")
+    restitution = _of_first("restitution", "Relation e(v).")
+    restitution_words = _of_first("restitution_words", "Name of e(v), number, damping ratio, or `NO_RESTITUTION`.")
+    relation = _of_first("relation", "Relation of restitution and damping.")
+    yield_force = _of_first("yield_force", "Yield force of the floors [N]; inf without yielding.")
+    equal_terms = _of_first("equal_terms", "How the stiffness of other contact models follows.")
+    design_penetration = _of_first("design_penetration", "Penetration for which bilinear is set up [m].")
 
     def __init__(
         self,
@@ -147,12 +161,12 @@ class Scene(ShortRepr):
         name: str = "",
         folder: str | Path = ".",
     ):
-        given = {"grid": grid, "solver": solver}
-        tables: dict[str, Any] = {"building": _listed("building", buildings)}
-        tables |= {"interface": _listed("interface", interfaces), "records": _written("records", records)}
-        tables |= {key: _written(key, table) for key, table in given.items() if table is not None}
-        tables |= {"scene": {"name": name}} if name else {}
-        tables |= {"effects": effect_tables(effects)} if effects else {}
+        needed = {"buildings": buildings, "interfaces": interfaces, "records": records}
+        others = {"grid": grid, "effects": effects or None, "solver": solver, "name": name or None}
+        given = needed | {part: value for part, value in others.items() if value is not None}
+        tables = dict(_section(part, value) for part, value in given.items())
+        if not isinstance(folder, str | PathLike):
+            raise SceneError("scene", [f"folder: {shown(folder)} is no folder; write one, or leave it out"])
         made = scene_of(tables, str(Path(folder) / "scene"))
         self.__dict__.update(vars(made))
 
@@ -164,14 +178,14 @@ class Scene(ShortRepr):
 
     def _compared(self) -> tuple[Any, ...]:
         """What two scenes share that ask for the same runs; an unknown level is no NaN, which differs from itself."""
-        neighbours = tuple(
-            neighbour._replace(
-                points=tuple(point._replace(level=inf) if isnan(point.level) else point for point in neighbour.points)
+        interfaces = tuple(
+            interface._replace(
+                points=tuple(point._replace(level=inf) if isnan(point.level) else point for point in interface.points)
             )
-            for neighbour in self.neighbours
+            for interface in self.interfaces
         )
-        values = (getattr(self, each.name) for each in fields(self) if each.compare and each.name != "neighbours")
-        return (neighbours, *values)
+        values = (getattr(self, part.name) for part in fields(self) if part.compare and part.name != "interfaces")
+        return (interfaces, *values)
 
     # -------------------------------------------------------------------------------------------- reading
 
@@ -189,50 +203,10 @@ class Scene(ShortRepr):
         yield "records", ", ".join(asked.names or asked.files) or asked.set or asked.manifest
 
     @property
-    def gap(self) -> float:
-        """Clear distance at the first interface [m]."""
-        return self.neighbours[0].gap
-
-    @property
-    def law_name(self) -> str:
+    def contact_model(self) -> str:
         """Contact model of the interfaces; `OF_EACH_INTERFACE` where they differ in theirs."""
-        names = {neighbour.law_name for neighbour in self.neighbours}
-        return self.neighbours[0].law_name if len(names) == 1 else OF_EACH_INTERFACE
-
-    @property
-    def stiffness(self) -> float | None:
-        """Contact stiffness of the first interface [N/m or N/m^1.5, as the law has it]; None where no model has one."""
-        return self.neighbours[0].stiffness
-
-    @property
-    def restitution(self) -> Restitution:
-        """Relation e(v) of the first interface."""
-        return self.neighbours[0].restitution
-
-    @property
-    def restitution_words(self) -> str:
-        """Name of the relation at the first interface, the number, or `NO_RESTITUTION`."""
-        return self.neighbours[0].restitution_words
-
-    @property
-    def relation(self) -> str:
-        """Relation of restitution and damping at the first interface."""
-        return self.neighbours[0].relation
-
-    @property
-    def yield_force(self) -> float:
-        """Yield force of the floors at the first interface [N]; inf without yielding."""
-        return self.neighbours[0].yield_force
-
-    @property
-    def equal_terms(self) -> EqualTerms | None:
-        """How the stiffness of other contact models follows at the first interface."""
-        return self.neighbours[0].equal_terms
-
-    @property
-    def design_penetration(self) -> float:
-        """Penetration for which bilinear is set up at the first interface [m]; 0 follows the approach speed."""
-        return self.neighbours[0].design_penetration
+        names = {interface.contact_model for interface in self.interfaces}
+        return self.interfaces[0].contact_model if len(names) == 1 else OF_EACH_INTERFACE
 
     @property
     def interface_names(self) -> tuple[str, ...]:
@@ -243,26 +217,27 @@ class Scene(ShortRepr):
     @property
     def points(self) -> tuple[Point, ...]:
         """The contact points, interface by interface from the ground up."""
-        return tuple(point for neighbour in self.neighbours for point in neighbour.points)
+        return tuple(point for interface in self.interfaces for point in interface.points)
 
     @property
     def pair(self) -> tuple[Building, Building]:
-        """The two single masses, left and right; raises SceneError where the scene is a row."""
-        left, right = (
-            building for building in needs_pair(self, "this command").buildings if isinstance(building, Building)
-        )
+        """The two single masses, left and right, of a scene that is no row."""
+        left, right = self.buildings
+        assert isinstance(left, Building) and isinstance(right, Building)
         return left, right
 
     @property
     def model_names(self) -> tuple[str, ...]:
         """The contact models of the interfaces, which `simulate` runs, and of the grid."""
-        own = (neighbour.law_name for neighbour in self.neighbours)
+        own = (interface.contact_model for interface in self.interfaces)
         return tuple(dict.fromkeys((*own, *self._gridded_models)))
 
-    def models_of(self, label: str) -> tuple[str, ...]:
-        """The contact models that a label of the dataset's contact models stands for."""
-        own = dict.fromkeys(neighbour.law_name for neighbour in self.neighbours)
-        return tuple(own) if label == OF_EACH_INTERFACE else (label,)
+    def models_of(self, *labels: str) -> tuple[str, ...]:
+        """The contact models that labels of the dataset's contact models stand for, each once."""
+        own = tuple(interface.contact_model for interface in self.interfaces)
+        return tuple(
+            dict.fromkeys(name for label in labels for name in (own if label == OF_EACH_INTERFACE else (label,)))
+        )
 
     @property
     def _gridded_models(self) -> tuple[str, ...]:
@@ -270,27 +245,24 @@ class Scene(ShortRepr):
 
     def at(self, place: int) -> Scene:
         """The scene of interface ``place`` alone, from 0: its two buildings and what stands between them."""
-        if not self.is_row:
+        if len(self.interfaces) == 1:
             return self
-        here, grid = self.neighbours[place], self.grid
+        here, grid = self.interfaces[place], self.grid
         gaps = grid.gaps if self.gridded_interface in (None, self.interface_names[place]) else (here.gap,)
         forces = grid.yield_forces if len(grid.yield_forces) > 1 else (here.yield_force,)
+        models = tuple(here.contact_model if name == OF_EACH_INTERFACE else name for name in grid.contact_models)
         return self.updated(
             buildings=self.buildings[place : place + 2],
-            grid=grid._replace(gaps=gaps, yield_forces=forces, contact_models=self._gridded_models or (here.law_name,)),
-            neighbours=(here._replace(points=tuple(point._replace(interface=0) for point in here.points)),),
+            grid=grid._replace(gaps=gaps, yield_forces=forces, contact_models=models),
+            interfaces=(here._replace(points=tuple(point._replace(interface=0) for point in here.points)),),
             gridded_interface=None,
         )
-
-    def law_at(self, place: int, name: str | None = None, stiffness: float | None = None) -> Any:
-        """The contact law ``name`` with the stiffness of interface ``place``, from 0. Raises as `law`."""
-        return self.at(place).law(name, stiffness)
 
     def interface_gaps(self, gap: float) -> tuple[float, ...]:
         """The gap of each interface where that of the grid is ``gap`` [m]."""
         named = self.gridded_interface
-        pairs = zip(self.interface_names, self.neighbours, strict=True)
-        return tuple(gap if named in (None, name) else neighbour.gap for name, neighbour in pairs)
+        pairs = zip(self.interface_names, self.interfaces, strict=True)
+        return tuple(gap if named in (None, name) else interface.gap for name, interface in pairs)
 
     def point_yield_forces(self, force: float | None = None) -> tuple[float, ...]:
         """The yield force of each of `points` [N] where that of floors is ``force``; None for each interface's own.
@@ -298,11 +270,11 @@ class Scene(ShortRepr):
         A grid of one yield force leaves every interface its own. Columns keep theirs.
         """
         return tuple(
-            neighbour.column_yield_force
+            interface.column_yield_force
             if point.kind == COLUMN
-            else (neighbour.yield_force if force is None else force)
-            for neighbour in self.neighbours
-            for point in neighbour.points
+            else (interface.yield_force if force is None else force)
+            for interface in self.interfaces
+            for point in interface.points
         )
 
     @property
@@ -348,11 +320,11 @@ class Scene(ShortRepr):
             )
             raise SceneError(self.source, [sentence])
         values: dict[str, Any] = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
-        values |= {key: getattr(self.neighbours[0], key) for key in PARAMETERS if key in law._fields}
+        values |= {key: getattr(self.interfaces[0], key) for key in PARAMETERS if key in law._fields}
         return law(**values)
 
     def _own_name(self, name: str | None) -> str:
-        return self.neighbours[0].law_name if name in (None, OF_EACH_INTERFACE) else str(name)
+        return self.interfaces[0].contact_model if name in (None, OF_EACH_INTERFACE) else str(name)
 
     def without_floor(self) -> tuple[str, ...]:
         """The buildings of which a model of colliding floors would miss the length; a rigid one is a wall."""
@@ -385,7 +357,7 @@ class Scene(ShortRepr):
     @property
     def stiff_name(self) -> str:
         """The contact model whose stiffness the scene gives: its own, or the grid's first that takes one."""
-        own = self.neighbours[0].law_name
+        own = self.interfaces[0].contact_model
         return stiff_model(own, self._gridded_models) or own
 
     @property
@@ -396,12 +368,12 @@ class Scene(ShortRepr):
     # -------------------------------------------------------------------------------------------- changing
 
     def updated(self, **values: Any) -> Scene:
-        """The scene with these fields, which are not checked; those of `Neighbour` are set at every interface."""
-        between = {key: values.pop(key) for key in list(values) if key in Neighbour._fields}
+        """The scene with these fields, which are not checked; fields of interfaces are set at every one."""
+        between = {key: values.pop(key) for key in list(values) if key in ResolvedInterface._fields}
         if between:
-            neighbours = values.get("neighbours", self.neighbours)
-            values["neighbours"] = tuple(neighbour._replace(**between) for neighbour in neighbours)
-        return _made({each.name: getattr(self, each.name) for each in fields(self)} | values)
+            interfaces = values.get("interfaces", self.interfaces)
+            values["interfaces"] = tuple(interface._replace(**between) for interface in interfaces)
+        return _made({part.name: getattr(self, part.name) for part in fields(self)} | values)
 
     def replace(self, *overrides: str, **values: Any) -> Scene:
         """The scene with other values, checked as a scene that is read.
@@ -420,7 +392,7 @@ class Scene(ShortRepr):
         SceneError
             As `Scene`, and for what is no key.
         """
-        if wrong := [each for each in overrides if not isinstance(each, str)]:
+        if wrong := [override for override in overrides if not isinstance(override, str)]:
             raise SceneError(self.source, [f"replace: {wrong[0]!r} is no override; write 'interface.gap=\"20 mm\"'"])
         tables = self.resolved()
         for key, value in values.items():
@@ -430,16 +402,10 @@ class Scene(ShortRepr):
                 tables["grid"] |= table(**{key: [value] if single else value}).written()
             elif key in Solver.model_fields:
                 tables["solver"] |= Solver(**{key: value}).written()
-            elif key in ("buildings", "interfaces"):
-                tables[key.removesuffix("s")] = _listed(key.removesuffix("s"), value)
-            elif key == "effects":
-                tables[key] = effect_tables(value)
-            elif key == "name":
-                tables["scene"] = {"name": value}
-            elif key in ("records", "grid", "solver"):
-                tables[key] = _written(key, value)
+            elif key in PARTS:
+                tables |= [_section(key, value)]
             else:
-                known = "buildings, interfaces, records, grid, effects, solver, name"
+                known = ", ".join(PARTS)
                 raise SceneError(self.source, [f"replace: no {key}; it takes {known}, or a key of grid or solver"])
         return scene_of(tables, self.source, overrides)
 
@@ -456,9 +422,7 @@ class Scene(ShortRepr):
     def resolved(self) -> dict[str, Any]:
         """The scene as a dict of the scene file's shape, every value stated, quantities exact in SI units."""
         buildings = [table_of(building).written() | self._depth(at) for at, building in enumerate(self.buildings)]
-        interfaces = [
-            interface_of(neighbour, self._gridded_models, self.is_row).written() for neighbour in self.neighbours
-        ]
+        interfaces = [interface_table(interface, self._gridded_models).written() for interface in self.interfaces]
         effects = {effect.name: effect.written() for effect in self.effects}
         return {
             "scene": {"name": self.name},
@@ -486,12 +450,12 @@ class Scene(ShortRepr):
     def _grid(self) -> Grid:
         """The table [grid], every value stated."""
         forces = self.grid.yield_forces
-        own = {neighbour.yield_force for neighbour in self.neighbours}
+        own = {interface.yield_force for interface in self.interfaces}
         values = {
             "gap": self.grid.gaps,
             "interface": self.gridded_interface,
             # A grid of one yield force would be that of every interface; where they differ, each keeps its own.
-            "yield_force": forces if len(forces) > 1 or len(own) < 2 or not self.is_row else (),
+            "yield_force": forces if len(forces) > 1 or len(own) < 2 else (),
             "contact_model": self._gridded_models,
             "pga": tuple(pga for pga in self.grid.pgas if pga is not None),
         }
@@ -501,31 +465,41 @@ class Scene(ShortRepr):
         """The depth of the floors of building ``place``, as a scene file has it; nothing of a pair."""
         if not self.is_row:
             return {}
-        is_last = place == len(self.neighbours)
-        levels = self.neighbours[place - is_last].levels
+        is_last = place == len(self.interfaces)
+        levels = self.interfaces[place - is_last].levels
         return {"floor_depth": exact(float(levels.right_depth if is_last else levels.left_depth), FLOOR_DEPTH)}
 
 
 def _made(values: Mapping[str, Any]) -> Scene:
     scene: Scene = object.__new__(Scene)
-    if unknown := set(values) - {each.name for each in fields(Scene)}:
+    if unknown := set(values) - {part.name for part in fields(Scene)}:
         raise TypeError(f"a scene has no field {', '.join(sorted(unknown))}")
     scene.__dict__.update(values)
     return scene
 
 
-def _listed(section: str, tables: Any) -> Any:
-    if isinstance(tables, Iterator):
-        tables = list(tables)
-    return [_written(section, table) for table in tables] if isinstance(tables, list | tuple) else tables
+def _section(part: str, value: Any) -> tuple[str, Any]:
+    """The section of a scene file that a part of a scene is, and its tables as the file has them."""
+    section = PARTS[part]
+    if part == "name":
+        return section, {"name": value}
+    if part == "effects":
+        return section, effect_tables(value)
+    if section not in ARRAYS:
+        return section, _written(section, value)
+    tables = list(value) if isinstance(value, Iterator | tuple) else value
+    return section, [_written(section, table) for table in tables] if isinstance(tables, list) else tables
 
 
 def _written(section: str, table: Any) -> Any:
     """A table of Python as a scene file has it."""
     if isinstance(table, Building | Storeys):
         return table_of(table).written()
+    if isinstance(table, ResolvedInterface):
+        return interface_table(table, ()).written()
     if isinstance(table, Mapping):
-        return in_text(KEYS[section], table)
+        written = in_text(KEYS[section], table)
+        return with_stiffness_unit(written) if section == "interface" else written
     return table.written() if isinstance(table, Table) else table
 
 
@@ -582,15 +556,15 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
     buildings, faults = _buildings(draft, effects)
     if faults:
         return {}, faults
-    neighbours, faults = _neighbours(draft, buildings, grid, row)
-    laws = dict.fromkeys(neighbour.law_name for neighbour in neighbours)
+    interfaces, faults = resolved_interfaces(draft, buildings, grid, row)
+    laws = dict.fromkeys(interface.contact_model for interface in interfaces)
     values = {
         "name": draft.table("scene").get("name") or Path(origin.source).stem,
         "buildings": buildings,
-        "neighbours": neighbours,
+        "interfaces": interfaces,
         "records": _records(records),
         "grid": Axes(
-            grid.gap or (neighbours[0].gap,),
+            grid.gap or (interfaces[0].gap,),
             grid.yield_force or (_first(draft).yield_force,),
             grid.contact_model or (tuple(laws) if len(laws) == 1 else (OF_EACH_INTERFACE,)),
             grid.pga or (records.get("pga"),),
@@ -598,7 +572,7 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
         "rtol": Solver.made(draft.table("solver").values).rtol,
         "effects": effects,
         "is_row": row,
-        "gridded_interface": _gridded(grid, buildings, neighbours) if row else None,
+        "gridded_interface": _gridded(grid, buildings, interfaces),
         "text": origin.text,
         "source": origin.source,
         "overrides": origin.overrides,
@@ -626,64 +600,23 @@ def _buildings(draft: Draft, effects: tuple[Effect, ...]) -> tuple[tuple[Buildin
             chain_of(buildings[-1], effects)
         except PoundingError as error:
             faults.append(Fault(keys.path, str(error)))
-    if not faults and "inelastic_storeys" in dict(effects) and not any(each.strengths for each in buildings):
+    if not faults and "inelastic_storeys" in dict(effects) and not any(building.strengths for building in buildings):
         faults.append(Fault(("effects", "inelastic_storeys"), NO_STRENGTHS))
     return tuple(buildings), faults
 
 
-def _neighbours(
-    draft: Draft, buildings: tuple[Building | Storeys, ...], grid: Grid, row: bool
-) -> tuple[tuple[Neighbour, ...], list[Fault]]:
-    """What stands between each two buildings; one table stands for all where there is one."""
-    neighbours, faults = [], []
-    given = draft.tables("interface")
-    # What one interface does not say of its contact is that of the first which does.
-    shared = {
-        key: keys.get(key)
-        for key in ("contact_model", *PARAMETERS, "equal_terms")
-        for keys in given[::-1]
-        if key in keys
-    }
-    depths = [keys.get("floor_depth") for keys in draft.tables("building")]
-    for place, sides in enumerate(pairwise(buildings)):
-        keys = given[min(place, len(given) - 1)]
-        table: Interface = Interface.made(shared | dict(keys.values))
-        here = Beside(place, sides, (depths[place], depths[place + 1]), table, keys.path)
-        points, wrong = contact_points(here)
-        faults += wrong
-        gap = grid.gap[0] if table.gap is None else table.gap
-        # In a row, a grid of one yield force is that of all interfaces.
-        force = grid.yield_force[0] if row and len(grid.yield_force) == 1 else table.yield_force
-        law_name = table.contact_model or grid.contact_model[0]
-        between = neighbour_of(here, law_name, grid.contact_model, gap, force)
-        neighbours.append(between._replace(points=points))
-    return tuple(neighbours), faults
-
-
-def _gridded(grid: Grid, buildings: tuple[Building | Storeys, ...], neighbours: tuple[Neighbour, ...]) -> str | None:
+def _gridded(
+    grid: Grid, buildings: tuple[Building | Storeys, ...], interfaces: tuple[ResolvedInterface, ...]
+) -> str | None:
     """The only interface whose gap varies; the first where the scene has several gaps and no grid of them."""
     if grid.interface:
         return grid.interface
-    if not grid.gap and len({neighbour.gap for neighbour in neighbours}) > 1:
+    if not grid.gap and len({interface.gap for interface in interfaces}) > 1:
         return interface_name(buildings[0].name, buildings[1].name)
     return None
 
 
 # ------------------------------------------------------------------------------------------------ about scenes
-
-
-def needs_pair(scene: Scene, command: str) -> Scene:
-    """The scene; raises SceneError where ``command``, which runs two single masses, is given a row."""
-    if scene.is_row:
-        count = len(scene.buildings)
-        raise SceneError(
-            scene.source,
-            [
-                f"{command} runs two single masses that meet mass to mass, and this scene is a row of {count} "
-                "buildings or has storeys; use scan, or write a scene of the two masses"
-            ],
-        )
-    return scene
 
 
 def _inverse_mass(building: Building | Storeys) -> float:

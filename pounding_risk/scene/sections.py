@@ -12,7 +12,8 @@ from pounding_risk._common.words import nearest
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene import buildings
 from pounding_risk.scene.buildings import building_checks
-from pounding_risk.scene.interfaces import EqualTerms, Interface, interface_checks
+from pounding_risk.scene.interface_checks import interface_checks
+from pounding_risk.scene.interfaces import EqualTerms, Interface
 from pounding_risk.scene.keys import Draft, Key, Section, Table, read_section
 from pounding_risk.scene.overrides import ARRAYS, override
 from pounding_risk.scene.records import Records, missing_files, record_checks
@@ -37,7 +38,7 @@ KEYS: Mapping[str, Mapping[str, Key]] = {section: kind.keys() for section, kind 
 # Words that a scene may use one day, by section: each with what this version offers instead.
 LATER: Mapping[str, Mapping[str, str]] = {
     "records": {
-        "components": 'written as direction = "30 deg", of the row; name both horizontal components in names or files',
+        "components": 'written as direction = "30 deg", of the row; name both horizontal components in names or files'
     },
     "grid": {
         "scale": "a grid of scale factors is not in this version; write a grid of pga instead",

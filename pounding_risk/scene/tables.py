@@ -98,12 +98,11 @@ class Effect(NamedTuple):
 def effect_key(name: str) -> Key:
     """The key of an effect in [effects], from its class."""
     kind: Any = EFFECTS[name]
-    examples = ", ".join(f"{key} = {option_example(allowed)}" for key, allowed in kind.options.items())
     left_out = "; ".join(f"{key} left out: {default_example(name, key)}" for key in kind.optional)
     return Key(
         (kind.__doc__ or "").partition("\n")[0],
         lambda value, number: _read(name, value, number),
-        f"{{{examples}}}",
+        f"{{{_options(kind, True)}}}",
         f"does not act{'; ' if left_out else ''}{left_out}",
         write=lambda effect: effect.written(),
         schema={
@@ -123,7 +122,7 @@ def _read(name: str, value: Any, number: Number) -> Effect:
     kinds = {key: lambda item, allowed=allowed: _value(item, allowed, number) for key, allowed in kind.options.items()}
     needed = [key for key in kinds if key not in kind.optional]
     takes = f"{name} takes {_options(kind, True) or 'no keys'}"
-    values = options(value, kinds, needed, f"missing; write {name} = {{{_options(kind)}}}", takes)
+    values = options(value, kinds, needed, lambda key: f"missing; write {name} = {{{_options(kind)}}}", takes)
     return Effect(name, tuple(sorted({**defaults(name), **values}.items())))
 
 
@@ -138,13 +137,8 @@ def _value(value: Any, allowed: Any, number: Number) -> Any:
 
 def _options(kind: Any, every: bool = False) -> str:
     """An effect's keys as a scene has them, each with an example; those that may be left out too where ``every`` is."""
-    examples = {
-        key: shown(allowed.example if allowed.unit != "1" else float(allowed.example))
-        if isinstance(allowed, Quantity)
-        else shown(allowed[-1])
-        for key, allowed in kind.options.items()
-    }
-    return ", ".join(f"{key} = {example}" for key, example in examples.items() if every or key not in kind.optional)
+    asked = {key: allowed for key, allowed in kind.options.items() if every or key not in kind.optional}
+    return ", ".join(f"{key} = {option_example(allowed)}" for key, allowed in asked.items())
 
 
 def _option(allowed: Quantity | tuple[str, ...], absent: str) -> dict[str, Any]:
@@ -181,8 +175,8 @@ def effect_tables(effects: Any) -> Any:
 
 def effect_checks(draft: Draft) -> Iterator[Fault]:
     """Effects without what they act on, with a contact model that they do not act on; floors without a length."""
-    told = [keys.raw.get("contact_model") for keys in draft.tables("interface")]
-    laws = known_models([*told, *as_list(draft.table("grid").raw.get("contact_model"))])
+    named = [keys.raw.get("contact_model") for keys in draft.tables("interface")]
+    laws = known_models([*named, *as_list(draft.table("grid").raw.get("contact_model"))])
     yield from _floors(draft, laws)
     yield from _effects(draft, laws)
 

@@ -46,8 +46,7 @@ def read_text(path: Path) -> str:
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
         raise SceneError(
-            str(path),
-            [f"line {line}: byte 0x{raw[error.start]:02x} is not UTF-8; save the file with that encoding"],
+            str(path), [f"line {line}: byte 0x{raw[error.start]:02x} is not UTF-8; save the file with that encoding"]
         ) from None
     if not text.strip():
         raise SceneError(str(path), ["the file is empty; a scene needs [[building]], [[interface]] and [records]"])
@@ -70,12 +69,12 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
 
 def _syntax(message: str, text: str) -> str:
     """A sentence for what tomllib reports, with the advice that fits the usual slips."""
-    found = re.fullmatch(r"(.*?) \(at (?:line (\d+), column (\d+)|end of document)\)", message, re.DOTALL)
-    if not found:
+    match = re.fullmatch(r"(.*?) \(at (?:line (\d+), column (\d+)|end of document)\)", message, re.DOTALL)
+    if not match:
         return f"not TOML: {message}"
-    what = found[1][:1].lower() + found[1][1:]
-    line = int(found[2]) if found[2] else len(text.splitlines())
-    place = f"line {line}, column {found[3]}" if found[2] else f"line {line}, end of the file"
+    what = match[1][:1].lower() + match[1][1:]
+    line = int(match[2]) if match[2] else len(text.splitlines())
+    place = f"line {line}, column {match[3]}" if match[2] else f"line {line}, end of the file"
     if "overwrite" in what or "twice" in what or "mutate" in what:
         advice = "a key or [table] may stand only once; remove one of the two ([[building]] has double brackets)"
     elif "newline or end of document" in what or "invalid value" in what:
@@ -205,17 +204,17 @@ def sentences(
     faults: Sequence[Fault], raw: Mapping[str, Any], lines: Mapping[KeyPath, int], outside: Sequence[KeyPath]
 ) -> list[str]:
     """One line for each fault, in the order of the file; what came from outside and what has no line last."""
-    told: dict[str, float] = {}
+    line_of_sentence: dict[str, float] = {}
     for fault in faults:
         name = key_name(fault.path, raw)
         line = place(fault.path, lines)
         if any(fault.path[: len(path)] == path for path in outside):
-            told.setdefault(f"--set {name}: {fault.sentence}", inf)
+            line_of_sentence.setdefault(f"--set {name}: {fault.sentence}", inf)
         elif line is None:
-            told.setdefault(f"{name}: {fault.sentence}", inf)
+            line_of_sentence.setdefault(f"{name}: {fault.sentence}", inf)
         else:
-            told.setdefault(f"line {line}, {name}: {fault.sentence}", line)
-    return sorted(told, key=told.__getitem__)
+            line_of_sentence.setdefault(f"line {line}, {name}: {fault.sentence}", line)
+    return sorted(line_of_sentence, key=line_of_sentence.__getitem__)
 
 
 def write_toml(tables: Mapping[str, Any]) -> str:
@@ -256,8 +255,8 @@ def tables(raw: Mapping[str, Any], section: str) -> list[tuple[int, dict[str, An
 
 def table(raw: Mapping[str, Any], section: str) -> dict[str, Any]:
     """A section's table; empty where it is absent or not a table."""
-    found = raw.get(section)
-    return found if isinstance(found, dict) else {}
+    value = raw.get(section)
+    return value if isinstance(value, dict) else {}
 
 
 def as_list(value: object) -> list[Any]:

@@ -15,7 +15,8 @@ from pounding_risk.models.effects import acts_on_law, wave_of
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys
-from pounding_risk.scene.interfaces import Neighbour, known_law
+from pounding_risk.scene.interfaces import known_law
+from pounding_risk.scene.resolved_interfaces import ResolvedInterface
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.toml import KeyPath, key_name
 from pounding_risk.units import YIELD_FORCE, parse, say
@@ -56,15 +57,15 @@ def given_keys(study: Scene) -> dict[KeyPath, Any]:
     """The keys that the scene's text and its overrides give; those of the resolved scene where it has no text."""
     from pounding_risk.scene.reader import written_tables
 
-    found: dict[KeyPath, Any] = {}
+    given: dict[KeyPath, Any] = {}
     for section, value in written_tables(study).items():
         for index, table in enumerate(value) if isinstance(value, list) else [(None, value)]:
             path = (section,) if index is None else (section, index)
-            found |= {(*path, key): item for key, item in table.items()}
+            given |= {(*path, key): item for key, item in table.items()}
             for key, item in table.items():
                 if isinstance(item, Mapping):
-                    found |= {(*path, key, option): setting for option, setting in item.items()}
-    return found
+                    given |= {(*path, key, option): setting for option, setting in item.items()}
+    return given
 
 
 def interface_tables(given: Given) -> int:
@@ -100,15 +101,14 @@ def _of_buildings(study: Scene, given: Given) -> Iterator[Unused]:
             yield Unused((*base, "height"), "two single masses meet mass to mass, and no run reads their height")
         if isinstance(building, Storeys):
             yield from _of_storeys(base, building, yielding)
-        if study.is_row:
-            yield from _floor_depth((*base, "floor_depth"), study.neighbours[max(index - 1, 0) : index + 1])
+        yield from _floor_depth((*base, "floor_depth"), study.interfaces[max(index - 1, 0) : index + 1])
 
 
-def _floor_depth(path: KeyPath, neighbours: tuple[Neighbour, ...]) -> Iterator[Unused]:
+def _floor_depth(path: KeyPath, interfaces: tuple[ResolvedInterface, ...]) -> Iterator[Unused]:
     """The depth of a building's floors, beside the neighbours that it has."""
-    if not _levels_known(neighbours):
+    if not _levels_known(interfaces):
         yield Unused(path, "no building here has a height, so that there are no levels to compare")
-    elif all(neighbour.levels.tolerance is not None for neighbour in neighbours):
+    elif all(interface.levels.tolerance is not None for interface in interfaces):
         yield Unused(path, "interface.tolerance stands in its place")
 
 
@@ -133,10 +133,10 @@ def _of_interfaces(study: Scene, given: Given) -> Iterator[Unused]:
             yield Unused((*base, "restitution"), f"{_verb(models.names, 'takes', 'take')} no restitution")
         if _is_finite(given.get((*base, "yield_force"))):
             yield from _yield_force((*base, "yield_force"), study, given, index)
-        if not _may_yield(study) and any(each.plastic_exponent > 0.0 for each in _neighbours(study, index, count)):
+        here = _interfaces_of(study, index, count)
+        if not _may_yield(study) and any(interface.plastic_exponent > 0.0 for interface in here):
             yield Unused((*base, "plastic_exponent"), "every yield force is inf, so that nothing yields")
-        if study.is_row:
-            yield from _of_levels(base, _neighbours(study, index, count), models)
+        yield from _of_levels(base, here, models)
     if not any(study.needs_equal_terms(name) for name in models.names):
         yield Unused(
             ("interface", 0, "equal_terms"), "every contact model of the scene takes the interface's own stiffness"
@@ -154,32 +154,32 @@ def _yield_force(path: KeyPath, study: Scene, given: Given, index: int) -> Itera
                 path,
                 f"grid.yield_force has the one value {say(gridded[0], YIELD_FORCE)}, which holds at every interface",
             )
-    elif study.is_row and not _kind_at(_neighbours(study, index, interface_tables(given)), FLOOR):
+    elif not _kind_at(_interfaces_of(study, index, interface_tables(given)), FLOOR):
         yield Unused(path, "floors meet columns only here, and these yield at column_yield_force")
     elif not models.capped:
         yield _uncapped(path, models)
 
 
-def _neighbours(study: Scene, index: int, count: int) -> tuple[Neighbour, ...]:
+def _interfaces_of(study: Scene, index: int, count: int) -> tuple[ResolvedInterface, ...]:
     """The interfaces that table ``index`` of ``count`` stands for."""
-    return study.neighbours if count == 1 else study.neighbours[index : index + 1]
+    return study.interfaces if count == 1 else study.interfaces[index : index + 1]
 
 
-def _of_levels(base: KeyPath, neighbours: tuple[Neighbour, ...], models: Models) -> Iterator[Unused]:
+def _of_levels(base: KeyPath, interfaces: tuple[ResolvedInterface, ...], models: Models) -> Iterator[Unused]:
     """What the contact points of these interfaces leave without use."""
-    if any(each.column_yield_force < inf for each in neighbours):
+    if any(interface.column_yield_force < inf for interface in interfaces):
         path = (*base, "column_yield_force")
-        if not _kind_at(neighbours, COLUMN):
+        if not _kind_at(interfaces, COLUMN):
             yield Unused(path, "no floor meets a column here")
         elif not models.capped:
             yield _uncapped(path, models)
-    if not _levels_known(neighbours) and any(each.levels.tolerance is not None for each in neighbours):
+    if not _levels_known(interfaces) and any(interface.levels.tolerance is not None for interface in interfaces):
         yield Unused((*base, "tolerance"), "no building here has a height, so that there are no levels to compare")
 
 
-def _levels_known(neighbours: tuple[Neighbour, ...]) -> bool:
+def _levels_known(interfaces: tuple[ResolvedInterface, ...]) -> bool:
     """Whether any contact point of these interfaces has a level above the ground."""
-    return not all(isnan(point.level) for neighbour in neighbours for point in neighbour.points)
+    return not all(isnan(point.level) for interface in interfaces for point in interface.points)
 
 
 def _of_grid(study: Scene, given: Given) -> Iterator[Unused]:
@@ -247,9 +247,9 @@ def _storeys_may_yield(study: Scene) -> bool:
     return any(strength < inf for building in study.buildings for strength in getattr(building, "strengths", ()))
 
 
-def _kind_at(neighbours: Iterable[Neighbour], kind: str) -> bool:
+def _kind_at(interfaces: Iterable[ResolvedInterface], kind: str) -> bool:
     """True where one of the contact points of these interfaces is of this kind."""
-    return any(point.kind == kind for neighbour in neighbours for point in neighbour.points)
+    return any(point.kind == kind for interface in interfaces for point in interface.points)
 
 
 def _uncapped(path: KeyPath, models: Models) -> Unused:

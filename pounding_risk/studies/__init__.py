@@ -17,4 +17,4 @@ def __getattr__(name: str) -> ModuleType:
 
 
 def __dir__() -> list[str]:
-    return sorted(found.name for found in iter_modules(__path__))
+    return sorted(module.name for module in iter_modules(__path__))

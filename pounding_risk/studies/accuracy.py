@@ -21,6 +21,7 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._common.dates import created
+from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import as_text, check_target, save, versions
@@ -45,6 +46,7 @@ from pounding_risk.studies.accuracy_opensees import hindrance, opensees_outcome
 from pounding_risk.studies.accuracy_pair import pair_bench
 from pounding_risk.studies.accuracy_row import RowBench
 
+BENCHES: dict[str, Callable[[Scene, int], Bench]] = {"pair": pair_bench, "row": RowBench}  # by solver
 GENERAL = {"SciPy DOP853": "DOP853", "SciPy Radau": "Radau"}
 OPENSEES = "OpenSees"
 STEPPED = (*FIXED, OPENSEES)  # methods whose settings are steps
@@ -146,7 +148,7 @@ def accuracy(
 
 def bench_of(study: Scene, cases: int) -> Bench:
     """The scene's cases with the solver that runs it: as many gaps and yield forces as fit, evenly spaced."""
-    return RowBench(study, cases) if study.is_row else pair_bench(study, cases)
+    return BENCHES[job_kind(study).solver](study, cases)
 
 
 def run_settings(

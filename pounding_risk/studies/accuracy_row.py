@@ -84,7 +84,7 @@ class RowBench:
         P-Δ and soil are in the matrices of the buildings, which every method takes.
         """
         yields = any(np.isfinite(chain.strength).any() for chain in self.model.chains)
-        effects = [each.name for each in self.study.effects if not acts_on_buildings(each.name)]
+        effects = [effect.name for effect in self.study.effects if not acts_on_buildings(effect.name)]
         storeys = ["inelastic_storeys"] if yields else []
         return ", ".join([*effects, *storeys, *filter(_has_path, self.study.model_names)])
 
@@ -153,10 +153,10 @@ class RowBench:
                 begun = process_time()
                 run = cases.whole(limits)
                 seconds += process_time() - begun
-                found = outputs(run, limits.yield_forces, motion.pga, self.job.grid.frame)
-                values.append(np.column_stack([*(found[name] for name in NAMES), required[driven.place]]))
+                values_of_run = outputs(run, limits.yield_forces, motion.pga, self.job.grid.frame)
+                values.append(np.column_stack([*(values_of_run[name] for name in NAMES), required[driven.place]]))
                 values[-1][run.status != COMPLETE] = nan
-                residual, steps = max(residual, float(np.nanmax(found["energy_residual"]))), steps + run.steps
+                residual, steps = max(residual, float(np.nanmax(values_of_run["energy_residual"]))), steps + run.steps
         table = np.array(values)
         return self._outcome(table, steps, residual, seconds + free_seconds, free_seconds)
 

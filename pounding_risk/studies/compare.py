@@ -18,7 +18,8 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._common.dates import created
-from pounding_risk.ensemble.laws import beyond_reach, unsolved
+from pounding_risk.ensemble.job_choice import job_kind
+from pounding_risk.ensemble.laws import beyond_reach
 from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError, SceneError
@@ -33,6 +34,8 @@ from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
 from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.studies.compare_findings import (
+    APART,
+    AT_SOME,
     at_interface,
     finding,
     interface_names,
@@ -72,7 +75,7 @@ def compare(
 
     At each interface every law gets the stiffness with which an impact of the reduced mass there at ``speed`` has the
     same peak force, or penetration, as under the scene's own law; all that have a restitution return the same e there.
-    All interfaces of a row have one law at a time.
+    All interfaces of a row have one law at a time; where the scene's own differ, the baseline is the row with these.
 
     Parameters
     ----------
@@ -118,14 +121,19 @@ def compare(
     without = "" if laws or len(study.grid.contact_models) > 1 else left_out(study)
     study = on_equal_terms(study, laws, baseline, (same, speed))
     study, unequal = with_relation(study, relation)
-    baseline = baseline or study.law_name
+    baseline = baseline or study.contact_model
     if target is not None:
         check_replaceable_scene(target, "compare", study, new)
     dataset = scan(study, progress=progress)
     dataset = dataset.assign(_impacts(study, dataset))
     dataset = dataset.assign(tables(dataset, baseline))
     terms = study.equal_terms or USUAL_TERMS
-    dataset.attrs |= {"baseline": baseline, "reference_law": study.law_name, "same": terms.same, "speed": terms.speed}
+    dataset.attrs |= {
+        "baseline": baseline,
+        "reference_law": study.contact_model,
+        "same": terms.same,
+        "speed": terms.speed,
+    }
     place = widest_interface(dataset)
     shown_case = Shown(typical_case(at_interface(dataset, place), baseline), place)
     dataset = dataset.assign(histories_of_laws(study, shown_case, baseline))
@@ -140,25 +148,21 @@ def on_equal_terms(
     study: Scene, laws: Sequence[str], baseline: str | None, terms: tuple[str | None, float | str | None]
 ) -> Scene:
     """The study whose grid has the laws to compare, each with its calibrated stiffness; raises as `compare`."""
-    if baseline is not None and (not isinstance(baseline, str) or baseline not in CONTACT_MODELS):
+    known = (*CONTACT_MODELS, study.contact_model)
+    if baseline is not None and (not isinstance(baseline, str) or baseline not in known):
         raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
-    if study.law_name == OF_EACH_INTERFACE:
-        raise PoundingError(
-            f"compare: the interfaces differ in their contact model ({', '.join(study.model_names)}), and the others "
-            "are calibrated to one; write one for all, such as --set interface.contact_model=jankowski"
-        )
     grid = study.grid.contact_models
     names_asked = tuple(laws) or (grid if len(grid) > 1 else runnable(study))
-    names = tuple(dict.fromkeys((*names_asked, baseline or study.law_name)))
-    for name in names:
+    names = tuple(dict.fromkeys((*names_asked, baseline or study.contact_model)))
+    for name in study.models_of(*names):
         known_law(name)
-        if why := unsolved(study, name):
+        if why := job_kind(study).unsolved(name):
             raise PoundingError(f"compare: {name}: {why}; leave it out")
     if len(names) < 2:
         raise PoundingError(f"compare: {names[0]} alone is no comparison; name another law, or none to run them all")
-    if "stiffness" not in known_law(study.law_name)._fields:
+    if own := [name for name in study.models_of(study.contact_model) if "stiffness" not in known_law(name)._fields]:
         raise PoundingError(
-            f"compare: {study.law_name} has no stiffness to which other laws could be calibrated; give the interface "
+            f"compare: {own[0]} has no stiffness to which other laws could be calibrated; give the interface "
             "a contact_model that has one, and name this one as the baseline"
         )
     _check_restitution(study, names)
@@ -174,7 +178,8 @@ def on_equal_terms(
 
 def with_relation(study: Scene, relation: str | None) -> tuple[Scene, str]:
     """The study under the relation with which its laws return the same e, or the one asked for; and why it is not."""
-    laws = [known_law(name) for name in study.grid.contact_models]
+    names = study.models_of(*study.grid.contact_models)
+    laws = [known_law(name) for name in names]
     if relation is not None:
         if wrong := relation_fault(relation) or misfit(laws, relation):
             raise PoundingError(f"compare: {wrong}")
@@ -182,7 +187,7 @@ def with_relation(study: Scene, relation: str | None) -> tuple[Scene, str]:
     if not any(law.needs_restitution for law in laws):
         return study, ""
     exact = study.updated(relation=AS_ASKED)
-    if wrong := misfit(laws, AS_ASKED) or beyond_reach(exact, study.grid.contact_models):
+    if wrong := misfit(laws, AS_ASKED) or beyond_reach(exact, names):
         return study.updated(relation=AS_PUBLISHED), wrong
     return exact, ""
 
@@ -204,7 +209,7 @@ def left_out(study: Scene) -> str:
 def _hindered(study: Scene, name: str) -> str:
     """Why a contact model cannot be compared in this scene unless it is asked for; "" where it can."""
     law = known_law(name)
-    if why := unsolved(study, name):
+    if why := job_kind(study).unsolved(name):
         return why
     if needs_floors(law) and (short := study.without_floor()):
         return f'{" and ".join(short)} without floor_length; write floor_length = "20 m" in [[building]] for it'
@@ -219,12 +224,12 @@ def _hindered(study: Scene, name: str) -> str:
 
 def _lacks_restitution(study: Scene) -> bool:
     """True where an interface of the scene gives no restitution."""
-    return any(neighbour.restitution_words == NO_RESTITUTION for neighbour in study.neighbours)
+    return any(interface.restitution_words == NO_RESTITUTION for interface in study.interfaces)
 
 
 def _check_restitution(study: Scene, names: tuple[str, ...]) -> None:
     """Tell every law at once that needs a restitution, where the scene gives none."""
-    damped = [name for name in names if known_law(name).needs_restitution]
+    damped = [name for name in study.models_of(*names) if known_law(name).needs_restitution]
     if damped and _lacks_restitution(study):
         undamped = [name for name in runnable(study) if not known_law(name).needs_restitution]
         raise SceneError(
@@ -260,18 +265,18 @@ def _impacts(study: Scene, dataset: xr.Dataset) -> dict[str, Any]:
     """Calibrated stiffness, restitution achieved, and the curves of the reference impacts, padded with NaN."""
     names, places = study.grid.contact_models, range(len(interface_names(dataset)))
     # A law without a stiffness may have none there.
-    told = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
-    stiffnesses = [{name: float(np.atleast_1d(k)[place]) for name, k in told.items()} for place in places]
+    given = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
+    stiffnesses = [{name: float(np.atleast_1d(k)[place]) for name, k in given.items()} for place in places]
     impacts = [reference_impacts(study.at(place), stiffnesses[place]) for place in places]
     elastic = [all(one.restitution > 1.0 - ELASTIC for one in of_law) for of_law in zip(*impacts, strict=True)]
-    capped = np.array([known_law(name).capped for name in names], dtype=np.int8)
+    capped = np.array([_capped(study, label) for label in names], dtype=np.int8)
     of_laws: dict[str, tuple[Any, str]] = {
-        "stiffness_unit": ([_unit(name) for name in names], "unit of stiffness"),
+        "stiffness_unit": ([_units(study, label) for label in names], "unit of stiffness, several by interface"),
         "dissipates": (
             np.array([not one for one in elastic], dtype=np.int8),
             "0 where the law is elastic, and without yielding returns all energy",
         ),
-        "capped": (capped, "1 where the yield force acts in the law"),
+        "capped": (capped, "1 where the yield force acts in the law, -1 where it does at some interfaces"),
     }
     variables: dict[str, Any] = {
         name: ("contact_model", values, {"long_name": words}) for name, (values, words) in of_laws.items()
@@ -302,6 +307,18 @@ def _impacts(study: Scene, dataset: xr.Dataset) -> dict[str, Any]:
 def _padded(values: np.ndarray, length: int) -> np.ndarray:
     """The values with NaN behind them up to a length."""
     return np.pad(values, (0, length - len(values)), constant_values=nan)
+
+
+def _capped(study: Scene, label: str) -> int:
+    """Whether the yield force acts in a model of the grid; `AT_SOME` where it does at some interfaces only."""
+    answers = {int(known_law(name).capped) for name in study.models_of(label)}
+    return answers.pop() if len(answers) == 1 else AT_SOME
+
+
+def _units(study: Scene, label: str) -> str:
+    """Unit of the stiffness of a model of the grid, "" where it has none; of each interface where theirs differ."""
+    units = [_unit(label)] if label != OF_EACH_INTERFACE else [_unit(one.contact_model) for one in study.interfaces]
+    return units[0] if len(set(units)) == 1 else APART.join(units)
 
 
 def _unit(name: str) -> str:

@@ -51,6 +51,8 @@ FLIPS = {
 OPEN_GAP = (
     "smallest gap of the grid without contact; NaN where every gap has contact, or where the grid varies another one"
 )
+APART = " | "  # between the units of a stiffness that has another one at each interface
+AT_SOME = -1  # whether the yield force acts, of a model that stands for another one at each interface
 TOLD = 2  # outputs that the sentence gives numbers for
 FEWEST_TO_RANK = 3  # motions
 
@@ -74,6 +76,11 @@ def of_interface(dataset: xr.Dataset, place: int) -> xr.Dataset:
     own = {_at(words, names[place], names): words for words in RUN_OUTPUTS.values()}
     own |= {(name := f"{words}, {building}"): name for words in SIDE_OUTPUTS.values() for building in buildings}
     part = at_interface(dataset, place)
+    if "interface_contact_model" in dataset:
+        part["interface_contact_model"] = str(dataset["interface_contact_model"].values[place])
+    if "stiffness_unit" in part:
+        units = [str(unit).split(APART) for unit in part["stiffness_unit"].values]
+        part["stiffness_unit"] = "contact_model", [unit[place] if len(unit) > 1 else unit[0] for unit in units]
     part = part.sel(output=[name for name in map(str, dataset["output"].values) if name in own])
     return part.assign_coords(output=[own[str(name)] for name in part["output"].values])
 
@@ -332,12 +339,13 @@ def _aside(dataset: xr.Dataset, names: list[str]) -> list[str]:
 def _by_cap(dataset: xr.Dataset, names: list[str]) -> tuple[list[str], list[str]]:
     """The laws that yield as the baseline does, or not, as it does not; and the rest, whose ratio is that of yielding.
 
-    Where no yield force is finite nothing yields, and all laws are alike.
+    Where no yield force is finite nothing yields, and all laws are alike; so they are beside a baseline that yields at
+    some interfaces, where which model stands decides it.
     """
     capped = dict(zip(map(str, dataset["contact_model"].values), dataset["capped"].values, strict=True))
     baseline = capped[str(dataset.attrs["baseline"])]
     strong = not any(can_yield(dataset, place).any() for place in range(len(interface_names(dataset))))
-    alike = [name for name in names if strong or capped[name] == baseline]
+    alike = [name for name in names if strong or baseline == AT_SOME or capped[name] == baseline]
     return alike, [name for name in names if name not in alike]
 
 

@@ -13,6 +13,7 @@ import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.dates import created
+from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.replacing import check_replaceable
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError, SceneError
@@ -21,8 +22,8 @@ from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.results.files import as_text, check_target, save
 from pounding_risk.results.labels import described
 from pounding_risk.scene.interfaces import known_law
-from pounding_risk.scene.reader import as_scene, study_from
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.reader import as_scene
+from pounding_risk.scene.scene import Scene, scene_of
 from pounding_risk.scene.tables import Effect
 from pounding_risk.studies.accuracy import bench_of
 from pounding_risk.units import Quantity, parse
@@ -143,7 +144,7 @@ def _acts(study: Scene, effect: str, label: str) -> bool:
 
 def _keeps_solver(study: Scene, effect: str) -> bool:
     """True where the scene's solver has the effect: those of buildings are of rows, and would be compared with them."""
-    return study.is_row or not acts_on_buildings(effect)
+    return job_kind(study).has_storeys or not acts_on_buildings(effect)
 
 
 def _unsuited(study: Scene, effect: str) -> str:
@@ -165,7 +166,7 @@ def _unsuited(study: Scene, effect: str) -> str:
 def _refused(study: Scene, effect: str) -> str:
     """The sentence with which the scene's own checks refuse an effect; "" where they take its example."""
     try:
-        study_from({**study.resolved(), "effects": {effect: _example(effect).written()}})
+        scene_of({**study.resolved(), "effects": {effect: _example(effect).written()}})
     except SceneError as error:
         return next((fault for fault in error.faults if effect in fault), "")
     return ""

@@ -124,7 +124,7 @@ def level_forces(study: Scene, force: float) -> tuple[float, ...]:
 
     Of a grid of one yield force several interfaces have their own.
     """
-    is_own = len(study.grid.yield_forces) == 1 and len(study.neighbours) > 1
+    is_own = len(study.grid.yield_forces) == 1 and len(study.interfaces) > 1
     return study.point_yield_forces(None if is_own else force)
 
 

@@ -87,7 +87,7 @@ def simulate(
             "column_yield_force of their interface: change it in the scene (--set on the command line)"
         )
     motion = driven(motions[name], sense, pga if pga is not None else study.grid.pgas[0])
-    run = run_of(study, case_of(study, motion, law or study.law_name, gap, yield_force))
+    run = run_of(study, case_of(study, motion, law or study.contact_model, gap, yield_force))
     keys = unused_keys(study)
     unused = {"unused_keys": as_text(keys)} if keys else {}
     notes = _notes(run, _narrowed(study, gap, pga), motions[name])
@@ -100,7 +100,7 @@ def case_of(study: Scene, motion: Motion, law: str, gap: float | None, yield_for
     A gap is that of all interfaces, but of the only one that the grid varies where it names one.
     """
     varied = study.gridded_interface if len(study.grid.gaps) > 1 else None
-    own = {name: neighbour.gap for name, neighbour in zip(study.interface_names, study.neighbours, strict=True)}
+    own = {name: interface.gap for name, interface in zip(study.interface_names, study.interfaces, strict=True)}
     gaps = [here if gap is None or varied not in (None, name) else gap for name, here in own.items()]
     return Case(
         motion,

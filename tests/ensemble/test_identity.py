@@ -95,7 +95,7 @@ def test_what_asks_for_the_same_numbers_has_one_identity():
 def test_numbers_of_numpy_are_numbers():
     """As a search hands them over that makes its studies in Python."""
     study = asked().study
-    numbers = {"rtol": np.float64(1e-6), "plastic_exponent": np.float64(study.neighbours[0].plastic_exponent)}
+    numbers = {"rtol": np.float64(1e-6), "plastic_exponent": np.float64(study.interfaces[0].plastic_exponent)}
     same = study.updated(gap=np.float64(0.02), **numbers)
     assert told(asked(), asked()._replace(study=same)) == []
     assert told(asked(), asked(check_fraction=np.float64(0.0), screening=np.bool_(True))) == []

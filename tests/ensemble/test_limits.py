@@ -9,6 +9,7 @@ import json
 import resource
 import subprocess
 import sys
+import tracemalloc
 from math import cos, pi
 from pathlib import Path
 
@@ -22,13 +23,14 @@ from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import RecordError, SceneError
+from pounding_risk.models.effects import wave_of
 from pounding_risk.motions import request as record_request
 from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.request import matching
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.street.footprints import Footprint, clear_distance, crosses_itself
 from pounding_risk.solver.pair.api import free_response, oscillators
-from pounding_risk.solver.row.api import lay_out
+from pounding_risk.solver.row.api import free_row, lay_out
 
 SCENE = scene_text(
     single("A", "44 t", "0.2 s"),
@@ -137,6 +139,30 @@ def test_the_size_of_a_response_is_told_beforehand():
         free = free_response(oscillators(*study.pair), motion.acceleration, motion.dt)
         held = sum(each.nbytes for each in (free.ground, free.states, free.high, free.low))
         assert held < work_limits.response_bytes(study, motion) < 4 * held
+
+
+@pytest.mark.parametrize("row", [False, True])
+@pytest.mark.parametrize("distance", ["20 m", "20.3 m"])
+def test_under_a_wave_the_size_is_told_too(row, distance):
+    """More than is allocated at most while the motion is laid out and answered, as Python counts it, and not much."""
+    wave = f'effects.wave_passage={{velocity = "500 m/s", distance = "{distance}"}}'
+    third = '[[building]]\nname = "C"\nmass = "80 t"\nperiod = "0.3 s"\n'
+    study = parse_scene(SCENE + third * row, "scene.toml", [wave])
+    motion = read_motion("RSN6-180")
+
+    def respond():
+        if row:
+            return free_row(model_of(study).row(motion.dt), motion.acceleration)
+        return free_response(oscillators(*study.pair), motion.acceleration, motion.dt, wave_of(study.effects))
+
+    respond()  # compiles
+    tracemalloc.start()
+    respond()
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < work_limits.response_bytes(study, motion) < 5 * peak
+    still = work_limits.response_bytes(study.updated(effects=()), motion)
+    assert peak > still  # which would have let it pass
 
 
 def test_the_rate_of_a_row_is_a_bound():

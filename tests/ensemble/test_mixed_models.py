@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from figure_words import words_of
 
 import pounding_risk as pr
+from pounding_risk.cli.compare import print_comparison
+from pounding_risk.figures.compare import agreement_figure, reference_figure
 from pounding_risk.scene.scene import OF_EACH_INTERFACE
+from pounding_risk.studies.compare_findings import of_interface
 
 MODELS = ("jankowski", "viscous_elastoplastic")  # without a cap, and with one
 FAR = 10.0  # m, never closed
@@ -57,9 +61,36 @@ def test_both_touch_and_screened_runs_are_the_same():
     assert reached[0] == 1
 
 
-def test_compare_asks_for_one_model_to_calibrate_to():
-    with pytest.raises(pr.PoundingError, match=r"the interfaces differ in their contact model \(jankowski, visc"):
-        pr.compare(scene((0.005, 0.005)))
+def test_a_comparison_is_calibrated_to_the_model_of_each_interface():
+    """Where the other interface never closes, it is the comparison of a row of the one model."""
+    for place, own in enumerate(MODELS):
+        gaps = (0.005, FAR) if place == 0 else (FAR, 0.005)
+        mixed = pr.compare(scene(gaps), laws=["hertz_damp"])
+        alone = pr.compare(scene(gaps, (own, own)), laws=["hertz_damp"])
+        assert mixed.attrs["baseline"] == mixed.attrs["reference_law"] == OF_EACH_INTERFACE
+        here, there = (one.isel(interface=place) for one in (mixed, alone))
+        assert int(here["impact_count"].min()) > 0
+        for name in ("stiffness", "reference_peak_force", "peak_contact_force", "flips", "judged"):
+            assert here[name].values.tobytes() == there[name].values.tobytes(), name
+        assert mixed["ratio_median"].values.tobytes() == alone["ratio_median"].values.tobytes()
+        moved = f"against {OF_EACH_INTERFACE}, peak contact force, {'A | B' if place == 0 else 'B | C'} is"
+        assert mixed.attrs["finding"].startswith(f"The model matters here: {moved}")
+
+
+def test_a_comparison_of_stiffnesses_in_two_units(capsys):
+    """k beside β: every interface calibrates to its own, in its own unit."""
+    row = scene((0.005, 0.005)).replace('interface.2.contact_model="kelvin_voigt"', 'interface.2.stiffness="1e8 N/m"')
+    compared = pr.compare(row, laws=["hertz_damp", "kelvin_voigt"])
+    own = compared.sel(contact_model=OF_EACH_INTERFACE)
+    assert own["stiffness"].values.tolist() == [2.75e9, 1e8]
+    assert [str(of_interface(compared, place)["stiffness_unit"].values[-1]) for place in (0, 1)] == ["N/m^1.5", "N/m"]
+    forces = compared["reference_peak_force"].values
+    np.testing.assert_allclose(forces, np.broadcast_to(forces[:, -1:], forces.shape), rtol=1e-6)
+    assert compared["stiffness"].sel(contact_model="kelvin_voigt").values[1] == 1e8
+    print_comparison(compared, "B | C")
+    assert f"Ratio to {OF_EACH_INTERFACE}" in capsys.readouterr().out
+    for figure in (agreement_figure(compared), reference_figure(compared, interface="A | B")):
+        assert "no force against" not in words_of(figure)
 
 
 def test_a_run_and_an_accuracy_of_several_models():

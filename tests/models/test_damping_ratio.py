@@ -10,10 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scenes import scene_text, single
 
+from pounding_risk.ensemble.plan.scene_text import scene_words
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.contact.laws import RESTITUTION_OF_RATIO
 from pounding_risk.models.contact.relation import restitution_of_ratio
+from pounding_risk.results.labels import attributes
 from pounding_risk.scene.reader import parse_scene
 
 
@@ -33,8 +35,16 @@ def test_the_law_damps_with_the_ratio_that_was_given(name, ratio):
 def test_a_scene_takes_a_ratio_and_states_e():
     study = scene("xi 0.35 of jankowski")
     assert study.restitution.c0 == restitution_of_ratio(0.35, "jankowski")
-    assert study.restitution_words == f"{study.restitution.c0:.6g}, from ξ = 0.35 of jankowski"
-    assert parse_scene(study.to_toml()).restitution == study.restitution
+    said = f"{study.restitution.c0:.6g}, from ξ = 0.35 of jankowski"
+    assert ("restitution", said) in scene_words(study, 1)
+    assert attributes(study, (), ((study.law(),),), "pair")["restitution"] == said
+
+
+def test_a_ratio_is_written_back_as_it_was_given():
+    study = scene(" ξ = 0.35 of  jankowski")
+    assert study == scene("xi 0.35 of jankowski") != scene(study.restitution.c0)
+    assert parse_scene(study.to_toml()) == study
+    assert 'restitution = "xi 0.35 of jankowski"' in study.to_toml()
 
 
 @pytest.mark.parametrize(

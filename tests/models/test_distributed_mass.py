@@ -19,7 +19,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import DistributedMass, Stereomechanical
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.scene.reader import study_from
+from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COMPLETE, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
 from pounding_risk.studies import compare_findings
@@ -284,10 +284,10 @@ def scene(left="15 m", right="24 m", **interface):
 
 def test_scan_and_simulate(tmp_path):
     """Screening leaves no trace, one run is as in the grid, and a scene comes back from its dataset."""
-    study = study_from(scene())
+    study = scene_of(scene())
     assert study.stiffness is None
     assert study.law() == DistributedMass(15.0, 24.0)
-    assert study_from(study.resolved()) == study
+    assert scene_of(study.resolved()) == study
     found = pr.scan(study, tmp_path / "floors.nc", check_fraction=1.0)
     assert np.all(found["status"] == COMPLETE)
     plain = pr.scan(study, screening=False, check_fraction=0.0)
@@ -306,8 +306,8 @@ def test_scan_and_simulate(tmp_path):
 
 def test_a_simulated_law_without_a_cap_yields_as_in_a_scan():
     tables = scene(contact_model="linear", stiffness="5e8 N/m", yield_force="300 kN")
-    told = pr.simulate(study_from(tables)).squeeze("interface")
-    found = pr.scan(study_from(tables), check_fraction=0.0).isel(gap=0).squeeze()
+    told = pr.simulate(scene_of(tables)).squeeze("interface")
+    found = pr.scan(scene_of(tables), check_fraction=0.0).isel(gap=0).squeeze()
     for name in ("yield_exceedance", "yield_count", "first_yield_time", "yield_demand"):
         assert told[name] == float(found[name]), name
     assert told["yield_exceedance"] == 1.0
@@ -316,7 +316,7 @@ def test_a_simulated_law_without_a_cap_yields_as_in_a_scan():
 def test_compare_says_that_e_is_its_own(capsys):
     """The reference impact is that of both floors as they are; without their lengths the model is left out aloud."""
     tables = scene(contact_model="linear", stiffness="5e8 N/m")
-    dataset = pr.compare(study_from(tables), laws=["distributed_mass"])
+    dataset = pr.compare(scene_of(tables), laws=["distributed_mass"])
     one = dataset.sel(contact_model="distributed_mass").squeeze("interface")
     # T = 2 L / c and Z = m c / L: impedances 1 : 1, so that e = 15 / 24.
     assert float(one["reference_restitution"]) == pytest.approx(15.0 / 24.0, rel=1e-12)
@@ -334,7 +334,7 @@ def test_compare_says_that_e_is_its_own(capsys):
     told = capsys.readouterr().out
     assert "e and force are its own: nothing can be made equal" in told
     assert "left out    merged: not asked for" in told
-    without = study_from(scene(left="", contact_model="linear", stiffness="5e8 N/m", restitution=0.65))
+    without = scene_of(scene(left="", contact_model="linear", stiffness="5e8 N/m", restitution=0.65))
     assert "distributed_mass" not in on_equal_terms(without, (), None, (None, None)).grid.contact_models
     assert left_out(without).startswith('distributed_mass: left without floor_length; write floor_length = "20 m"')
     with pytest.raises(PoundingError, match="distributed_mass needs a length of every floor, left has none; write"):
@@ -347,8 +347,8 @@ def test_a_wall_is_struck_from_either_side():
         tables = scene(contact_model="linear", stiffness="5e8 N/m")
         tables["building"][rigid] = {"name": "wall", "rigid": True}
         tables["grid"]["contact_model"] = ["linear", "distributed_mass"]
-        study = study_from(tables)
-        assert study_from(study.resolved()) == study
+        study = scene_of(tables)
+        assert scene_of(study.resolved()) == study
         _, found = reference_impacts(study, {"linear": 5e8})
         mass, length = ((800e3, 24.0), (500e3, 15.0))[rigid]
         assert found.restitution == 1.0

@@ -30,7 +30,7 @@ from pounding_risk.models.effects import (
 from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.scene.reader import study_from
+from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.studies import demo
 from pounding_risk.studies.impact import impact
@@ -223,7 +223,7 @@ def test_a_run_with_memory_against_scipy(ratio: float):
 
 def test_gap_widens_from_contact_to_contact_and_energy_closes():
     """Each touch is as far out as the dents before it have left the gap; the ledger closes to the tolerance."""
-    study = study_from({**demo.scene("paper").resolved(), "effects": SCENES["unloading_stiffness"]})
+    study = scene_of({**demo.scene("paper").resolved(), "effects": SCENES["unloading_stiffness"]})
     run = pr.simulate(study)
     places = np.searchsorted(run.time.values, run.contact_start.values)
     wide = run.relative_displacement.values[places, 0]
@@ -303,10 +303,10 @@ print(json.dumps({name: repr(value) for name, value in found.items()}))
 def test_scenes_with_effects(name: str):
     """Read, written down again, scanned; the cap is what it says."""
     base = demo.scene("paper").resolved()
-    study = study_from({**base, "effects": SCENES[name], "grid": {"yield_force": ["300 kN", "inf"]}})
-    assert study_from(study.resolved()) == study and name in study.to_toml()
+    study = scene_of({**base, "effects": SCENES[name], "grid": {"yield_force": ["300 kN", "inf"]}})
+    assert scene_of(study.resolved()) == study and name in study.to_toml()
     found = pr.scan(study).isel(record=0, polarity=0, contact_model=0, gap=0)
-    plain = pr.scan(study_from({**base, "grid": {"yield_force": ["300 kN", "inf"]}})).isel(
+    plain = pr.scan(scene_of({**base, "grid": {"yield_force": ["300 kN", "inf"]}})).isel(
         record=0, polarity=0, contact_model=0, gap=0
     )
     assert (found.status == 0).all() and EFFECTS[name].reference in pr.scan(study).attrs["references"]
@@ -316,7 +316,7 @@ def test_scenes_with_effects(name: str):
 
 
 def test_screening_with_effects():
-    study = study_from(
+    study = scene_of(
         {
             **demo.scene("paper").resolved(),
             "effects": {**SCENES["unloading_stiffness"], **SCENES["strain_rate"], "wave_passage": WAVE},
@@ -346,7 +346,7 @@ def test_screening_with_effects():
 )
 def test_what_a_scene_refuses(effects: dict, sentence: str):
     with pytest.raises(SceneError) as caught:
-        study_from({**demo.scene("paper").resolved(), "effects": effects})
+        scene_of({**demo.scene("paper").resolved(), "effects": effects})
     assert sentence in str(caught.value)
 
 
@@ -357,7 +357,7 @@ def test_effects_of_yielding_refuse_laws_without_it(law: str):
     interface = {**base["interface"][0], "contact_model": law, "stiffness": stiffness}
     interface.pop("plastic_exponent", None)
     with pytest.raises(SceneError) as caught:
-        study_from({**base, "interface": [interface], "grid": {}, "effects": SCENES["permanent_set"]})
+        scene_of({**base, "interface": [interface], "grid": {}, "effects": SCENES["permanent_set"]})
     assert f"{law} has no yield force" in str(caught.value) and "van_mier, viscous_elastoplastic" in str(caught.value)
 
 
@@ -368,7 +368,7 @@ def test_a_law_that_hardens_is_refused():
 
 def test_accuracy_of_effects_is_the_event_driven_solver_alone():
     """Errors fall with rtol against 1e-12; the methods that know no effects are named, and not run."""
-    study = study_from({**demo.scene("paper").resolved(), "effects": SCENES["permanent_set"]})
+    study = scene_of({**demo.scene("paper").resolved(), "effects": SCENES["permanent_set"]})
     found = pr.accuracy(study)
     assert set(found["method"].values) == {"event-driven"}
     assert json.loads(found.attrs["left_out"]) == [

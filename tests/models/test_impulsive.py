@@ -18,7 +18,7 @@ from pounding_risk.models.contact.impulsive import CONTACT_MODELS, INSTANT_LAWS,
 from pounding_risk.models.contact.laws import HertzDampExact
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.scene.reader import study_from
+from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COMPLETE, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
 from pounding_risk.studies.impact import impact
@@ -294,9 +294,9 @@ def scene(**interface):
 
 def test_scan_simulate_and_figures(tmp_path):
     """All commands, without a stiffness in the scene; screening leaves no trace; netCDF keeps what is not defined."""
-    study = study_from(scene(restitution="concrete", yield_force="300 kN"))
+    study = scene_of(scene(restitution="concrete", yield_force="300 kN"))
     assert study.stiffness is None
-    assert study_from(study.resolved()) == study
+    assert scene_of(study.resolved()) == study
     found = pr.scan(study, tmp_path / "instant.nc", check_fraction=1.0)
     with xr.open_dataset(tmp_path / "instant.nc") as kept:
         assert kept["yield_exceedance"].isel(gap=0).values.ravel().tolist() == [-1, -1]
@@ -322,12 +322,12 @@ def test_a_law_of_force_beside_them_needs_a_stiffness():
     tables = scene(restitution=0.65)
     tables["grid"]["contact_model"] = ["merged", "jankowski"]
     with pytest.raises(PoundingError, match=r"stiffness: missing; write stiffness"):
-        study_from(tables)
+        scene_of(tables)
     tables["interface"][0]["stiffness"] = "2.75e9 N/m^1.5"
-    study = study_from(tables)
+    study = scene_of(tables)
     assert (study.stiff_name, study.law("jankowski").stiffness) == ("jankowski", 2.75e9)
-    assert study_from(study.resolved()) == study
+    assert scene_of(study.resolved()) == study
     with pytest.raises(PoundingError, match=r"jankowski needs a stiffness in N/m\^1.5, and the scene gives none"):
-        study_from(scene(restitution=0.65)).law("jankowski")
+        scene_of(scene(restitution=0.65)).law("jankowski")
     with pytest.raises(PoundingError, match=r"stereomechanical needs it; write restitution = 0.65"):
-        study_from(scene())
+        scene_of(scene())

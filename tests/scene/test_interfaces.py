@@ -21,8 +21,8 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, generated
 from pounding_risk.scene import reader as scenario
 from pounding_risk.scene.level_notes import level_notes
-from pounding_risk.scene.reader import parse_scene, study_from
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.scene import Scene, scene_of
 
 ROW = (resources.files("pounding_risk.scene") / "shipped" / "row.toml").read_text("utf-8")
 PAIR = """[[building]]
@@ -63,7 +63,7 @@ def test_the_shipped_row():
     assert offices.levels == pytest.approx((4.2, 7.8, 11.4, 15.0, 18.6), rel=1e-12)
     assert (flats.stiffnesses, flats.heights, flats.damping_rule) == ((4e8,) * 4, (3.0,) * 4, "modal")
     assert shop == Building("shop", 1.5e5, 0.25, 0.05, height=6.0)
-    first, second = found.neighbours
+    first, second = found.interfaces
     # The flats' floors at 3, 6, 9 and 12 m, those of the offices at 4.2, 7.8 and 11.4 m: each meets a column.
     assert [point.level for point in first.points] == pytest.approx([3.0, 4.2, 6.0, 7.8, 9.0, 11.4, 12.0])
     assert [point.left_floor for point in first.points] == pytest.approx([3 / 4.2, 1, 1.5, 2, 7 / 3, 3, 3 + 0.6 / 3.6])
@@ -108,9 +108,9 @@ def test_each_interface_has_its_own_stiffness_gap_and_restitution():
             'grid.contact_model=["jankowski", "hertz"]',
         ],
     )
-    assert [found.law_at(place).stiffness for place in (0, 1)] == [2.75e9, 1e9]
-    assert [found.law_at(place, "hertz").stiffness for place in (0, 1)] == [2.75e9, 1e9]
-    assert [neighbour.restitution.c0 for neighbour in found.neighbours] == [0.65, 0.4]
+    assert [found.at(place).law().stiffness for place in (0, 1)] == [2.75e9, 1e9]
+    assert [found.at(place).law("hertz").stiffness for place in (0, 1)] == [2.75e9, 1e9]
+    assert [interface.restitution.c0 for interface in found.interfaces] == [0.65, 0.4]
     alone = found.at(1)
     assert alone.interface_names == ("flats | shop",)
     assert (alone.gap, alone.stiffness, alone.restitution_words) == (0.02, 1e9, "0.4")
@@ -127,7 +127,7 @@ def test_storeys_may_be_generated_from_height_and_typology():
     made = found.buildings[2]
     assert made == generated("shop", height=6.0, storeys=2, typology="masonry", floor_mass=8e4)
     assert made.period == pytest.approx(0.0488 * 6.0**0.75, rel=1e-12)  # ASCE 7, T = C_t h^x
-    assert [point[1:] for point in found.neighbours[1].points] == [(1.0, 1.0, FLOOR, 3.0), (2.0, 2.0, FLOOR, 6.0)]
+    assert [point[1:] for point in found.interfaces[1].points] == [(1.0, 1.0, FLOOR, 3.0), (2.0, 2.0, FLOOR, 6.0)]
     slower = parse_scene(ROW.replace(shop, f'{lines}\nperiod = "0.5 s"')).buildings[2]
     assert slower.period == pytest.approx(0.5, rel=1e-12)
     assert parse_scene(found.to_toml()) == found
@@ -136,8 +136,8 @@ def test_storeys_may_be_generated_from_height_and_typology():
 def test_one_table_is_that_of_all_neighbours():
     text = ROW[: ROW.index("[[interface]]                    # flats | shop")] + ROW[ROW.index("[records]") :]
     found = parse_scene(text)
-    assert [neighbour.gap for neighbour in found.neighbours] == [0.03, 0.03]
-    assert [neighbour.yield_force for neighbour in found.neighbours] == [1.5e6, 1.5e6]
+    assert [interface.gap for interface in found.interfaces] == [0.03, 0.03]
+    assert [interface.yield_force for interface in found.interfaces] == [1.5e6, 1.5e6]
     assert [point.interface for point in found.points] == [0] * 7 + [1]
     assert found.gridded_interface is None
     assert found.interface_gaps(0.1) == (0.1, 0.1)
@@ -159,7 +159,7 @@ def test_a_grid_of_gaps_may_be_of_one_interface():
 
 def test_a_grid_of_one_yield_force_is_that_of_every_floor():
     found = parse_scene(ROW, overrides=['grid.yield_force=["1 MN"]'])
-    assert [neighbour.yield_force for neighbour in found.neighbours] == [1e6, 1e6]
+    assert [interface.yield_force for interface in found.interfaces] == [1e6, 1e6]
     assert found.point_yield_forces() == (*[4e5] * 7, 1e6)
     assert parse_scene(found.to_toml()) == found
 
@@ -170,8 +170,8 @@ def test_contact_points_of_the_scene_itself():
     )
     text = ROW.replace('yield_force = "1500 kN"', contact)
     found = parse_scene(text)
-    assert [point[1:4] for point in found.neighbours[0].points] == [(1.5, 2.0, COLUMN), (3.0, 3.8, COLUMN)]
-    assert [point.level for point in found.neighbours[0].points] == pytest.approx([6.0, 11.4])
+    assert [point[1:4] for point in found.interfaces[0].points] == [(1.5, 2.0, COLUMN), (3.0, 3.8, COLUMN)]
+    assert [point.level for point in found.interfaces[0].points] == pytest.approx([6.0, 11.4])
     assert parse_scene(found.to_toml()) == found
 
 
@@ -200,7 +200,7 @@ def test_storeys_make_a_scene_a_row_and_a_wall_does_not():
 )
 def test_two_masses_are_a_pair_unless_something_asks_for_a_row(overrides, row):
     found = parse_scene(PAIR, overrides=overrides)
-    assert (found.is_row, len(found.neighbours)) == (row, 1)
+    assert (found.is_row, len(found.interfaces)) == (row, 1)
     assert parse_scene(found.to_toml()) == found
 
 
@@ -220,7 +220,7 @@ CLOSE = ["building.offices.storey_heights=3.23 m", "building.flats.storey_height
 )
 def test_the_depth_of_floors_decides_what_meets_what_and_is_told(more, kinds, note):
     study = parse_scene(ROW, overrides=[*CLOSE, *more])
-    assert [point.kind for point in study.neighbours[0].points] == kinds
+    assert [point.kind for point in study.interfaces[0].points] == kinds
     told = [words for what, words in scene_words(study, 1) if what == "note"]
     assert len(told) == bool(note) and all(note in words and words.startswith("offices | flats: ") for words in told)
     assert parse_scene(study.to_toml()) == study
@@ -252,10 +252,10 @@ def test_a_wall_is_met_wherever_it_stands_beside_a_mass():
         ("building.1.storey_heights.1=3.6 m", lambda s: s.buildings[0].heights[:2], (3.6, 3.6)),
         ("building.flats.damping_rule=rayleigh", lambda s: s.buildings[1].damping_rule, "rayleigh"),
         ("building.damping=0.02", lambda s: [building.damping for building in s.buildings], [0.02] * 3),
-        ("interface.1.gap=10 mm", lambda s: [each.gap for each in s.neighbours], [0.01, 0.02]),
-        ('interface."flats | shop".gap=10 mm', lambda s: [each.gap for each in s.neighbours], [0.03, 0.01]),
-        ("interface.gap=10 mm", lambda s: [each.gap for each in s.neighbours], [0.01, 0.01]),
-        ("interface.1.column_yield_force=inf", lambda s: s.neighbours[0].column_yield_force, inf),
+        ("interface.1.gap=10 mm", lambda s: [each.gap for each in s.interfaces], [0.01, 0.02]),
+        ('interface."flats | shop".gap=10 mm', lambda s: [each.gap for each in s.interfaces], [0.03, 0.01]),
+        ("interface.gap=10 mm", lambda s: [each.gap for each in s.interfaces], [0.01, 0.01]),
+        ("interface.1.column_yield_force=inf", lambda s: s.interfaces[0].column_yield_force, inf),
     ],
 )
 def test_overrides(override, pick, value):
@@ -267,8 +267,8 @@ def test_the_row_of_the_docs_is_read(root):
     found = parse_scene(text.partition("```toml\n")[2].partition("```")[0])
     assert found.interface_gaps(0.04) == (0.03, 0.04)
     # Floors of the offices at 3.6, 7.2 and 10.8 m, of the flats at 3, 6, 9 and 12 m.
-    assert [point.level for point in found.neighbours[0].points] == pytest.approx([3.0, 3.6, 6.0, 7.2, 9.0, 10.8, 12.0])
-    assert [point[1:4] for point in found.neighbours[1].points] == [(2.0, 1.0, FLOOR)]
+    assert [point.level for point in found.interfaces[0].points] == pytest.approx([3.0, 3.6, 6.0, 7.2, 9.0, 10.8, 12.0])
+    assert [point[1:4] for point in found.interfaces[1].points] == [(2.0, 1.0, FLOOR)]
 
 
 # ------------------------------------------------------------------------------------------------ faults
@@ -311,7 +311,7 @@ def buildings(draw: st.DrawFn, name: str) -> Building | Storeys:
 def written(rows: list[Building | Storeys], gaps: list[float]) -> dict:
     """The tables of a scene of these buildings, through those of the shipped one."""
     shipped = parse_scene(ROW)
-    one = {"neighbours": shipped.neighbours[:1], "is_row": False, "gridded_interface": None}
+    one = {"interfaces": shipped.interfaces[:1], "is_row": False, "gridded_interface": None}
     tables = shipped.updated(buildings=tuple(rows), **one).resolved()
     tables["interface"] = [{**tables["interface"][0], "gap": f"{gap!r} m"} for gap in gaps]
     del tables["grid"]["gap"], tables["grid"]["yield_force"]
@@ -330,15 +330,15 @@ def test_round_trip_of_any_row(data, count):
     depth, tolerance = (data.draw(st.none() | st.floats(0.01, 0.9)) for _ in range(2))
     tables["building"][-1] |= {} if depth is None else {"floor_depth": f"{depth!r} m"}
     tables["interface"][0] |= {} if tolerance is None else {"tolerance": f"{tolerance!r} m"}
-    found = study_from(tables)
-    assert not found.is_row or found.neighbours[-1].levels.right_depth == (depth or 0.25)
+    found = scene_of(tables)
+    assert not found.is_row or found.interfaces[-1].levels.right_depth == (depth or 0.25)
     if not found.is_row:  # two masses of no height
         assert depth is tolerance is None
         return
-    assert found.neighbours[0].levels.tolerance == tolerance
+    assert found.interfaces[0].levels.tolerance == tolerance
     assert found.buildings == tuple(rows)
     assert found.interface_gaps(found.grid.gaps[0]) == tuple(gaps)
-    assert all(neighbour.points for neighbour in found.neighbours)
+    assert all(interface.points for interface in found.interfaces)
     assert parse_scene(found.to_toml()) == found
 
 
@@ -377,7 +377,7 @@ def test_any_row_is_a_study_or_sentences(data):
         keys = data.draw(st.sampled_from(keys)) if isinstance(keys, list) else keys
         keys[data.draw(st.sampled_from(scenario.KNOWN[section]))] = data.draw(JUNK)
     try:
-        found = study_from(tables)
+        found = scene_of(tables)
     except SceneError as error:
         assert error.faults
         assert all("\n" not in fault and ": " in fault for fault in error.faults)

@@ -19,7 +19,8 @@ from pounding_risk.motions.request import Spectral, matching
 from pounding_risk.scene import records as scene_records
 from pounding_risk.scene import sections
 from pounding_risk.scene.interfaces import EqualTerms
-from pounding_risk.scene.reader import parse_scene, read_scene, study_from
+from pounding_risk.scene.reader import parse_scene, read_scene
+from pounding_risk.scene.scene import scene_of
 from pounding_risk.scene.toml import key_lines
 
 # The scene of the design, as written there.
@@ -113,7 +114,7 @@ def test_the_scene_of_the_design():
         Building("frame", 44360.0, 0.208, 0.05),
         Building("masonry", 82600.0, 0.007, 0.05),
     )
-    assert (found.gap, found.law_name, found.stiffness, found.yield_force) == (
+    assert (found.gap, found.contact_model, found.stiffness, found.yield_force) == (
         0.0,
         "viscous_elastoplastic",
         4.2e10,
@@ -135,7 +136,7 @@ def test_defaults():
     found = parse_scene(SHORT, "folder/short.toml")
     assert found.name == "short"
     assert [building.damping for building in found.buildings] == [0.05, 0.05]
-    assert (found.yield_force, found.restitution, found.neighbours[0].plastic_exponent) == (inf, Restitution(1.0), 0.0)
+    assert (found.yield_force, found.restitution, found.interfaces[0].plastic_exponent) == (inf, Restitution(1.0), 0.0)
     assert found.records[:8] == (("RSN6-180",), (), None, None, None, ("as recorded",), "auto", 0.0)
     assert found.grid == ((0.025,), (inf,), ("hertz",), (None,))
     assert (found.rtol, found.restitution_words) == (1e-6, "not given")
@@ -144,7 +145,7 @@ def test_defaults():
 def test_interface_values_may_come_from_the_grid_alone():
     text = SHORT.replace('gap = "25 mm"\ncontact_model = "hertz"\n', "")
     found = parse_scene(text + '[grid]\ngap = ["1 mm", "2 mm"]\ncontact_model = ["van_mier", "hertz"]\n')
-    assert (found.gap, found.law_name) == (0.001, "van_mier")
+    assert (found.gap, found.contact_model) == (0.001, "van_mier")
 
 
 def test_a_building_by_stiffness_and_a_rigid_one():
@@ -200,7 +201,7 @@ VARIED = [
 def test_round_trip(text):
     found = parse_scene(text, "short.toml")
     assert parse_scene(found.to_toml()) == found
-    assert study_from(found.resolved()) == found
+    assert scene_of(found.resolved()) == found
     again = parse_scene(found.to_toml())
     assert again.to_toml() == found.to_toml()
 
@@ -316,7 +317,7 @@ def test_records_and_what_is_done_to_them(lines, expected):
 
 def test_a_study_from_a_dict_keeps_the_dict_and_has_a_text():
     tables = parse_scene(SHORT).resolved()
-    found = study_from(tables, overrides=["interface.gap=30 mm"])
+    found = scene_of(tables, overrides=["interface.gap=30 mm"])
     assert tables["interface"][0]["gap"] == "0.025 m"
     assert found.gap == 0.03
     assert parse_scene(found.text) == found
@@ -540,7 +541,7 @@ def test_any_scene_is_a_study_or_sentences(data):
         else:
             tables[section] = data.draw(JUNK)
     try:
-        found = study_from(tables)
+        found = scene_of(tables)
     except SceneError as error:
         assert error.faults
         assert all("\n" not in fault and ": " in fault for fault in error.faults)

@@ -16,7 +16,9 @@ import pounding_risk as pr
 from pounding_risk.ensemble.identity import digest, identity
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.errors import SceneError
-from pounding_risk.models.contact.laws import Jankowski, VanMier
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS
+from pounding_risk.models.contact.laws import RESTITUTION_OF_RATIO, Jankowski, VanMier
+from pounding_risk.models.contact.relation import RELATIONS
 from pounding_risk.models.restitution import CONCRETE, Restitution, constant
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.scene.motions import motions_of
@@ -66,6 +68,12 @@ def in_python() -> pr.Scene:
     )
 
 
+def a_pair(**given) -> pr.Scene:
+    """The buildings of `TEXT`, and what is given."""
+    usual = {"interfaces": in_python().interfaces, "records": pr.Records(["RSN6-180"])}
+    return pr.Scene(in_python().buildings, **usual | given)
+
+
 def test_a_scene_of_python_is_that_of_a_file():
     written, read = in_python(), parse_scene(TEXT)
     assert written == read
@@ -93,20 +101,31 @@ def test_rows_of_every_kind_of_building():
         {"names": ["RSN6-180"]},
         name="four",
     )
-    assert scene.is_row and scene.name == "four" and len(scene.neighbours) == 3
+    assert scene.is_row and scene.name == "four" and len(scene.interfaces) == 3
     flats = scene.buildings[1]
     assert isinstance(flats, Storeys)
     assert (flats.masses, flats.stiffnesses, flats.heights) == ((1.8e5,) * 3, (4e8,) * 3, (3.0,) * 3)
     assert parse_scene(scene.to_toml()) == scene
-    assert [between.yield_force for between in scene.neighbours] == [1e6] * 3
+    assert [between.yield_force for between in scene.interfaces] == [1e6] * 3
 
 
-@settings(deadline=None, max_examples=40)
+# Every form: e, a named relation, a damping ratio of a law; of each with the relation to damping.
+RATIOS = st.builds("xi {!r} of {}".format, st.floats(0.0, 0.95), st.sampled_from(list(RESTITUTION_OF_RATIO)))
+NUMBERS = st.floats(0.05, 1.0) | st.just("concrete")
+RESTITUTIONS = (
+    NUMBERS
+    | RATIOS
+    | st.builds(lambda e, relation: {"value": e, "relation": relation}, NUMBERS, st.sampled_from(RELATIONS))
+    | st.builds(lambda ratio: {"value": ratio, "relation": "published"}, RATIOS)
+)
+
+
+@settings(deadline=None, max_examples=60)
 @given(
     masses=st.lists(st.floats(1e3, 1e7), min_size=2, max_size=4),
     periods=st.lists(st.floats(0.01, 5.0), min_size=4, max_size=4),
     gaps=st.sets(st.floats(0.0, 1.0), min_size=1, max_size=5),
-    e=st.floats(0.05, 1.0) | st.just("concrete"),
+    e=RESTITUTIONS,
     force=st.floats(1e3, 1e8) | st.just(inf),
     tall=st.booleans(),
 )
@@ -132,10 +151,10 @@ def test_a_scene_that_is_written_is_read_as_it_was(masses, periods, gaps, e, for
 
 def test_laws_and_relations_are_the_objects_of_models():
     def at(**keys):
-        return in_python().replace(interfaces=[pr.Interface(0.01, **keys)]).neighbours[0]
+        return in_python().replace(interfaces=[pr.Interface(0.01, **keys)]).interfaces[0]
 
     concrete = at(law=Jankowski(2.75e9), restitution=CONCRETE)
-    assert (concrete.law_name, concrete.stiffness, concrete.restitution_words) == ("jankowski", 2.75e9, "concrete")
+    assert (concrete.contact_model, concrete.stiffness, concrete.restitution_words) == ("jankowski", 2.75e9, "concrete")
     assert at(law=Jankowski("2.75e6 kN/m^1.5"), restitution=constant(0.4)).restitution == Restitution(0.4)
     van_mier = at(law=VanMier(4e10, 0.5), restitution={"value": 0.4, "relation": "published"})
     assert (van_mier.stiffness, van_mier.plastic_exponent) == (4e10, 0.5)
@@ -146,7 +165,10 @@ def test_options_of_effects_and_dicts_take_floats_in_si():
     for effects in ({"wave_passage": wave}, [pr.Effect("wave_passage", wave)]):
         assert in_python().replace(effects=effects) == parse_scene(TEXT)
     assert in_python().replace(grid={"gap": [0.0, "5 mm", 0.01]}).grid == parse_scene(TEXT).grid
-    assert in_python().replace(buildings=iter(in_python().buildings)) == parse_scene(TEXT)
+    same = {"buildings": iter(in_python().buildings), "interfaces": iter(in_python().interfaces)}
+    assert in_python().replace(**same) == parse_scene(TEXT)
+    interface = {"gap": 0.01, "contact_model": "jankowski", "stiffness": 2.75e9, "restitution": 0.65}
+    assert in_python().replace(interfaces=[interface]) == parse_scene(TEXT)
 
 
 def test_a_scene_that_goes_to_another_process_is_the_same_one():
@@ -185,12 +207,12 @@ def test_interfaces_of_a_row_may_have_models_of_their_own(root: Path):
     mixed = pr.read_scene(row, ["interface.2.contact_model=hertz"])
     assert mixed.grid.contact_models == (OF_EACH_INTERFACE,)
     assert mixed.model_names == ("jankowski", "hertz")
-    assert [type(mixed.law_at(place)).__name__ for place in (0, 1)] == ["Jankowski", "Hertz"]
+    assert [type(mixed.at(place).law()).__name__ for place in (0, 1)] == ["Jankowski", "Hertz"]
     assert parse_scene(mixed.to_toml()) == mixed
     exact = pr.read_scene(row, ['interface.2.restitution={value = 0.5, relation = "exact"}'])
-    assert [between.relation for between in exact.neighbours] == ["published", "exact"]
+    assert [between.relation for between in exact.interfaces] == ["published", "exact"]
     gridded = pr.read_scene(row, ["interface.2.contact_model=hertz", 'grid.contact_model=["linear"]', *LINEAR])
-    assert [type(gridded.law_at(place, "linear")).__name__ for place in (0, 1)] == ["Linear", "Linear"]
+    assert [type(gridded.at(place).law("linear")).__name__ for place in (0, 1)] == ["Linear", "Linear"]
 
 
 LINEAR = ['interface.1.contact_model="linear"', 'interface.2.contact_model="linear"', 'interface.stiffness="1 GN/m"']
@@ -234,6 +256,21 @@ LINEAR = ['interface.1.contact_model="linear"', 'interface.2.contact_model="line
         (
             lambda: in_python().replace(interfaces=[pr.Interface(0.01, stiffness=1e9)]),
             ["stiffness: a number without a unit; write contact_model too"],
+        ),
+        (
+            lambda: a_pair(interfaces=[{"gap": 0.01, "contact_model": "merged", "stiffness": 1e9}]),
+            ["interface.stiffness: merged: the velocities jump, and no stiffness acts; remove it"],
+        ),
+        (
+            lambda: a_pair(interfaces=[{"gap": 0.01, "contact_model": ["hertz"], "stiffness": 1e9}]),
+            [
+                'interface.contact_model: ["hertz"] is not the name of a contact model; it may be '
+                + ", ".join(CONTACT_MODELS)
+            ],
+        ),
+        (
+            lambda: a_pair(folder=None),
+            ["folder: None is no folder; write one, or leave it out"],
         ),
         (
             lambda: in_python().replace(effects={"p_delt": {}}),

@@ -715,14 +715,14 @@ def assert_read(block: Block) -> None:
         study = parse_scene(text, source=name)
         assert study.is_row
         assert [each.name for each in study.buildings] == [house.name for house in row.buildings]
-        assert tuple(each.gap for each in study.neighbours) == row.gaps
+        assert tuple(each.gap for each in study.interfaces) == row.gaps
         for house, built in zip(row.buildings, study.buildings, strict=True):
             assert built.masses == (house.floor_mass,) * house.storeys
             assert built.height == pytest.approx(house.height, rel=1e-12)  # a sum of storeys
             # The period of the chain, an eigenvalue, is the typology's formula C_t h^x.
             code = TYPOLOGIES[house.typology].code
             assert built.period == pytest.approx(code.coefficient * house.height**code.exponent, rel=1e-9)
-        for (left, right), neighbour in zip(pairwise(row.buildings), study.neighbours, strict=True):
+        for (left, right), neighbour in zip(pairwise(row.buildings), study.interfaces, strict=True):
             highest = max(point.level for point in neighbour.points)
             assert highest == pytest.approx(min(left.height, right.height), abs=0.125 + 1e-9)
             # Two roofs that overlap meet half-way: within half of a floor's 250 mm.

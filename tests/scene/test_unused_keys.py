@@ -21,7 +21,8 @@ from pounding_risk.models.effects import EFFECTS
 from pounding_risk.reports import report
 from pounding_risk.results.files import told
 from pounding_risk.scene.interfaces import EqualTerms
-from pounding_risk.scene.reader import parse_scene, study_from
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.scene import scene_of
 from pounding_risk.scene.sections import KEYS
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.studies.simulate import simulate
@@ -285,7 +286,7 @@ def test_nothing_is_told_of_what_was_not_written():
     assert unused_keys(parse_scene(PAIR, "scene.toml")) == ()
     assert unused_keys(parse_scene(ROW, "scene.toml")) == ()
     resolved = parse_scene(ROW, "scene.toml").resolved()
-    assert unused_keys(study_from(resolved)) == ()
+    assert unused_keys(scene_of(resolved)) == ()
 
 
 def test_the_report_lists_them_with_the_scene(tmp_path):

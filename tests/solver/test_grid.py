@@ -12,7 +12,7 @@ from pounding_risk.models.contact.laws import LAWS, Jankowski, ViscousElastoplas
 from pounding_risk.models.restitution import CONCRETE, constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.read import read_motion
-from pounding_risk.scene.reader import study_from
+from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import STEPS
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, solve
 from pounding_risk.solver.pair.grid import solve_grid
@@ -91,7 +91,7 @@ def test_a_scan_with_screening_equals_one_without():
             "contact_model": ["jankowski", "viscous_elastoplastic"],
         },
     }
-    study = study_from(scene)
+    study = scene_of(scene)
     # Nothing is made again: the share is drawn among the runs that were made, and screening makes fewer.
     first = scan(study, workers=1, check_fraction=0.0)
     second = scan(study, screening=False, workers=2, check_fraction=0.0)

@@ -19,7 +19,7 @@ from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.ground import DelayedInterval
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.scene.reader import study_from
+from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import make_log
 from pounding_risk.solver.pair import flight
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
@@ -213,10 +213,10 @@ def scene(**more):
 
 def test_a_scene_with_a_wave(tmp_path):
     """Read, written back, scanned with and without screening, simulated; the source of the effect is named."""
-    study = study_from(scene())
-    assert study_from(study.resolved()) == study
+    study = scene_of(scene())
+    assert scene_of(study.resolved()) == study
     found = pr.scan(study, tmp_path / "wave.nc", check_fraction=0.0)
-    plain = pr.scan(study_from(scene(effects={})), check_fraction=0.0)
+    plain = pr.scan(scene_of(scene(effects={})), check_fraction=0.0)
     every = pr.scan(study, screening=False, check_fraction=0.0)
     assert int(found.simulated.sum()) < int(every.simulated.sum())
     one, other = (each.drop_vars("simulated").assign_attrs(options="") for each in (found, every))
@@ -234,11 +234,11 @@ def test_a_scene_with_a_wave(tmp_path):
     floors = one.displacement.isel(storey=0, drop=True)
     closing = floors.isel(building=0) - floors.isel(building=1) - one.ground_widening
     np.testing.assert_allclose(one.relative_displacement, closing, atol=1e-15)
-    assert "ground_widening" not in pr.simulate(study_from(scene(effects={})))
+    assert "ground_widening" not in pr.simulate(scene_of(scene(effects={})))
 
 
 def test_a_wave_that_never_arrives_is_refused():
-    study = study_from(scene(effects={"wave_passage": {"velocity": "2 m/s", "distance": "30 m"}}))
+    study = scene_of(scene(effects={"wave_passage": {"velocity": "2 m/s", "distance": "30 m"}}))
     for command in (pr.validate, pr.simulate, pr.scan):
         with pytest.raises(SceneError, match="the wave needs 15 s between the buildings, and RSN6-180 lasts 6 s"):
             command(study)
@@ -246,7 +246,7 @@ def test_a_wave_that_never_arrives_is_refused():
 
 def test_which_way_the_wave_goes():
     right, left = (
-        study_from(scene(effects={"wave_passage": {**WAVE["wave_passage"], "towards": side}}))
+        scene_of(scene(effects={"wave_passage": {**WAVE["wave_passage"], "towards": side}}))
         for side in ("right", "left")
     )
     assert right != left
@@ -264,7 +264,7 @@ def test_every_contact_model_takes_a_wave(law: str):
         interface["stiffness"] = f"1e9 {stiffness_quantity(CONTACT_MODELS[law]).unit}"
     building = [{**each, "floor_length": "20 m"} for each in base["building"]] if law == "distributed_mass" else None
     tables = {**base, "interface": [interface], "grid": {}, "effects": WAVE}
-    assert study_from({**tables, "building": building} if building else tables).effects[0].name == "wave_passage"
+    assert scene_of({**tables, "building": building} if building else tables).effects[0].name == "wave_passage"
 
 
 @pytest.mark.parametrize(
@@ -278,5 +278,5 @@ def test_every_contact_model_takes_a_wave(law: str):
 )
 def test_what_a_scene_refuses(options, sentence: str):
     with pytest.raises(SceneError) as caught:
-        study_from(scene(effects={"wave_passage": options}))
+        scene_of(scene(effects={"wave_passage": options}))
     assert sentence in str(caught.value)

@@ -142,7 +142,7 @@ def test_why_e_is_not_equal(study):
     little = on_equal_terms(study.updated(restitution=constant(0.2)), ["jankowski", "bilinear"], None, (None, None))
     same, why = with_relation(little, None)
     assert same.relation == "published" and why.startswith("bilinear returns no e below 0.354")
-    elastic = on_equal_terms(study.updated(law_name="hertz"), ["hertz", "van_mier"], None, (None, None))
+    elastic = on_equal_terms(study.updated(contact_model="hertz"), ["hertz", "van_mier"], None, (None, None))
     assert with_relation(elastic, None) == (elastic, "")
     with pytest.raises(PoundingError, match=r'"exakt" is not a relation .* \(did you mean "exact"'):
         with_relation(terms, "exakt")
@@ -154,7 +154,7 @@ def test_what_a_scene_hinders_is_left_out_unless_asked_for(study):
     little = study.updated(restitution=constant(0.2))
     assert "bilinear" not in runnable(little) and "bilinear: bilinear returns no e below 0.354" in left_out(little)
     assert with_relation(on_equal_terms(little, (), None, (None, None)), None)[0].relation == "exact"
-    yielding = study.updated(law_name="van_mier", effects=(Effect("permanent_set"),))
+    yielding = study.updated(contact_model="van_mier", effects=(Effect("permanent_set"),))
     assert runnable(yielding) == ("van_mier", "viscous_elastoplastic")
     assert "linear, kelvin_voigt" in left_out(yielding) and "nothing yields, under permanent_set" in left_out(yielding)
 
@@ -170,7 +170,7 @@ def test_ratios_are_those_of_two_scans(study, dataset):
     """Each law by a scan of its own, its stiffness written by hand into the scene; then plain division."""
     grid = study.grid._replace(contact_models=("kelvin_voigt",))
     (stiffness,) = json.loads(dataset.attrs["stiffness"])["kelvin_voigt"]
-    one = scan(study.updated(stiffness=stiffness, law_name="kelvin_voigt", grid=grid), check_fraction=0.0)
+    one = scan(study.updated(stiffness=stiffness, contact_model="kelvin_voigt", grid=grid), check_fraction=0.0)
     one, base = (compare_findings.at_interface(each, 0) for each in (one, scan(study, check_fraction=0.0)))
     touched = base["impact_count"].values > 0
     assert 0 < touched.sum() < touched.size
@@ -465,7 +465,7 @@ def test_the_shipped_scene_compares_every_law():
 def test_the_baseline_joins_the_laws_and_the_reference_stays(study):
     found = on_equal_terms(study, ["hertz"], "linear", ("penetration", None))
     assert found.grid.contact_models == ("hertz", "linear")
-    assert (found.law_name, found.stiffness) == (study.law_name, study.stiffness)
+    assert (found.contact_model, found.stiffness) == (study.contact_model, study.stiffness)
     assert found.equal_terms == EqualTerms("penetration", 0.5, True)
 
 
@@ -516,6 +516,19 @@ def test_the_figures_say_what_the_data_say(dataset, tmp_path):
         assert all("[" in axis.get_xlabel() for axis in first.axes)
     assert files[0].read_bytes() == files[2].read_bytes()
     assert files[1].read_bytes() == files[3].read_bytes()
+
+
+def test_two_laws_have_panels_with_room_for_their_words(dataset):
+    """As high as those of four; the legends keep their distance from the axis' words."""
+    heights = []
+    for count in (2, 4):
+        figure = figures.agreement_figure(dataset.isel(contact_model=range(count)))
+        figure.draw_without_rendering()
+        panel, words = figure.axes[4], figure.axes[4].xaxis.get_label()
+        heights.append(panel.get_window_extent().height)
+        legend = [text.get_window_extent().y1 for text in panel.get_legend().get_texts()]
+        assert max(legend) < words.get_window_extent().y0
+    assert heights[0] == pytest.approx(heights[1], rel=0.02)
 
 
 @pytest.mark.filterwarnings("error")

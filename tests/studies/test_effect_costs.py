@@ -14,7 +14,8 @@ import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.cli import app
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings
-from pounding_risk.scene.reader import parse_scene, study_from
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.scene import scene_of
 from pounding_risk.scene.tables import Effect
 from pounding_risk.studies import demo
 from pounding_risk.studies.effects import (
@@ -37,7 +38,7 @@ GRID = {"gap": ["0 mm", "4 mm"], "yield_force": ["300 kN", "3 MN"], "contact_mod
 def scene(**more):
     """The paper's pair, a small grid, both polarities."""
     base = demo.scene("paper").resolved()
-    return study_from(
+    return scene_of(
         {**base, "records": {**base["records"], "polarity": ["as recorded", "reversed"]}, "grid": GRID, **more}
     )
 
@@ -192,6 +193,11 @@ def test_what_has_no_place_in_a_row_is_said():
 def test_command_and_figure_of_a_row(of_row, tmp_path):
     drawn = figures.effects_figure(of_row)
     assert "1 of 2 cases that yield" in words_of(drawn).replace("\n", " ")
+    assert "dots: a case at one interface" in words_of(drawn).replace("\n", " ")
+    for axis in drawn.axes[:5]:  # fewer than a hundred values, so that the panel holds them all
+        low, high = axis.get_xlim()
+        dots = [line.get_xdata() for line in axis.lines if line.get_marker() == "."]
+        assert all(low < value < high for values in dots for value in values)
     path = tmp_path / "row.toml"
     path.write_text(ROW + "[effects]\np_delta = {}\n", "utf-8")
     told = CliRunner().invoke(app, ["effects", str(path), "--figure", str(tmp_path / "effects.png")])

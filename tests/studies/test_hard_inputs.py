@@ -6,7 +6,7 @@ import pytest
 
 from pounding_risk.errors import SceneError
 from pounding_risk.models.restitution import constant
-from pounding_risk.scene.reader import study_from
+from pounding_risk.scene.scene import scene_of
 
 
 def scene() -> dict:
@@ -28,13 +28,13 @@ def refused(change) -> str:
     tables = scene()
     change(tables)
     with pytest.raises(SceneError) as caught:
-        study_from(tables)
+        scene_of(tables)
     assert len(caught.value.faults) == 1
     return caught.value.faults[0]
 
 
 def test_the_scene_itself_is_good():
-    assert study_from(scene()).grid.yield_forces == (1e6, 2e6, float("inf"))
+    assert scene_of(scene()).grid.yield_forces == (1e6, 2e6, float("inf"))
 
 
 def test_a_negative_gap_is_refused():

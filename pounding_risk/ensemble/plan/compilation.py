@@ -78,7 +78,7 @@ def _of_pair(study: Scene) -> Kernels:
 def _of_row(study: Scene) -> Kernels:
     *call, terms, states = rows.unmoved(model_of(study).row(STILL[1]), STILL[0])
     solver = is_compiled(rows_march.march, (*call, terms, study.rtol, states))
-    places = [study.at(place) for place in range(len(study.neighbours))]
+    places = [study.at(place) for place in range(len(study.interfaces))]
 
     def known(name: str) -> bool:
         # Laws of a row are compiled for one process.

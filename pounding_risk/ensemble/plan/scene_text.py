@@ -13,7 +13,7 @@ from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, LevelR
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import Spectral
-from pounding_risk.scene.interfaces import known_law
+from pounding_risk.scene.interfaces import known_law, said_restitution
 from pounding_risk.scene.level_notes import level_notes
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
 from pounding_risk.scene.tables import Effect
@@ -55,7 +55,7 @@ def _places(study: Scene) -> list[tuple[str, str]]:
 
     Stiffness and restitution stand with the interface where there are several.
     """
-    yielding, several = "inelastic_storeys" in dict(study.effects), len(study.neighbours) > 1
+    yielding, several = "inelastic_storeys" in dict(study.effects), len(study.interfaces) > 1
     sides = ["building"] * len(study.buildings) if several else ["left building", "right building"]
     rows = [(side, _building(one, yielding)) for side, one in zip(sides, study.buildings, strict=True)]
     for place, name in enumerate(study.interface_names):
@@ -84,7 +84,7 @@ def _strength(force: float) -> str:
 def _has_floors(here: Scene) -> bool:
     """True where two neighbours do not just meet mass to mass."""
     has_storeys = any(isinstance(building, Storeys) for building in here.buildings)
-    return has_storeys or here.neighbours[0].given or any(point.kind == COLUMN for point in here.points)
+    return has_storeys or here.interfaces[0].given or any(point.kind == COLUMN for point in here.points)
 
 
 def _levels(rule: LevelRule) -> str:
@@ -99,13 +99,13 @@ def _points(here: Scene) -> list[tuple[str, str]]:
     """How levels are told apart, and contact points by kind with the yield force of each; nothing of two masses."""
     if not _has_floors(here):
         return []
-    (neighbour,), (left, right) = here.neighbours, here.buildings
-    rows = [] if neighbour.given else [("levels", _levels(neighbour.levels))]
-    for kind, force in ((FLOOR, neighbour.yield_force), (COLUMN, neighbour.column_yield_force)):
+    (interface,), (left, right) = here.interfaces, here.buildings
+    rows = [] if interface.given else [("levels", _levels(interface.levels))]
+    for kind, force in ((FLOOR, interface.yield_force), (COLUMN, interface.column_yield_force)):
         places = [
             f"{_place(point.left_floor)} of {left.name}, {_place(point.right_floor)} of {right.name}"
             + ("" if isnan(point.level) else f" at {say(point.level, STOREY_HEIGHT)}")
-            for point in neighbour.points
+            for point in interface.points
             if point.kind == kind
         ]
         rows += [("contact points", f"floor to {kind}, {_strength(force)}: {'; '.join(places)}")] if places else []
@@ -149,10 +149,10 @@ def _laws(study: Scene) -> list[str]:
     models = []
     for name in study.grid.contact_models:
         if name == OF_EACH_INTERFACE:
-            pairs = zip(study.interface_names, study.neighbours, strict=True)
-            name = ", ".join(f"{between.law_name} at {interface}" for interface, between in pairs)
+            pairs = zip(study.interface_names, study.interfaces, strict=True)
+            name = ", ".join(f"{between.contact_model} at {interface}" for interface, between in pairs)
             stiffness = "stiffness of each interface"
-        elif len(study.neighbours) > 1 and not study.needs_equal_terms(name):
+        elif len(study.interfaces) > 1 and not study.needs_equal_terms(name):
             stiffness = "stiffness of each interface"
         elif is_instant(known_law(name)) or study.stiffness is None:
             stiffness = "no stiffness: the velocities jump at a touch"
@@ -168,7 +168,7 @@ def _restitution(study: Scene) -> str:
     rule = study.restitution
     exact = "" if study.relation == AS_PUBLISHED else ", returned exactly by an impact alone"
     if rule.c1 == rule.c2 == rule.c3 == 0.0:
-        return f"{study.restitution_words}{exact}"
+        return f"{said_restitution(study.restitution_words)}{exact}"
     held = f", held beyond {rule.fastest:g} m/s" if rule.fastest < inf else ""
     return f"{study.restitution_words}: falls with the approach speed{held}{exact}"
 

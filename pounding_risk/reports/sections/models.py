@@ -50,7 +50,9 @@ def write(data: ReportData) -> list[Block]:
     for pair in data.pairs:
         blocks += _by_model(data, pair)
     if len(data.laws) == 1 and "compare" not in data.others:
-        blocks.append(paragraph("One contact model was run. Whether another says otherwise: `pounding-risk compare`."))
+        mixed = "interface_contact_model" in data.results
+        run = "Each interface has a contact model of its own" if mixed else "One contact model was run"
+        blocks.append(paragraph(f"{run}. Whether another says otherwise: `pounding-risk compare`."))
     if "compare" in data.others:
         blocks += _compared(data.others["compare"])
     return blocks

@@ -47,14 +47,14 @@ class RowTrial(Trial):
         run, model, limits = self._made(scene)
         pga = float(np.abs(scene.ground).max(initial=0.0))
         values = outputs(run, limits.yield_forces, pga, frame_of(model))
-        found = {name: float(value[0]) for name, value in values.items() if value.shape == (1,)}
-        found = {name: value for name, value in found.items() if not name.startswith("contact_point_")}
+        answers = {name: float(value[0]) for name, value in values.items() if value.shape == (1,)}
+        answers = {name: value for name, value in answers.items() if not name.startswith("contact_point_")}
         for name in OF_BUILDINGS:
             if name != "peak_drift":  # of a single mass its displacement
-                found |= {f"{name}_{side}": float(values[name][at]) for at, side in enumerate(SIDES)}
+                answers |= {f"{name}_{side}": float(values[name][at]) for at, side in enumerate(SIDES)}
         if run.status != expected and self.status == COMPLETE:
             self.status = run.status
-        return found | {"status": float(run.status), "steps": float(run.steps)}
+        return answers | {"status": float(run.status), "steps": float(run.steps)}
 
     def follow(self, scene: TrialScene) -> History:
         """The contacts and steps of one run; of a contact what the cases read: touch, parting, approach speed."""

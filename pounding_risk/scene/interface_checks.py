@@ -1,0 +1,238 @@
+"""Checks of the [[interface]] tables of a scene: faults that more than one key takes part in, and what makes a row.
+
+Two single masses that meet mass to mass are run by the pair's solver, everything else by that of rows: more than two
+buildings, storeys, heights that differ, contact points of the scene's own, and effects that act on buildings.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Any
+
+from pounding_risk._common.counted import counted
+from pounding_risk._common.words import nearest
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS, INSTANT_LAWS, is_instant
+from pounding_risk.models.contact.laws import LAWS, stiffness_quantity
+from pounding_risk.models.contact.relation import (
+    AS_ASKED,
+    AS_PUBLISHED,
+    RELATIONS,
+    least_of,
+    misfit,
+    out_of_reach,
+    related,
+)
+from pounding_risk.models.effects import EFFECTS, PerInterface, acts_on_buildings
+from pounding_risk.models.structures.contact_points import automatic_points
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.scene.buildings import RigidWall, ShearBuilding, TypologyBuilding
+from pounding_risk.scene.interfaces import EQUAL_TERMS, MISSING_RESTITUTION, Interface, interface_name, known_models
+from pounding_risk.scene.keys import Draft, Section
+from pounding_risk.scene.toml import Fault, KeyPath
+from pounding_risk.units import QuantityError, parse, shown
+
+OF_POINTS = ("contact", "tolerance", "column_yield_force")  # keys that a pair of masses has no use for
+
+
+def is_row(draft: Draft) -> bool:
+    """True for the tables of a row, false for those of a pair, whatever is wrong with either."""
+    buildings = draft.tables("building")
+    return (
+        len(buildings) > 2
+        or any(keys.kind in (ShearBuilding, TypologyBuilding) or "floor_depth" in keys for keys in buildings)
+        or any(key in keys for keys in draft.tables("interface") for key in OF_POINTS)
+        or any(name in EFFECTS and acts_on_buildings(name) for name in draft.table("effects").raw)
+        or (len(buildings) == 2 and _heights_differ(buildings))
+    )
+
+
+def _heights_differ(buildings: Sequence[Section]) -> bool:
+    """True for two masses, or a mass and a wall, that meet part-way up one of the masses."""
+    masses = []
+    for keys in buildings:
+        height = keys.get("height", None if "height" in keys else 0.0)
+        if height is None:
+            return False
+        masses.append(Building("", 1.0, 0.0 if keys.kind is RigidWall else 1.0, 0.0, height=height))
+    points = automatic_points(masses[0], masses[1])
+    met = [(mass, floor) for point in points for mass, floor in zip(masses, point[:2], strict=True)]
+    return any(floor != 1.0 and not mass.is_rigid for mass, floor in met)
+
+
+def interface_checks(draft: Draft) -> Iterator[Fault]:
+    """All faults that more than one key of the interfaces takes part in."""
+    yield from _count(draft)
+    yield from _gridded(draft)
+    yield from _per_interface(draft)
+    if is_row(draft):
+        yield from _instant(draft)
+    interfaces = draft.tables("interface")[: most_interfaces(draft)]
+    first = next((keys.raw["contact_model"] for keys in interfaces if "contact_model" in keys), None)
+    for keys in interfaces:
+        if "gap" not in keys and _lacks_gap(draft, int(keys.path[1])):
+            yield keys.fault("gap", Interface.keys()["gap"].lacks("gap"), absent=True)
+        if first is None and "contact_model" not in draft.table("grid") and keys is interfaces[0]:
+            names = ", ".join(CONTACT_MODELS)
+            sentence = f'missing; write contact_model = "jankowski", or another of {names}'
+            yield keys.fault("contact_model", sentence, absent=True)
+        own = keys.raw.get("contact_model", first)
+        refused = isinstance(own, str) and own in INSTANT_LAWS and is_row(draft)  # which says what to choose instead
+        yield from _laws(keys, draft.table("grid"), None if refused else own)
+
+
+def _per_interface(draft: Draft) -> Iterator[Fault]:
+    """Options of effects that are lists have one value for each interface."""
+    count = most_interfaces(draft)
+    several = f", or {count}, one between each two neighbours from left to right" if count > 1 else ""
+    for name, given in draft.table("effects").raw.items():
+        kinds = EFFECTS[name].options if name in EFFECTS and isinstance(given, dict) else {}
+        for key in (key for key, allowed in kinds.items() if isinstance(allowed, PerInterface)):
+            value = given.get(key)
+            if isinstance(value, list) and len(value) not in (0, count):
+                sentence = f"a list of {len(value)} for {counted(count, 'interface')}: write one value for all{several}"
+                yield Fault(("effects", name, key), sentence)
+
+
+def _count(draft: Draft) -> Iterator[Fault]:
+    """One interface for all neighbours, or one between each two of them."""
+    count, buildings = draft.count("interface", -1), draft.count("building", -1)
+    if min(count, buildings) < 0 or count in (1, most_interfaces(draft)):
+        return
+    if buildings <= 2:
+        repair = (
+            f"there is one between two neighbours; {'remove ' + str(count - 1) if count else 'write one [[interface]]'}"
+        )
+    else:
+        repair = f"write {buildings - 1}, one between each two neighbours from left to right, or one for all of them"
+    yield Fault(
+        ("interface", count - 1) if count else ("interface",), f"{count} interfaces for {buildings} buildings: {repair}"
+    )
+
+
+def most_interfaces(draft: Draft) -> int:
+    """One fewer than there are buildings, one at least: more are not looked into."""
+    return max(draft.count("building", 0) - 1, 1)
+
+
+def _gridded(draft: Draft) -> Iterator[Fault]:
+    """The interface whose gap alone the grid varies: it is there, and so are its gaps."""
+    grid = draft.table("grid")
+    named = grid.raw.get("interface")
+    if not isinstance(named, str):
+        return
+    known = _names(draft)
+    if named not in known:
+        yield grid.fault(
+            "interface",
+            f"{shown(named)} is not an interface{nearest(named, known)}; it may be {', '.join(map(shown, known))}",
+        )
+    if "gap" not in grid:
+        yield grid.fault(
+            "interface", 'names the interface whose gap varies; write gap = ["25 mm", "50 mm"] in [grid] too'
+        )
+
+
+def _names(draft: Draft) -> list[str]:
+    """The interfaces' names, left to right."""
+    names = [str(keys.raw.get("name", "")) for keys in draft.tables("building")]
+    return [interface_name(left, right) for left, right in pairwise(names)]
+
+
+def _lacks_gap(draft: Draft, index: int) -> bool:
+    """True for an interface whose gap neither it nor the grid tells."""
+    grid, names = draft.table("grid"), _names(draft)
+    if "gap" not in grid or grid.raw.get("interface") not in names:
+        return "gap" not in grid
+    mine = names if len(draft.tables("interface")) == 1 else names[index : index + 1]
+    return mine != [grid.raw["interface"]]
+
+
+def _instant(draft: Draft) -> Iterator[Fault]:
+    """Contact models whose velocities jump, which only the pair knows."""
+    gridded = draft.table("grid").raw.get("contact_model")
+    named: list[tuple[KeyPath, Any]] = [
+        *(((*keys.path, "contact_model"), keys.raw.get("contact_model")) for keys in draft.tables("interface")),
+        *((("grid", "contact_model", place), name) for place, name in enumerate(_as_list(gridded))),
+    ]
+    for path, name in named:
+        if isinstance(name, str) and name in INSTANT_LAWS:
+            why = "of floors that touch at one instant, momentum and e leave the velocities open (Halm and Posa 2021)"
+            yield Fault(path, f"{name} is for a pair of single masses: {why}; in a row choose among {', '.join(LAWS)}")
+
+
+def _as_list(value: object) -> list[Any]:
+    return value if isinstance(value, list) else []
+
+
+def _laws(keys: Section, grid: Section, own_name: Any) -> Iterator[Fault]:
+    """What the contact models of an interface, its own one by name first, ask of its other keys."""
+    asked = _as_list(grid.raw.get("contact_model"))
+    gridded = known_models(asked)
+    used = known_models([own_name] if own_name is not None else gridded[:1])
+    used = list(dict.fromkeys([*used, *gridded]))
+    stiff = [name for name in used if not is_instant(CONTACT_MODELS[name])]
+    own = stiff[0] if stiff else None  # whose unit the interface's stiffness has
+    if "stiffness" not in keys and (stiff or not used):
+        yield keys.fault("stiffness", Interface.keys()["stiffness"].lacks("stiffness"), absent=True)
+    damped = [name for name in used if CONTACT_MODELS[name].needs_restitution]  # type: ignore[attr-defined]
+    if damped and "restitution" not in keys:
+        sentence = f"missing, and {damped[0]} needs it; {MISSING_RESTITUTION}"
+        yield keys.fault("restitution", sentence, absent=True)
+    yield from _relation(keys, used)
+    for key, law in (("plastic_exponent", "van_mier"), ("design_penetration", "bilinear")):
+        if key in keys and used and law not in used:
+            yield keys.fault(key, f"only {law} has one, not {', '.join(used)}; remove it")
+    if "stiffness" in keys and used and not stiff:
+        yield keys.fault("stiffness", f"{', '.join(used)}: the velocities jump, and no stiffness acts; remove it")
+    elif "stiffness" in keys:
+        yield from _stiffness(keys, own)
+    if not own:
+        return
+    for position, name in enumerate(asked):
+        if name in stiff and _unit(name) != _unit(own) and "equal_terms" not in keys:
+            yield Fault(
+                ("grid", "contact_model", position),
+                f"{name} takes a stiffness in {_unit(name)}, but the interface gives one in {_unit(own)} for "
+                f'{own}; write equal_terms = {{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}} in '
+                "[[interface]], from which its stiffness follows",
+            )
+
+
+def _relation(keys: Section, used: Sequence[str]) -> Iterator[Fault]:
+    """A relation that these contact models do not have, or under which they cannot return e."""
+    written = keys.raw.get("restitution")
+    relation = written.get("relation") if isinstance(written, dict) else AS_PUBLISHED
+    wrong = misfit((CONTACT_MODELS[name] for name in used), relation) if relation in RELATIONS else ""
+    if wrong:
+        yield Fault((*keys.path, "restitution", "relation"), wrong)
+    elif relation == AS_ASKED and (given := keys.get("restitution")):
+        fixed = 1.0 if "design_penetration" in keys else 0.0
+        for name in used:
+            if beyond := out_of_reach(related(CONTACT_MODELS[name], AS_ASKED), least_of(given.rule), fixed):
+                yield keys.fault("restitution", beyond)
+
+
+def _stiffness(keys: Section, law: str | None) -> Iterator[Fault]:
+    """A stiffness that is none, or of the other family than its law."""
+    stiffness = keys.raw["stiffness"]
+    fitting = [name for name in LAWS if _fits(stiffness, name)]
+    if law in fitting or (law is None and fitting):
+        return
+    try:
+        parse(stiffness, stiffness_quantity(LAWS[law or "jankowski"]))
+    except QuantityError as error:
+        others = (
+            f" for {law}, or choose a contact model in {_unit(fitting[0])}: {', '.join(fitting)}" if fitting else ""
+        )
+        yield keys.fault("stiffness", f"{error}{others}")
+
+
+def _fits(stiffness: object, law: str) -> bool:
+    try:
+        parse(stiffness, stiffness_quantity(LAWS[law]))
+    except QuantityError:
+        return False
+    return True
+
+
+def _unit(law: str) -> str:
+    return stiffness_quantity(LAWS[law]).unit
