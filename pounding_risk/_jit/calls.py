@@ -11,12 +11,12 @@ from weakref import WeakValueDictionary
 import numba
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
-from numba import njit, types
+from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
-from pounding_risk._jit.compile import FLAGS, INLINED, INTERPRETED
+from pounding_risk._jit.compile import FLAGS, INTERPRETED, small
 
 
 def _leaves(kind) -> int:
@@ -63,9 +63,7 @@ def model_of(model, values, place, offset):
 
 
 if not INTERPRETED:
-    model_of = njit(**INLINED)(
-        lambda model, values, place, offset: _model_of(model, values, place, offset)
-    )
+    model_of = small(lambda model, values, place, offset: _model_of(model, values, place, offset))
 
 
 @intrinsic
@@ -95,9 +93,7 @@ def lay_model(model, values, place, offset):
 
 
 if not INTERPRETED:
-    lay_model = njit(**INLINED)(
-        lambda model, values, place, offset: _lay_model(model, values, place, offset)
-    )
+    lay_model = small(lambda model, values, place, offset: _lay_model(model, values, place, offset))
 
 
 def _place_in(context, builder, kind, array, row, column):
@@ -176,11 +172,9 @@ def as_row(pointer, count):
 
 
 if not INTERPRETED:
-    call_at = njit(**INLINED)(
-        lambda address, values, row, a, b, c: _call_at(address, values, row, a, b, c)
-    )
-    call_on = njit(**INLINED)(lambda address, values, row, slots: _call_on(address, values, row, slots))
-    as_row = njit(**INLINED)(lambda pointer, count: numba.carray(pointer, (1, count)))
+    call_at = small(lambda address, values, row, a, b, c: _call_at(address, values, row, a, b, c))
+    call_on = small(lambda address, values, row, slots: _call_on(address, values, row, slots))
+    as_row = small(lambda pointer, count: numba.carray(pointer, (1, count)))
 
 
 def numbers_of(model) -> list[float]:
@@ -348,9 +342,7 @@ def _compiled_to(further, kind):
             unused = [context.get_constant_null(one) for one in (model, memory)]
             function = context.declare_function(builder.module, compiled.fndesc)
             context.add_linking_libs((compiled.library,))
-            _, result = context.call_conv.call_function(
-                inside, function, types.float64, kinds, [*unused, *target.args]
-            )
+            _, result = context.call_conv.call_function(inside, function, types.float64, kinds, [*unused, *target.args])
             inside.ret(result)
             return builder.uitofp(builder.ptrtoint(target, ir.IntType(64)), REAL)
 
@@ -371,8 +363,8 @@ def _entered(function: Callable[..., float], model, memory) -> float:
 def entry_of_numbers(function, model, memory):
     """The address of ``function(model, memory, numbers, a, b, c)`` for models and memories of these kinds.
 
-    ``function`` is `small`; the numbers of ``model`` and ``memory`` play no part. In compiled code only: the kernel that
-    asks holds the machine code, so that the cache keeps it as it keeps every kernel.
+    ``function`` is `small`; the numbers of ``model`` and ``memory`` play no part. In compiled code only: the kernel
+    that asks holds the machine code, so that the cache keeps it as it keeps every kernel.
     """
     return _entered(function, model, memory)
 
@@ -383,11 +375,11 @@ def entry_of_slots(function, model, memory):
 
 
 if not INTERPRETED:
-    leaves_of = njit(**INLINED)(lambda model: _leaves_of(model))
-    model_at = njit(**INLINED)(lambda model, numbers, offset: _model_at(model, numbers, offset))
-    lay_at = njit(**INLINED)(lambda model, numbers, offset: _lay_at(model, numbers, offset))
-    call_numbers = njit(**INLINED)(lambda address, numbers, a, b, c: _call_numbers(address, numbers, a, b, c))
-    call_slots = njit(**INLINED)(lambda address, numbers, slots: _call_slots(address, numbers, slots))
-    read_slot = njit(**INLINED)(lambda slots, place: _read_slot(slots, place))
-    write_slots = njit(**INLINED)(lambda slots, values: _write_slots(slots, values))
+    leaves_of = small(lambda model: _leaves_of(model))
+    model_at = small(lambda model, numbers, offset: _model_at(model, numbers, offset))
+    lay_at = small(lambda model, numbers, offset: _lay_at(model, numbers, offset))
+    call_numbers = small(lambda address, numbers, a, b, c: _call_numbers(address, numbers, a, b, c))
+    call_slots = small(lambda address, numbers, slots: _call_slots(address, numbers, slots))
+    read_slot = small(lambda slots, place: _read_slot(slots, place))
+    write_slots = small(lambda slots, values: _write_slots(slots, values))
     entry_of_numbers, entry_of_slots = _of_numbers, _of_slots

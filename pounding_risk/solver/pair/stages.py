@@ -296,24 +296,24 @@ def ends_itself(law, memory, delta, strength, work, lost):
 @small
 def starts_called(law, e, speed, mass, worn, limit, scale):
     """As `starts_itself`, of a law by address."""
-    return law.starts(e, speed, mass, worn, limit, scale)
+    return law.begin_contact(e, speed, mass, worn, limit, scale)
 
 
 @small
 def turns_called(law, memory, delta, strength, approaching, yielding):
     """As `turns_itself`, of a law by address."""
-    return law.turns(memory, delta, strength, approaching, yielding)
+    return law.turn_contact(memory, delta, strength, approaching, yielding)
 
 
 @small
 def ends_called(law, memory, delta, strength, work, lost):
     """As `ends_itself`, of a law by address."""
-    return law.ends(memory, delta, strength, work, lost)
+    return law.end_contact(memory, delta, strength, work, lost)
 
 
-law_starts = by_verb("starts", 0, starts_called, starts_itself)
-law_turns = by_verb("turns", 0, turns_called, turns_itself)
-law_ends = by_verb("ends", 0, ends_called, ends_itself)
+law_starts = by_verb("begin_contact", 0, starts_called, starts_itself)
+law_turns = by_verb("turn_contact", 0, turns_called, turns_itself)
+law_ends = by_verb("end_contact", 0, ends_called, ends_itself)
 
 
 @kernel
