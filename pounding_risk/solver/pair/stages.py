@@ -15,7 +15,7 @@ from __future__ import annotations
 from math import inf, sqrt
 from typing import NamedTuple
 
-from pounding_risk._jit.compile import by_verb, kernel, part, small
+from pounding_risk._jit.compile import by_verb, kernel, small
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Oscillator
 from pounding_risk.solver.counters import WORKED
@@ -121,7 +121,7 @@ def trial_state(weights, row, h, workspace):
     return u + h * a, w + h * b, v + h * c, z + h * d
 
 
-@part
+@small
 def explicit_attempt(impact, phase, s, h, workspace):
     """One step of the tableau from the state BEGIN, whose slopes are known, to END; returns its error.
 
@@ -171,7 +171,7 @@ def finish(impact, phase, s, workspace):
     slopes(impact, phase, s, state_of(workspace.states, END), workspace, LAST)
 
 
-@part
+@small
 def explicit_spread(impact, phase, span, workspace):
     """Write the polynomial between both ends of the step just made, ``span`` = (s, h).
 
