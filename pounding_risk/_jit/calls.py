@@ -11,12 +11,12 @@ from weakref import WeakValueDictionary
 import numba
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
-from numba import njit, types
+from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
-from pounding_risk._jit.compile import FLAGS, INLINED, INTERPRETED
+from pounding_risk._jit.compile import FLAGS, INTERPRETED, small
 
 
 def _leaves(kind) -> int:
@@ -63,7 +63,7 @@ def model_of(model, values, place, offset):
 
 
 if not INTERPRETED:
-    model_of = njit(**INLINED)(lambda model, values, place, offset: _model_of(model, values, place, offset))
+    model_of = small(lambda model, values, place, offset: _model_of(model, values, place, offset))
 
 
 @intrinsic
@@ -93,7 +93,7 @@ def lay_model(model, values, place, offset):
 
 
 if not INTERPRETED:
-    lay_model = njit(**INLINED)(lambda model, values, place, offset: _lay_model(model, values, place, offset))
+    lay_model = small(lambda model, values, place, offset: _lay_model(model, values, place, offset))
 
 
 def _place_in(context, builder, kind, array, row, column):
@@ -172,9 +172,9 @@ def as_row(pointer, count):
 
 
 if not INTERPRETED:
-    call_at = njit(**INLINED)(lambda address, values, row, a, b, c: _call_at(address, values, row, a, b, c))
-    call_on = njit(**INLINED)(lambda address, values, row, slots: _call_on(address, values, row, slots))
-    as_row = njit(**INLINED)(lambda pointer, count: numba.carray(pointer, (1, count)))
+    call_at = small(lambda address, values, row, a, b, c: _call_at(address, values, row, a, b, c))
+    call_on = small(lambda address, values, row, slots: _call_on(address, values, row, slots))
+    as_row = small(lambda pointer, count: numba.carray(pointer, (1, count)))
 
 
 def numbers_of(model) -> list[float]:
@@ -333,7 +333,7 @@ def _compiled_to(further, kind):
     def entry(typingctx, function, model, memory):
         kinds = (model, memory, types.CPointer(types.float64), *further)
         typingctx.resolve_function_type(function, kinds, {})
-        compiled = function.dispatcher.fragments.overloads[kinds]
+        compiled = function.dispatcher.overloads[kinds]
 
         def codegen(context, builder, signature, arguments):
             target = ir.Function(builder.module, kind, builder.module.get_unique_name("verb"))
@@ -375,11 +375,11 @@ def entry_of_slots(function, model, memory):
 
 
 if not INTERPRETED:
-    leaves_of = njit(**INLINED)(lambda model: _leaves_of(model))
-    model_at = njit(**INLINED)(lambda model, numbers, offset: _model_at(model, numbers, offset))
-    lay_at = njit(**INLINED)(lambda model, numbers, offset: _lay_at(model, numbers, offset))
-    call_numbers = njit(**INLINED)(lambda address, numbers, a, b, c: _call_numbers(address, numbers, a, b, c))
-    call_slots = njit(**INLINED)(lambda address, numbers, slots: _call_slots(address, numbers, slots))
-    read_slot = njit(**INLINED)(lambda slots, place: _read_slot(slots, place))
-    write_slots = njit(**INLINED)(lambda slots, values: _write_slots(slots, values))
+    leaves_of = small(lambda model: _leaves_of(model))
+    model_at = small(lambda model, numbers, offset: _model_at(model, numbers, offset))
+    lay_at = small(lambda model, numbers, offset: _lay_at(model, numbers, offset))
+    call_numbers = small(lambda address, numbers, a, b, c: _call_numbers(address, numbers, a, b, c))
+    call_slots = small(lambda address, numbers, slots: _call_slots(address, numbers, slots))
+    read_slot = small(lambda slots, place: _read_slot(slots, place))
+    write_slots = small(lambda slots, values: _write_slots(slots, values))
     entry_of_numbers, entry_of_slots = _of_numbers, _of_slots

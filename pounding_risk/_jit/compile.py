@@ -21,6 +21,7 @@ import tempfile
 import warnings
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from threading import Lock
 
@@ -207,7 +208,10 @@ def kernel(function):
     if INTERPRETED:
         return function
     fragments = by_type_alone(njit(pipeline_class=FragmentCompiler, **FLAGS)(function))
-    return _entry_of(function, fragments)
+    compiled = _entry_of(function, fragments)
+    if CACHE is not None:
+        compiled._cache = ForgivingCache(function)  # what njit(cache=True) does, with numba's own class
+    return compiled
 
 
 def _entry_of(function, fragments):
@@ -218,9 +222,6 @@ def _entry_of(function, fragments):
         function, compiler.targetdescr, compiler.targetoptions, compiler.locals, compiler.pipeline_class, fragments
     )
     compiled.get_call_template, compiled.get_overload = fragments.get_call_template, fragments.get_overload
-    compiled.fragments = fragments
-    if CACHE is not None:
-        compiled._cache = ForgivingCache(function)  # what njit(cache=True) does, with numba's own class
     return compiled
 
 
@@ -231,18 +232,12 @@ def small(function):
     """
     if INTERPRETED:
         return function
-    return _entry_of(function, by_type_alone(njit(**INLINED)(function)))
-
-
-def part(function):
-    """As `kernel`, for what only one kernel calls: taken into it before types are found, not compiled by itself.
-
-    Every compiled function holds the code of all that it calls, and is optimised with it: each level of calls near the
-    top of a large kernel would compile all that is below it once more.
-    """
-    if INTERPRETED:
-        return function
-    return kernel(function)
+    compiled = by_type_alone(njit(**INLINED)(function))
+    # Of a fragment there is nothing that Python could call: it calls an entry, compiled once it does.
+    compiled.add_overload = lambda result: compiled.overloads.update({tuple(result.signature.args): result})
+    entry = cache(lambda: _entry_of(function, compiled))
+    compiled._compile_for_args = lambda *arguments: entry()._compile_for_args(*arguments)
+    return compiled
 
 
 def by_type_alone(compiled):
@@ -289,7 +284,7 @@ def borrowed(array):
 
 
 if not INTERPRETED:
-    borrowed = njit(**INLINED)(lambda array: _without_reference(array))
+    borrowed = small(lambda array: _without_reference(array))
 
 
 def is_ours(kind: type) -> bool:

@@ -1,10 +1,10 @@
 """How compiled functions are put together: fragments that only others take in, and entries that Python calls.
 
-Numba makes machine code of every function that a kernel calls, together with all that this one calls in turn, and so
+Numba makes machine code of every function that a kernel calls, with all that this one calls in turn, and so
 optimises the lowest ones again at every level; and a wrapper by which Python could call it. Of a kernel's hundred
 functions Python calls one. Here a function that compiled code calls becomes a fragment: LLVM's intermediate code as
-numba writes it. The function that Python calls, or that is called by its address, is an entry: it takes in all fragments
-below it, each once, is optimised as one piece and becomes machine code. Compiling takes half as long.
+numba writes it. The function that Python calls is an entry: it takes in all fragments below it, each once, is optimised
+as one piece and becomes machine code. Compiling takes half as long.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from llvmlite import binding as llvm  # type: ignore[import-untyped]
 from numba import _dynfunc
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
-from numba.core.dispatcher import _FunctionCompiler
+from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.environment import lookup_environment
 
 ENVIRONMENT = "_ZN08NumbaEnv"  # begins the name of a function's constants that are Python objects
@@ -25,6 +25,7 @@ class Fragment(JITCodeLibrary):
     """The intermediate code of one function, for others to take in."""
 
     always_inline = False
+    _linking_libraries: list[JITCodeLibrary]
 
     def _optimize_functions(self, ll_module):
         ll_module.data_layout = self._codegen._data_layout
@@ -69,9 +70,11 @@ class Inlined(Fragment):
 class Entry(JITCodeLibrary):
     """Machine code of a function, with all fragments below it."""
 
+    _linking_libraries: list[JITCodeLibrary]
+
     def finalize(self):
         """Take in the fragments, optimise the whole and make it machine code."""
-        libraries = list(gathered(self._linking_libraries))
+        libraries: list[JITCodeLibrary] = list(gathered(self._linking_libraries))
         self._linking_libraries = []
         for library in libraries:
             self._reload_init.update(library._reload_init)

@@ -221,7 +221,7 @@ def may_be_higher(lane, block, workspace, marks):
 
 @small
 def peaks_of_eight(ground, dt, periods, damping, shaking, desks, marks):
-    """Peaks of up to eight oscillators, the shortest period first, into the first workspace; ``shaking`` as `sum_up`."""
+    """Peaks of up to eight oscillators, the shortest period first, into the first workspace; as `sum_up`."""
     workspace, finer = desks
     parts = parts_of(dt, periods[0])
     h = dt / parts

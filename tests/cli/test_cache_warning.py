@@ -21,7 +21,7 @@ pytestmark = compiled
 SCENE = scene_text(
     FRAME, rigid(), gap="1 mm", stiffness="4.2e7 kN/m^1.5", restitution="concrete", records={"window": ["0 s", "3 s"]}
 )
-NEEDED = ("free.fill_free_response", "counters.make_log", "run.march", "flight.write_series", "flight.state_at")
+NEEDED = ("free.fill_free_response", "laws.force_verbs", "run.march", "flight.write_series", "flight.state_at")
 CHEAP = "flight.write_series"  # compiled anew in a second
 ADVICE = "set NUMBA_CACHE_DIR to a folder that can be written"
 
@@ -101,7 +101,7 @@ def test_damaged_code_is_told_once(pattern, cache, folder, usual):
 @pytest.mark.skipif(os.name == "nt", reason="limits of a process are a matter of POSIX")
 def test_a_full_disk_is_told_once(cache, folder, usual):
     """Files may be opened and not be filled, as on a disk without space: here beyond the first block."""
-    for file in list(cache.rglob(f"{CHEAP}*")) + list(cache.rglob("counters.make_log*")):
+    for file in list(cache.rglob(f"{CHEAP}*")):
         file.unlink()
     code = (
         "import resource, runpy, signal, sys\n"

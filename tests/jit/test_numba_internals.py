@@ -36,6 +36,24 @@ PRIVATE = {
         "`ForgivingCache` sets its `_impl_class` and overrides `load_overload` and `save_overload`, which must still "
         "raise what goes wrong with a file; `flush` empties the index, `cache_path` names the folder in a warning",
     ),
+    "numba.core.codegen.JITCodeLibrary": (
+        ["codegen", "name"],
+        "`Fragment` and `Entry` override `finalize`, `_optimize_functions` and `_get_module_for_linking`, read "
+        "`_linking_libraries` and `_reload_init`, and set `_finalized`; `get_pointer_to_function` may give 0",
+    ),
+    "numba.core.compiler.Compiler": (
+        ["typingctx", "targetctx", "library", "args", "return_type", "flags", "locals"],
+        "`FragmentCompiler` hands over a library of its own, sets `no_compile`, so that no machine code is made, and "
+        "gives the result of `_compile_core` an entry point by which `insert_user_function` knows it",
+    ),
+    "numba.core.dispatcher._FunctionCompiler": (
+        ["py_func", "targetdescr", "targetoptions", "locals", "pipeline_class"],
+        "`EntryCompiler` is a dispatcher's `_compiler`, and overrides `_compile_core`",
+    ),
+    "numba.core.environment.lookup_environment": (
+        ["env_name"],
+        "the constants of a function whose code stands in another's library are set when that one is finished",
+    ),
     "numba.core.cgutils": (
         None,
         "`unpack_tuple` and `get_null_value`, in `_without_reference` and `calls`: shape and strides of an array, and "
@@ -104,8 +122,22 @@ METHODS = {
         "get_disambiguator": ["self"],
         "from_function": ["py_func", "py_file"],
     },
+    "numba.core.codegen.JITCodeLibrary": {
+        "finalize": ["self"],
+        "add_linking_library": ["self", "library"],
+        "get_pointer_to_function": ["self", "name"],
+        "_optimize_functions": ["self", "ll_module"],
+        "_get_module_for_linking": ["self"],
+        "_finalize_dynamic_globals": ["self"],
+    },
+    "numba.core.compiler.Compiler": {"_compile_core": ["self"]},
+    "numba.core.dispatcher._FunctionCompiler": {"_compile_core": ["self", "args", "return_type"]},
     # `by_type_alone` replaces it on every compiled function; `kernel` sets `_cache` beside it.
-    "numba.core.dispatcher.Dispatcher": {"get_call_template": ["self", "args", "kws"], "enable_caching": ["self"]},
+    "numba.core.dispatcher.Dispatcher": {
+        "get_call_template": ["self", "args", "kws"],
+        "get_overload": ["self", "sig"],
+        "enable_caching": ["self"],
+    },
 }
 
 
@@ -180,7 +212,8 @@ def test_a_kernel_has_our_cache_and_compiles_by_type_alone():
         return row_of(values, 0) + row_of(values, 1)
 
     assert both(np.array([1.0, 2.0])) == 3.0
-    assert len(row_of.fragments.signatures) == 1
+    assert row_of.signatures == [] and len(both.signatures) == 1, "what only kernels call has no machine code"
+    assert len(both._compiler.fragments.signatures) == len(row_of._compiler.fragments.signatures) == 1
     if compiling.CACHE is not None:
         assert isinstance(both._cache, compiling.ForgivingCache)
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from math import inf, sqrt
 
-from pounding_risk._jit.compile import kernel, part, small
+from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import IMPLICIT, WORKED
 from pounding_risk.solver.pair.stages import ELASTIC, SHARE, explicit_attempt, explicit_spread, finish, slopes, state_of
 from pounding_risk.solver.runge_kutta import RADAU
@@ -97,7 +97,7 @@ def tangents(impact, phase, state):
     return damper, (impact.law.force(impact.memory, delta + deeper, v - z, phase.approaching) - force) / deeper
 
 
-@part
+@small
 def choose_method(impact, phase, s, h, workspace):
     """Set whether the next step is implicit: where the damper acts many times within ``h``.
 
@@ -135,7 +135,7 @@ def fill_response(weights, damper, spring, table):
             table[i, j] = damper * weights[i, j] + spring * total
 
 
-@part
+@small
 def evaluate_nodes(impact, phase, s, h, workspace):
     """Displacements, slopes and missing speeds at the nodes from the speeds there; returns the largest of these."""
     workspace.counters[WORKED] += PARTS
@@ -159,7 +159,7 @@ def evaluate_nodes(impact, phase, s, h, workspace):
     return largest
 
 
-@part
+@small
 def correct(impact, workspace):
     """Add to the speeds at the nodes what is missing there, less what the contact force's answer takes of it."""
     left, right = impact.left.inverse_mass, impact.right.inverse_mass
@@ -178,7 +178,7 @@ def correct(impact, workspace):
         workspace.node_states[i, 3] += workspace.missing_speeds[i, 1] + right * impulse
 
 
-@part
+@small
 def implicit_attempt(impact, phase, s, h, rtol, workspace):
     """One implicit step, as `pair.stages.explicit_attempt`; infinite where its equations are not solved."""
     state = state_of(workspace.states, BEGIN)
@@ -210,7 +210,7 @@ def implicit_attempt(impact, phase, s, h, rtol, workspace):
     return begin_defect(h, depth, impact.speed, workspace)
 
 
-@part
+@small
 def begin_defect(h, depth, speed, workspace):
     """The error of the step: how far its polynomial's slopes are off at its beginning, over the step, in the scales.
 
@@ -229,7 +229,7 @@ def begin_defect(h, depth, speed, workspace):
     return h * sqrt(total)
 
 
-@part
+@small
 def implicit_spread(workspace):
     """The polynomial of the implicit step just made, as `pair.stages.explicit_spread` leaves it."""
     states = workspace.states

@@ -145,15 +145,18 @@ def verbs_of(law) -> Verbs:
 
 @speaks
 class CalledVerbs(Protocol):
-    """The methods of a law by address that stand for several of `models.contact.law.ContactLaw`."""
+    """The methods of a law by address that stand for several of `models.contact.law.ContactLaw`.
 
-    def starts(self, e, speed, mass, worn, limit, scale):
+    In compiled code no named tuple may have a field of such a name: the method would be found in its place.
+    """
+
+    def begin_contact(self, e, speed, mass, worn, limit, scale):
         """As `stages.starts_itself`."""
 
-    def turns(self, memory, delta, strength, approaching, yielding):
+    def turn_contact(self, memory, delta, strength, approaching, yielding):
         """As `stages.turns_itself`."""
 
-    def ends(self, memory, delta, strength, work, lost):
+    def end_contact(self, memory, delta, strength, work, lost):
         """As `stages.ends_itself`."""
 
 
@@ -178,17 +181,17 @@ class CalledLaw(NamedTuple):
     def ceiling(self, yield_force):
         return yield_force if self.capped > 0.0 else inf
 
-    def starts(self, e, speed, mass, worn, limit, scale):
+    def begin_contact(self, e, speed, mass, worn, limit, scale):
         write_slots(self.slots, (e, speed, mass, worn, limit, scale))
         call_slots(self.begin_verb, self.numbers, self.slots)
         return 0.0, read_slot(self.slots, 0), read_slot(self.slots, 1), read_slot(self.slots, 2)
 
-    def turns(self, memory, delta, strength, approaching, yielding):
+    def turn_contact(self, memory, delta, strength, approaching, yielding):
         write_slots(self.slots, (delta, strength, 1.0 if approaching else 0.0, 1.0 if yielding else 0.0))
         call_slots(self.turn_verb, self.numbers, self.slots)
         return 0.0, read_slot(self.slots, 0), read_slot(self.slots, 1)
 
-    def ends(self, memory, delta, strength, work, lost):
+    def end_contact(self, memory, delta, strength, work, lost):
         write_slots(self.slots, (delta, strength, work, lost))
         call_slots(self.part_verb, self.numbers, self.slots)
         return read_slot(self.slots, 0), read_slot(self.slots, 1), read_slot(self.slots, 2)
@@ -236,8 +239,8 @@ def by_address(law) -> HeldLaw | HeldJump:
     places = address_of(row), address_of(slots)
     held: HeldLaw | HeldJump
     if hasattr(law, "strike"):
-        held = HeldJump(*places, *verbs)
+        held = HeldJump._make((*places, *verbs))
     else:
-        held = HeldLaw(*places, *verbs, float(isfinite(own.ceiling(1.0))))
+        held = HeldLaw._make((*places, *verbs, float(isfinite(own.ceiling(1.0)))))
     held.row = row, slots
     return held

@@ -15,7 +15,7 @@ from __future__ import annotations
 from math import inf, sqrt
 from typing import NamedTuple
 
-from pounding_risk._jit.compile import by_verb, kernel, part, small
+from pounding_risk._jit.compile import by_verb, kernel, small
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Oscillator
 from pounding_risk.solver.counters import WORKED
@@ -121,7 +121,7 @@ def trial_state(weights, row, h, workspace):
     return u + h * a, w + h * b, v + h * c, z + h * d
 
 
-@part
+@small
 def explicit_attempt(impact, phase, s, h, workspace):
     """One step of the tableau from the state BEGIN, whose slopes are known, to END; returns its error.
 
@@ -171,7 +171,7 @@ def finish(impact, phase, s, workspace):
     slopes(impact, phase, s, state_of(workspace.states, END), workspace, LAST)
 
 
-@part
+@small
 def explicit_spread(impact, phase, span, workspace):
     """Write the polynomial between both ends of the step just made, ``span`` = (s, h).
 
@@ -296,24 +296,24 @@ def ends_itself(law, memory, delta, strength, work, lost):
 @small
 def starts_called(law, e, speed, mass, worn, limit, scale):
     """As `starts_itself`, of a law by address."""
-    return law.starts(e, speed, mass, worn, limit, scale)
+    return law.begin_contact(e, speed, mass, worn, limit, scale)
 
 
 @small
 def turns_called(law, memory, delta, strength, approaching, yielding):
     """As `turns_itself`, of a law by address."""
-    return law.turns(memory, delta, strength, approaching, yielding)
+    return law.turn_contact(memory, delta, strength, approaching, yielding)
 
 
 @small
 def ends_called(law, memory, delta, strength, work, lost):
     """As `ends_itself`, of a law by address."""
-    return law.ends(memory, delta, strength, work, lost)
+    return law.end_contact(memory, delta, strength, work, lost)
 
 
-law_starts = by_verb("starts", 0, starts_called, starts_itself)
-law_turns = by_verb("turns", 0, turns_called, turns_itself)
-law_ends = by_verb("ends", 0, ends_called, ends_itself)
+law_starts = by_verb("begin_contact", 0, starts_called, starts_itself)
+law_turns = by_verb("turn_contact", 0, turns_called, turns_itself)
+law_ends = by_verb("end_contact", 0, ends_called, ends_itself)
 
 
 @kernel

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from pounding_risk._jit.compile import kernel, part
+from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.counters import COUNT as TOUCHES
 from pounding_risk.solver.counters import (
     EXHAUSTED,
@@ -241,7 +241,7 @@ def too_many(row, run, span):
     return False
 
 
-@part
+@kernel
 def solve_group(row, run, span, watch, window, terms, rtol):
     """A group over one node interval, from rows NODE to rows NOW.
 

@@ -12,7 +12,7 @@ from math import inf, sqrt
 
 import numpy as np
 
-from pounding_risk._jit.compile import kernel, part
+from pounding_risk._jit.compile import kernel
 from pounding_risk._jit.memory import zeros
 from pounding_risk.solver.pair.implicit import (
     BEGIN_SLOPE,
@@ -66,7 +66,7 @@ def tangents(row, run, k, state):
     return damper, spring
 
 
-@part
+@kernel
 def choose_method(row, run, group, s, h):
     """Set whether the next step is implicit: where the quickest damper acts many times within ``h``.
 
@@ -98,7 +98,7 @@ def coupling(row, k, other):
     return left + right
 
 
-@part
+@kernel
 def closed_points(row, run, group):
     """The closed contact points of the group, left to right."""
     count = 0
@@ -113,7 +113,7 @@ def closed_points(row, run, group):
     return places
 
 
-@part
+@kernel
 def newton_matrix(row, places, tables):
     """I + (B M⁻¹ Bᵀ) ⊗ responses, unknowns the changes of closing speed: contact by contact, node by node."""
     size = places.size * PARTS
@@ -130,7 +130,7 @@ def newton_matrix(row, places, tables):
     return matrix
 
 
-@part
+@kernel
 def closing_changes(row, run, places, tables):
     """Changes of the closing speeds at the nodes that remove what is missing there, (contacts, nodes) [m/s].
 
@@ -157,7 +157,7 @@ def closing_changes(row, run, places, tables):
     return changes
 
 
-@part
+@kernel
 def correct(row, run, group, places, tables, changes):
     """Add to the speeds at the nodes what is missing there, less what the contact forces' answer takes of it."""
     dofs = run.dofs
@@ -176,7 +176,7 @@ def correct(row, run, group, places, tables, changes):
                     dofs[target, dof] -= row.shares[k, end] * row.floors[INVERSE, dof] * impulse
 
 
-@part
+@kernel
 def evaluate_nodes(row, run, group, s, h, weights):
     """Displacements, slopes and missing speeds at the nodes from the speeds there; returns the largest of these."""
     dofs = run.dofs
@@ -202,7 +202,7 @@ def evaluate_nodes(row, run, group, s, h, weights):
     return largest
 
 
-@part
+@kernel
 def implicit_attempt(row, run, group, s, h, rtol):
     """One implicit step, as `stages.explicit_attempt`; infinite where its equations are not solved."""
     dofs = run.dofs
@@ -240,7 +240,7 @@ def implicit_attempt(row, run, group, s, h, rtol):
     return begin_defect(run, group, h, shallowest)
 
 
-@part
+@kernel
 def end_step(row, run, group, places, h):
     """The last node, which is the end of the step, to rows END, and the quadratures to row SLOPES."""
     dofs, quadratures, points = run.dofs, run.quadratures, run.laws.shape[0]
@@ -257,7 +257,7 @@ def end_step(row, run, group, places, h):
         quadratures[SLOPES, column] = h * total
 
 
-@part
+@kernel
 def begin_defect(run, group, h, depth):
     """The error of the step: how far its polynomial's slopes are off at its beginning, over the step, in the scales."""
     dofs = run.dofs
@@ -272,7 +272,7 @@ def begin_defect(run, group, h, depth):
     return h * sqrt(total)
 
 
-@part
+@kernel
 def implicit_spread(run, group):
     """The polynomial of the implicit step just made, as `stages.explicit_spread` writes it."""
     dofs = run.dofs

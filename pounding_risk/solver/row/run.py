@@ -12,7 +12,7 @@ from math import inf, nan
 
 import numpy as np
 
-from pounding_risk._jit.compile import borrowed, kernel, part, small
+from pounding_risk._jit.compile import borrowed, kernel, small
 from pounding_risk._jit.memory import zeros
 from pounding_risk._jit.records import copy_record
 from pounding_risk.solver.counters import (
@@ -49,7 +49,7 @@ from pounding_risk.solver.row.workspace import (
 WATCHED = 7  # status of a run that a touch at a watched point has ended
 
 
-@part
+@kernel
 def begin_run(row, run):
     """Set the row to rest, its gaps open and its storeys elastic."""
     for line in range(run.dofs.shape[0]):
@@ -116,7 +116,7 @@ def restore_group(row, run, b, tied, solved):
         drop_lines(row, run, first, last)
 
 
-@part
+@kernel
 def interval(row, run, tied, busy, solved, swings, window, terms, rtol):
     """The whole row over one node interval, rows NODE to rows NEXT; returns False where the run has ended.
 
@@ -148,7 +148,7 @@ def interval(row, run, tied, busy, solved, swings, window, terms, rtol):
     return True
 
 
-@part
+@kernel
 def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
     """Every group of busy buildings over the interval; returns False where the run has ended.
 
@@ -218,7 +218,7 @@ def struck_point(run):
     return -1
 
 
-@part
+@kernel
 def next_node(row, run, node, states):
     """Rows NEXT become rows NODE; ``states`` (nodes, 2, D) takes them where it has rows."""
     for i in range(row.floors.shape[1]):
@@ -300,7 +300,7 @@ def march(row, run, ground, step, terms, rtol, states):
     end_run(row, run, ground.node_time(step, nodes), rtol)
 
 
-@part
+@kernel
 def end_run(row, run, time, rtol):
     """Contacts that outlast the record are closed, and the status is set where nothing has set it."""
     total = 0.0

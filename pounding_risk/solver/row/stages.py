@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from pounding_risk._jit.compile import kernel, part, small
+from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.stages import SHARE, SLACK, YIELDING
 from pounding_risk.solver.row.building import energy_of, place_ground, push_ground, top_of
 from pounding_risk.solver.row.flight import across, carried, push_apart
@@ -205,7 +205,7 @@ def trial_state(run, group, weights, row, h):
         place += 2
 
 
-@part
+@kernel
 def explicit_attempt(row, run, group, s, h):
     """One step from rows NOW, whose slopes stand at stage 0, to rows END; returns its error.
 
@@ -279,7 +279,7 @@ def sum_up(run, column, h):
     run.quadratures[SLOPES, column] = h * total
 
 
-@part
+@kernel
 def explicit_spread(row, run, group, s, h):
     """The polynomial between both ends of the step just made, as in `pair.stages`; slopes at LAST are known."""
     dofs, tableau = run.dofs, run.workspace.tableau
