@@ -72,8 +72,8 @@ def _of_pair(study: Scene) -> Kernels:
 
 
 def _of_row(study: Scene) -> Kernels:
-    *call, terms, states = rows.unmoved(model_of(study).row(STILL[1]), STILL[0])
-    solver = is_compiled(rows_march.march, (*call, terms, study.rtol, states))
+    call = rows.unmoved(model_of(study).row(STILL[1]), STILL[0])
+    solver = is_compiled(rows_march.march, (*call, study.rtol, np.zeros((0, 2, 1))))
     places = [study.at(place) for place in range(len(study.neighbours))]
 
     def known(name: str) -> bool:
@@ -82,7 +82,7 @@ def _of_row(study: Scene) -> Kernels:
         return compiled and all(_calibrates(here, name) for here in places)
 
     laws = tuple(map(known, study.grid.contact_models))
-    return Kernels(is_compiled(rows_march.march_free, (*call, terms, states)), solver, laws, at_each_start=True)
+    return Kernels(is_compiled(rows_march.march_free, call), solver, laws, at_each_start=True)
 
 
 _OF_SOLVER = {"pair": _of_pair, "row": _of_row}
