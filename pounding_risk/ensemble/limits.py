@@ -1,8 +1,8 @@
 """Checks that a scan fits memory and disk, made before anything is allocated.
 
 A response without contact has a state at every node: at the samples, and between them where the phase of the fastest
-mode would advance by more than `TURN` (`pair.at_rest`, `row.lay_out`). Its size follows from the record and the
-shortest period alone.
+mode would advance by more than `TURN` (`pair.at_rest`, `row.lay_out`). Its size follows from the record, the shortest
+period and, of a row, the number of floors.
 """
 
 from __future__ import annotations
@@ -15,12 +15,15 @@ from math import ceil, sqrt
 from pathlib import Path
 
 from pounding_risk.errors import SceneError
+from pounding_risk.models.effects import wave_of
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.scene import Scene
 
 TURN = 2.5  # rad, largest phase between nodes
 BYTES_A_NODE = 120.0  # of a response while it is made: ground, time, four states, and NumPy's copies of the first two
+BYTES_A_DOF = 26.0  # and node, of a row: displacement and velocity, bounds and peaks by blocks of nodes
+BYTES_A_GROUND = 48.0  # of each building and node, where a wave passes a row
 MOST_BYTES = 1e14  # of a dataset: more than any disk that a scan is written to
 
 
@@ -43,22 +46,38 @@ def fastest_rate(study: Scene) -> float:
 
 
 def response_bytes(study: Scene, motion: Motion) -> float:
-    """Memory of one response without contact to a motion [bytes]."""
-    parts = max(1, ceil(fastest_rate(study) * motion.dt / TURN))
-    return BYTES_A_NODE * parts * motion.acceleration.size
+    """Memory of one response without contact to a motion [bytes]; that of a row has all its floors."""
+    return bytes_a_node(study) * _parts(fastest_rate(study), motion) * motion.acceleration.size
+
+
+def _parts(rate: float, motion: Motion) -> int:
+    """Into how many intervals between two nodes a sample is divided, the fastest mode at ``rate`` [rad/s]."""
+    return max(1, ceil(rate * motion.dt / TURN))
+
+
+def bytes_a_node(study: Scene) -> float:
+    """Memory of one response without contact, by node of a motion that arrives everywhere at once [bytes]."""
+    if not study.is_row:
+        return BYTES_A_NODE
+    buildings = len(study.buildings)
+    dofs = sum(chain_of(building, study.effects).mass.size for building in study.buildings)
+    if wave_of(study.effects) is None:
+        return BYTES_A_NODE + BYTES_A_DOF * dofs
+    # Nodes stand where a sample arrives at any building, and each building has a dof that is its ground's.
+    return buildings * (BYTES_A_NODE + BYTES_A_DOF * (dofs + buildings) + BYTES_A_GROUND * buildings)
 
 
 def check_memory(study: Scene, motions: Iterable[Motion]) -> None:
     """Raise SceneError where one response would not fit the free memory."""
-    free = free_memory()
+    free, rate, at_a_node = free_memory(), fastest_rate(study), bytes_a_node(study)
     for motion in motions:
-        size = response_bytes(study, motion)
+        parts = _parts(rate, motion)
+        size = at_a_node * parts * motion.acceleration.size
         if free and size > free:
-            parts = max(1, ceil(fastest_rate(study) * motion.dt / TURN))
             raise SceneError(
                 study.source,
                 [
-                    f"the fastest mode turns by {fastest_rate(study) * motion.dt:.3g} rad within a sample of "
+                    f"the fastest mode turns by {rate * motion.dt:.3g} rad within a sample of "
                     f"{motion.name}, so that each is divided into {parts}: one response takes {size / 1e9:.3g} GB, "
                     f"and {free / 1e9:.3g} GB of memory are free; check mass, period and stiffness of the buildings"
                 ],
