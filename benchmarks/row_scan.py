@@ -3,8 +3,9 @@
 A made street of 30 buildings, 2 to 6 storeys each, gaps of 10 to 80 mm, under the 44 components of the FEMA P-695
 far-field set as recorded, through the public `scan` on two threads; without the set, which the extra ``ensembles``
 carries, under the shipped records, repeated at several amplitudes to the same number of motions, and it says so. Then
-single runs under the full El Centro record at 0.4 g, every building solved at once: equal neighbours in turn against
-their number, and a pair against its storeys. Medians of repeats that take turns; kernels are compiled before.
+single runs under the full El Centro record at 0.4 g, every building solved at once: pairs with few contacts or none,
+equal neighbours in turn against their number, and a pair against its storeys. Medians of repeats that take turns;
+kernels are compiled before.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
+from functools import partial
 from math import inf
 from statistics import median
 from typing import Any
@@ -34,13 +36,14 @@ from pounding_risk.results.summary import counted
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COUNT
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.api import Contacts
+from pounding_risk.solver.row.api import HIGHEST, Contacts, Laid
 
 SET, COMPONENTS = "fema-p695-farfield", 44
 SHIPPED = ("RSN6-180", "RSN1690-090")
 THREADS, SEED = 2, 20111
 LAW, RESTITUTION = ViscousElastoplastic(2.75e9), constant(0.65)
 NUMBERS, STOREYS = (2, 4, 8, 16, 32), (1, 2, 4, 8, 16)
+FLIGHTS = ((1, 1), (4, 4), (10, 8))
 Sizes = list[tuple[int, float, float]]
 GAP = 0.01  # m, of the rows that are timed alone
 
@@ -103,31 +106,68 @@ def time_block(count: int) -> None:
     print(f"  {wall:.1f} s on {THREADS} threads, {cpu:.1f} s of processor time\n")
 
 
-def frames(count: int, storeys: int) -> list[Storeys]:
-    """Neighbours of two kinds in turn, floors at equal levels."""
+def frames(*storeys: int) -> list[Storeys]:
+    """Neighbours of two kinds in turn, of so many storeys each, floors at equal levels."""
     kinds = ((200e3, 1.5e8), (180e3, 4e8))
     return [
-        Storeys(f"{place}", (kinds[place % 2][0],) * storeys, (kinds[place % 2][1],) * storeys, (3.0,) * storeys)
-        for place in range(count)
+        Storeys(f"{place}", (kinds[place % 2][0],) * count, (kinds[place % 2][1],) * count, (3.0,) * count)
+        for place, count in enumerate(storeys)
     ]
 
 
-def one_run(buildings: list[Storeys], motion: Motion) -> Callable[[], tuple[float, float]]:
-    """A run of all buildings at once, timed: (seconds, contacts)."""
+def laid_out(buildings: list[Storeys], dt: float) -> Laid:
+    """Neighbours that meet wherever their floors do."""
     points = [
         Point(place, *meeting)
         for place in range(len(buildings) - 1)
         for meeting in automatic_points(buildings[place], buildings[place + 1])
     ]
-    laid = rows.lay_out([chain_of(building) for building in buildings], points, motion.dt)
-    fastest = rows.free_row(laid, motion.acceleration).fastest
-    count = len(points)
-    gaps, forces = np.full(count, GAP), np.full(count, inf)
-    contacts = Contacts(gaps, forces, [LAW] * count, [RESTITUTION] * count, None, fastest)
+    return rows.lay_out([chain_of(building) for building in buildings], points, dt)
+
+
+def contacts_of(laid: Laid, gap: float) -> Contacts:
+    """Equal contacts at all points that never yield."""
+    count = len(laid.row.ends)
+    return Contacts(np.full(count, gap), np.full(count, inf), [LAW] * count, [RESTITUTION] * count)
+
+
+def time_flight(motion: Motion, repeats: int) -> None:
+    """A table: processor time of the motion without contact, and of runs with the gap as a share of what it needs."""
+    shares = (1.01, 0.8, 0.4)
+    heads = [f"gap {share:g} of what it needs | contacts" for share in shares]
+    print(f"| storeys | motion without contact, once a record | {' | '.join(heads)} |")
+    print(f"| --- | ---: |{' ---: | ---: |' * len(shares)}")
+    for storeys in FLIGHTS:
+        laid = laid_out(frames(*storeys), motion.dt)
+        response = rows.free_response(laid, motion.acceleration)
+        need, ground = response.run.points[:, HIGHEST].max(), motion.acceleration
+        cells = [f"{1e3 * processor_time(partial(rows.free_response, laid, ground), repeats):.1f} ms"]
+        for share in shares:
+            solve = partial(rows.run_row, laid, contacts_of(laid, share * need), ground, free=response.motion)
+            contacts = solve().points[:, COUNT].sum()
+            cells += [f"{1e3 * processor_time(solve, repeats):.2f} ms", f"{contacts:.0f}"]
+        print(f"| {' + '.join(map(str, storeys))} | {' | '.join(cells)} |")
+    print()
+
+
+def processor_time(call: Callable[[], Any], repeats: int) -> float:
+    """Median of the processor time of so many calls [s]."""
+    spent = []
+    for _ in range(repeats):
+        begin = time.process_time()
+        call()
+        spent.append(time.process_time() - begin)
+    return median(spent)
+
+
+def one_run(buildings: list[Storeys], motion: Motion) -> Callable[[], tuple[float, float]]:
+    """A run of all buildings at once, timed: (seconds, contacts)."""
+    laid = laid_out(buildings, motion.dt)
+    free, contacts = rows.free_response(laid, motion.acceleration).motion, contacts_of(laid, GAP)
 
     def timed() -> tuple[float, float]:
         begin = time.perf_counter()
-        run = rows.run_row(laid, contacts, motion.acceleration)
+        run = rows.run_row(laid, contacts, motion.acceleration, free=free)
         spent = time.perf_counter() - begin
         if run.status:
             raise PoundingError(f"a run of {len(buildings)} buildings ended with status {run.status}")
@@ -196,9 +236,10 @@ def main(arguments: list[str] | None = None) -> int:
     motion = read_motion("RSN6-180").scaled_to("0.4 g")
     if options.buildings:
         time_block(options.buildings)
-    numbers = {count: one_run(frames(count, 4), motion) for count in NUMBERS if count <= options.largest}
+    time_flight(motion, options.repeats)
+    numbers = {count: one_run(frames(*[4] * count), motion) for count in NUMBERS if count <= options.largest}
     sizes = {"buildings of 4 storeys": time_sizes("buildings of 4 storeys", numbers, options.repeats)}
-    storeys = {count: one_run(frames(2, count), motion) for count in STOREYS if count <= options.largest}
+    storeys = {count: one_run(frames(count, count), motion) for count in STOREYS if count <= options.largest}
     sizes["storeys of a pair"] = time_sizes("storeys of a pair", storeys, options.repeats)
     if options.figure:
         draw(sizes, options.figure)

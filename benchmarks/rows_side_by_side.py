@@ -47,10 +47,10 @@ def solve_row(scene: RowScene, rtol: float, times: int = 1) -> RowAnswer:
     """One run from rest by this package, and the processor's time for one, over so many."""
     points = [Point(interface, float(left), float(right), FLOOR, np.nan) for interface, left, right in scene.points]
     row, contacts = rows.lay_out(scene.chains, points, scene.dt), contacts_of(scene)
-    contacts = contacts._replace(fastest=rows.free_row(row, scene.acceleration).fastest)
+    free = rows.free_response(row, scene.acceleration).motion
     begun = time.process_time()
     for _ in range(times):
-        run = rows.run_row(row, contacts, scene.acceleration, rtol=rtol)
+        run = rows.run_row(row, contacts, scene.acceleration, rtol=rtol, free=free)
     seconds = (time.process_time() - begun) / times
     return RowAnswer(run.floors[:, 0], run.points[:, PEAK_FORCE], seconds)
 

@@ -113,6 +113,8 @@ def test_rows_are_timed(capsys):
     assert main(["--buildings", "0", "--repeats", "1", "--largest", "2"]) == 0
     told = capsys.readouterr().out
     assert "| buildings of 4 storeys |" in told and "| storeys of a pair |" in told
+    flights = [line for line in told.splitlines() if line.startswith(("| 1 + 1 |", "| 10 + 8 |"))]
+    assert [line.split("|")[4].strip() for line in flights] == ["0", "0"], "a gap of what the motion needs stays open"
 
 
 def test_executors_are_timed(capsys):

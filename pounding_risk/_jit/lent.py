@@ -46,7 +46,7 @@ class LentType(types.Type):
 
     def __init__(self, tuple_type):
         self.tuple_type = tuple_type
-        self.kinds = tuple(LentArray(kind) if isinstance(kind, types.Array) else kind for kind in tuple_type.types)
+        self.kinds = tuple(map(_kind_when_lent, tuple_type.types))
         super().__init__(f"lent {tuple_type.name}")
 
     @property
@@ -64,6 +64,16 @@ class LentType(types.Type):
         return None
 
 
+def _kind_when_lent(kind):
+    """The type of a field of this type, and of what is inside it, when it is lent."""
+    if isinstance(kind, types.Array):
+        return LentArray(kind)
+    if isinstance(kind, types.BaseNamedTuple):
+        inner = tuple(map(_kind_when_lent, kind.types))
+        return kind if inner == tuple(kind.types) else types.NamedTuple(inner, kind.instance_class)
+    return kind
+
+
 def _entries(kind) -> int:
     """How many entries of the table a field of this type takes."""
     if isinstance(kind, types.BaseTuple):
@@ -71,12 +81,33 @@ def _entries(kind) -> int:
     return 1 + kind.ndim if isinstance(kind, types.Array) else 1
 
 
+_TYPES: dict[Any, tuple[LentType, Any]] = {}  # by `_form`, with the dtypes whose ids are in it
+
+
+def _form(value):
+    """What decides about the type of a field; numba takes a millisecond to find that of a record."""
+    if isinstance(value, tuple):
+        return type(value), *map(_form, value)
+    if isinstance(value, np.ndarray):
+        return id(value.dtype), value.ndim, value.flags.writeable
+    return id(value.dtype) if isinstance(value, np.void) else type(value)
+
+
+def _type_of(model) -> LentType:
+    """The type of a named tuple when it is lent."""
+    form = _form(model)
+    if form not in _TYPES:
+        dtypes = [value.dtype for value in model if hasattr(value, "dtype")]
+        _TYPES[form] = LentType(numba.typeof(model)), dtypes
+    return _TYPES[form][0]
+
+
 class _Lent:
     """A named tuple with the table of its addresses; the tuple's fields can be read as its own."""
 
     def __init__(self, model):
         self._model = model
-        self._numba_type_ = LentType(numba.typeof(model))
+        self._numba_type_ = _type_of(model)
         self._table = np.array([entry for value in model for entry in _entries_of(value)], dtype=np.int64)
         self._address = self._table.ctypes.data
 
@@ -94,13 +125,13 @@ def _entries_of(value) -> list[int]:
         return [value.ctypes.data, *value.shape]
     if isinstance(value, np.void):
         return [value.__array_interface__["data"][0]]
-    return [int(np.float64(value).view(np.int64))]
+    return [int(value)] if isinstance(value, int) else [int(np.float64(value).view(np.int64))]
 
 
 def lent(model) -> Any:
     """A named tuple for compiled functions to take by address; interpreted ones take the tuple itself.
 
-    Its fields are C-contiguous arrays, records, floats or tuples of floats. The arrays must outlive the call.
+    Its fields are C-contiguous arrays, records, numbers, or named tuples of these. The arrays must outlive the call.
     """
     return model if INTERPRETED else _Lent(model)
 

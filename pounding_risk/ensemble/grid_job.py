@@ -96,6 +96,11 @@ class GridJob(Job):
         With it come the arrays of the response that a scan keeps.
         """
 
+    @classmethod
+    def held_bytes(cls, motions: int, size: int) -> int:
+        """Memory that the responses without contact to so many motions take, ``size`` bytes each."""
+        return min(motions, FREE_RESPONSES) * size
+
     @abstractmethod
     def free(self, motion: Place) -> Any:
         """The response without contact to a motion of the grid."""

@@ -1,9 +1,9 @@
 """Checks that a scan fits memory and disk, made before anything is allocated.
 
 A response without contact has a state at every node: at the samples, and between them where the phase of the fastest
-mode would advance by more than `TURN` (`pair.at_rest`, `row.lay_out`). Its size follows from the record and the
-shortest period alone. Under a wave there is a node at the samples of every building, and the ground under each has a
-table of its own.
+mode would advance by more than `TURN` (`pair.at_rest`, `row.lay_out`). Its size follows from the record, the shortest
+period and the number of floors. Under a wave there is a node at the samples of every building, and the ground under
+each has a table of its own.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from pounding_risk.scene.scene import Scene
 TURN = 2.5  # rad, largest phase between nodes
 BYTES_OF_GROUND = 6 * 8.0  # of a node and building under a wave (`models.ground.arriving`)
 BYTES_A_NODE = 120.0  # of a response while it is made: ground, time, four states, and NumPy's copies of the first two
+BYTES_A_DOF = 26.0  # and node, of a row: displacement and velocity, bounds and peaks by blocks of nodes
 MOST_BYTES = 1e14  # of a dataset: more than any disk that a scan is written to
 
 
@@ -47,30 +48,38 @@ def fastest_rate(study: Scene) -> float:
 
 
 def response_bytes(study: Scene, motion: Motion) -> float:
-    """Memory of one response without contact to a motion [bytes]."""
+    """Memory of one response without contact to a motion, with all its floors [bytes]."""
+    return bytes_a_step(study, motion) * motion.acceleration.size
+
+
+def bytes_a_step(study: Scene, motion: Motion) -> float:
+    """The part of `response_bytes` that falls on each sample of the motion [bytes]."""
     parts = max(1, ceil(fastest_rate(study) * motion.dt / TURN))
-    steps, wave = parts * motion.acceleration.size, wave_of(study.effects)
+    wave, count = wave_of(study.effects), len(study.buildings)
+    dofs = sum(chain_of(building, study.effects).mass.size for building in study.buildings)
     if wave is None:
-        return BYTES_A_NODE * steps
-    count = len(study.buildings)
+        return (BYTES_A_NODE + BYTES_A_DOF * dofs) * parts
     arrivals = arrivals_of(wave.arrivals(count), motion.dt / parts)
     nodes = max(2, arrivals.offsets.size)  # in a step: a pair has two in any case
-    return (BYTES_A_NODE + BYTES_OF_GROUND * count) * nodes * steps
+    return (BYTES_A_NODE + BYTES_A_DOF * (dofs + count) + BYTES_OF_GROUND * count) * nodes * parts
 
 
 def check_memory(study: Scene, motions: Iterable[Motion]) -> None:
     """Raise SceneError where one response would not fit the free memory."""
     free = free_memory()
+    by_dt: dict[float, float] = {}
     for motion in motions:
-        size = response_bytes(study, motion)
+        if motion.dt not in by_dt:
+            by_dt[motion.dt] = bytes_a_step(study, motion)
+        size = by_dt[motion.dt] * motion.acceleration.size
         if free and size > free:
-            parts = max(1, ceil(fastest_rate(study) * motion.dt / TURN))
+            turn = fastest_rate(study) * motion.dt
             raise SceneError(
                 study.source,
                 [
-                    f"the fastest mode turns by {fastest_rate(study) * motion.dt:.3g} rad within a sample of "
-                    f"{motion.name}, so that each is divided into {parts}: one response takes {size / 1e9:.3g} GB, "
-                    f"and {free / 1e9:.3g} GB of memory are free; check mass, period and stiffness of the buildings"
+                    f"the fastest mode turns by {turn:.3g} rad within a sample of {motion.name}, so that each is "
+                    f"divided into {max(1, ceil(turn / TURN))}: one response takes {size / 1e9:.3g} GB, and "
+                    f"{free / 1e9:.3g} GB of memory are free; check mass, period and stiffness of the buildings"
                 ],
             )
 

@@ -15,6 +15,7 @@ from pounding_risk._common.once import Shared
 from pounding_risk.ensemble.chunks import RAGGED, Chunk
 from pounding_risk.ensemble.grid_job import HOW, Array, GridJob, Place, Sizes
 from pounding_risk.ensemble.job import Finish, ScanInput
+from pounding_risk.ensemble.limits import response_bytes
 from pounding_risk.ensemble.row_grid import model_of, row_grid
 from pounding_risk.ensemble.tolerance_check import SENSITIVE, AtLeastOne, differences, not_made_again
 from pounding_risk.motions.motion import Motion
@@ -26,7 +27,7 @@ from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.grid import KNOWN, SIMULATED
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.api import HIGHEST, RowRun
+from pounding_risk.solver.row.api import HIGHEST, FreeResponse, RowRun
 from pounding_risk.solver.row.cases import Answered, Cases, Driven
 from pounding_risk.solver.row.outputs import (
     Outputs,
@@ -39,13 +40,22 @@ from pounding_risk.solver.row.outputs import (
     variables,
 )
 
-MOTIONS = 128  # responses without contact that are kept, each with its motion, some hundred kB
+MOTIONS = 128  # of which the peaks without contact are kept
 CASES = 16  # motions under a contact model that are kept, with the runs that their cases share
 CLOSINGS = ("contact_point_peak_closing", "peak_closing")  # in the order of `closing`
 # How the parts of a case were answered: a key of each run, zero beyond the last, and whether the run was known before.
 KEYS, ANSWERS = f"keys{RAGGED}", f"answers{RAGGED}"
 OWN, FROM_LARGER = 1, 2
 STATUS = "status"
+
+
+RESPONSE_BYTES = 256e6  # of the states without contact that are kept, where more than `LEAST_RESPONSES` motions fit
+LEAST_RESPONSES = 4
+
+
+def responses_held(size: float) -> int:
+    """Of how many motions the states without contact are kept, at so many bytes each."""
+    return int(min(max(RESPONSE_BYTES / size, LEAST_RESPONSES), MOTIONS))
 
 
 class RowJob(GridJob):
@@ -60,6 +70,8 @@ class RowJob(GridJob):
         laws = tuple(tuple(mechanics.laws[first] for first in firsts) for mechanics in self.grid.mechanics)
         super().__init__(scan_input, laws, (self.grid.gaps, self.grid.yield_forces))
         self._driven: Shared[Driven] = Shared(MOTIONS)
+        longest = max(scan_input.motions, key=lambda motion: motion.acceleration.size)
+        self._responses: Shared[FreeResponse] = Shared(responses_held(response_bytes(self.study, longest)))
         self._cases: Shared[Cases] = Shared(CASES)
 
     @classmethod
@@ -82,27 +94,41 @@ class RowJob(GridJob):
         gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])[:, model.interfaces]
 
         def respond(motion: Motion) -> tuple[Array, Any]:
-            free = rows.free_row(model.row(motion.dt), motion.acceleration)
+            response = rows.free_response(model.row(motion.dt), motion.acceleration)
+            free = response.run
             # A response that fails is the result of its cases.
             is_whole = free.status == COMPLETE
             closed = (free.points[:, HIGHEST] - gaps).max(axis=1) if is_whole else np.zeros(len(gaps))
-            return closed, (free, motion.acceleration)
+            return closed, (response, motion.acceleration)
 
         return respond
+
+    @classmethod
+    def held_bytes(cls, motions: int, size: int) -> int:
+        return min(motions, responses_held(max(size, 1))) * size
 
     def free(self, motion: Place) -> Driven:
         """A motion of the grid and the row's response to it without contact."""
 
         def respond() -> Driven:
             ground = self.ground(motion)
-            free = rows.free_row(self.grid.model.row(ground.dt), ground.acceleration)
-            return Driven(ground.acceleration, ground.dt, ground.pga, free)
+            return Driven(ground.acceleration, ground.dt, ground.pga, self._response(motion).run)
 
         return self._driven.of(motion, respond)
 
+    def _response(self, motion: Place) -> FreeResponse:
+        """The row's response to a motion of the grid without contact, with its states at all nodes."""
+
+        def respond() -> FreeResponse:
+            ground = self.ground(motion)
+            return rows.free_response(self.grid.model.row(ground.dt), ground.acceleration)
+
+        return self._responses.of(motion, respond)
+
     def cases(self, motion: Place, law: int, rtol: float) -> Cases:
         """The cases of one motion under one contact model."""
-        return Cases(self.grid.model, self.grid.mechanics[law], self.free(motion), rtol)
+        driven = self.free(motion)
+        return Cases(self.grid.model, self.grid.mechanics[law], driven, rtol, lambda: self._response(motion).motion)
 
     @cached_property
     def prepared(self) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -75,8 +77,14 @@ Workspace = record_type(
 
 def make_workspace(rtol: float = 0.0, kind: np.dtype = Workspace) -> Any:
     """Workspace of one thread for runs to the relative tolerance ``rtol``; ``kind`` is a record with a tableau."""
+    return deepcopy(_new_workspace(next(place for place, (least, _) in enumerate(METHODS) if rtol >= least), kind))
+
+
+@cache
+def _new_workspace(method: int, kind: np.dtype) -> Any:
+    """Workspace with the tableau of one of `METHODS`: to write one takes longer than a run without contact."""
     workspace = new_record(kind)
-    fill_tableau(workspace.tableau, next(method for least, method in METHODS if rtol >= least))
+    fill_tableau(workspace.tableau, METHODS[method][1])
     return workspace
 
 

@@ -60,8 +60,9 @@ def row_trace(study: Scene, case: Case) -> Trace:
 
 def _run(model: RowModel, mechanics: Mechanics, case: Case, rtol: float) -> RowRun:
     motion, forces = case.motion, np.array(case.yield_forces)
-    free = rows.free_row(model.row(motion.dt), motion.acceleration)
-    cases = Cases(model, mechanics, Driven(motion.acceleration, motion.dt, motion.pga, free), rtol)
+    free = rows.free_response(model.row(motion.dt), motion.acceleration)
+    driven = Driven(motion.acceleration, motion.dt, motion.pga, free.run)
+    cases = Cases(model, mechanics, driven, rtol, lambda: free.motion)
     return cases.in_full(Limits(np.array(case.gaps)[model.interfaces], forces, forces))
 
 

@@ -15,12 +15,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import scene_text, single
+from scenes import scene_text, single, storeyed
 
 from pounding_risk.ensemble import limits as work_limits
 from pounding_risk.ensemble.plan.cost import MOST_BATCHES, few_batches
 from pounding_risk.ensemble.plan.plan import validate
+from pounding_risk.ensemble.plan.size import bytes_of
 from pounding_risk.ensemble.row_grid import model_of
+from pounding_risk.ensemble.row_job import LEAST_RESPONSES, RESPONSE_BYTES, RowJob
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import RecordError, SceneError
 from pounding_risk.models.effects import wave_of
@@ -30,7 +32,8 @@ from pounding_risk.motions.request import matching
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.street.footprints import Footprint, clear_distance, crosses_itself
 from pounding_risk.solver.pair.api import free_response, oscillators
-from pounding_risk.solver.row.api import free_row, lay_out
+from pounding_risk.solver.row.api import free_response as free_row_response
+from pounding_risk.solver.row.api import lay_out
 
 SCENE = scene_text(
     single("A", "44 t", "0.2 s"),
@@ -152,7 +155,7 @@ def test_under_a_wave_the_size_is_told_too(row, distance):
 
     def respond():
         if row:
-            return free_row(model_of(study).row(motion.dt), motion.acceleration)
+            return free_row_response(model_of(study).row(motion.dt), motion.acceleration)
         return free_response(oscillators(*study.pair), motion.acceleration, motion.dt, wave_of(study.effects))
 
     respond()  # compiles
@@ -163,6 +166,20 @@ def test_under_a_wave_the_size_is_told_too(row, distance):
     assert peak < work_limits.response_bytes(study, motion) < 5 * peak
     still = work_limits.response_bytes(study.updated(effects=()), motion)
     assert peak > still  # which would have let it pass
+
+
+@pytest.mark.parametrize("effects", [{}, {"wave_passage": {"velocity": "400 m/s", "distance": ["30 m", "17 m"]}}])
+def test_so_is_that_of_a_row(effects):
+    """With all its floors; with a wave a sample has a node for each building, and each its own ground motion."""
+    buildings = storeyed("a", "70 t", "40 MN/m", storeys=6), storeyed("b", "90 t", "90 MN/m", storeys=4)
+    text = scene_text(*buildings, single("c", "80 t", "0.2 s", height="9 m"), gap="2 mm", effects=effects)
+    study, motion = parse_scene(text), read_motion("RSN6-180")
+    response = free_row_response(model_of(study).row(motion.dt), motion.acceleration)
+    held = bytes_of(response)
+    assert held < work_limits.response_bytes(study, motion) < 4 * held
+    # What a scan keeps is bounded, however large a response is.
+    assert RowJob.held_bytes(1000, held) <= max(RESPONSE_BYTES, LEAST_RESPONSES * held)
+    assert RowJob.held_bytes(2, held) == 2 * held
 
 
 def test_the_rate_of_a_row_is_a_bound():

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pounding_risk._jit.compile import INTERPRETED, ForgivingCache, is_foreign, lowered
+from pounding_risk._jit.lent import lent
 from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.models.effects import wave_of, with_effects
@@ -76,8 +77,9 @@ def _of_pair(study: Scene) -> Kernels:
 
 
 def _of_row(study: Scene) -> Kernels:
-    *call, terms, states = rows.unmoved(model_of(study).row(STILL[1]), STILL[0])
-    solver = is_compiled(rows_march.march, (*call, terms, study.rtol, states))
+    *bundles, step, terms = rows.unmoved(model_of(study).row(STILL[1]), STILL[0])
+    call = *map(lent, bundles), step, terms
+    solver = is_compiled(rows_march.march, (*call, study.rtol, np.zeros((0, 2, 1))))
     places = [study.at(place) for place in range(len(study.interfaces))]
 
     def known(name: str) -> bool:
@@ -86,7 +88,7 @@ def _of_row(study: Scene) -> Kernels:
         return compiled and all(_calibrates(here, name) for here in places)
 
     laws = tuple(map(known, study.grid.contact_models))
-    return Kernels(is_compiled(rows_march.march_free, (*call, terms, states)), solver, laws, at_each_start=True)
+    return Kernels(is_compiled(rows_march.march_free, call), solver, laws, at_each_start=True)
 
 
 _OF_SOLVER = {"pair": _of_pair, "row": _of_row}

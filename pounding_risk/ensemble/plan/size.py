@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pounding_risk.ensemble.grid_job import FREE_RESPONSES, Sizes
+from pounding_risk.ensemble.grid_job import Sizes
 from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.threads import CHUNK_BYTES
 from pounding_risk.motions.motion import Motion
@@ -39,13 +39,13 @@ def memory(study: Scene, shape: Mapping[str, int], threads: int, motions: Iterab
     The sum of what this process holds now, the records, the responses without contact that are kept, a block of the
     dataset as it is written, and the chunks that the threads work at.
     """
-    kept = min(shape["record"] * shape["polarity"] * shape["pga"], FREE_RESPONSES)
+    held = job_kind(study).held_bytes(shape["record"] * shape["polarity"] * shape["pga"], free)
     per_case, cases = sizes(study), prod(shape.values())
     chunk = min(CHUNK_BYTES, per_case.chunk * cases)
     # A block is in memory as chunks and as variables.
     block = min(BLOCK_BYTES, per_case.of(shape)) * (1.0 + per_case.chunk / per_case.case)
     records = sum(motion.acceleration.nbytes for motion in motions)
-    return int(resident() + WRITER_BYTES + records + kept * free + block + CHUNKS_IN_FLIGHT * threads * chunk)
+    return int(resident() + WRITER_BYTES + records + held + block + CHUNKS_IN_FLIGHT * threads * chunk)
 
 
 def resident() -> int:

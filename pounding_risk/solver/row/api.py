@@ -36,11 +36,13 @@ from pounding_risk.solver.row.workspace import (
     ACCELERATION,
     BAND,
     BENDS,
+    BLOCK_MAP,
     BOTTOM,
     BRANCH,
     DISPLACEMENT,
     DRIFT,
     FIRST,
+    GIVE,
     INVERSE,
     LIMIT,
     MAP,
@@ -48,13 +50,16 @@ from pounding_risk.solver.row.workspace import (
     MOVED,
     PLASTIC,
     QUICK,
+    ROOT,
     SHEAR,
     SOFT,
     SPRING,
     START,
     STATIC,
     STOREY_FORCE,
+    SWAY,
     VERBS,
+    FreeMotion,
     Row,
     Run,
     log_of,
@@ -69,6 +74,7 @@ if TYPE_CHECKING:
 POINT_COLUMNS = TALLIED + 2
 GREW_STATUS = WATCHED
 HIGHEST, LOWEST = TALLIED, TALLIED + 1  # u_left − u_right at a point
+BLOCK = 16  # nodes passed over at a time, or as many more as make whole steps
 LINES = 4096  # of a log to begin with; a run that needs more is made again with the room it asked for
 
 
@@ -80,7 +86,6 @@ class Contacts(NamedTuple):
     laws: Sequence[Any]  # of any class each
     restitutions: Sequence[Restitution]
     watched: np.ndarray | None = None  # where a touch ends the run; None is nowhere
-    fastest: np.ndarray | None = None  # `FreeRow.fastest`, found anew where it is not given [m/s]
 
 
 class RowRun(NamedTuple):
@@ -108,6 +113,7 @@ class Laid(NamedTuple):
     dt: float
     parts: int  # node intervals a sample
     terms: int  # of the Taylor series over one of them
+    block_maps: np.ndarray  # as in `FreeMotion`
     arrivals: Arrivals | None = None  # of the motion at each building, in `step`; None where all have it at once
 
     @property
@@ -119,6 +125,11 @@ class Laid(NamedTuple):
     def phases(self) -> int:
         """Nodes a `step`."""
         return 1 if self.arrivals is None else self.arrivals.offsets.size
+
+    @property
+    def block(self) -> int:
+        """Nodes that are passed over at a time."""
+        return block_steps(self.phases) * self.phases
 
     @property
     def masses(self) -> np.ndarray:
@@ -145,7 +156,7 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals:
     own = 0 if arrived is None else 1  # dofs of each building's ground
     counts = [chain.mass.size for chain in chains]
     first = np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64) + own)]).astype(np.int64)
-    floors = np.zeros((9, int(first[-1])))
+    floors = np.zeros((12, int(first[-1])))
     floors[LIMIT] = inf
     damping = np.zeros((int(first[-1]), max([1, *counts])))
     for place, chain in zip(first, chains, strict=False):
@@ -155,6 +166,7 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals:
     # From each node to the next: building by building, and interval by interval where these differ.
     widths = [step] if arrived is None else np.diff(np.append(arrived.offsets, step)).tolist()
     maps = [_map(chain, width) for width in widths for chain in chains]
+    block_maps = [_block_map(maps[b :: len(chains)], count) for b, count in enumerate(counts)]
     interfaces = [int(point.interface) for point in points]
     if interfaces != sorted(interfaces):
         raise ValueError("contact points are not in the order of their interfaces")
@@ -167,12 +179,13 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals:
                 ends[k, 2 * side + end] = -1 if dof < 0 else int(first[b]) + dof
                 shares[k, 2 * side + end] = 0.0 if dof < 0 else share * (1.0 - 2.0 * side)
         ends[k, 4:], shares[k, 4:] = first[int(point.interface) + 2] - 1, -1.0
-    frame = np.zeros((5, first.size), dtype=np.int64)
+    frame = np.zeros((6, first.size), dtype=np.int64)
     frame[FIRST] = first
     frame[START, :-1] = np.searchsorted(interfaces, np.arange(len(chains)))
     frame[MAP, 1:] = np.cumsum([each.size for each in maps[: len(counts)]])
     frame[BENDS, :-1] = [bool(np.isfinite(chain.strength).any()) for chain in chains]
     frame[BAND, :-1] = [_band(chain.damping) for chain in chains]
+    frame[BLOCK_MAP, 1:] = np.cumsum([each.size for each in block_maps])
     row = Row(
         frame,
         ends,
@@ -182,7 +195,7 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals:
         np.concatenate([*maps, np.zeros(1)]),
         UniformRow() if arrived is None else ArrivingRow(),
     )
-    return Laid(row, float(dt), parts, terms, arrived)
+    return Laid(row, float(dt), parts, terms, np.concatenate([*block_maps, np.zeros(1)]), arrived)
 
 
 def cut_out(laid: Laid, first: int, last: int) -> Laid:
@@ -247,6 +260,19 @@ def _map(chain: Chain, step: float) -> np.ndarray:
     return expm(_motion(chain) * step)[: 2 * n].T.ravel() if n else np.zeros(0)
 
 
+def block_steps(phases: int) -> int:
+    """Steps that are passed over at a time, of so many nodes each."""
+    return max(1, BLOCK // phases)
+
+
+def _block_map(maps: list[np.ndarray], n: int) -> np.ndarray:
+    """(u, v) of a free vibration after a block, column by column, from those of `_map` over the intervals of a step."""
+    whole = np.eye(2 * n)
+    for interval_map in maps if n else []:
+        whole = interval_map.reshape(2 * n + 2, 2 * n)[: 2 * n].T @ whole
+    return np.linalg.matrix_power(whole, block_steps(len(maps))).T.ravel()
+
+
 def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
     """The rows of `Row.floors` of one building."""
     if chain.mass.size == 0:
@@ -257,6 +283,9 @@ def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
     floors[SOFT] = np.where(np.isfinite(chain.strength), (1.0 - chain.hardening) * chain.shear, 0.0)
     floors[STATIC] = np.linalg.solve(_stiffness(chain.spring), chain.mass)
     floors[BOTTOM, 0] = 1.0
+    floors[ROOT] = np.sqrt(floors[INVERSE])
+    # Of a chain (K⁻¹)_ii is the sum of the flexibilities of the storeys below floor i.
+    floors[GIVE], floors[SWAY] = np.sqrt(1.0 / chain.spring), np.sqrt(np.cumsum(1.0 / chain.spring))
     floors[QUICK] = _quickest(chain)
 
 
@@ -300,21 +329,54 @@ def ground_histories(laid: Laid, acceleration: np.ndarray) -> tuple[np.ndarray, 
     return table[..., PULL], table[:, 1:, SPREAD]
 
 
+class FreeResponse(NamedTuple):
+    """What a row does without any contact: its peaks, and the motion from which its runs begin."""
+
+    run: RowRun
+    motion: FreeMotion
+
+
 def free_row(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> RowRun:
     """The row without any contact under a_g [m/s²]; ``states`` keeps u and v at every node."""
-    arguments = unmoved(laid, acceleration, states=states)
-    march_free(*arguments)
-    _, run, *_, node_states = arguments
-    return _results_of(laid, run, node_states)
+    run, motion = free_response(laid, acceleration)
+    return run._replace(states=_states_of(laid, motion.states)) if states else run
 
 
-def unmoved(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> tuple[Any, ...]:
-    """Arguments of `march_free` for `free_row`."""
-    row, points = laid.row, laid.row.ends.shape[0]
+def free_response(laid: Laid, acceleration: np.ndarray) -> FreeResponse:
+    """The row without any contact under a_g [m/s²], with all that runs of it have in common."""
+    arguments = unmoved(laid, acceleration)
+    march_free(*map(lent, arguments[:3]), *arguments[3:])
+    row, run, motion, *_ = arguments
+    motion.fastest[:] = column(run.contacts, "fastest")
+    return FreeResponse(_results_of(laid, run, np.zeros((0, 2, row.floors.shape[1]))), motion)
+
+
+def unmoved(laid: Laid, acceleration: np.ndarray) -> tuple[Any, ...]:
+    """Arguments of `march_free` for `free_response`."""
+    row, points, dofs = laid.row, laid.row.ends.shape[0], laid.row.floors.shape[1]
     run = new_run(row, np.zeros((points, 0)), np.zeros(0))
     set_column(run.contacts, "given_gap", np.full(points, inf))
     ground = _ground(laid, acceleration)
-    return lent(row), lent(run), ground, laid.step, laid.terms, _empty_states(ground.node_count() if states else 0, row)
+    nodes = ground.node_count()
+    blocks = ceil((nodes - 1) / laid.block)
+    motion = FreeMotion(
+        ground,
+        np.zeros((nodes, 2, dofs)),
+        np.zeros((blocks, 3, dofs)),
+        np.zeros((blocks + 1, 3, dofs)),
+        np.zeros((blocks, 2, points)),
+        np.zeros((blocks + 1, 2, points)),
+        np.zeros(points),
+        laid.block_maps,
+        laid.block,
+    )
+    return row, run, motion, laid.step, laid.terms
+
+
+def motion_of_part(laid: Laid, motion: FreeMotion, acceleration: np.ndarray, dof: int, point: int) -> FreeMotion:
+    """The free motion of a whole row for a part of it, ``dof`` and ``point`` the whole's first ones in the part."""
+    ground = motion.ground if laid.arrivals is None else _ground(laid, acceleration)
+    return motion._replace(ground=ground, first_dof=dof, first_point=point)
 
 
 def _ground(laid: Laid, acceleration: np.ndarray) -> UniformRowGround | ArrivingRowGround:
@@ -330,29 +392,23 @@ def run_row(
     rtol: float = 1e-6,
     levels: np.ndarray | None = None,
     histories: bool = False,
+    free: FreeMotion | None = None,
 ) -> RowRun:
     """The row with its contacts under a_g [m/s²] at the samples of its layout, from rest.
 
     ``levels`` [N, ascending] are forces whose first reaching is timed at every point, and whose contacts are counted: a
-    law without a cap answers so for every yield force. ``histories`` keeps u and v at every node, and the log.
+    law without a cap answers so for every yield force. ``histories`` keeps u and v at every node, and the log. ``free``
+    is the motion without contact; it is found anew where it is not given.
     """
-    if contacts.fastest is None:
-        contacts = contacts._replace(fastest=free_row(laid, acceleration).fastest)
+    motion = free_response(laid, acceleration).motion if free is None else free
     times = np.zeros(0) if levels is None else np.asarray(levels, dtype=np.float64)
-    return _run(laid, contacts, acceleration, rtol, times, histories=histories)
+    return _run(laid, contacts, motion, rtol, times, histories=histories)
 
 
 def _run(
-    laid: Laid,
-    contacts: Contacts,
-    acceleration: np.ndarray,
-    rtol: float,
-    levels: np.ndarray,
-    *,
-    histories: bool,
+    laid: Laid, contacts: Contacts, motion: FreeMotion, rtol: float, levels: np.ndarray, *, histories: bool
 ) -> RowRun:
     row, points = laid.row, laid.row.ends.shape[0]
-    ground = _ground(laid, acceleration)
     laws = [lowered(law) for law in contacts.laws]
     numbers = [numbers_of(law) for law in laws]
     verbs = [verbs_of(law) for law in laws]
@@ -363,7 +419,7 @@ def _run(
         "given_gap": contacts.gaps,
         "yield_force": contacts.yield_forces,
         "watched": np.zeros(points) if contacts.watched is None else contacts.watched,
-        "fastest": np.zeros(points) if contacts.fastest is None else contacts.fastest,
+        "fastest": motion.fastest[motion.first_point : motion.first_point + points],
         "rule": np.array([numbers_of(rule) for rule in contacts.restitutions]).reshape(
             points, len(Restitution._fields)
         ),
@@ -374,8 +430,8 @@ def _run(
         run = new_run(row, given.copy(), levels, rtol, lines)
         for name, values in fields.items():
             set_column(run.contacts, name, values)
-        states = _empty_states(ground.node_count() if histories else 0, row)
-        march(lent(row), lent(run), ground, laid.step, laid.terms, float(rtol), states)
+        states = _empty_states(motion.ground.node_count() if histories else 0, row)
+        march(lent(row), lent(run), lent(motion), laid.step, laid.terms, float(rtol), states)
         written = int(run.workspace.lines_written)
         if written <= lines or not histories:
             return _results_of(laid, run, states)
@@ -415,9 +471,14 @@ def _results_of(laid: Laid, run: Run, states: np.ndarray) -> RowRun:
         column(contacts, "fastest"),
         run.timed[1],
         run.timed[2],
-        states[:: laid.phases, :, masses],
+        _states_of(laid, states),
         _log_of_masses(run, masses),
     )
+
+
+def _states_of(laid: Laid, states: np.ndarray) -> np.ndarray:
+    """Of the states at nodes (nodes, 2, dofs) those of the masses, at the steps of the layout."""
+    return states[:: laid.phases, :, laid.masses]
 
 
 def _log_of_masses(run: Run, masses: np.ndarray) -> np.ndarray:

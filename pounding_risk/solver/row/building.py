@@ -14,22 +14,25 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.solver.pair.taylor import highest, slope_at, value_at
+from pounding_risk.solver.pair.taylor import crest_bound, highest, slope_at, value_at
 from pounding_risk.solver.row.storey import shear_stiffness, storey_energy
 from pounding_risk.solver.row.workspace import (
     ACCEL_NUDGED,
     ACCELERATION,
     BAND,
     BENDS,
+    BOUNDS,
     CONSTANT,
     DISPLACEMENT,
     DRIFT,
     FIRST,
+    GIVE,
     INVERSE,
     MAP,
     MASS,
     PLASTIC,
     QUICK,
+    ROOT,
     SOFT,
     SPRING,
     STATIC,
@@ -174,24 +177,45 @@ def step_over(row, b, ground, dofs, state, out):
     """Building ``b`` over one node interval, exactly, from rows ``state`` to rows ``out``."""
     pull, rise = ground.under(b)
     first, last = row.frame[FIRST, b], top_of(row, b)
-    count = last - first
     place = row.frame[MAP, b] + ground.map_number() * row.frame[MAP, row.frame.shape[1] - 1]
     if row.frame[BENDS, b]:
         settle_about(row, b, dofs, state, -1.0)
-    for i in range(count):
-        dofs[out, first + i] = dofs[out + VELOCITY, first + i] = 0.0
-    # Column by column: what adds up side by side is done several at a time.
-    for j in range(2 * count + 2):
-        given_ground = pull if j == 2 * count else rise
-        given = dofs[state + j // count, first + j % count] if j < 2 * count else given_ground
-        for part in range(2):
-            for i in range(count):
-                dofs[out + part, first + i] += row.maps[place + i] * given
-            place += count
+    for i in range(first, last):
+        dofs[out, i] = dofs[out + VELOCITY, i] = 0.0
+    for line in range(state, state + 2):
+        for j in range(first, last):
+            place = add_column(row.maps, place, dofs[line, j], dofs, out, first, last)
+    place = add_column(row.maps, place, pull, dofs, out, first, last)
+    add_column(row.maps, place, rise, dofs, out, first, last)
     if row.frame[BENDS, b]:
         settle_about(row, b, dofs, state, 1.0)
         settle_about(row, b, dofs, out, 1.0)
     end_ground(row, b, ground, dofs, out)
+
+
+@kernel
+def advance(row, b, maps, place, dofs, source, target):
+    """A free vibration of building ``b`` from rows ``source`` to rows ``target``; ``place`` of its map."""
+    first, last = row.frame[FIRST, b], top_of(row, b)
+    for i in range(first, last):
+        dofs[target, i] = dofs[target + VELOCITY, i] = 0.0
+    for line in range(source, source + 2):
+        for j in range(first, last):
+            place = add_column(maps, place, dofs[line, j], dofs, target, first, last)
+
+
+@small
+def add_column(maps, place, factor, dofs, out, first, last):
+    """Add ``factor`` times a column of a map to rows ``out``; returns where the next column begins.
+
+    What adds up side by side is done several at a time.
+    """
+    count = last - first
+    for line in range(2):
+        for i in range(count):
+            dofs[out + line, first + i] += maps[place + i] * factor
+        place += count
+    return place
 
 
 @kernel
@@ -308,12 +332,21 @@ def raise_signal(row, run, signal, i, first, pull, rise, stop, terms):
     run.dofs[signal, i] = highest(run.workspace.search, SIGNAL, count, -1.0, stop, best)
 
 
+@small
+def size_bound(start, stop, span, bend):
+    """The largest size of a function with |f''| ≤ ``bend`` and these values at the ends of the span."""
+    return max(crest_bound(start, stop, span, bend), crest_bound(-start, -stop, span, bend))
+
+
 @kernel
 def raise_between(row, run, b, ends, motion, ground, step, terms):
     """Peaks of a building over one node interval of free flight; the search only where a bound does not settle it.
 
     ``ends`` = (rows of states at the start, at the end, of ü at the start, at the end), ``motion`` as `motion_bound`.
-    The bound on the shaking is first (ω + c)² times that on the motion, ω the fastest mode and c the strongest damper.
+    The bounds from the energy of the motion come first, that on the shaking (ω + c)² times as large, ω the fastest mode
+    and c the strongest damper: they settle most intervals. Then those from the energies of its derivatives, which let a
+    second derivative grow only so fast from what it is at the start. Rows BOUNDS are raised by the bounds, which lie
+    above the peaks.
     """
     first, last = row.frame[FIRST, b], top_of(row, b)
     if last == first:
@@ -323,24 +356,35 @@ def raise_between(row, run, b, ends, motion, ground, step, terms):
     eighth = 0.125 * step * step
     swing, laid, exact = sqrt(motion), False, False
     shake = row.floors[QUICK, first] * swing
-    below = below_end = below_bend = 0.0
+    below = below_end = below_bend = below_turn = 0.0
     for i in range(first, last):
-        root = sqrt(row.floors[INVERSE, i])
+        root, turn = row.floors[ROOT, i], dofs[ends[2], i]
         bend = swing * root
         here, there = dofs[ends[0], i], dofs[ends[1], i]
         drift, drift_end = here - below, there - below_end
-        felt, felt_end = dofs[ends[2], i] + pull, dofs[ends[3], i] + (pull + rise * step)
+        felt, felt_end = turn + pull, dofs[ends[3], i] + (pull + rise * step)
         dofs[DISPLACEMENT, i] = max(dofs[DISPLACEMENT, i], abs(there))
         dofs[DRIFT, i] = max(dofs[DRIFT, i], abs(drift_end))
         dofs[ACCELERATION, i] = max(dofs[ACCELERATION, i], abs(felt_end))
-        wanted = max(abs(here), abs(there)) + eighth * bend > dofs[DISPLACEMENT, i]
-        drifts = max(abs(drift), abs(drift_end)) + eighth * (bend + below_bend) > dofs[DRIFT, i]
-        shakes = max(abs(felt), abs(felt_end)) + eighth * shake * root > dofs[ACCELERATION, i]
-        if shakes and not exact:
-            shake, exact = sqrt(shake_bound(row, b, rise, dofs, ends[0], ends[2], ACCEL_NUDGED)), True
-            shakes = max(abs(felt), abs(felt_end)) + eighth * shake * root > dofs[ACCELERATION, i]
+        most = max(abs(here), abs(there)) + eighth * bend
+        most_drift = max(abs(drift), abs(drift_end)) + eighth * (bend + below_bend)
+        most_felt = max(abs(felt), abs(felt_end)) + eighth * shake * root
+        if most > dofs[DISPLACEMENT, i] or most_drift > dofs[DRIFT, i] or most_felt > dofs[ACCELERATION, i]:
+            if not exact:  # leaves the third and fourth derivatives of u at the start in rows ACCEL_NUDGED
+                shake, exact = sqrt(shake_bound(row, b, rise, dofs, ends[0], ends[2], ACCEL_NUDGED)), True
+            slow = abs(turn) + step * (abs(dofs[ACCEL_NUDGED, i]) + 0.5 * step * shake * root)
+            slow_drift = abs(turn - below_turn) + step * shake * row.floors[GIVE, i]
+            most = size_bound(here, there, step, min(bend, slow))
+            most_drift = size_bound(drift, drift_end, step, min(bend + below_bend, slow_drift))
+            slow_felt = abs(dofs[ACCEL_NUDGED + 1, i]) + step * sqrt(row.floors[QUICK, first]) * shake * root
+            most_felt = size_bound(felt, felt_end, step, min(shake * root, slow_felt))
+        dofs[BOUNDS, i] = max(dofs[BOUNDS, i], most)
+        dofs[BOUNDS + 1, i] = max(dofs[BOUNDS + 1, i], most_drift)
+        dofs[BOUNDS + 2, i] = max(dofs[BOUNDS + 2, i], most_felt)
+        wanted = most > dofs[DISPLACEMENT, i]
+        drifts, shakes = most_drift > dofs[DRIFT, i], most_felt > dofs[ACCELERATION, i]
         odd = not abs(there) + abs(felt_end) < inf
-        below, below_end, below_bend = here, there, bend
+        below, below_end, below_bend, below_turn = here, there, bend, turn
         if (wanted or drifts or shakes or odd) and not laid:
             write_series(row, run, b, ends[0], ground, terms)
             laid = True

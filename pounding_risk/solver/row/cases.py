@@ -6,6 +6,8 @@ laws and restitutions; so it is where its yield forces lie above the largest for
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cached_property
 from hashlib import blake2b
 from itertools import pairwise
 from math import inf
@@ -21,6 +23,7 @@ from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import GREW_STATUS, HIGHEST, Contacts, RowRun
 from pounding_risk.solver.row.model import Part, RowModel
 from pounding_risk.solver.row.partition import HELD, Span, settled, tied
+from pounding_risk.solver.row.workspace import FreeMotion
 
 Array = NDArray[np.float64]
 
@@ -65,11 +68,25 @@ class Answered(NamedTuple):
 class Cases:
     """Every case of one motion under one contact model, and the runs that they share."""
 
-    def __init__(self, model: RowModel, mechanics: Mechanics, driven: Driven, rtol: float):
+    def __init__(
+        self,
+        model: RowModel,
+        mechanics: Mechanics,
+        driven: Driven,
+        rtol: float,
+        motion: Callable[[], FreeMotion] | None = None,
+    ):
+        """``motion`` gives the whole row's motion without contact; it is found anew where it is not given."""
         self.model, self.mechanics, self.driven, self.rtol = model, mechanics, driven, rtol
+        self._motion = motion or (lambda: self._own_motion)
         self._uncapped = mechanics.uncapped
         self._runs: Shared[RowRun] = Shared()
         self._met: dict[Span, bytes] = {}
+
+    @cached_property
+    def _own_motion(self) -> FreeMotion:
+        """The whole row's motion without contact."""
+        return rows.free_response(self.model.row(self.driven.dt), self.driven.acceleration).motion
 
     def whole(self, limits: Limits) -> RowRun:
         """The case with all buildings solved at once, whatever is known."""
@@ -142,15 +159,16 @@ class Cases:
             mechanics.laws[places],
             mechanics.restitutions[places],
             part.watched,
-            self.driven.free.fastest[places],
         )
+        acceleration = self.driven.acceleration
         return rows.run_row(
             part.row,
             contacts,
-            self.driven.acceleration,
+            acceleration,
             rtol=self.rtol,
             levels=mechanics.levels if self._uncapped.any() else None,
             histories=histories,
+            free=rows.motion_of_part(part.row, self._motion(), acceleration, part.first_dof, places.start),
         )
 
     def _levelled(self, run: RowRun, yield_forces: Array, uncapped: NDArray[np.bool_]) -> RowRun:

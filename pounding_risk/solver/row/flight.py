@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
-from math import inf, sqrt
+from math import inf
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.solver.pair.taylor import SIGNAL, first_rise, highest
-from pounding_risk.solver.row.workspace import FIRST, INVERSE, LEFT_HIGH, LEFT_LOW, NODE, RIGHT_HIGH, RIGHT_LOW, START
+from pounding_risk.solver.pair.taylor import SIGNAL, crest_bound, first_rise, highest
+from pounding_risk.solver.row.workspace import (
+    FIRST,
+    INVERSE,
+    LEFT_HIGH,
+    LEFT_LOW,
+    NODE,
+    RIGHT_HIGH,
+    RIGHT_LOW,
+    ROOT,
+    START,
+)
 
 
 @small
@@ -85,18 +95,25 @@ def bend_across(row, k):
     for end in range(4):
         i = row.ends[k, end]
         if i >= 0:
-            total += abs(row.shares[k, end]) * sqrt(row.floors[INVERSE, i])
+            total += abs(row.shares[k, end]) * row.floors[ROOT, i]
     return total
 
 
 @kernel
 def wider(run, k, here, there, span, bend):
-    """True where a new extreme of a distance may lie inside a stretch of flight; those at its end are entered."""
+    """True where a new extreme of a distance may lie inside a stretch of flight; those at its end are entered.
+
+    The bounds of the distance are widened by those of the stretch.
+    """
     eighth = 0.125 * span * span * bend
     contact = run.contacts[k]
     contact.highest = max(contact.highest, there)
     contact.lowest = min(contact.lowest, there)
     top, bottom = max(here, there) + eighth, min(here, there) - eighth
+    # The coarser bounds first: they settle most stretches without a division.
+    if top > contact.highest or bottom < contact.lowest:
+        top, bottom = crest_bound(here, there, span, bend), -crest_bound(-here, -there, span, bend)
+    contact.upper_bound, contact.lower_bound = max(contact.upper_bound, top), min(contact.lower_bound, bottom)
     # What is not finite is searched, and ends the run with its status.
     return top > contact.highest or bottom < contact.lowest or not abs(top) < inf
 

@@ -26,12 +26,12 @@ from pounding_risk.solver.row.workspace import (
     BENDS,
     BRANCH,
     FIRST,
-    INVERSE,
     LIMIT,
     NEXT,
     NODE,
     NOW,
     PLASTIC,
+    ROOT,
     START,
     VELOCITY,
 )
@@ -52,7 +52,7 @@ def may_yield(row, run, b, swing, step):
     """True where a storey's drift may pass its limit within the node interval, by `building.motion_bound`."""
     below = below_end = below_bend = 0.0
     for i in range(row.frame[FIRST, b], top_of(row, b)):
-        bend = sqrt(swing * row.floors[INVERSE, i])
+        bend = sqrt(swing) * row.floors[ROOT, i]
         here, there, rest = run.dofs[NODE, i], run.dofs[NEXT, i], run.dofs[PLASTIC, i]
         top = max(abs(here - below - rest), abs(there - below_end - rest)) + 0.125 * step * step * (bend + below_bend)
         if not top < row.floors[LIMIT, i]:
@@ -62,7 +62,7 @@ def may_yield(row, run, b, swing, step):
 
 
 @kernel
-def predict(row, run, b, window, swings):
+def predict_by_map(row, run, b, window, swings):
     """Building ``b`` over one node interval on its own: rows NODE to rows NEXT, ü at the node in ACCEL_START.
 
     Leaves 2 E of its bounds in ``swings``; returns False where a storey yields, or may.
@@ -126,7 +126,7 @@ def update_distances(row, run, interface, window, swings, terms):
 
 @kernel
 def update_peaks(row, run, b, window, swings, terms):
-    """Raise the peaks of a building that `predict` has brought over the interval."""
+    """Raise the peaks of a building that is alone over the interval, rows NODE to rows NEXT."""
     _, step, ground = window
     pull, rise = ground.under(b)
     accelerate(row, b, NEXT, pull + rise * step, run.dofs, ACCEL_END)

@@ -18,7 +18,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pounding_risk._jit.compile import borrowed, speaks
+from pounding_risk._jit.compile import speaks
 from pounding_risk.models.ground import Arrivals, arriving
 
 # Columns of `ArrivingGround.table`.
@@ -149,10 +149,6 @@ class UniformRowGround(NamedTuple):
         ground = self.acceleration
         return UniformRowInterval(ground[node], (ground[node + 1] - ground[node]) / step)
 
-    def lent(self):
-        """A copy whose array is borrowed: its references are not counted."""
-        return UniformRowGround(borrowed(self.acceleration))
-
 
 class ArrivingRowInterval(NamedTuple):
     """A ground motion of its own under each building."""
@@ -214,10 +210,6 @@ class ArrivingRowGround(NamedTuple):
 
     def from_node(self, step, node):
         return ArrivingRowInterval(self.table, node, node % self.offsets.size, 0.0)
-
-    def lent(self):
-        """A copy whose arrays are borrowed: their references are not counted."""
-        return ArrivingRowGround(borrowed(self.table), borrowed(self.offsets))
 
 
 def row_ground(ground: np.ndarray, step: float, arrivals: Arrivals | None) -> UniformRowGround | ArrivingRowGround:

@@ -15,6 +15,7 @@ from pounding_risk.models.structures.mdof import Chain
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import Laid
 from pounding_risk.solver.row.partition import LEFTWARDS, RIGHTWARDS, Span
+from pounding_risk.solver.row.workspace import FIRST
 
 
 class Part(NamedTuple):
@@ -25,6 +26,7 @@ class Part(NamedTuple):
     watched: NDArray[np.bool_]  # which of these are to the neighbours
     masses: slice  # of the whole row's, the buildings' own
     own: slice  # these in ``row``
+    first_dof: int  # of the whole row's that ``row`` begins with
     to_left: int  # contact points to the left neighbour, which come first
     structure: bytes  # the same for equal buildings with equal contact points, and times at which a wave arrives
 
@@ -80,6 +82,7 @@ class RowModel:
             (interfaces < span.first) | (interfaces >= span.last),
             masses,
             slice(masses.start - before, masses.stop - before),
+            int(self.row(dt).row.frame[FIRST, first]),
             int((interfaces < span.first).sum()),
             repr((self._kinds[first : last + 1], met, span.first - first, span.last - first)).encode()
             + self.arrivals[first : last + 1].tobytes(),

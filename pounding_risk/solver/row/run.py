@@ -1,8 +1,8 @@
 """One run of a row: from node to node, each building on its own or with the neighbours that it touches.
 
-Buildings that neither touch nor are about to fly on their own, exactly, by a map from node to node; what lies between
-two nodes is searched only where a bound leaves room for a touch or a new peak. Neighbours of which some touch form a
-group that is integrated together (`group`). A building next to a group looks on; should the group strike it, the
+Buildings that neither touch nor are about to fly on their own, exactly; blocks of nodes, and what lies between two
+nodes, are searched only where a bound leaves room for a touch or a new peak (`blocks`). Neighbours of which some touch
+form a group that is integrated together (`group`). A building next to a group looks on; should the group strike it, the
 interval is made again with it as a member. What a row costs follows its contacts and its buildings, not their product.
 """
 
@@ -26,15 +26,38 @@ from pounding_risk.solver.counters import (
     OPEN_SHARE,
     TALLIED,
 )
+from pounding_risk.solver.row.blocks import (
+    MARKS,
+    MOVED,
+    OPEN,
+    SEARCHED,
+    STATE_NODE,
+    WALKED,
+    begin_alone,
+    bring,
+    close_block,
+    copy_point_peaks,
+    end_blocks,
+    follow_building,
+    follow_interface,
+    has_events,
+    has_new_peaks,
+    join,
+    part_from_free,
+    predict,
+    reset_bounds,
+    window_at,
+)
 from pounding_risk.solver.row.building import place_ground
 from pounding_risk.solver.row.contact import lift_off
 from pounding_risk.solver.row.flight import across, stay_apart
-from pounding_risk.solver.row.free import fly, meets, predict, update_distances, update_peaks
+from pounding_risk.solver.row.free import fly, meets, predict_by_map, update_distances, update_peaks
 from pounding_risk.solver.row.group import FAILED, FLOWN, any_closed, solve_group
 from pounding_risk.solver.row.storey import soften
 from pounding_risk.solver.row.trace import drop_lines
 from pounding_risk.solver.row.workspace import (
     ACCELERATION,
+    BENDS,
     DRIFT,
     FIRST,
     NEXT,
@@ -117,39 +140,79 @@ def restore_group(row, run, b, tied, solved):
 
 
 @kernel
-def interval(row, run, tied, busy, solved, swings, window, terms, rtol):
-    """The whole row over one node interval, rows NODE to rows NEXT; returns False where the run has ended.
+def begin_block(row, run, free, marks, step, node, walked):
+    """Find out what has to be searched in the block that begins at ``node``; returns False where nothing has.
+
+    With ``walked`` every building is brought from node to node.
+    """
+    buildings = row.frame.shape[1] - 1
+    block = node // free.block
+    some = walked
+    for b in range(buildings):
+        if row.frame[BENDS, b]:
+            marks[WALKED, b] = marks[SEARCHED, b] = 1.0
+        else:
+            marks[SEARCHED, b] = 0.0
+            if marks[MOVED, b] > 0.0:
+                begin_alone(row, run, free, marks, step, b, node)
+                marks[SEARCHED, b] = 1.0 if has_new_peaks(row, run, free, marks, b, block) else 0.0
+            marks[WALKED, b] = 1.0 if marks[SEARCHED, b] > 0.0 or walked else 0.0
+        some = some or marks[WALKED, b] > 0.0
+    for i in range(buildings - 1):
+        bends = row.frame[BENDS, i] or row.frame[BENDS, i + 1]
+        marks[OPEN, i] = 0.0
+        if bends or any_closed(row, run, i, i + 1) or has_events(row, run, free, marks, i, block):
+            marks[OPEN, i] = marks[WALKED, i] = marks[WALKED, i + 1] = 1.0
+            some = True
+            if marks[MOVED, i] + marks[MOVED, i + 1] == 0.0:
+                copy_point_peaks(row, run, free, i, block)
+    return some
+
+
+@kernel
+def interval(row, run, free, marks, tied, busy, solved, swings, step, node, terms, rtol):
+    """The row over one node interval, rows NODE to rows NEXT; returns (whether the run goes on, whether a group was).
 
     ``tied`` (interfaces), ``busy``, ``solved`` (buildings that need their group, and have it) and ``swings`` are this
     function's own.
     """
     buildings = row.frame.shape[1] - 1
+    window = window_at(free.ground, step, node)
     some = False
-    for b in range(buildings):
-        busy[b] = not predict(row, run, b, window, swings)
-        some = some or busy[b]
     for i in range(buildings - 1):
-        tied[i] = any_closed(row, run, i, i + 1)
-        if not (tied[i] or busy[i] or busy[i + 1]):
+        tied[i] = marks[OPEN, i] > 0.0 and any_closed(row, run, i, i + 1)
+    for b in range(buildings):
+        busy[b] = False
+        if marks[WALKED, b] > 0.0:
+            if (b > 0 and not tied[b - 1]) or (b < buildings - 1 and not tied[b]) or buildings == 1:
+                busy[b] = not predict(row, run, free, marks, swings, step, b, node)
+            else:
+                bring(row, run, free, marks, step, b, node)
+            some = some or busy[b]
+    for i in range(buildings - 1):
+        if marks[OPEN, i] > 0.0 and not (tied[i] or busy[i] or busy[i + 1]):
             tied[i] = meets(row, run, i, window, swings, terms)
         some = some or tied[i]
     if some:
         for i in range(buildings - 1):
             if tied[i]:
                 busy[i] = busy[i + 1] = True
-        if not solve_groups(row, run, tied, busy, solved, window, terms, rtol):
-            return False
+        for b in range(buildings):
+            if busy[b]:
+                join(row, run, free, marks, swings, step, terms, b, node)
+        if not solve_groups(row, run, free, marks, tied, busy, solved, swings, step, node, terms, rtol):
+            return False, True
     for b in range(buildings):
-        if not busy[b]:
+        if marks[SEARCHED, b] > 0.0 and not busy[b]:
             update_peaks(row, run, b, window, swings, terms)
     for i in range(buildings - 1):
-        if not (busy[i] or busy[i + 1]):
+        if marks[OPEN, i] > 0.0 and not (busy[i] or busy[i + 1]):
             update_distances(row, run, i, window, swings, terms)
-    return True
+    return True, some
 
 
 @kernel
-def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
+def solve_groups(row, run, free, marks, tied, busy, solved, swings, step, node, terms, rtol):
     """Every group of busy buildings over the interval; returns False where the run has ended.
 
     A building that looks on at a group and is struck joins it, and the group is solved again. Groups side by side do
@@ -157,6 +220,7 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
     touch, or a new extreme, they are one group after all.
     """
     buildings = row.frame.shape[1] - 1
+    window = window_at(free.ground, step, node)
     run.workspace.first_line = run.workspace.lines_written
     for b in range(buildings):
         solved[b] = False
@@ -200,6 +264,7 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
                 for far in (other - 1, other + 1):
                     if 0 <= far < buildings and solved[far]:
                         restore_group(row, run, far, tied, solved)
+                join(row, run, free, marks, swings, step, terms, other, node)
                 save_or_restore(row, run, other, False)
                 busy[other] = True
             elif solved[other]:
@@ -219,57 +284,80 @@ def struck_point(run):
 
 
 @kernel
-def next_node(row, run, node, states):
-    """Rows NEXT become rows NODE; ``states`` (nodes, 2, D) takes them where it has rows."""
-    for i in range(row.floors.shape[1]):
-        run.dofs[NODE, i] = run.dofs[NEXT, i]
-        run.dofs[NODE + VELOCITY, i] = run.dofs[NEXT + VELOCITY, i]
-    if states.shape[0] > node + 1:
-        for i in range(row.floors.shape[1]):
-            states[node + 1, 0, i] = run.dofs[NODE, i]
-            states[node + 1, 1, i] = run.dofs[NODE + VELOCITY, i]
-
-
-@small
-def begin_node(row, run, ground, step, node):
-    """(time of a node, width of the interval after it, ground motion there), the grounds' places written to rows NODE.
-
-    ``step`` is the time between two samples.
-    """
-    now = ground.from_node(step, node)
+def next_node(row, run, free, marks, busy, node, states):
+    """Rows NEXT become rows NODE, now of ``node``; ``states`` (nodes, 2, D) takes them where it has rows."""
     for b in range(row.frame.shape[1] - 1):
-        place_ground(row, b, now, run.dofs, NODE)
-    return ground.node_time(step, node), ground.node_width(step, node), now
+        if marks[WALKED, b] == 0.0:
+            continue
+        if busy[b] and not row.frame[BENDS, b]:
+            part_from_free(row, run, free, marks, b, node)
+        for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+            for line in range(2):
+                run.dofs[NODE + line, i] = run.dofs[NEXT + line, i]
+                if states.shape[0] > node:
+                    states[node, line, i] = run.dofs[NODE + line, i]
+        marks[STATE_NODE, b] = node
 
 
 @kernel
-def march_free(row, run, ground, step, terms, states):
-    """The row without any contact, from rest to the end of the record; finds the fastest closing at every point."""
-    ground, states = ground.lent(), borrowed(states)
+def bend_freely(row, run, free, swings, busy, step, terms, node):
+    """Every building over one node interval without contact, rows NODE to rows NODE; storeys may yield."""
+    window, buildings = window_at(free.ground, step, node), row.frame.shape[1] - 1
+    for b in range(buildings):
+        place_ground(row, b, window[2], run.dofs, NODE)
+        busy[b] = not predict_by_map(row, run, b, window, swings)
+        if not busy[b]:
+            update_peaks(row, run, b, window, swings, terms)
+    b = 0
+    while b < buildings:
+        last = b
+        if busy[b]:
+            while last < buildings - 1 and busy[last + 1]:
+                last += 1
+            watch = max(b - 1, 0), min(last + 1, buildings - 1)
+            fly(row, run, (b, last), watch, window, terms)
+        b = last + 1
+    for i in range(buildings - 1):
+        if not (busy[i] or busy[i + 1]):
+            update_distances(row, run, i, window, swings, terms)
+    for i in range(row.floors.shape[1]):
+        for line in range(2):
+            run.dofs[NODE + line, i] = free.states[node + 1, line, i] = run.dofs[NEXT + line, i]
+    for k in range(run.laws.shape[0]):
+        run.contacts[k].fastest = max(run.contacts[k].fastest, abs(across(row, k, run.dofs, NODE + VELOCITY)))
+
+
+@kernel
+def march_free(row, run, free, step, terms):
+    """The row without any contact, from rest to the end of the record, into ``free``.
+
+    Finds the fastest closing at every point.
+    """
     begin_run(row, run)
-    buildings = row.frame.shape[1] - 1
+    buildings, nodes = row.frame.shape[1] - 1, free.ground.node_count() - 1
     busy, swings = zeros((buildings,), np.bool_), zeros((buildings,), np.float64)
-    for node in range(ground.node_count() - 1):
-        window = begin_node(row, run, ground, step, node)
-        for b in range(buildings):
-            busy[b] = not predict(row, run, b, window, swings)
-            if not busy[b]:
-                update_peaks(row, run, b, window, swings, terms)
-        b = 0
-        while b < buildings:
-            last = b
-            if busy[b]:
-                while last < buildings - 1 and busy[last + 1]:
-                    last += 1
-                watch = max(b - 1, 0), min(last + 1, buildings - 1)
-                fly(row, run, (b, last), watch, window, terms)
-            b = last + 1
-        for i in range(buildings - 1):
-            if not (busy[i] or busy[i + 1]):
-                update_distances(row, run, i, window, swings, terms)
-        next_node(row, run, node, states)
-        for k in range(run.laws.shape[0]):
-            run.contacts[k].fastest = max(run.contacts[k].fastest, abs(across(row, k, run.dofs, NODE + VELOCITY)))
+    block_swings = zeros((free.block, buildings), np.float64)
+    bends = False
+    for b in range(buildings):
+        bends = bends or row.frame[BENDS, b] > 0
+    for i in range(row.floors.shape[1]):
+        for line in range(2):
+            free.states[0, line, i] = run.dofs[NODE + line, i]
+    for begin in range(0, nodes, free.block):
+        stop = min(begin + free.block, nodes)
+        reset_bounds(row, run)
+        if bends:
+            for node in range(begin, stop):
+                bend_freely(row, run, free, swings, busy, step, terms, node)
+        else:
+            for b in range(buildings):
+                follow_building(row, run, free, block_swings, step, terms, b, begin, stop)
+            for i in range(buildings - 1):
+                follow_interface(row, run, free, block_swings, step, terms, i, begin, stop)
+            for i in range(row.floors.shape[1]):
+                for line in range(2):
+                    run.dofs[NODE + line, i] = free.states[stop, line, i]
+        close_block(row, run, free, begin // free.block)
     total = 0.0
     for i in range(row.floors.shape[1]):
         total += (
@@ -280,24 +368,33 @@ def march_free(row, run, ground, step, terms, states):
 
 
 @kernel
-def march(row, run, ground, step, terms, rtol, states):
+def march(row, run, free, step, terms, rtol, states):
     """One run from rest to the end of the record; everything is left in ``run``, u and v at the nodes in ``states``."""
-    ground, states = ground.lent(), borrowed(states)
+    states = borrowed(states)
     begin_run(row, run)
     buildings = row.frame.shape[1] - 1
     tied, busy = zeros((buildings,), np.bool_), zeros((buildings,), np.bool_)
     solved, swings = zeros((buildings,), np.bool_), zeros((buildings,), np.float64)
-    nodes = ground.node_count() - 1
-    for node in range(nodes):
-        window = begin_node(row, run, ground, step, node)
-        if not interval(row, run, tied, busy, solved, swings, window, terms, rtol):
+    marks = zeros((MARKS, buildings), np.float64)
+    for b in range(buildings):
+        marks[MOVED, b] = 1.0 if row.frame[BENDS, b] else 0.0
+    node, nodes = 0, free.ground.node_count() - 1
+    while node < nodes:
+        if node % free.block == 0 and not begin_block(row, run, free, marks, step, node, states.shape[0] > 0):
+            node = min(node + free.block, nodes)
+            continue
+        goes_on, grouped = interval(row, run, free, marks, tied, busy, solved, swings, step, node, terms, rtol)
+        if not goes_on:
             break
-        next_node(row, run, node, states)
-        point = struck_point(run)
+        node += 1
+        next_node(row, run, free, marks, busy, node, states)
+        point = struck_point(run) if grouped else -1
         if point >= 0:
             run.workspace.status, run.workspace.watched_point = float(WATCHED), float(point)
             break
-    end_run(row, run, ground.node_time(step, nodes), rtol)
+    if run.workspace.status == COMPLETE:
+        end_blocks(row, run, free, marks, step, nodes)
+    end_run(row, run, free.ground.node_time(step, nodes), rtol)
 
 
 @kernel

@@ -16,15 +16,15 @@ from pounding_risk._jit.compile import small
 from pounding_risk._jit.records import new_records, record_type
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.solver.counters import TALLIED
-from pounding_risk.solver.row.ground import ArrivingRow, UniformRow
+from pounding_risk.solver.row.ground import ArrivingRow, ArrivingRowGround, UniformRow, UniformRowGround
 from pounding_risk.solver.runge_kutta import DOP853
 from pounding_risk.solver.workspace import LAST, MAX_TERMS, TERMS, Search, Tableau, make_workspace
 
 # Rows of `Row.floors`, by dof.
-MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM, QUICK = range(9)
+MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM, QUICK, ROOT, SWAY, GIVE = range(12)
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
-# how far from its diagonal the damping matrix reaches.
-FIRST, START, MAP, BENDS, BAND = range(5)
+# how far from its diagonal the damping matrix reaches, of its map in `FreeMotion.block_maps`.
+FIRST, START, MAP, BENDS, BAND, BLOCK_MAP = range(6)
 # Fields of a contact by end of the step, and extremes over an interval of what either building adds to the distance.
 AT_START, AT_END = 0, 1
 LEFT_HIGH, LEFT_LOW, RIGHT_HIGH, RIGHT_LOW = range(4)
@@ -68,6 +68,8 @@ Contact = record_type(
     counters=(TALLIED,),
     highest=float,  # u_left − u_right [m]
     lowest=float,
+    upper_bound=float,  # of u_left − u_right since the bounds were last reset [m]
+    lower_bound=float,
 )
 
 LATE = LAST + 1  # slopes at the late stages
@@ -76,11 +78,14 @@ SLOPES = LATE + len(DOP853.late_nodes)
 VERBS = tuple(name for name in Contact.names or () if name.endswith("_verb"))
 
 # Rows of `Run.dofs`: states, a row of displacements followed by one of velocities each; accelerations and their slopes;
-# the polynomial of a step; its slopes.
+# what contacts have added to the free motion, now, at the start of the block of nodes and to work with; upper bounds of
+# |u|, |drift| and |absolute acceleration| since they were last reset; the polynomial of a step; its slopes.
 VELOCITY = 1
 NODE, NEXT, NOW, END, TRIAL, NUDGED = range(0, 12, 2)
 ACCEL_START, ACCEL_END, ACCEL_NUDGED, ACCEL_SPARE, JERK_START, JERK_END = range(12, 18)
-POLY = 18  # TERMS rows of u, TERMS of v
+VIBRATION, VIBRATION_BEFORE, VIBRATION_SPARE = range(18, 24, 2)
+BOUNDS = 24
+POLY = 27  # TERMS rows of u, TERMS of v
 SLOPE = POLY + 2 * TERMS  # SLOPES rows of du/ds, SLOPES of dv/ds
 # The storey's branch and what follows from it, V = TANGENT d + CONSTANT; and the peaks so far.
 TANGENT, CONSTANT, PLASTIC, BRANCH, DISPLACEMENT, DRIFT, STOREY_FORCE, ACCELERATION = range(
@@ -113,13 +118,32 @@ ACTING, SO_FAR, BEGAN, CAME_AT, STRONGEST, NOTED = range(6)
 class Row(NamedTuple):
     """Arrays that are the same for every run of a row; B buildings, D dofs, K contact points."""
 
-    frame: np.ndarray  # (5, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
+    frame: np.ndarray  # (6, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
     ends: np.ndarray  # (K, 4 or 5) dofs: left upper and lower, right upper and lower, ground; −1 is none
     shares: np.ndarray  # (K, 4 or 5) of these, below zero on the right: their sum is u_left − u_right
-    floors: np.ndarray  # (9, D)
+    floors: np.ndarray  # (12, D)
     damping: np.ndarray  # (D, N) row i of C
     maps: np.ndarray  # (...,) over one node interval, (u, v) from u, v, a_g and its slope; by width and building
     passage: UniformRow | ArrivingRow
+
+
+class FreeMotion(NamedTuple):
+    """The motion of a row without contact under one ground motion, which all runs share; N nodes in P blocks.
+
+    The arrays are those of the whole row, also for a part of it.
+    """
+
+    ground: UniformRowGround | ArrivingRowGround
+    states: np.ndarray  # (N, 2, D) u and v
+    floor_bounds: np.ndarray  # (P, 3, D) no |u|, |drift|, |absolute acceleration| in the block is larger
+    floor_peaks: np.ndarray  # (P + 1, 3, D) largest of each up to the start of the block, and in the whole record
+    point_bounds: np.ndarray  # (P, 2, K) no u_left − u_right in the block is larger, and none smaller
+    point_peaks: np.ndarray  # (P + 1, 2, K) largest and smallest up to the start of the block, and in the whole record
+    fastest: np.ndarray  # (K,) peak closing or parting speed at nodes [m/s]
+    block_maps: np.ndarray  # of a free vibration over one block, column by column, building by building
+    block: int  # nodes a block
+    first_dof: int = 0  # of a part
+    first_point: int = 0
 
 
 class Run(NamedTuple):
@@ -152,21 +176,23 @@ def new_run(row: Row, laws: np.ndarray, levels: np.ndarray, rtol: float = 0.0, l
         np.zeros((SLOPES + 2, 2 * points + 1)),
         np.zeros((dofs, MAX_TERMS)),
         workspace,
-        np.zeros((SAVED + -(-lines * line_width(dofs, points) // max(dofs, 1)), dofs)),
+        np.zeros((SAVED + -(-lines * width_of_line(dofs, points) // max(dofs, 1)), dofs)),
         new_records(Contact, points),
         np.zeros((points, 2 * levels.size + laws.shape[1])),
     )
 
 
-@small
-def line_width(dofs, points):
+def width_of_line(dofs, points):
     """Numbers in a line of the log."""
     return MOVED + 2 * dofs + NOTED * points
 
 
+line_width = small(width_of_line)  # the same for kernels
+
+
 def log_of(run: Run) -> np.ndarray:
     """The lines that a run has written to its log; those taken back are left out."""
-    width = line_width(run.dofs.shape[1], run.laws.shape[0])
+    width = width_of_line(run.dofs.shape[1], run.laws.shape[0])
     flat = run.saved[SAVED:].ravel()
     log = flat[: flat.size // width * width].reshape(-1, width)[: int(run.workspace.lines_written)]
     return log[np.isfinite(log[:, WHEN])]

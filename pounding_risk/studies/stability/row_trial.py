@@ -35,9 +35,10 @@ class RowTrial(Trial):
         law = self.law(scene)
         finite = limits.yield_forces[np.isfinite(limits.yield_forces)]
         mechanics = Mechanics((law,), (scene.restitution,), finite)
-        free = rows.free_row(model.row(scene.dt), scene.ground)
+        free = rows.free_response(model.row(scene.dt), scene.ground)
         pga = float(np.abs(scene.ground).max(initial=0.0))
-        cases = Cases(model, mechanics, Driven(scene.ground, scene.dt, pga, free), self.rtol)
+        driven = Driven(scene.ground, scene.dt, pga, free.run)
+        cases = Cases(model, mechanics, driven, self.rtol, lambda: free.motion)
         run = cases.in_full(limits) if histories else cases.whole(limits)
         self.steps += run.steps
         return run, model, limits

@@ -1,0 +1,351 @@
+"""Blocks of nodes that a run passes over: the motion without contact, common to all runs, and what contacts left.
+
+After its last contact a linear building moves as it would have without any, plus a free vibration h, which begins as
+what the contacts have added:
+
+    u = u_free + h,   h(next node) = Φ h(node).
+
+The energy of a free vibration only falls. With 2 E of h and 2 E' of ḣ at the start of a block, from there on
+
+    |h_i| ≤ sqrt(2 E (K⁻¹)_ii),   |h_i − h_{i−1}| ≤ sqrt(2 E / k_i),   |ḧ_i| ≤ sqrt(2 E' / m_i),
+
+and with the bounds of the free motion in the block this tells whether a floor can reach a new peak and whether a
+contact point can touch or come to a new extreme. Where neither can, nothing is done for that building or interface, but
+that h goes on by the map of the whole block. A building that no group has had as a member yet has no h at all: its
+peaks are those of the free motion up to any block.
+
+The state of a building at a node does not depend on what is passed over, which its neighbours have a say in: it is
+u_free + h, h by steps of a node from the start of the block or from the end of the last contact in it, and at the end
+of a block by one step from its start if the building was on its own all the way.
+
+Buildings whose storeys may yield are brought from node to node, and so are the distances to them.
+"""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+from pounding_risk._jit.compile import kernel, small
+from pounding_risk.solver.row.building import (
+    accelerate,
+    advance,
+    motion_bound,
+    place_ground,
+    raise_between,
+    step_over,
+    top_of,
+    write_series,
+)
+from pounding_risk.solver.row.flight import bend_across, compliance, raise_reach, wider
+from pounding_risk.solver.row.free import predict_by_map, update_distances, update_peaks
+from pounding_risk.solver.row.workspace import (
+    ACCEL_END,
+    ACCEL_START,
+    ACCELERATION,
+    BENDS,
+    BLOCK_MAP,
+    BOUNDS,
+    DISPLACEMENT,
+    DRIFT,
+    FIRST,
+    GIVE,
+    MAP,
+    NEXT,
+    NODE,
+    ROOT,
+    START,
+    SWAY,
+    VELOCITY,
+    VIBRATION,
+    VIBRATION_BEFORE,
+    VIBRATION_SPARE,
+)
+
+# Rows of the marks of a run. By building: whether it has been in a group, or bends; the node of its VIBRATION rows; the
+# node of its NODE rows; whether it has been on its own since the start of the block; whether it is brought from node to
+# node, and its floors are searched for peaks, in this block; upper bounds of the displacements and accelerations of its
+# vibration, over SWAY and ROOT. By interface: whether its distances are searched in this block.
+MOVED, VIBRATION_NODE, STATE_NODE, ALONE, WALKED, SEARCHED, MOST, MOST_SHAKEN, OPEN, MARKS = range(10)
+ROUNDING = 1.0 + 1e-9  # on the bounds of a vibration
+NOTHING = 1e-150  # sqrt(J): a vibration below it is none, before its numbers lose their precision
+
+
+@small
+def window_at(ground, step, node):
+    """(time of a node, width of the interval after it, ground motion there); ``step`` is that between two samples."""
+    return ground.node_time(step, node), ground.node_width(step, node), ground.from_node(step, node)
+
+
+@kernel
+def vibrate(row, run, free, marks, step, b, node):
+    """What contacts have left of building ``b`` goes on to ``node``, at most to the end of the block."""
+    now = int(marks[VIBRATION_NODE, b])
+    if marks[MOVED, b] == 0.0 or now >= node:
+        return
+    first, last = row.frame[FIRST, b], top_of(row, b)
+    if marks[ALONE, b] > 0.0 and node % free.block == 0:
+        advance(row, b, free.block_maps, row.frame[BLOCK_MAP, b], run.dofs, VIBRATION_BEFORE, VIBRATION)
+        now = node
+    while now < node:
+        place = (
+            row.frame[MAP, b] + free.ground.from_node(step, now).map_number() * row.frame[MAP, row.frame.shape[1] - 1]
+        )
+        advance(row, b, row.maps, place, run.dofs, VIBRATION, VIBRATION_SPARE)
+        for line in range(2):
+            for i in range(first, last):
+                run.dofs[VIBRATION + line, i] = run.dofs[VIBRATION_SPARE + line, i]
+        now += 1
+    marks[VIBRATION_NODE, b] = node
+
+
+@kernel
+def write_state(row, run, free, marks, b, node, line):
+    """The state of building ``b`` at ``node``, where its VIBRATION rows stand, to rows ``line``."""
+    dofs, states, other = run.dofs, free.states, free.first_dof
+    if marks[MOVED, b] > 0.0:
+        for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+            dofs[line, i] = states[node, 0, other + i] + dofs[VIBRATION, i]
+            dofs[line + VELOCITY, i] = states[node, 1, other + i] + dofs[VIBRATION + VELOCITY, i]
+    else:
+        for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+            dofs[line, i] = states[node, 0, other + i]
+            dofs[line + VELOCITY, i] = states[node, 1, other + i]
+
+
+@kernel
+def bring(row, run, free, marks, step, b, node):
+    """Building ``b`` to ``node``: its state to rows NODE."""
+    if marks[STATE_NODE, b] != node and not row.frame[BENDS, b]:
+        vibrate(row, run, free, marks, step, b, node)
+        write_state(row, run, free, marks, b, node, NODE)
+        marks[STATE_NODE, b] = node
+    if node + 1 < free.states.shape[0]:
+        place_ground(row, b, free.ground.from_node(step, node), run.dofs, NODE)
+
+
+@kernel
+def predict(row, run, free, marks, swings, step, b, node):
+    """Building ``b`` over one node interval on its own: rows NODE and NEXT, ü at the node in ACCEL_START.
+
+    Leaves 2 E of its bounds in ``swings``; returns False where a storey yields, or may.
+    """
+    bring(row, run, free, marks, step, b, node)
+    if row.frame[BENDS, b]:
+        return predict_by_map(row, run, b, window_at(free.ground, step, node), swings)
+    vibrate(row, run, free, marks, step, b, node + 1)
+    write_state(row, run, free, marks, b, node + 1, NEXT)
+    pull, rise = free.ground.from_node(step, node).under(b)
+    accelerate(row, b, NODE, pull, run.dofs, ACCEL_START)
+    swings[b] = motion_bound(row, b, rise, run.dofs, NODE, ACCEL_START)
+    return True
+
+
+@kernel
+def part_from_free(row, run, free, marks, b, node):
+    """What contacts have added to the motion of building ``b``, which a group has left in rows NEXT at ``node``."""
+    for i in range(row.frame[FIRST, b], top_of(row, b)):
+        for line in range(2):
+            run.dofs[VIBRATION + line, i] = run.dofs[NEXT + line, i] - free.states[node, line, free.first_dof + i]
+    marks[VIBRATION_NODE, b] = node
+    marks[ALONE, b] = 0.0
+
+
+@kernel
+def copy_floor_peaks(row, run, free, b, block):
+    """The peaks of building ``b`` become those of the free motion up to the start of ``block``."""
+    for i in range(row.frame[FIRST, b], top_of(row, b)):
+        run.dofs[DISPLACEMENT, i] = free.floor_peaks[block, 0, free.first_dof + i]
+        run.dofs[DRIFT, i] = free.floor_peaks[block, 1, free.first_dof + i]
+        run.dofs[ACCELERATION, i] = free.floor_peaks[block, 2, free.first_dof + i]
+
+
+@kernel
+def copy_point_peaks(row, run, free, interface, block):
+    """The extremes of an interface's distances become those of the free motion up to the start of ``block``."""
+    for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
+        run.contacts[k].highest = free.point_peaks[block, 0, free.first_point + k]
+        run.contacts[k].lowest = free.point_peaks[block, 1, free.first_point + k]
+
+
+@kernel
+def begin_alone(row, run, free, marks, step, b, node):
+    """What is left of contacts at the start of a block: rows VIBRATION and its bounds, of a building that is linear."""
+    marks[MOST, b] = marks[MOST_SHAKEN, b] = 0.0
+    vibrate(row, run, free, marks, step, b, node)
+    # 2 E of h: its displacements and velocities stand where those of ḣ and ḧ do for the function that is called.
+    most = sqrt(motion_bound(row, b, 0.0, run.dofs, VIBRATION - VELOCITY, VIBRATION + VELOCITY))
+    rest = most < NOTHING
+    for i in range(row.frame[FIRST, b], top_of(row, b)):
+        for line in range(2):
+            run.dofs[VIBRATION + line, i] = 0.0 if rest else run.dofs[VIBRATION + line, i]
+            run.dofs[VIBRATION_BEFORE + line, i] = run.dofs[VIBRATION + line, i]
+    marks[ALONE, b] = 1.0
+    if not rest:
+        accelerate(row, b, VIBRATION, 0.0, run.dofs, ACCEL_START)
+        marks[MOST, b] = ROUNDING * most
+        marks[MOST_SHAKEN, b] = ROUNDING * sqrt(motion_bound(row, b, 0.0, run.dofs, VIBRATION, ACCEL_START))
+
+
+@kernel
+def has_new_peaks(row, run, free, marks, b, block):
+    """True where a floor of building ``b`` may pass a peak in the block; put so that it may where a bound is NaN."""
+    most, shaken = marks[MOST, b], marks[MOST_SHAKEN, b]
+    for i in range(row.frame[FIRST, b], top_of(row, b)):
+        there = free.first_dof + i
+        if not free.floor_bounds[block, 0, there] + most * row.floors[SWAY, i] <= run.dofs[DISPLACEMENT, i]:
+            return True
+        if not free.floor_bounds[block, 1, there] + most * row.floors[GIVE, i] <= run.dofs[DRIFT, i]:
+            return True
+        if not free.floor_bounds[block, 2, there] + shaken * row.floors[ROOT, i] <= run.dofs[ACCELERATION, i]:
+            return True
+    return False
+
+
+@kernel
+def has_events(row, run, free, marks, interface, block):
+    """True where a contact point of an interface may touch in the block, or come to a new extreme.
+
+    Extremes between two buildings without any contact so far are those of the free motion.
+    """
+    moved = marks[MOVED, interface] + marks[MOVED, interface + 1] > 0.0
+    for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
+        reach = 0.0
+        for end in range(4):
+            i = row.ends[k, end]
+            if i >= 0:
+                reach += abs(row.shares[k, end]) * row.floors[SWAY, i] * marks[MOST, interface + end // 2]
+        high = free.point_bounds[block, 0, free.first_point + k] + reach
+        low = free.point_bounds[block, 1, free.first_point + k] - reach
+        contact = run.contacts[k]
+        if not high <= contact.gap and compliance(row, k) > 0.0:
+            return True
+        if moved and not (high <= contact.highest and low >= contact.lowest):
+            return True
+    return False
+
+
+@kernel
+def join(row, run, free, marks, swings, step, terms, b, node):
+    """Make building ``b`` ready to be a member of a group over the interval after ``node``.
+
+    What has been passed over of this block, of its floors and of the distances to its neighbours, is made up for where
+    the free motion has new peaks in it; its neighbours are brought to the node, and go from node to node from there on.
+    """
+    begin = node - node % free.block
+    for i in range(max(b - 1, 0), min(b + 1, row.frame.shape[1] - 2)):
+        if marks[OPEN, i] > 0.0:
+            continue
+        if marks[MOVED, i] + marks[MOVED, i + 1] == 0.0:
+            copy_point_peaks(row, run, free, i, node // free.block)
+            for earlier in range(begin, node):
+                for side in range(i, i + 2):
+                    predict(row, run, free, marks, swings, step, side, earlier)
+                update_distances(row, run, i, window_at(free.ground, step, earlier), swings, terms)
+        marks[OPEN, i] = 1.0
+        for side in range(i, i + 2):
+            marks[WALKED, side] = 1.0
+            predict(row, run, free, marks, swings, step, side, node)
+    if marks[MOVED, b] == 0.0:
+        copy_floor_peaks(row, run, free, b, node // free.block)
+        for earlier in range(begin, node):
+            predict(row, run, free, marks, swings, step, b, earlier)
+            update_peaks(row, run, b, window_at(free.ground, step, earlier), swings, terms)
+        predict(row, run, free, marks, swings, step, b, node)
+        marks[MOVED, b], marks[VIBRATION_NODE, b] = 1.0, node + 1
+    marks[WALKED, b] = marks[SEARCHED, b] = 1.0
+
+
+@kernel
+def end_blocks(row, run, free, marks, step, node):
+    """The state of every building at the last node to rows NODE, and the peaks of what has been passed over."""
+    buildings = row.frame.shape[1] - 1
+    last = free.floor_peaks.shape[0] - 1
+    for b in range(buildings):
+        bring(row, run, free, marks, step, b, node)
+        if marks[MOVED, b] == 0.0:
+            copy_floor_peaks(row, run, free, b, last)
+    for i in range(buildings - 1):
+        if marks[MOVED, i] + marks[MOVED, i + 1] == 0.0:
+            copy_point_peaks(row, run, free, i, last)
+
+
+@small
+def across_states(row, k, states, node, line):
+    """As `flight.across`, from the states at a node: of u (line 0) or of v (line 1)."""
+    total = 0.0
+    for end in range(row.passage.point_ends()):
+        i = row.ends[k, end]
+        if i >= 0:
+            total += row.shares[k, end] * states[node, line, i]
+    return total
+
+
+@kernel
+def follow_building(row, run, free, swings, step, terms, b, begin, stop):
+    """A linear building without contact from node to node, rows NODE at the first: its states, peaks and bounds.
+
+    2 E of the bounds of each interval go to ``swings``.
+    """
+    dofs = run.dofs
+    for node in range(begin, stop):
+        _, width, ground = window_at(free.ground, step, node)
+        pull, rise = ground.under(b)
+        place_ground(row, b, ground, dofs, NODE)
+        accelerate(row, b, NODE, pull, dofs, ACCEL_START)
+        step_over(row, b, ground, dofs, NODE, NEXT)
+        swings[node - begin, b] = motion_bound(row, b, rise, dofs, NODE, ACCEL_START)
+        accelerate(row, b, NEXT, pull + rise * width, dofs, ACCEL_END)
+        ends = NODE, NEXT, ACCEL_START, ACCEL_END
+        raise_between(row, run, b, ends, swings[node - begin, b], ground, width, terms)
+        for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+            for line in range(2):
+                dofs[NODE + line, i] = free.states[node + 1, line, i] = dofs[NEXT + line, i]
+
+
+@kernel
+def follow_interface(row, run, free, swings, step, terms, interface, begin, stop):
+    """The distances between two linear buildings without contact: extremes, bounds and largest rates from node to node.
+
+    Rows NODE of both are written over.
+    """
+    for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
+        factor, there = bend_across(row, k), across_states(row, k, free.states, begin, 0)
+        for node in range(begin, stop):
+            _, width, ground = window_at(free.ground, step, node)
+            here, there = there, across_states(row, k, free.states, node + 1, 0)
+            swing = sqrt(max(swings[node - begin, interface], swings[node - begin, interface + 1]))
+            bend = swing * factor + ground.ground_curves(interface + 1, width)
+            if wider(run, k, here, there, width, bend):
+                for b in range(interface, interface + 2):
+                    for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+                        for line in range(2):
+                            run.dofs[NODE + line, i] = free.states[node, line, i]
+                    write_series(row, run, b, NODE, ground, terms)
+                raise_reach(row, run, k, width, terms)
+            rate = abs(across_states(row, k, free.states, node + 1, 1))
+            run.contacts[k].fastest = max(run.contacts[k].fastest, rate)
+
+
+@kernel
+def reset_bounds(row, run):
+    """Rows BOUNDS, and the bounds of the distances, as at the start of a block of the free motion."""
+    for i in range(row.floors.shape[1]):
+        for line in range(3):
+            run.dofs[BOUNDS + line, i] = 0.0
+    for k in range(run.laws.shape[0]):
+        run.contacts[k].upper_bound, run.contacts[k].lower_bound = -inf, inf
+
+
+@kernel
+def close_block(row, run, free, block):
+    """Write down the bounds of a block of the free motion, and the peaks up to its end."""
+    for i in range(row.floors.shape[1]):
+        for line in range(3):
+            peak = DISPLACEMENT if line == 0 else (DRIFT if line == 1 else ACCELERATION)
+            free.floor_peaks[block + 1, line, i] = run.dofs[peak, i]
+            free.floor_bounds[block, line, i] = min(run.dofs[BOUNDS + line, i], run.dofs[peak, i])
+    for k in range(run.laws.shape[0]):
+        contact = run.contacts[k]
+        free.point_peaks[block + 1, 0, k], free.point_peaks[block + 1, 1, k] = contact.highest, contact.lowest
+        free.point_bounds[block, 0, k] = min(contact.upper_bound, contact.highest)
+        free.point_bounds[block, 1, k] = max(contact.lower_bound, contact.lowest)

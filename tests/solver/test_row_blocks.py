@@ -1,0 +1,199 @@
+"""Blocks of nodes that a run of a row passes over: nothing in them is missed, and what is passed over is not read.
+
+A run whose bounds of the free motion are infinite passes over nothing: it goes from node to node, and searches wherever
+buildings have been in contact.
+"""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from row_cases import CASES, EL_CENTRO, RIGID, contacts_of, meeting, points_of, single, storeys
+from scipy.linalg import expm
+
+from pounding_risk.models.effects.wave_passage import WavePassage
+from pounding_risk.solver.counters import COMPLETE, COUNT
+from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.workspace import GIVE, ROOT, SWAY
+
+ACCELERATION, DT = EL_CENTRO.samples()
+CHAINS = (
+    single(90e3, 0.2),
+    single(200e3, 0.7),
+    storeys(2, 100e3, 1e8),
+    storeys(3, 70e3, 4e7, damping_rule="stiffness"),
+    storeys(2, 100e3, 1e8),
+    RIGID,
+)
+LIMP = storeys(1, 52e3, 8.6e6, ("inelastic_storeys", (("hardening", 0.03),)), strength=4.5e4)
+
+
+def never_passing(motion: Any) -> Any:
+    """The free motion with bounds that leave room for everything."""
+    points = np.empty_like(motion.point_bounds)
+    points[:, 0], points[:, 1] = inf, -inf
+    return motion._replace(floor_bounds=np.full_like(motion.floor_bounds, inf), point_bounds=points)
+
+
+def same_bits(one: Any, other: Any) -> None:
+    """Every number of two runs but their histories."""
+    for name in ("points", "floors", "rest", "status", "steps", "energy", "residual", "grew", "first", "reached"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+
+
+def laid_row(chains: Any, gaps: Any, lags: Any = None) -> tuple[Any, Any]:
+    """Neighbours that meet at the lower building's roof, and what the solver is told of the contacts."""
+    meetings = []
+    for interface, gap in enumerate(gaps):
+        floors = [max(len(chain.mass), 1) for chain in chains[interface : interface + 2]]
+        level = float(min(floors)) if all(len(chain.mass) for chain in chains[interface : interface + 2]) else None
+        left, right = (level, level) if level else (1.0, 1.0)
+        meetings.append(meeting(interface, left, right, gap, stiffness=2e8, law="kelvin_voigt_tension_cut"))
+    arrivals = None if lags is None else WavePassage(0.0, lags).arrivals(len(chains))
+    return rows.lay_out(chains, points_of(meetings), DT, arrivals), contacts_of(meetings)
+
+
+def needed(free: Any) -> np.ndarray:
+    """The gap that the free motion needs at each point, one centimetre where it needs none."""
+    high = free.run.points[:, rows.HIGHEST]
+    return np.where(high > 0.0, high, 0.01)
+
+
+@settings(max_examples=25)
+@given(
+    kinds=st.lists(st.integers(0, len(CHAINS) - 1), min_size=2, max_size=5),
+    shares=st.lists(st.sampled_from([0.0, 0.3, 0.7, 0.95, 1.01, 2.0]), min_size=4, max_size=4),
+    quiet=st.integers(0, 40),
+    factor=st.sampled_from([1.0, -1.7]),
+)
+def test_passing_over_blocks_is_walking_every_node(kinds, shares, quiet, factor):
+    """States at the nodes, counters and peaks to the bit; blocks begin anywhere in the shaking."""
+    chains = [CHAINS[kind] for kind in kinds]
+    laid, contacts = laid_row(chains, [1.0] * (len(chains) - 1))
+    ground = factor * np.concatenate([np.zeros(quiet), ACCELERATION, np.zeros(150)])
+    free = rows.free_response(laid, ground)
+    contacts = contacts._replace(gaps=needed(free) * shares[: len(chains) - 1])
+    run = rows.run_row(laid, contacts, ground, free=free.motion)
+    same_bits(run, rows.run_row(laid, contacts, ground, free=never_passing(free.motion)))
+    whole = rows.run_row(laid, contacts, ground, free=free.motion, histories=True)
+    same_bits(run, whole)
+    walked = rows.run_row(laid, contacts, ground, free=never_passing(free.motion), histories=True)
+    np.testing.assert_array_equal(whole.states, walked.states)
+    np.testing.assert_array_equal(whole.log, walked.log)
+    assert run.status == COMPLETE
+
+
+@pytest.mark.parametrize("lags", [None, (0.0437, 0.0163, -0.02)])
+def test_so_it_is_beside_yielding_storeys_and_in_a_wave(lags):
+    chains = (CHAINS[3], LIMP, CHAINS[1], CHAINS[2])
+    laid, contacts = laid_row(chains, [1.0] * 3, lags)
+    free = rows.free_response(laid, ACCELERATION)
+    contacts = contacts._replace(gaps=needed(free) * [0.9, 0.6, 0.8])
+    run = rows.run_row(laid, contacts, ACCELERATION, free=free.motion)
+    assert run.status == COMPLETE and run.points[:, COUNT].min() >= 1
+    same_bits(run, rows.run_row(laid, contacts, ACCELERATION, free=never_passing(free.motion)))
+    same_bits(run, rows.run_row(laid, contacts, ACCELERATION, free=free.motion, histories=True))
+
+
+def test_what_is_passed_over_is_not_read():
+    """States at inner nodes of no meaning: a run without contact is the free motion all the same, of every part."""
+    laid, contacts = laid_row(CHAINS, [1.0] * 5)
+    free = rows.free_response(laid, ACCELERATION)
+    states = np.full_like(free.motion.states, np.nan)
+    states[-1] = free.motion.states[-1]
+    contacts = contacts._replace(gaps=1.001 * needed(free))
+    run = rows.run_row(laid, contacts, ACCELERATION, free=free.motion._replace(states=states))
+    assert run.status == COMPLETE
+    for name in ("floors", "rest", "points"):
+        np.testing.assert_array_equal(getattr(run, name), getattr(free.run, name))
+
+
+def test_long_after_a_contact_blocks_are_passed_over_again():
+    """A touch in the first seconds; then weak shaking, whose inner nodes are not read once the vibration is small."""
+    laid, contacts = laid_row((CHAINS[0], CHAINS[3]), [1.0])
+    ground = np.concatenate([ACCELERATION, 1e-3 * np.tile(ACCELERATION, 3)])
+    free = rows.free_response(laid, ground)
+    contacts = contacts._replace(gaps=0.7 * needed(free))
+    run = rows.run_row(laid, contacts, ground, free=free.motion)
+    assert run.points[0, COUNT] >= 1
+    begin = 2 * ACCELERATION.size // laid.block * laid.block
+    states = free.motion.states.copy()
+    states[begin + 1 : -laid.block] = np.nan
+    states[laid.block * (len(states) // laid.block) - laid.block : -1] = free.motion.states[
+        laid.block * (len(states) // laid.block) - laid.block : -1
+    ]
+    same_bits(run, rows.run_row(laid, contacts, ground, free=free.motion._replace(states=states)))
+
+
+def motion_matrix(chain: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """d/dt of (u, v), M⁻¹ K and M⁻¹ C of a chain, written out here once more."""
+    n = len(chain.mass)
+    stiffness = np.diag(chain.spring + np.append(chain.spring[1:], 0.0))
+    for i, spring in enumerate(chain.spring[1:]):
+        stiffness[i, i + 1] = stiffness[i + 1, i] = -spring
+    inner, drag = stiffness / chain.mass[:, None], chain.damping / chain.mass[:, None]
+    return np.block([[np.zeros((n, n)), np.eye(n)], [-inner, -drag]]), stiffness, drag
+
+
+@pytest.mark.parametrize("name", ["jankowski 2008", "soil", "p_delta"])
+def test_a_free_vibration_stays_within_its_bounds_and_is_led_over_a_block(name: str):
+    """Any start, by the exponential of the matrix at 40 instants: what the energy allows, and where a block ends."""
+    chain = CASES[name].chains[0]
+    laid = rows.lay_out((chain,), (), DT)
+    matrix, stiffness, _ = motion_matrix(chain)
+    n, random = len(chain.mass), np.random.default_rng(3)
+    np.testing.assert_allclose(laid.row.floors[SWAY] ** 2, np.diag(np.linalg.inv(stiffness)), rtol=1e-12)
+    block_map = laid.block_maps[:-1].reshape(2 * n, 2 * n).T
+    scale = np.append(np.ones(n), np.full(n, np.sqrt(np.abs(matrix[n:, :n]).max())))
+    exact = expm(matrix * laid.step * laid.block)
+    assert np.abs((block_map - exact) * scale / scale[:, None]).max() < 1e-12
+    for start in random.normal(size=(20, 2 * n)) * scale:
+        u, v = start[:n], start[n:]
+        rate = matrix @ start
+        energy = u @ stiffness @ u + chain.mass @ v**2
+        shaking = v @ stiffness @ v + chain.mass @ rate[n:] ** 2
+        for instant in np.geomspace(1e-3, 3.0, 40):
+            later = expm(matrix * instant) @ start
+            assert (np.abs(later[:n]) <= laid.row.floors[SWAY] * np.sqrt(energy)).all()
+            assert (np.abs(np.diff(later[:n], prepend=0.0)) <= laid.row.floors[GIVE] * np.sqrt(energy)).all()
+            assert (np.abs((matrix @ later)[n:]) <= laid.row.floors[ROOT] * np.sqrt(shaking)).all()
+
+
+def test_the_free_motion_stays_within_the_bounds_of_its_blocks():
+    """Six instants between nodes, by the exponential of the matrix; in the strongest blocks they are nearly reached."""
+    laid, _ = laid_row((CHAINS[3], CHAINS[1]), [1.0])
+    free = rows.free_response(laid, ACCELERATION)
+    motion, masses = free.motion, (slice(0, 3), slice(3, 4))
+    reached = np.zeros((*motion.floor_bounds.shape, 1))[..., 0]
+    across = np.full(motion.point_bounds.shape, -inf)
+    for node in range(len(ACCELERATION) - 1):
+        block, pull = node // laid.block, ACCELERATION[node]
+        rise = (ACCELERATION[node + 1] - pull) / DT
+        for x in np.linspace(0.0, DT, 7):
+            u = np.zeros(4)
+            for chain, own in zip((CHAINS[3], CHAINS[1]), masses, strict=True):
+                n = len(chain.mass)
+                matrix = np.zeros((2 * n + 2, 2 * n + 2))
+                matrix[: 2 * n, : 2 * n] = motion_matrix(chain)[0]
+                matrix[n : 2 * n, 2 * n], matrix[2 * n, 2 * n + 1] = -1.0, 1.0
+                start = np.concatenate([motion.states[node, 0, own], motion.states[node, 1, own], [pull, rise]])
+                later = expm(matrix * x) @ start
+                u[own] = later[:n]
+                felt = (matrix @ later)[n : 2 * n] + pull + rise * x
+                found = np.abs([later[:n], np.diff(later[:n], prepend=0.0), felt])
+                reached[block, :, own] = np.maximum(reached[block, :, own], found)
+            closing = u[0] - u[3]
+            across[block, :, 0] = np.maximum(across[block, :, 0], [closing, -closing])
+    assert (reached <= motion.floor_bounds * (1.0 + 1e-9)).all()
+    assert (reached.max(axis=0) >= 0.99 * motion.floor_peaks[-1]).all()
+    np.testing.assert_array_equal(motion.floor_peaks[-1].T, free.run.floors[:, [0, 1, 3]])
+    assert (across[:, 0] <= motion.point_bounds[:, 0] + 1e-12).all()
+    assert (-across[:, 1] >= motion.point_bounds[:, 1] - 1e-12).all()
+    # Not much wider than the motion in its strongest blocks, or nothing would ever be passed over.
+    strongest = motion.floor_bounds[:, 0].argmax(axis=0)
+    assert (motion.floor_bounds[strongest, 0, range(4)] <= 1.1 * reached[strongest, 0, range(4)]).all()
