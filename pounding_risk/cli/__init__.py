@@ -1,7 +1,7 @@
 """The command line: each command reads its options, makes one call of the Python API, and prints what came of it.
 
-A command is the module of its name in this folder. Everything but typer is imported when a command runs, so that help
-and completion answer at once.
+A command is the module of its name in this folder. Everything but typer is imported when a command runs, and a command
+itself when it is run or listed, so that help and completion answer at once.
 """
 
 from __future__ import annotations
@@ -13,15 +13,14 @@ from contextlib import suppress
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
-from pounding_risk.cli._common.commands import add_commands
+from pounding_risk.cli._common.commands import FolderGroup, group_of
 from pounding_risk.cli._common.compile_cache import report_cache_trouble
 from pounding_risk.cli._common.options import BAD_INPUT, INTERRUPTED
 from pounding_risk.errors import PoundingError
 
 
-class Commands(TyperGroup):
+class Commands(FolderGroup):
     """The group of all commands. Errors that a user can repair are printed as sentences, without a traceback."""
 
     def invoke(self, ctx: Any) -> Any:
@@ -43,7 +42,12 @@ class Commands(TyperGroup):
             raise typer.Exit(INTERRUPTED) from None
 
 
-app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
+app = typer.Typer(
+    cls=group_of(__name__, __path__, Commands),
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
 
 
 def main() -> None:
@@ -93,6 +97,3 @@ def options(
 
     Quantities have units: "44.36 t", "25 mm", "0.5 g". In a shell, quote them.
     """
-
-
-add_commands(app, __name__, __path__)
