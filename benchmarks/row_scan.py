@@ -29,7 +29,7 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.record_sets import members
-from pounding_risk.results.files import told
+from pounding_risk.results.attributes import told
 from pounding_risk.results.summary import counted
 from pounding_risk.scene.reader import study_from
 from pounding_risk.solver.counters import COUNT

@@ -27,8 +27,9 @@ from pounding_risk.results.amplitudes import (
     spectral,
     spectral_range,
 )
+from pounding_risk.results.attributes import told
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
-from pounding_risk.results.files import open_results, told
+from pounding_risk.results.files import open_results
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.own_case import own_gaps, scene_place
 from pounding_risk.results.selected_axes import with_axes

@@ -99,9 +99,7 @@ def _record(motion: Motion) -> dict[str, Any]:
 
 
 def _program() -> dict[str, str]:
-    from pounding_risk.results.files import (
-        versions,  # opens datasets as well, which reading a study's state does not need
-    )
+    from pounding_risk.results.attributes import versions  # reading a study's state does not need it
 
     installed = versions()
     python = ".".join(platform.python_version_tuple()[:2])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import told
+from pounding_risk.results.attributes import told
 from pounding_risk.results.layout import streamed
 from pounding_risk.units import FLOOR_LENGTH, GAP, PERIOD, TIME, QuantityError, parse, say
 

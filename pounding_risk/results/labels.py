@@ -13,7 +13,7 @@ from pounding_risk.models.effects import EFFECTS, acts_on_law, bare, references
 from pounding_risk.motions.intensity import LEAST_PERIOD, response_spectra
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.record import recording_numbers
-from pounding_risk.results.files import as_text, versions
+from pounding_risk.results.attributes import as_text, versions
 from pounding_risk.results.layout import AXES, CaseVariable
 from pounding_risk.results.places import building_coordinates, place_coordinates
 from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
