@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import sys
 import threading
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Annotated, Any
 
@@ -52,6 +53,7 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the command line; the entry point of ``pounding-risk``."""
+    _leave_dask_out(sys.argv[1:])
     try:
         app(prog_name="pounding-risk")
     except SystemExit as end:
@@ -60,6 +62,16 @@ def main() -> None:
     except KeyboardInterrupt:  # before a command is reached, or a second one on the way out
         _exit_past_threads(SystemExit(INTERRUPTED))
         sys.exit(INTERRUPTED)
+
+
+def _leave_dask_out(words: Sequence[str]) -> None:
+    """Keep libraries from importing Dask for a command that has no use for it.
+
+    xarray and pint import it wherever it is installed, which takes longer than all else that a command imports. Only
+    Zarr stores and clusters need it.
+    """
+    if not any(word.startswith("--scheduler") or ".zarr" in word.lower() for word in words):
+        sys.modules.setdefault("dask", None)  # type: ignore[arg-type] # so that importing it fails
 
 
 def _exit_past_threads(end: SystemExit) -> None:

@@ -23,6 +23,7 @@ from xarray.core import indexing
 from pounding_risk._common import files
 from pounding_risk._common.files import discard, move_into_place, moved_away, not_written, partial_of
 from pounding_risk.errors import PoundingError
+from pounding_risk.results import accessor as accessor  # registers it with xarray
 from pounding_risk.results.upgrade import upgrade, widened
 from pounding_risk.results.zarr_metadata import ZARR_MARK, is_zarr_of_ours
 
