@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -27,7 +26,7 @@ from pounding_risk.results.amplitudes import (
     spectral,
     spectral_range,
 )
-from pounding_risk.results.attributes import told
+from pounding_risk.results.attributes import tables_of, told
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.files import open_results
 from pounding_risk.results.kinds import kind_of
@@ -110,7 +109,7 @@ def _one_interface(results: xr.Dataset, at: int) -> xr.Dataset:
 
 def is_linear(results: xr.Dataset) -> bool:
     """True where the closing without contact is proportional to the motion, as no effect is nonlinear."""
-    return set(tomllib.loads(results.attrs["scene_resolved"]).get("effects", {})) <= LINEAR
+    return set(tables_of(results.attrs["scene_resolved"]).get("effects", {})) <= LINEAR
 
 
 def motions_of(results: xr.Dataset) -> Motions:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import platform
+import tomllib
+from functools import lru_cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
@@ -37,6 +39,15 @@ def told(dataset: xr.Dataset, name: str, default: Any) -> Any:
         raise PoundingError(
             f'the attribute "{name}" of the results cannot be read: the file was changed since; run the scan again'
         ) from None
+
+
+@lru_cache(maxsize=8)
+def tables_of(text: str) -> dict[str, Any]:
+    """The tables of a TOML text, such as that of a dataset's scene; raises as `tomllib.loads`.
+
+    Kept, and not to be changed: each interface of a row asks several times, and the text grows with the row.
+    """
+    return tomllib.loads(text)
 
 
 def as_text(value: Any) -> str:
