@@ -72,9 +72,9 @@ def plan_figure(
         picture = _panel(axis, cases, corners, name)
         axis.set_title(words, fontsize=10, loc="left")
     share_bar(figure, picture, axes, "share of the motions")
-    _legend(figure, alone=len(corners) > sum(len(case.buildings) for case in cases))
     if titled:
         heading(figure, plan_finding(cases), cases, note)
+    _legend(figure, alone=len(corners) > sum(len(case.buildings) for case in cases))
     return figure
 
 

@@ -221,3 +221,18 @@ def test_a_line_that_breaks_leaves_no_single_word():
     assert [len(line.split()) for line in in_lines(text, 60).splitlines()] == [7, 6]
     assert in_lines("short", 60) == "short"
     assert in_lines("", 60) == ""
+
+
+@pytest.mark.parametrize("draws", [elevation_figure, plan_figure, profiles_figure])
+def test_the_legend_stands_above_the_caption(case, draws):
+    """The layout gives both one place; here no line of the caption reaches into the legend."""
+    figure = draws(case, note="a note that stands on a line of its own")
+    figure.draw_without_rendering()
+    caption = next(words for words in figure.texts if words.get_text() == figure.get_supxlabel())
+    lines = caption.get_text().strip("\n").count("\n") + 1
+    assert lines >= 2
+    (legend,) = figure.legends
+    top = caption.get_window_extent().y0 + lines * caption.get_fontsize() * figure.dpi / 72.0
+    assert legend.get_window_extent().y0 >= top
+    panels = min(axis.get_tightbbox().y0 for axis in figure.axes)
+    assert legend.get_window_extent().y1 <= panels + 1.0
