@@ -168,7 +168,7 @@ def test_importing_the_package_imports_nothing_heavy():
 DATASETS = ("xarray", "pandas", "netCDF4", "zarr", "dask", "distributed")
 FIGURES = ("matplotlib", "plotly", "jinja2", "typst", "rich")
 SCIENCE = ("h5py", "scipy.linalg", "scipy.signal", "scipy.stats", "scipy.integrate", "scipy.optimize")
-SCENE = "pounding_risk/scene/shipped/paper.toml"
+SCENES = Path("pounding_risk/scene/shipped")
 
 
 @pytest.mark.parametrize(
@@ -179,8 +179,13 @@ SCENE = "pounding_risk/scene/shipped/paper.toml"
             (*DATASETS, *FIGURES, *SCIENCE, "numpy", "numba", "obspy", "pint", "pydantic"),
         ),
         (["models"], (*DATASETS, *FIGURES, *SCIENCE, "obspy", "pint")),
-        (["validate", str(PACKAGE.parent / SCENE)], (*DATASETS, *FIGURES, *SCIENCE)),
-        pytest.param(["scan", str(PACKAGE.parent / SCENE)], ("dask", "distributed", "h5py", *FIGURES), marks=compiled),
+        (["validate", str(PACKAGE.parent / SCENES / "paper.toml")], (*DATASETS, *FIGURES, *SCIENCE, "pint")),
+        (["validate", str(PACKAGE.parent / SCENES / "row.toml")], (*DATASETS, *FIGURES, *SCIENCE, "pint")),
+        pytest.param(
+            ["scan", str(PACKAGE.parent / SCENES / "paper.toml")],
+            ("dask", "distributed", "h5py", *FIGURES),
+            marks=compiled,
+        ),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )
