@@ -505,7 +505,7 @@ def test_the_figure_shows_every_motion_and_every_rule(results):
 
 
 def test_neighbours_of_nearly_one_period_move_alike():
-    """The correlation of periods a billionth apart is 1 but for rounding, which must not leave a root of less than 0."""
+    """The correlation of periods that hardly differ is 1 but for rounding, which must leave no root of less than 0."""
     periods = np.random.default_rng(1).uniform(0.1, 2.0, 1000)
     pair = periods, periods * (1.0 + 1e-10)
     dampings = np.full(1000, 0.05), np.full(1000, 0.05)
