@@ -140,10 +140,11 @@ def run_row(scene: Path) -> int:
 
 
 def assess_row(scene: Path) -> int:
-    """Gaps that are enough in one row, of `assess`."""
+    """Adequate gaps of one row."""
     from pounding_risk.assessment.assess import assess
+    from pounding_risk.assessment.verdict import ADEQUATE
 
-    return sum(interface.verdict.word == "enough" for interface in assess(result_of(scene)).interfaces)
+    return sum(interface.verdict.word == ADEQUATE for interface in assess(result_of(scene)).interfaces)
 
 
 def result_of(scene: Path) -> Path:
@@ -168,7 +169,7 @@ def stage(name: str, folder: Path, buildings: int, records: int) -> Cost:
         "grouped": lambda: group(folder, records),
         "planned": lambda: each_row(folder, plan_row, "cases"),
         "run": lambda: each_row(folder, run_row, "contacts"),
-        "assessed": lambda: each_row(folder, assess_row, "gaps enough"),
+        "assessed": lambda: each_row(folder, assess_row, "gaps adequate"),
         "drawn": lambda: draw_city(folder),
     }
     (folder / RESULTS).mkdir(exist_ok=True)
