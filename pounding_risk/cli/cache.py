@@ -26,9 +26,9 @@ def cache(
         bool, typer.Option("--clear-others", help="Remove what other versions of the package have compiled.")
     ] = False,
 ) -> None:
-    """Show the cache of compiled code, or fill it: for images and the nodes of a cluster.
+    """Show the cache of compiled code, or fill it for scenes.
 
-    Without a scene it only says where the folder is and what is in it.
+    For images and the nodes of a cluster. Without a scene it only says where the folder is and what is in it.
     """
     if all_models and not (scenes or shipped):
         raise PoundingError("--all-models: no scene to compile for; name scene files, or --shipped")
