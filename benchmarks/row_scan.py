@@ -31,7 +31,7 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.record_sets import members
-from pounding_risk.results.files import told
+from pounding_risk.results.attributes import told
 from pounding_risk.results.summary import counted
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COUNT

@@ -55,6 +55,7 @@ _HOMES = {
     "block": "scene.street.rows",
     "read_block": "scene.street.rows",
     "status": "ensemble.status",
+    "cache": "studies.cache",
     "convert": "studies.convert",
     "summary": "results.summary",
     "open_results": "results.files",

@@ -9,4 +9,4 @@ def words_of(figure: Any) -> str:
     """Title, a line break, and the lines of the caption."""
     headline = figure.get_suptitle().replace("\n", " ")
     assert figure.get_suptitle().count("\n") <= 1  # a finding in two lines at most
-    return f"{headline}\n{figure.get_supxlabel()}"
+    return f"{headline}\n{figure.get_supxlabel().lstrip()}"

@@ -17,6 +17,7 @@ import grimp
 import numpy as np
 import pytest
 from importlinter.cli import EXIT_STATUS_SUCCESS, lint_imports
+from processes import compiled
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -163,22 +164,49 @@ def test_importing_the_package_imports_nothing_heavy():
     assert (run.stdout.strip(), run.returncode) == ("[]", 0), run.stderr
 
 
-def test_help_answers_without_anything_heavy():
+# What takes long to import. Only what writes or reads a dataset imports those of DATASETS.
+DATASETS = ("xarray", "pandas", "netCDF4", "zarr", "dask", "distributed")
+FIGURES = ("matplotlib", "plotly", "jinja2", "typst", "rich")
+SCIENCE = ("h5py", "scipy.linalg", "scipy.signal", "scipy.stats", "scipy.integrate", "scipy.optimize")
+SCENES = Path("pounding_risk/scene/shipped")
+
+
+@pytest.mark.parametrize(
+    ("words", "heavy"),
+    [
+        (
+            ["--help"],
+            (*DATASETS, *FIGURES, *SCIENCE, "numpy", "numba", "obspy", "pint", "pydantic"),
+        ),
+        (["models"], (*DATASETS, *FIGURES, *SCIENCE, "obspy", "pint")),
+        (["validate", str(PACKAGE.parent / SCENES / "paper.toml")], (*DATASETS, *FIGURES, *SCIENCE, "pint")),
+        (["validate", str(PACKAGE.parent / SCENES / "row.toml")], (*DATASETS, *FIGURES, *SCIENCE, "pint")),
+        pytest.param(
+            ["scan", str(PACKAGE.parent / SCENES / "paper.toml")],
+            ("dask", "distributed", "h5py", *FIGURES),
+            marks=compiled,
+        ),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else "",
+)
+def test_a_command_imports_what_it_needs(words, heavy, tmp_path):
+    """The times of `benchmarks/startup.py`, held without a clock."""
     code = (
-        "import sys\n"
+        "import os, sys\n"
         "from pounding_risk.cli import main\n"
-        "sys.argv = ['pounding-risk', '--help']\n"
+        f"os.chdir({str(tmp_path)!r})\n"
+        f"sys.argv = ['pounding-risk', *{words!r}]\n"
         "try:\n"
         "    code = main()\n"
         "except SystemExit as end:\n"
         "    code = end.code\n"
-        "heavy = ('matplotlib', 'obspy', 'numba', 'xarray', 'scipy')\n"
-        "print(code or 0, [name for name in heavy if name in sys.modules])"
+        f"print(code or 0, [name for name in {heavy!r} if sys.modules.get(name)])"
     )
     run = python(code)
     assert run.returncode == 0, run.stderr
     assert run.stdout.strip().splitlines()[-1] == "0 []"
-    assert all(word in run.stdout for word in ("demo", "validate", "impact", "simulate", "scan"))
+    if words == ["--help"]:
+        assert all(word in run.stdout for word in ("demo", "validate", "impact", "simulate", "scan"))
 
 
 def test_results_open_and_figures_draw_without_numba():

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pounding_risk import units
 from pounding_risk.units import (
     DAMPING,
     GAP,
@@ -292,12 +293,21 @@ def test_readable_text_reads_back_to_its_digits(value, quantity):
 @settings(deadline=None)
 @given(
     number=st.decimals("1e-3", "1e6", places=6),
-    pair=st.sampled_from([(unit, size, key) for key, units in USUAL.items() for unit, size in units]),
+    pair=st.sampled_from([(unit, key) for key, listed in USUAL.items() for unit, _ in listed]),
 )
 def test_usual_units_have_the_size_pint_gives_them(number, pair):
-    unit, size, key = pair
+    """To the bit, as usual units are read without it."""
+    unit, key = pair
     quantity = Quantity(key, 0.0, inf, "thing")
-    assert parse(f"{number} {unit}", quantity) == pytest.approx(float(number) * size, rel=1e-14)
+    exact_size, wrong = units._size_by_pint(unit, units._spelling(unit, key), key)
+    assert wrong == ""
+    assert parse(f"{number} {unit}", quantity) == float(number * exact_size)
+
+
+@pytest.mark.parametrize("target", USUAL)
+def test_usual_units_of_another_dimension_are_refused_as_pint_refuses_them(target):
+    for unit in {unit for listed in USUAL.values() for unit, _ in listed}:
+        assert units._size(unit, target) == units._size_by_pint(unit, units._spelling(unit, target), target), unit
 
 
 @settings(deadline=None, max_examples=300)
@@ -328,7 +338,13 @@ def test_values_are_shown_as_in_a_file_and_short():
 
 
 def test_pint_is_not_imported_before_it_is_needed():
-    code = "import sys, pounding_risk.units as q; q.say(1.0, q.GAP); assert 'pint' not in sys.modules"
+    code = (
+        "import sys, pounding_risk.units as q\n"
+        "q.say(1.0, q.GAP), q.parse('4.2e7 kN/m^1.5', q.Quantity('N/m^1.5', 0.0, 1e99, '')), q.parse('0.5 g', q.PGA)\n"
+        "assert 'pint' not in sys.modules\n"
+        "q.parse('1 cm', q.GAP)\n"
+        "assert 'pint' in sys.modules"
+    )
     subprocess.run([sys.executable, "-c", code], check=True)
 
 

@@ -38,8 +38,8 @@ from pounding_risk.assessment.separations.table import Comparison, code_table
 from pounding_risk.assessment.verdict import AssessedGap, Observations, Verdict, judge
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import amplitude_words, own, usual_intensity
+from pounding_risk.results.attributes import told
 from pounding_risk.results.contact_notes import of_results
-from pounding_risk.results.files import told
 from pounding_risk.results.own_case import own_amplitude, own_level, scene_force, scene_gap, scene_model
 from pounding_risk.units import GAP, PGA, say, si
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -27,8 +26,9 @@ from pounding_risk.results.amplitudes import (
     spectral,
     spectral_range,
 )
+from pounding_risk.results.attributes import tables_of, told
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
-from pounding_risk.results.files import open_results, told
+from pounding_risk.results.files import open_results
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.own_case import own_gaps, scene_place
 from pounding_risk.results.selected_axes import with_axes
@@ -109,7 +109,7 @@ def _one_interface(results: xr.Dataset, at: int) -> xr.Dataset:
 
 def is_linear(results: xr.Dataset) -> bool:
     """True where the closing without contact is proportional to the motion, as no effect is nonlinear."""
-    return set(tomllib.loads(results.attrs["scene_resolved"]).get("effects", {})) <= LINEAR
+    return set(tables_of(results.attrs["scene_resolved"]).get("effects", {})) <= LINEAR
 
 
 def motions_of(results: xr.Dataset) -> Motions:
@@ -204,7 +204,7 @@ def _hashable(value: Any) -> Any:
 
 def by_motion(values: xr.DataArray, rest: Sequence[str] = ()) -> Array:
     """Values as (motions, ...), the axes ``rest`` in this order."""
-    ordered = values.transpose("record", "polarity", *rest).values
+    ordered = values.variable.transpose("record", "polarity", *rest).values  # without the coordinates, a copy of each
     return np.asarray(ordered.reshape(ordered.shape[0] * ordered.shape[1], *ordered.shape[2:]))
 
 
@@ -238,8 +238,9 @@ def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
     if "contact_point_yield_force" not in results.variables:
         return np.asarray(np.isfinite(results["yield_force"].values))
     # By the grid's yield force where floors meet; a column keeps its own.
-    own = results["contact_point_yield_force"].broadcast_like(results["yield_force"])
-    return np.asarray(np.isfinite(own.transpose("yield_force", "contact_point").values).any(axis=1))
+    own = results.variables["contact_point_yield_force"]
+    sizes = {"yield_force": results.sizes["yield_force"], "contact_point": results.sizes["contact_point"]}
+    return np.asarray(np.isfinite(own.set_dims(sizes).transpose(*sizes).values).any(axis=1))
 
 
 def intensities(results: xr.Dataset, intensity: str) -> Array:

@@ -128,7 +128,7 @@ def row_case(
         cell["pga"] = own_level(results) if pga is None else _nearest(amplitudes, pga)
     gaps = own_gaps(results).isel(gap=cell["gap"]).values
     shown = results.isel(cell)
-    return RowCase(shown, building_shapes(shown), tuple(gaps.tolist()), _points(shown), _touches(shown))
+    return RowCase(shown, building_shapes(shown), tuple(gaps.tolist()), _points(shown), _touches(shown, "interface"))
 
 
 def _nearest(values: Array, wanted: float) -> int:
@@ -166,27 +166,27 @@ def building_shapes(shown: xr.Dataset) -> tuple[BuildingShape, ...]:
 def _points(shown: xr.Dataset) -> tuple[ContactPoint, ...]:
     buildings = building_shapes(shown)
     columns = [shown[f"contact_point_{name}"].values for name in ("interface", "left_floor", "right_floor", "kind")]
-    points, touches = [], _touches(shown)
+    points, of_interfaces = [], _touches(shown, "interface")
+    # What is not told point by point is that of an interface with one point.
+    of_points = _touches(shown, "contact_point", POINT) if f"{POINT}impact_count" in shown else ()
     for at, (interface, left, right, kind) in enumerate(zip(*columns, strict=True)):
         level = float(shown["contact_point_level"].values[at])
         if not np.isfinite(level):
             # Two masses of which no height is given touch where the lower is drawn to end.
             level = min(buildings[int(interface) + side].height for side in (0, 1))
-        # What is not told point by point is that of an interface with one point.
-        several = f"{POINT}impact_count" in shown
-        touch = _touch(shown.isel(contact_point=at), POINT) if several else touches[int(interface)]
+        touch = of_points[at] if of_points else of_interfaces[int(interface)]
         points.append(ContactPoint(int(interface), float(left), float(right), str(kind), level, touch))
     return tuple(points)
 
 
-def _touches(shown: xr.Dataset) -> tuple[Touch, ...]:
-    return tuple(_touch(shown.isel(interface=at), "") for at in range(shown.sizes["interface"]))
+def _touches(shown: xr.Dataset, dim: str, prefix: str = "") -> tuple[Touch, ...]:
+    """The contact at every interface, or with the ``prefix`` `POINT` at every contact point, along ``dim``."""
+    names = (f"{prefix}{name}" for name in ("impact_count", "yield_exceedance", "peak_contact_force"))
+    columns = [shown.variables[name].transpose(dim, ...).values for name in names]
+    return tuple(_touch(*(column[at].ravel() for column in columns)) for at in range(shown.sizes[dim]))
 
 
-def _touch(one: xr.Dataset, prefix: str) -> Touch:
-    count, yields, force = (
-        one[f"{prefix}{name}"].values.ravel() for name in ("impact_count", "yield_exceedance", "peak_contact_force")
-    )
+def _touch(count: NDArray[Any], yields: NDArray[Any], force: Array) -> Touch:
     complete, touching, defined = count > UNDEFINED, count > 0, yields > UNDEFINED
     return Touch(
         int(complete.sum()),
@@ -219,7 +219,7 @@ def any_of_building(case: RowCase, name: str, building: int) -> Array:
     NaN where the run failed, or where it is not defined at any of them.
     """
     beside = [at for at in (building - 1, building) if 0 <= at < case.results.sizes["interface"]]
-    values = case.results[name].isel(interface=beside).transpose("interface", "record", "polarity").values
+    values = case.results.variables[name].isel(interface=beside).transpose("interface", "record", "polarity").values
     flat = values.reshape(len(beside), -1)
     answers = np.where((flat > 0).any(axis=0), 1.0, 0.0)
     return np.where((flat == UNDEFINED).all(axis=0), np.nan, answers)

@@ -1,7 +1,7 @@
 """The command line: each command reads its options, makes one call of the Python API, and prints what came of it.
 
-A command is the module of its name in this folder. Everything but typer is imported when a command runs, so that help
-and completion answer at once.
+A command is the module of its name in this folder. Everything but typer is imported when a command runs, and a command
+itself when it is run or listed, so that help and completion answer at once.
 """
 
 from __future__ import annotations
@@ -9,19 +9,19 @@ from __future__ import annotations
 import os
 import sys
 import threading
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
-from pounding_risk.cli._common.commands import add_commands
+from pounding_risk.cli._common.commands import FolderGroup, group_of
 from pounding_risk.cli._common.compile_cache import report_cache_trouble
 from pounding_risk.cli._common.options import BAD_INPUT, INTERRUPTED
 from pounding_risk.errors import PoundingError
 
 
-class Commands(TyperGroup):
+class Commands(FolderGroup):
     """The group of all commands. Errors that a user can repair are printed as sentences, without a traceback."""
 
     def invoke(self, ctx: Any) -> Any:
@@ -43,11 +43,17 @@ class Commands(TyperGroup):
             raise typer.Exit(INTERRUPTED) from None
 
 
-app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
+app = typer.Typer(
+    cls=group_of(__name__, __path__, Commands),
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
 
 
 def main() -> None:
     """Run the command line; the entry point of ``pounding-risk``."""
+    _leave_dask_out(sys.argv[1:])
     try:
         app(prog_name="pounding-risk")
     except SystemExit as end:
@@ -56,6 +62,16 @@ def main() -> None:
     except KeyboardInterrupt:  # before a command is reached, or a second one on the way out
         _exit_past_threads(SystemExit(INTERRUPTED))
         sys.exit(INTERRUPTED)
+
+
+def _leave_dask_out(words: Sequence[str]) -> None:
+    """Keep libraries from importing Dask for a command that has no use for it.
+
+    xarray and pint import it wherever it is installed, which takes longer than all else that a command imports. Only
+    Zarr stores and clusters need it.
+    """
+    if not any(word.startswith("--scheduler") or ".zarr" in word.lower() for word in words):
+        sys.modules.setdefault("dask", None)  # type: ignore[arg-type] # so that importing it fails
 
 
 def _exit_past_threads(end: SystemExit) -> None:
@@ -93,6 +109,3 @@ def options(
 
     Quantities have units: "44.36 t", "25 mm", "0.5 g". In a shell, quote them.
     """
-
-
-add_commands(app, __name__, __path__)

@@ -13,6 +13,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pounding_risk.results.attributes import versions
+
 if TYPE_CHECKING:
     from pounding_risk.ensemble.job import ScanInput
     from pounding_risk.motions.motion import Motion
@@ -99,10 +101,6 @@ def _record(motion: Motion) -> dict[str, Any]:
 
 
 def _program() -> dict[str, str]:
-    from pounding_risk.results.files import (
-        versions,  # opens datasets as well, which reading a study's state does not need
-    )
-
     installed = versions()
     python = ".".join(platform.python_version_tuple()[:2])
     return {"python": python, **{name: installed[name] for name in LIBRARIES}, "source": package_digest()}

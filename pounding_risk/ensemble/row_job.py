@@ -19,7 +19,7 @@ from pounding_risk.ensemble.limits import response_bytes
 from pounding_risk.ensemble.row_grid import model_of, row_grid
 from pounding_risk.ensemble.tolerance_check import SENSITIVE, AtLeastOne, differences, not_made_again
 from pounding_risk.motions.motion import Motion
-from pounding_risk.results.files import as_text
+from pounding_risk.results.attributes import as_text
 from pounding_risk.results.labels import kept_as
 from pounding_risk.results.layout import Slab
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE

@@ -22,7 +22,8 @@ from pounding_risk.ensemble.plan.size import grid_bytes
 from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, read_shard, shard_batches
 from pounding_risk.errors import Stopped
-from pounding_risk.results.files import RESULTS, as_text, check_target, open_results, zarr_store
+from pounding_risk.results.attributes import as_text
+from pounding_risk.results.files import RESULTS, check_target, open_results, zarr_store
 from pounding_risk.results.layout import blocks
 from pounding_risk.results.provenance import provenance
 from pounding_risk.results.store import Blockwise, Memory, store_of

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.figures.style import CAPTION_SIZE, QUIET, blank, title
+from pounding_risk.figures.style import QUIET, blank, legend_below, title
 from pounding_risk.studies.accuracy_findings import EVENT, OUTPUTS, summed_up
 
 if TYPE_CHECKING:
@@ -48,22 +48,9 @@ def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         f"{worst}"
     )
     title(figure, dataset.attrs["finding"], counts, note)
-    _legend_over_caption(figure, *axes.flat[0].get_legend_handles_labels())
+    handles = axes.flat[0].get_legend_handles_labels()[0]
+    legend_below(figure, handles, len(handles))
     return figure
-
-
-def _legend_over_caption(figure: Figure, handles: list[Any], labels: list[str]) -> None:
-    """A legend in one line between panels and caption, which gets two empty lines to make room for it."""
-    caption = figure.get_supxlabel()
-    figure.supxlabel(f"\n\n{caption}", fontsize=CAPTION_SIZE, linespacing=1.25)
-    lift = (caption.count("\n") + 1.7) * 1.25 * CAPTION_SIZE / 72.0 / figure.get_figheight()
-    position: dict[str, Any] = {
-        "loc": "lower center",
-        "bbox_to_anchor": (0.5, lift),
-        "ncols": len(labels),
-        "columnspacing": 1.4,
-    }
-    figure.legend(handles, labels, frameon=False, fontsize=9, **position)
 
 
 def _draw(axis: Any, dataset: xr.Dataset, which: tuple[str, str], style: tuple[str, str]) -> None:

@@ -78,9 +78,9 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> F
         picture = _draw(axis, case, line, tallest)
         axis.set_xlim(-1.0, max(line.walls[-1] for line in lines) + WIDTH + 1.0)
     share_bar(figure, picture, axes, "share of the motions with contact", 30.0 * len(lines))
-    _legend(figure, case)
     if titled:
         heading(figure, elevation_finding(case), [case], note)
+    _legend(figure, case)
     return figure
 
 

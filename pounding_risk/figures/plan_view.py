@@ -22,6 +22,7 @@ Rings = tuple[Array, ...]  # of one building, corners (n, 2) [m]
 Key = tuple[int, str]  # the row's number and the building's name
 NO_ROW = -1
 CROWDED = 12  # buildings; of more, names are written upright
+LABELLED = 150  # buildings; of more, as in a city, each is coloured and none has hatches, a name or a number
 WIDTH, DEPTH, ALLEY = 9.0, 12.0, 6.0  # m, of a building and between rows, where no footprints are given
 PANELS = (("impact_count", "touches a neighbour"), ("yield_exceedance", "a contact of it reaches $F_E$"))
 # Shares up to these are hatched so, that the map is read in grey as well.
@@ -72,9 +73,10 @@ def plan_figure(
         picture = _panel(axis, cases, corners, name)
         axis.set_title(words, fontsize=10, loc="left")
     share_bar(figure, picture, axes, "share of the motions")
-    _legend(figure, alone=len(corners) > sum(len(case.buildings) for case in cases))
     if titled:
         heading(figure, plan_finding(cases), cases, note)
+    count = sum(len(case.buildings) for case in cases)
+    _legend(figure, hatched=count <= LABELLED, alone=len(corners) > count)
     return figure
 
 
@@ -152,13 +154,14 @@ def _panel(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings], na
     for who, rings in corners.items():
         for ring in rings if who not in shares else ():
             axis.fill(*ring.T, facecolor=ALONE, edgecolor="#888888", linewidth=0.8)
-    drawn = PolyCollection(
-        [ring for who in shares for ring in corners[who]], edgecolors="black", linewidths=0.9, cmap="cividis_r"
-    )
+    labelled = len(shares) <= LABELLED
+    rings_of_rows = [ring for who in shares for ring in corners[who]]
+    look: dict[str, Any] = {"edgecolors": "black", "linewidths": 0.9 if labelled else 0.2, "cmap": "cividis_r"}
+    drawn = PolyCollection(rings_of_rows, **look)
     drawn.set_array(np.ma.masked_invalid([share for who, share in shares.items() for _ in corners[who]]))
     drawn.set_clim(0.0, 1.0)
     axis.add_collection(drawn)
-    for who, share in shares.items():
+    for who, share in shares.items() if labelled else ():
         _label(axis, corners[who], who[1], share, len(shares) > CROWDED)
     axis.set(aspect="equal", xticks=[], yticks=[])
     axis.autoscale_view()
@@ -183,14 +186,16 @@ def _label(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> N
     axis.annotate(plain(words), rings[0].mean(axis=0), fontsize=7.5, rotation=turned, **look)
 
 
-def _legend(figure: Figure, alone: bool) -> None:
+def _legend(figure: Figure, hatched: bool, alone: bool) -> None:
     from matplotlib.patches import Patch
 
     look: dict[str, Any] = {"facecolor": "white", "edgecolor": QUIET}
     handles = [
         Patch(hatch=hatch * 2, label="0 %" if most == 0.0 else f"to {100 * most:.0f} %", **look)
         for most, hatch in HATCHES
+        if hatched
     ]
     if alone:
         handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="in no row"))
-    legend_below(figure, handles, len(handles))
+    if handles:
+        legend_below(figure, handles, len(handles))

@@ -89,9 +89,9 @@ def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = ""
         motions = f"{shown.motions} of {counted(case.motions, 'motion')}" if shown.motions else "no contact"
         building = case.buildings[at]
         axes[0, column].set_title(plain(f"{building.name} ({building.position})\n{motions}"), fontsize=9.5)
-    _legend(figure)
     if titled:
         heading(figure, profiles_finding(case), [case], note)
+    _legend(figure)
     return figure
 
 

@@ -236,8 +236,17 @@ def share_bar(figure: Figure, picture: Any, axes: Any, words: str, aspect: float
 
 
 def legend_below(figure: Figure, handles: list[Any], columns: int, caption: str | None = None) -> None:
-    """A legend below all panels, without a frame."""
+    """A legend below all panels, without a frame; above the caption of a figure that `title` has given one.
+
+    The layout knows the caption alone: empty lines in front of it make the room.
+    """
     position: dict[str, Any] = {"loc": "outside lower center", "ncols": columns}
+    words = figure.get_supxlabel()
+    if words:
+        rows = -(-len(handles) // columns) + (caption is not None)
+        figure.supxlabel("\n" * (rows + 1) + words, fontsize=CAPTION_SIZE, linespacing=1.25)
+        lift = (words.count("\n") + 1.7) * 1.25 * CAPTION_SIZE / 72.0 / figure.get_figheight()
+        position |= {"loc": "lower center", "bbox_to_anchor": (0.5, lift)}
     legend = figure.legend(handles=handles, fontsize=8, frameon=False, title=caption, **position)
     legend.get_title().set_fontsize(8)
 

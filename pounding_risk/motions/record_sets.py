@@ -138,11 +138,13 @@ def find(id: str) -> Member | None:
     return next((member for member in both if member.id == id), None)
 
 
-def similar(id: str) -> list[str]:
-    """Ids of the sets near to an id with a record sequence number; none without the packages."""
-    if not id.upper().startswith("RSN") or missing():
-        return []
-    return [member.id for file in (_FAR, _PULSE, _NO_PULSE) for member in _members(file)]
+def similar(id: str) -> Iterator[str]:
+    """Ids of the sets near to an id with a record sequence number; none without the packages.
+
+    The files of the sets are opened where the first id is asked for.
+    """
+    if id.upper().startswith("RSN") and not missing():
+        yield from (member.id for file in (_FAR, _PULSE, _NO_PULSE) for member in _members(file))
 
 
 def load(member: Member) -> Source:

@@ -16,8 +16,9 @@ from pounding_risk.assessment.demands import interfaces, open_dataset
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
+from pounding_risk.results.attributes import told
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
-from pounding_risk.results.files import open_results, told
+from pounding_risk.results.files import open_results
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.own_case import scene_force, scene_model
 from pounding_risk.units import shown

@@ -1,6 +1,7 @@
 """The accessor ``pounding`` of datasets: the public calls that take a dataset, as methods of it, and a short display.
 
-Registered with xarray where this folder is imported, so for every dataset that the package returns or opens.
+Registered with xarray where a module is imported that makes or opens datasets, so for every dataset that the package
+returns or opens. Importing xarray takes longer than checking a scene, which needs none of it.
 """
 
 from __future__ import annotations

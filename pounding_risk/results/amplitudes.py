@@ -6,10 +6,10 @@ has the amplitudes of the grid.
 
 from __future__ import annotations
 
-import tomllib
 from math import isclose, isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pounding_risk.results.attributes import tables_of
 from pounding_risk.units import DAMPING, PERIOD, PGA, SCALE, QuantityError, parse, say
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def intensity_words(intensity: str) -> str:
 
 
 def _records(results: xr.Dataset) -> dict[str, Any]:
-    return dict(tomllib.loads(str(results.attrs.get("scene_resolved", ""))).get("records", {}))
+    return dict(tables_of(str(results.attrs.get("scene_resolved", ""))).get("records", {}))
 
 
 def _spectral(table: dict[str, Any]) -> Spectral:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import told
+from pounding_risk.results.attributes import tables_of, told
 from pounding_risk.results.layout import streamed
 from pounding_risk.units import FLOOR_LENGTH, GAP, PERIOD, TIME, QuantityError, parse, say
 
@@ -83,7 +83,7 @@ def _of_contacts(results: xr.Dataset) -> Iterator[str]:
 def _floor_lengths(results: xr.Dataset) -> list[float]:
     """Length of the floors of each building [m]; 0 where the scene gives none."""
     try:
-        tables = tomllib.loads(results.attrs.get("scene_resolved", "")).get("building", [])
+        tables = tables_of(results.attrs.get("scene_resolved", "")).get("building", [])
         return [parse(table.get("floor_length", "0 m"), FLOOR_LENGTH._replace(open_low=False)) for table in tables]
     except (tomllib.TOMLDecodeError, AttributeError, TypeError, QuantityError):
         raise _damaged("scene_resolved") from None

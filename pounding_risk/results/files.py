@@ -7,10 +7,9 @@ threads; workers of a scan call nothing here.
 from __future__ import annotations
 
 import json
-import platform
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import import_module, metadata
+from importlib import import_module
 from pathlib import Path
 from threading import RLock
 from typing import Any
@@ -24,24 +23,13 @@ from xarray.core import indexing
 from pounding_risk._common import files
 from pounding_risk._common.files import discard, move_into_place, moved_away, not_written, partial_of
 from pounding_risk.errors import PoundingError
+from pounding_risk.results import accessor as accessor  # registers it with xarray
 from pounding_risk.results.upgrade import upgrade, widened
 from pounding_risk.results.zarr_metadata import ZARR_MARK, is_zarr_of_ours
 
 RESULTS = (".nc", ".zarr")  # suffixes of a dataset
 NETCDF = RLock()  # held while netCDF is used
 CHUNK_CACHE = 1 << 20  # bytes per variable
-LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
-
-
-def versions() -> dict[str, str]:
-    """Versions of Python and of the libraries that numbers depend on."""
-    installed = {"python": platform.python_version()}
-    for name in LIBRARIES:
-        try:
-            installed[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            installed[name] = "not installed"
-    return installed
 
 
 def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path:
@@ -220,21 +208,3 @@ def reading(source: str | Path, kinds: tuple[type[Exception], ...] = (Exception,
         raise PoundingError(
             f"{source}: is not a readable {kind} ({type(error).__name__}: {error}); run the scan again"
         ) from None
-
-
-def told(dataset: xr.Dataset, name: str, default: Any) -> Any:
-    """The value of an attribute that was written by `as_text`, ``default`` where there is none.
-
-    Raises PoundingError where the attribute is damaged.
-    """
-    try:
-        return json.loads(dataset.attrs[name]) if name in dataset.attrs else default
-    except (TypeError, ValueError):
-        raise PoundingError(
-            f'the attribute "{name}" of the results cannot be read: the file was changed since; run the scan again'
-        ) from None
-
-
-def as_text(value: Any) -> str:
-    """A value as JSON, for an attribute: netCDF attributes hold no tables."""
-    return json.dumps(value, ensure_ascii=False, sort_keys=True, default=str)

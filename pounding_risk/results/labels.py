@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.effects import EFFECTS, acts_on_law, bare, references
 from pounding_risk.motions.intensity import LEAST_PERIOD, response_spectra
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.record import recording_numbers
-from pounding_risk.results.files import as_text, versions
+from pounding_risk.results.attributes import as_text, versions
 from pounding_risk.results.layout import AXES, CaseVariable
 from pounding_risk.results.places import building_coordinates, place_coordinates
 from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
@@ -23,6 +22,9 @@ from pounding_risk.scene.level_notes import level_notes
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.solver.counters import STATUS_SENTENCES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOTIONS = AXES[:3]
 PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra
@@ -40,6 +42,10 @@ def skeleton(
     ``free`` are outputs of the motions without contact by name: the output, with its unit and words, and its values by
     record, polarity, amplitude and its own dimensions. ``coords`` are those of `places_of`.
     """
+    import xarray as xr  # the size of a dataset is told without it
+
+    from pounding_risk.results import accessor as accessor  # registers it with xarray
+
     variables: dict[str, Any] = {
         f"{name}_free": (
             (*MOTIONS, *own_dims(f"{name}_free")),

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk.results.attributes import tables_of
 from pounding_risk.units import GAP, PGA, YIELD_FORCE, parse
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def own_case(results: xr.Dataset) -> dict[str, int]:
 
 
 def _tables(results: xr.Dataset) -> dict[str, Any]:
-    return tomllib.loads(str(results.attrs.get("scene_resolved", "")))
+    return tables_of(str(results.attrs.get("scene_resolved", "")))
 
 
 def own_values(results: xr.Dataset) -> dict[str, Any]:

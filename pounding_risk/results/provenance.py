@@ -12,7 +12,7 @@ from pounding_risk._jit.compile import source_digest
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.motions.motion import Motion
-from pounding_risk.results.files import as_text, told
+from pounding_risk.results.attributes import as_text, told
 from pounding_risk.results.tolerance_check import check_share
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.records import missing_files

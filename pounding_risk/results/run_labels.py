@@ -14,7 +14,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk.motions.motion import Motion
-from pounding_risk.results.files import as_text, versions
+from pounding_risk.results import accessor as accessor  # registers it with xarray
+from pounding_risk.results.attributes import as_text, versions
 from pounding_risk.results.labels import case_variable, sources_of
 from pounding_risk.results.places import building_coordinates, place_coordinates
 from pounding_risk.results.run_variables import (

@@ -7,7 +7,6 @@ did not write stays absent: the impulse so far of a pair, the relative displacem
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ import numpy as np
 
 from pounding_risk.models.structures.contact_points import FLOOR, Point, automatic_points
 from pounding_risk.models.structures.sdof import Building
+from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.places import building_coordinates, place_coordinates
 from pounding_risk.results.run_variables import BUILDING, CONTACT_PLACE, FORCE_OF_RUN, GAP_OF_RUN, HISTORIES
 from pounding_risk.results.variables import described, own_dims
@@ -51,7 +51,7 @@ def _levels(run: xr.Dataset) -> dict[str, float]:
     """Gap and yield force of a run of a row as the grid counts them: at the interface that it varies, of floors."""
     names = run["interface"].values.tolist()
     try:
-        varied = names.index(tomllib.loads(run.attrs["scene_resolved"])["grid"]["interface"])
+        varied = names.index(tables_of(run.attrs["scene_resolved"])["grid"]["interface"])
     except (KeyError, TypeError, ValueError, RecursionError):  # it names none, or is lost
         varied = 0
     floors = run["contact_point_yield_force"].values[run["contact_point_kind"].values == FLOOR]

@@ -254,10 +254,10 @@ class Netcdf(OnDisk):
 
     def _labels(self, dims: tuple[str, ...]) -> list[str]:
         """Coordinates, other than axes, of a variable of these dimensions."""
+        # Of a dataset by its name xarray makes an array with all its coordinates; its variables are there.
         skeleton = self.template.skeleton
-        return sorted(
-            str(name) for name in set(skeleton.coords) - set(skeleton.dims) if set(skeleton[name].dims) <= set(dims)
-        )
+        variables, others = skeleton.variables, set(skeleton.coords) - set(skeleton.dims)
+        return sorted(str(name) for name in others if set(variables[name].dims) <= set(dims))
 
     def _unattached(self) -> None:
         """List in the file's attribute only coordinates that no variable has; xarray listed those of the skeleton's."""

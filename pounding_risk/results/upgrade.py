@@ -17,6 +17,7 @@ import numpy as np
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import Point, automatic_points
 from pounding_risk.models.structures.sdof import Building
+from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.places import place_coordinates
 from pounding_risk.results.run_upgrade import is_run, upgraded_run
 from pounding_risk.results.variables import VARIABLES
@@ -139,7 +140,7 @@ def _number(table: dict[str, Any], key: str, quantity: Quantity, otherwise: floa
 def scene_tables(dataset: xr.Dataset, section: str) -> list[dict[str, Any]]:
     """Tables of the scene of a dataset; none where it was lost or damaged, which `check_scan` tells."""
     try:
-        tables = tomllib.loads(dataset.attrs["scene_resolved"])[section]
+        tables = tables_of(dataset.attrs["scene_resolved"])[section]
         return [table for table in tables if isinstance(table, dict)]
     except (KeyError, TypeError, AttributeError, tomllib.TOMLDecodeError, RecursionError):
         return []

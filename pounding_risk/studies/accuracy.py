@@ -24,7 +24,8 @@ from pounding_risk._common.dates import created
 from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import as_text, check_target, save, versions
+from pounding_risk.results.attributes import as_text, versions
+from pounding_risk.results.files import check_target, save
 from pounding_risk.results.labels import CONVENTIONS, described
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene

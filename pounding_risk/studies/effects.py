@@ -19,7 +19,8 @@ from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
 from pounding_risk.models.structures.mdof import chain_of
-from pounding_risk.results.files import as_text, check_target, save
+from pounding_risk.results.attributes import as_text
+from pounding_risk.results.files import check_target, save
 from pounding_risk.results.labels import described
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.reader import as_scene

@@ -15,7 +15,8 @@ from pounding_risk._common.progress import Progress
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import open_results, told, versions
+from pounding_risk.results.attributes import told, versions
+from pounding_risk.results.files import open_results
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.scene.motions import motions_of

@@ -14,8 +14,8 @@ from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import COLUMN
 from pounding_risk.motions.motion import Motion, driven
+from pounding_risk.results.attributes import as_text
 from pounding_risk.results.contact_notes import of_run
-from pounding_risk.results.files import as_text
 from pounding_risk.results.labels import CONVENTIONS
 from pounding_risk.results.run_labels import Case, run_dataset
 from pounding_risk.scene.motions import motions_of

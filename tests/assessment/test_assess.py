@@ -27,7 +27,8 @@ from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.results.files import as_text, save
+from pounding_risk.results.attributes import as_text
+from pounding_risk.results.files import save
 from pounding_risk.results.places import place_coordinates
 from pounding_risk.scene.reader import parse_scene
 

@@ -502,3 +502,13 @@ def test_the_figure_shows_every_motion_and_every_rule(results):
     assert {mark.get_color() for mark in marks} == {MEANING["rule"]}
     words = words_of(figure).replace("\n", " ")
     assert table.finding in words and "a note" in words
+
+
+def test_neighbours_of_nearly_one_period_move_alike():
+    """The correlation of periods that hardly differ is 1 but for rounding, which must leave no root of less than 0."""
+    periods = np.random.default_rng(1).uniform(0.1, 2.0, 1000)
+    pair = periods, periods * (1.0 + 1e-10)
+    dampings = np.full(1000, 0.05), np.full(1000, 0.05)
+    assert white_noise_correlation(pair, dampings).max() <= 1.0
+    moved = np.full(1000, 0.1), np.full(1000, 0.1)
+    assert cqc(moved, pair, dampings) == pytest.approx(np.zeros(1000), abs=1e-8)

@@ -12,8 +12,9 @@ import termios
 from math import inf, nan
 
 import pytest
+from rich.cells import cell_len
 
-from pounding_risk.cli._common.tables import engineering, print_table
+from pounding_risk.cli._common.tables import _width, engineering, print_table
 
 NUMBERS = ["20000 kN", "0.2431 g", "0.043, 0.094", "63.9 mm", "12 of 44"]
 HEADS = ["fragility of", "gap", "F_E", "median sa(left)", "s.e. ln median", "reached in", "by"]
@@ -107,3 +108,9 @@ def column(capsys, values: list[float], unit: str) -> list[str]:
 )
 def test_a_column_of_numbers_has_one_unit(capsys, values, unit, cells):
     assert column(capsys, values, unit) == cells
+
+
+@pytest.mark.parametrize("text", ["kN/m^1.5", "δ – 3 m/s²", "兵庫県南部 1995", "e\u0301picentre", "Ｗ", "ζ ≤ 5 %", ""])
+def test_widths_are_those_of_a_terminal(text):
+    """As rich measures them, which the package imports for a progress bar only."""
+    assert _width(text) == cell_len(text)

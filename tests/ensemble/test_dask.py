@@ -66,7 +66,7 @@ def forgotten(client):
 @pytest.mark.parametrize("length", [None, 1, 64])
 def test_two_processes_give_the_same_bits(client, length):
     scan_input = ScanInput(batches=150, laws=3, seconds=1e-3, run=7)
-    job, kept = Numbers(scan_input), Kept(scan_input.batches)
+    job, kept = Numbers(scan_input), Kept(scan_input.batches, scan_input.seconds)
     Dask(client, counted).run(job, pending_of(job, length=length), kept)
     assert np.array_equal(kept.value, expected(scan_input))
     assert (kept.times == 1).all()
@@ -88,7 +88,7 @@ def test_a_scan_has_the_same_bits_on_a_cluster(client, tmp_path):
 def test_a_worker_killed_on_the_way_costs_nothing(client):
     """Also that which held the input: both are killed, one after the other, while chunks are under way."""
     scan_input = ScanInput(batches=160, laws=2, seconds=8e-3)
-    job, kept = Numbers(scan_input), Kept(scan_input.batches)
+    job, kept = Numbers(scan_input), Kept(scan_input.batches, scan_input.seconds)
     victims = list(client.run(os.getpid).values())
 
     def keep(batches, part, seconds):
@@ -122,7 +122,7 @@ def test_a_line_that_ends_every_worker_is_told(client):
 
 def test_an_interrupt_keeps_what_is_back_and_drops_the_rest(client):
     scan_input = ScanInput(batches=400, laws=1, seconds=2e-3)
-    job, kept, tries = Numbers(scan_input), Kept(scan_input.batches), []
+    job, kept, tries = Numbers(scan_input), Kept(scan_input.batches, scan_input.seconds), []
 
     def keep(batches, part, seconds):
         tries.append(batches)
@@ -217,7 +217,7 @@ def apart(root):
 def test_a_scheduler_that_goes_away_is_told(apart):
     address, process = apart(1)
     scan_input = ScanInput(batches=300, laws=1, seconds=2e-3)
-    job, kept = Numbers(scan_input), Kept(scan_input.batches)
+    job, kept = Numbers(scan_input), Kept(scan_input.batches, scan_input.seconds)
 
     def keep(batches, part, seconds):
         kept(batches, part, seconds)
@@ -240,7 +240,7 @@ def test_a_scheduler_that_goes_away_is_told(apart):
 def test_workers_that_are_all_gone_are_told(apart, monkeypatch):
     """Where somebody started them by hand nobody starts others: a scan that waits for ever helps no one."""
     address, _ = apart(1)
-    job, kept = Numbers(ScanInput(batches=300, laws=1, seconds=2e-3)), Kept(300)
+    job, kept = Numbers(ScanInput(batches=300, laws=1, seconds=2e-3)), Kept(300, 2e-3)
     cluster = Dask(address, counted)
     monkeypatch.setattr(dask_executor, "PATIENCE", 0.3)
     monkeypatch.setattr(dask_executor, "LOOK", 0.1)

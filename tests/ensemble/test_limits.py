@@ -107,7 +107,7 @@ def test_a_grid_that_no_disk_holds_is_refused(scene):
 
 
 def test_a_large_grid_is_planned_from_some_of_its_batches(scene):
-    ended, words = command("validate", scene, *with_overrides(LARGE))
+    ended, words = command("scan", "--plan", scene, *with_overrides(LARGE))
     assert ended == 0, words
     assert "; about " in next(line for line in words.splitlines() if line.startswith("batches"))
 

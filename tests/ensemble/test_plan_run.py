@@ -17,6 +17,7 @@ from scenes import BOTH, FOUR_IN_A_ROW, FRAME, rigid, scene_text
 
 from pounding_risk.ensemble.pair_job import PairJob
 from pounding_risk.ensemble.plan import cost as plan_work
+from pounding_risk.ensemble.plan.compilation import Kernels
 from pounding_risk.ensemble.plan.plan import Plan, duration, plan, validate
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.motions import catalogue
@@ -87,32 +88,42 @@ def test_the_time_of_a_plan_is_that_of_the_run(monkeypatch):
 
 
 @compiled
-def test_what_is_compiled_is_timed_without_being_asked():
-    """`validate` compiles nothing, and knows what an earlier run has left."""
+def test_a_second_plan_compiles_nothing():
     study = parse_scene(PAIR)
     made = plan(study)
-    again = validate(study)
-    assert again.kernels.whole
+    again = plan(study)
+    assert again.kernels is not None and again.kernels.whole
     assert again.screened == made.screened
-    assert again.seconds is not None
     assert dict(again.summary())["compiling"] == "nothing: all is compiled"
+
+
+@compiled
+def test_what_is_validated_is_not_run():
+    """Where all is compiled too: cases, bytes and notes are those of the plan, and nothing of its runs is told."""
+    study = parse_scene(PAIR)
+    planned, checked = plan(study), validate(study)
+    unknown = {"kernels": None, "memory": None, "screened": None, "seconds": None, "error": None, "sampled": 0}
+    assert checked == replace(planned, **unknown, share=1.0)
+    words = dict(checked.summary())
+    assert words["time"] == "not known, since nothing is run; `scan --plan` times a sample, and tells the memory"
+    assert not {"compiling", "memory"} & set(words)
 
 
 FRESH = """
 import json, os, sys
 from pathlib import Path
-from pounding_risk.ensemble.plan.plan import validate
+from pounding_risk.ensemble.plan.compilation import kernels_of
+from pounding_risk.ensemble.plan.plan import compiling_words, validate
 found = []
 for scene in sys.argv[1:]:
-    made = validate(scene)
-    facts = [made.kernels.motion, made.kernels.solver, made.kernels.missing, made.screened, made.seconds]
-    found.append([*facts, dict(made.summary())])
+    kernels = kernels_of(validate(scene).study)
+    found.append([kernels.motion, kernels.solver, kernels.missing, compiling_words(kernels)])
 print(json.dumps([found, sum(1 for _ in Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nb?"))]))
 """
 
 
 @compiled
-def test_validate_compiles_nothing(tmp_path):
+def test_what_is_compiled_is_found_out_without_compiling(tmp_path):
     """In a new process with an empty cache; equal terms, which take impacts to find, included."""
     terms = PAIR.replace('"jankowski"]', '"linear"]').replace(
         "[records]", 'equal_terms = {same = "penetration", speed = "0.5 m/s"}\n[records]'
@@ -131,12 +142,11 @@ def test_validate_compiles_nothing(tmp_path):
     assert done.returncode == 0, done.stderr
     ((*pair, of_pair), (*row, of_row)), files = json.loads(done.stdout)
     assert files == 0
-    assert pair == [False, True, 2, None, None]
-    assert row == [False, False, 1, None, None]
-    assert of_pair["compiling"] == "not compiled yet: the motion without contact and 2 contact models"
-    assert of_pair["time"] == "not known, since not all is compiled; `scan --plan` compiles and times a sample"
-    assert of_row["compiling"] == (
-        "not compiled yet: the motion without contact, the solver of rows, once for all contact models and "
+    assert pair == [False, True, 2]
+    assert row == [False, False, 1]
+    assert of_pair == "compiled just now: the motion without contact and 2 contact models"
+    assert of_row == (
+        "compiled just now: the motion without contact, the solver of rows, once for all contact models and "
         "1 contact model (by each process)"
     )
 
@@ -241,10 +251,9 @@ def test_a_unit_that_no_record_takes_is_told_and_no_change(tmp_path):
 
 def test_a_plan_of_interpreted_kernels_says_so(changed):
     """As under NUMBA_DISABLE_JIT."""
-    kernels = changed.kernels._replace(interpreted=True)
-    told = dict(replace(changed, kernels=kernels, screened=None, seconds=None).summary())
+    kernels = Kernels(True, True, (True,), False, interpreted=True)
+    told = dict(replace(changed, kernels=kernels).summary())
     assert told["compiling"] == "switched off by NUMBA_DISABLE_JIT: every batch takes some hundred times as long"
-    assert told["time"] == "not known, since nothing is compiled; `scan --plan` times a sample all the same"
     assert told["batches"].endswith("how many of them touch is not known yet, `scan --plan` finds it")
 
 

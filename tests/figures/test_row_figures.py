@@ -18,7 +18,7 @@ from pounding_risk.assessment.row import RowCase, any_of_building, row_case
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.elevation import ON_A_LINE, elevation_figure, elevation_finding
-from pounding_risk.figures.plan_view import PANELS, plan_figure
+from pounding_risk.figures.plan_view import LABELLED, PANELS, plan_figure
 from pounding_risk.figures.storey_profiles import amplification, profile, profiles_figure
 from pounding_risk.figures.style import in_lines, write
 from pounding_risk.reports.drawings import draw
@@ -221,3 +221,31 @@ def test_a_line_that_breaks_leaves_no_single_word():
     assert [len(line.split()) for line in in_lines(text, 60).splitlines()] == [7, 6]
     assert in_lines("short", 60) == "short"
     assert in_lines("", 60) == ""
+
+
+@pytest.mark.parametrize("draws", [elevation_figure, plan_figure, profiles_figure])
+def test_the_legend_stands_above_the_caption(case, draws):
+    """The layout gives both one place; here no line of the caption reaches into the legend."""
+    figure = draws(case, note="a note that stands on a line of its own")
+    figure.draw_without_rendering()
+    caption = next(words for words in figure.texts if words.get_text() == figure.get_supxlabel())
+    lines = caption.get_text().strip("\n").count("\n") + 1
+    assert lines >= 2
+    (legend,) = figure.legends
+    top = caption.get_window_extent().y0 + lines * caption.get_fontsize() * figure.dpi / 72.0
+    assert legend.get_window_extent().y0 >= top
+    panels = min(axis.get_tightbbox().y0 for axis in figure.axes)
+    assert legend.get_window_extent().y1 <= panels + 1.0
+
+
+def test_a_city_is_coloured_without_names(case):
+    """More buildings than can be read: each in its own share still, and nothing is written on them."""
+    rows = [case] * (LABELLED // len(case.buildings) + 1)
+    figure = plan_figure(rows)
+    for axis in figure.axes[:2]:
+        (drawn,) = (each for each in axis.collections if isinstance(each, PolyCollection))
+        assert len(drawn.get_paths()) == len(rows) * len(case.buildings) > LABELLED
+        assert [each.get_text() for each in axis.texts] == []
+    shares = figure.axes[0].collections[0].get_array().filled(np.nan)
+    few = plan_figure(case).axes[0].collections[0].get_array().filled(np.nan)
+    assert np.array_equal(shares, np.tile(few, len(rows)), equal_nan=True)

@@ -26,7 +26,7 @@ from pounding_risk.motions.selection import select
 from pounding_risk.motions.source import open_source
 from pounding_risk.motions.target_spectra import read_target
 from pounding_risk.motions.write import write_motion
-from pounding_risk.results.files import as_text
+from pounding_risk.results.attributes import as_text
 from pounding_risk.scene.reader import parse_scene
 
 PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "auto", 0.0)

@@ -19,7 +19,7 @@ from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.reports import report
-from pounding_risk.results.files import told
+from pounding_risk.results.attributes import told
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of

@@ -145,7 +145,7 @@ def white_noise_correlation(periods: Pair, dampings: Pair) -> Any:
     apart = np.square((1.0 - ratio) * (1.0 + ratio))
     below = apart + 4.0 * left * right * ratio * (1.0 + ratio**2) + 4.0 * (left**2 + right**2) * ratio**2
     alike = below == 0.0  # one period, no damping: the limit of equal damping
-    return _plain(np.where(alike, 1.0, above / np.where(alike, 1.0, below)))
+    return _plain(np.minimum(np.where(alike, 1.0, above / np.where(alike, 1.0, below)), 1.0))  # rounding may exceed it
 
 
 def _displacements(left: ArrayLike, right: ArrayLike) -> tuple[Any, Any]:

@@ -11,7 +11,6 @@ Works from a dataset alone: ``peak_displacement_free`` is the spectral displacem
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import isfinite
@@ -45,6 +44,7 @@ from pounding_risk.assessment.separations.rules import (
 )
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.own_case import own_level
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import GAP, say
@@ -353,7 +353,7 @@ def _complete(results: xr.Dataset) -> xr.Dataset:
 
 
 def _wave_passes(results: xr.Dataset) -> bool:
-    return "wave_passage" in tomllib.loads(str(results.attrs.get("scene_resolved", ""))).get("effects", {})
+    return "wave_passage" in tables_of(str(results.attrs.get("scene_resolved", ""))).get("effects", {})
 
 
 def _one_amplitude(results: xr.Dataset) -> xr.Dataset:

@@ -5,14 +5,18 @@ On a terminal nothing is cut at any width; through a pipe every row is one line.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import zip_longest
 from math import inf, isfinite, isnan
+from shutil import get_terminal_size
 from typing import NamedTuple
+from unicodedata import category, east_asian_width
 
 BETWEEN = 2  # blanks between two columns of a table
 NARROWEST_WORDS = 16  # columns of a terminal below which a column of sentences is no longer read with ease
 SPEEDS = "m/s"
+NO_WIDTH = ("Mn", "Me", "Cf")  # kinds of letters that a terminal draws over the one before, or not at all
 
 
 class Measure(str):
@@ -75,18 +79,16 @@ def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], sides: str)
     sides : str
         One letter a column: "l" for words, flush left, "r" for numbers, flush right and never broken.
     """
-    from rich.console import Console
-
-    console = Console(highlight=False)
     cells = [list(row) for row in rows]
     columns = []
     for at, (head, side) in enumerate(zip(heads, sides, strict=True)):
         column = [row[at] for row in cells]
         columns.append(Column(head, side, in_one_unit(column) if side == "r" else column))
     widths = [column.widest for column in columns]
-    if console.is_terminal:
-        widths = _fitted_widths(columns, console.width)
-    lines = _table_lines(columns, widths) if widths else _block_lines(columns, console.width)
+    screen = get_terminal_size().columns
+    if sys.stdout.isatty():
+        widths = _fitted_widths(columns, screen)
+    lines = _table_lines(columns, widths) if widths else _block_lines(columns, screen)
     print("\n".join(line.rstrip() for line in lines))
 
 
@@ -112,10 +114,10 @@ class Column(NamedTuple):
 
 
 def _width(text: str) -> int:
-    """Width of a text on a terminal [columns]; a Chinese or Japanese letter takes two."""
-    from rich.cells import cell_len
-
-    return cell_len(text)
+    """Width of a text on a terminal [columns]; a Chinese or Japanese letter takes two, an accent of its own none."""
+    if text.isascii():
+        return len(text)
+    return sum(0 if category(letter) in NO_WIDTH else 1 + (east_asian_width(letter) in "WF") for letter in text)
 
 
 def _fitted_widths(columns: Sequence[Column], width: int) -> list[int]:

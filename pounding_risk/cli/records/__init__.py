@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import typer
 
-from pounding_risk.cli._common.commands import add_commands
+from pounding_risk.cli._common.commands import group_of
 
 ORDER = 230
-app = typer.Typer(help="Strong-motion records: list, process, plot, select.")
+app = typer.Typer(
+    cls=group_of(__name__, __path__),
+    help="Strong-motion records: list, process, plot, select.",
+    add_completion=False,
+    rich_markup_mode=None,
+)
 
 
 @app.callback(invoke_without_command=True)
@@ -17,6 +22,3 @@ def records(ctx: typer.Context) -> None:
         from pounding_risk.cli.records.list import list as list_records
 
         list_records()
-
-
-add_commands(app, __name__, __path__)

@@ -42,20 +42,19 @@ class PlannedRecord(NamedTuple):
 class Plan(ShortRepr):
     """A scene without faults, its ground motions, and what its scan takes on this machine.
 
-    Numbers that could only be known by compiling are None unless that was asked for.
+    What takes the compiled solver to know is None of a scene that is only validated.
     """
 
     study: Scene
     records: tuple[PlannedRecord, ...]
-    kernels: Kernels  # compiled before the plan was made
     bytes: int  # of the dataset's variables, before compression
-    memory: int  # bytes, about, of a scan into a file
     threads: int
     notes: tuple[str, ...] = ()  # on unusual numbers of the scene and its records
     left_out: tuple[str, ...] = ()  # files that are named and are no record of the scene, and why
     changes: tuple[str, ...] = ()  # values that `--set` changes, one sentence each
     unused: tuple[str, ...] = ()  # keys of the scene that change nothing in it, and why
-    compiled: bool = False  # whether the plan has compiled what was missing
+    kernels: Kernels | None = None  # compiled before the plan was made
+    memory: int | None = None  # bytes, about, of a scan into a file
     screened: int | None = None  # batches that follow from the motion without contact, which closes no gap
     share: float = 1.0  # of the batches that the following is learnt from, evenly drawn from a large grid
     seconds: float | None = None  # of solving, on so many threads
@@ -101,7 +100,7 @@ class Plan(ShortRepr):
 
 
 def validate(scene: Scene | str | Path, overrides: Sequence[str] = ()) -> Plan:
-    """Check a scene and its records, and plan its scan without compiling or running anything.
+    """Check a scene and its records, and count the cases and bytes of its scan; nothing is compiled or run.
 
     Parameters
     ----------
@@ -113,7 +112,7 @@ def validate(scene: Scene | str | Path, overrides: Sequence[str] = ()) -> Plan:
     Returns
     -------
     Plan
-        As of `plan`; what would take compiling to know is None.
+        As of `plan`; what takes the compiled solver to know is None.
 
     Raises
     ------
@@ -122,13 +121,13 @@ def validate(scene: Scene | str | Path, overrides: Sequence[str] = ()) -> Plan:
     RecordError
         For a record that cannot be used.
     """
-    return plan(scene, overrides, compiling=False)
+    return _checked(scene, overrides, None)[0]
 
 
-def plan(
-    scene: Scene | str | Path, overrides: Sequence[str] = (), *, workers: int | None = None, compiling: bool = True
-) -> Plan:
-    """Check a scene and its records, and estimate the size and the time of its scan. No file is written.
+def plan(scene: Scene | str | Path, overrides: Sequence[str] = (), *, workers: int | None = None) -> Plan:
+    """Check a scene and its records, and estimate the size and the time of its scan. No dataset is written.
+
+    What is not compiled yet is compiled.
 
     Parameters
     ----------
@@ -138,8 +137,6 @@ def plan(
         Values to change, as after ``--set`` on the command line: 'interface.gap="20 mm"'.
     workers : int, optional
         Number of threads that the time is of; one per processor by default.
-    compiling : bool
-        Whether to compile what is missing; otherwise what would take compiling to know is None.
 
     Returns
     -------
@@ -153,9 +150,16 @@ def plan(
     RecordError
         For a record that cannot be used.
     """
+    from pounding_risk.ensemble.plan.compilation import kernels_of
+
+    made, ensemble = _checked(scene, overrides, workers)
+    return _timed(replace(made, kernels=kernels_of(made.study)), ensemble)
+
+
+def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int | None) -> tuple[Plan, MotionEnsemble]:
+    """The plan without what takes the compiled solver to know, and the motions; raises as `plan`."""
     from pounding_risk.ensemble.laws import check_reach
     from pounding_risk.ensemble.limits import check_dataset, check_memory
-    from pounding_risk.ensemble.plan.compilation import kernels_of
     from pounding_risk.ensemble.plan.size import sizes
     from pounding_risk.ensemble.plausibility import of_input
     from pounding_risk.scene.motions import gathered
@@ -168,20 +172,17 @@ def plan(
     size = sizes(study).of(shape)
     check_dataset(study, prod(shape.values()), size)
     check_memory(study, ensemble.motions)
-    untimed = Plan(
+    made = Plan(
         study,
         tuple(map(_planned, ensemble.motions)),
-        kernels_of(study),
         size,
-        0,
         workers or cpu_count() or 1,
         of_input(study, ensemble.motions),
         ensemble.left_out,
         _changes(before, study, ensemble.motions),
         unused_keys(study),
-        compiling,
     )
-    return _timed(untimed, ensemble)
+    return made, ensemble
 
 
 def shape_of(study: Scene, records: int) -> dict[str, int]:
@@ -251,19 +252,17 @@ def _timed(made: Plan, ensemble: MotionEnsemble) -> Plan:
     from pounding_risk.ensemble.plan.cost import alone, costs, few_batches
     from pounding_risk.ensemble.plan.size import memory
 
-    kernels, may_compile, motions = made.kernels, made.compiled, ensemble.motions
-    if not may_compile and (kernels.interpreted or not kernels.motion):
-        return replace(made, memory=memory(made.study, made.shape, made.threads, motions, 0))
+    motions = ensemble.motions
     few, share = few_batches(made.study, len(motions))
     free = alone(few, motions)
     touching = round(int((free.closed > 0.0).sum()) * made.shape["contact_model"] / share)
     size = memory(made.study, made.shape, made.threads, motions, free.size)
-    made = replace(made, screened=made.batches - touching, share=share, memory=size)
-    if not may_compile and not kernels.whole:
-        return made
     samples = costs(few, motions, free.closed)
     return replace(
         made,
+        memory=size,
+        screened=made.batches - touching,
+        share=share,
         seconds=sum(cost.seconds for cost in samples) / made.threads / share,
         error=sqrt(sum(cost.error**2 for cost in samples)) / made.threads / share,
         sampled=sum(cost.sampled for cost in samples),
@@ -282,9 +281,10 @@ def _run_words(plan: Plan) -> Iterator[tuple[str, str]]:
     yield "cases", _cases(plan)
     yield "batches", _batches(plan)
     yield "dataset", f"{_bytes(plan.bytes)} before compression{_room(plan)}"
-    beside = "" if plan.screened is not None else ", and the responses without contact"
-    yield "memory", f"about {_bytes(plan.memory)}{beside}"
-    yield "compiling", _compiling(plan)
+    if plan.memory is not None:
+        yield "memory", f"about {_bytes(plan.memory)}"
+    if plan.kernels is not None:
+        yield "compiling", compiling_words(plan.kernels)
     yield "time", _time(plan)
     yield from (("changed", sentence) for sentence in plan.changes)
     yield from (("unused", sentence) for sentence in plan.unused)
@@ -313,8 +313,8 @@ def _batches(plan: Plan) -> str:
     return f"{words}; {about}{plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
 
 
-def _compiling(plan: Plan) -> str:
-    kernels = plan.kernels
+def compiling_words(kernels: Kernels) -> str:
+    """What was compiled for a plan, in words; ``kernels`` are those of before."""
     if kernels.interpreted:
         return "switched off by NUMBA_DISABLE_JIT: every batch takes some hundred times as long"
     if kernels.whole:
@@ -325,14 +325,12 @@ def _compiling(plan: Plan) -> str:
         when = " (by each process)" if kernels.at_each_start else ""
         parts.append(f"{counted(kernels.missing, 'contact model')}{when}")
     listed = " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
-    return f"{'compiled just now' if plan.compiled else 'not compiled yet'}: {listed}"
+    return f"compiled just now: {listed}"
 
 
 def _time(plan: Plan) -> str:
     if plan.seconds is None:
-        if plan.kernels.interpreted:
-            return f"not known, since nothing is compiled; {HERE} times a sample all the same"
-        return f"not known, since not all is compiled; {HERE} compiles and times a sample"
+        return f"not known, since nothing is run; {HERE} times a sample, and tells the memory"
     return (
         f"about {duration(plan.seconds)} on {counted(plan.threads, 'thread')}, ± {duration(plan.error or 0.0)}: from "
         f"{counted(plan.sampled, 'batch', 'batches')} solved here; without compiling and writing"

@@ -12,7 +12,6 @@ from math import ceil, floor, inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
 
 from pounding_risk._jit.calls import numbers_of
 from pounding_risk._jit.compile import lowered
@@ -256,6 +255,8 @@ def _motion(chain: Chain) -> np.ndarray:
 
 def _map(chain: Chain, step: float) -> np.ndarray:
     """(u, v) after a node interval from (u, v, a_g, its slope), column by column."""
+    from scipy.linalg import expm  # takes longer to import than a scene takes to be checked
+
     n = chain.mass.size
     return expm(_motion(chain) * step)[: 2 * n].T.ravel() if n else np.zeros(0)
 

@@ -1,0 +1,55 @@
+"""Attributes of datasets: tables as JSON text, and the versions of the libraries."""
+
+from __future__ import annotations
+
+import json
+import platform
+import tomllib
+from functools import lru_cache
+from importlib import metadata
+from typing import TYPE_CHECKING, Any
+
+from pounding_risk.errors import PoundingError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the libraries that numbers depend on."""
+    installed = {"python": platform.python_version()}
+    for name in LIBRARIES:
+        try:
+            installed[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            installed[name] = "not installed"
+    return installed
+
+
+def told(dataset: xr.Dataset, name: str, default: Any) -> Any:
+    """The value of an attribute that was written by `as_text`, ``default`` where there is none.
+
+    Raises PoundingError where the attribute is damaged.
+    """
+    try:
+        return json.loads(dataset.attrs[name]) if name in dataset.attrs else default
+    except (TypeError, ValueError):
+        raise PoundingError(
+            f'the attribute "{name}" of the results cannot be read: the file was changed since; run the scan again'
+        ) from None
+
+
+@lru_cache(maxsize=8)
+def tables_of(text: str) -> dict[str, Any]:
+    """The tables of a TOML text, such as that of a dataset's scene; raises as `tomllib.loads`.
+
+    Kept, and not to be changed: each interface of a row asks several times, and the text grows with the row.
+    """
+    return tomllib.loads(text)
+
+
+def as_text(value: Any) -> str:
+    """A value as JSON, for an attribute: netCDF attributes hold no tables."""
+    return json.dumps(value, ensure_ascii=False, sort_keys=True, default=str)

@@ -1,0 +1,162 @@
+"""The compile cache: where it is, what it holds, and filling it with what scenes need."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from math import pi, sin
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from pounding_risk._common.counted import counted
+from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk._jit import compile as jit
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.effects import wave_of
+from pounding_risk.motions.request import AS_RECORDED, RecordRequest
+from pounding_risk.scene.reader import as_scene
+from pounding_risk.scene.scene import Scene
+
+CODE = ".nbc"  # suffix of files with compiled functions; their index has another one
+VERSION_FOLDER = re.compile(r"[0-9a-f]{16}")  # name of the folder of one version, a digest of its sources
+DT, SHAKING, REST = 0.01, 0.5, 1.0  # s, of the made record that kernels are called with
+
+
+@dataclass(frozen=True, repr=False)
+class CompileCache(ShortRepr):
+    """The folder of compiled functions of this version of the package, and the folders of others beside it."""
+
+    folder: Path | None  # None where nothing can be kept
+    functions: int  # compiled functions in it
+    size: int  # bytes
+    others: tuple[Path, ...] = ()  # folders of other versions of the package or of numba
+    other_size: int = 0  # bytes
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """Where the folder is, what is in it and beside it, as pairs of a name and words."""
+        yield "folder", "none that can be written; set NUMBA_CACHE_DIR" if self.folder is None else str(self.folder)
+        yield "compiled", f"{counted(self.functions, 'function')}, {self.size / 1e6:.1f} MB"
+        if self.others:
+            yield "other versions", f"{counted(len(self.others), 'folder')}, {self.other_size / 1e6:.1f} MB"
+
+
+def cache(
+    *scenes: Scene | str | Path,
+    all_models: bool = False,
+    clear_others: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> CompileCache:
+    """Compile what scenes need, so that their first scan and simulation start at once, and look into the cache.
+
+    Each scene is run with a made record of one and a half seconds and one case of each contact model: the records of
+    the scene need not be there.
+
+    Parameters
+    ----------
+    *scenes : Scene, str or Path
+        Scenes, or paths of scene files; without any the cache is only looked into.
+    all_models : bool
+        Compile every contact model that can collide the buildings of a scene, as `compare` runs them, and not only
+        those of the scene.
+    clear_others : bool
+        Remove the folders of other versions of the package or of numba.
+    progress : callable, optional
+        Called with the number of scenes done and of all scenes.
+
+    Returns
+    -------
+    CompileCache
+        The folder, the functions in it and their size, after all this.
+
+    Raises
+    ------
+    PoundingError
+        For a scene with faults, and where compiled code cannot be kept.
+
+    Notes
+    -----
+    The contact laws of a row, and classes from outside the package, are compiled by each process.
+    """
+    studies = [as_scene(scene) for scene in scenes]
+    if studies and jit.CACHE is None:
+        raise PoundingError(
+            "cache: compiled code is switched off by NUMBA_DISABLE_JIT; remove it from the environment"
+            if jit.INTERPRETED
+            else "cache: no folder can be written; set NUMBA_CACHE_DIR to one that can"
+        )
+    for number, study in enumerate(studies, start=1):
+        compile_for(_with_all_models(study) if all_models else study)
+        if progress is not None:
+            progress(number, len(studies))
+    others = list(_others())
+    if clear_others:
+        for folder in others:
+            shutil.rmtree(folder, ignore_errors=True)
+        others = [folder for folder in others if folder.exists()]
+    files = _code_in(Path(jit.CACHE)) if jit.CACHE else []
+    return CompileCache(
+        Path(jit.CACHE) if jit.CACHE else None,
+        sum(file.suffix == CODE for file in files),
+        _bytes(files),
+        tuple(others),
+        sum(_bytes(_code_in(folder)) for folder in others),
+    )
+
+
+def _with_all_models(study: Scene) -> Scene:
+    from pounding_risk.studies.compare import on_equal_terms  # looking into the cache needs no solver
+
+    return on_equal_terms(study, (), None, (None, None))
+
+
+def compile_for(study: Scene) -> None:
+    """Run one case of each contact model of a scene under a made record, as `scan` and `simulate` do."""
+    from pounding_risk.ensemble.scan import scan
+    from pounding_risk.studies.simulate import simulate
+
+    wave = wave_of(study.effects)
+    lag = 0.0 if wave is None else float(wave.arrivals(len(study.buildings)).max())
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "made.AT2"
+        path.write_text(_made_record(SHAKING + REST + lag), encoding="ascii")
+        request = RecordRequest((), (str(path),), None, None, None, (AS_RECORDED,), "auto", 0.0)
+        grid = study.grid
+        one = grid._replace(gaps=grid.gaps[:1], yield_forces=grid.yield_forces[:1], pgas=(None,))
+        few = study.updated(records=request, grid=one, text="", overrides=())
+        scan(few, check_fraction=1.0, workers=1)
+        for name in dict.fromkeys((few.law_name, *few.grid.contact_models)):
+            simulate(few, law=name)
+
+
+def _made_record(duration: float) -> str:
+    """A record as PEER AT2: two periods of a sine, 0.3 g, then rest."""
+    count = round(duration / DT) + 1
+    times = (number * DT for number in range(count))
+    samples = (0.3 * sin(4.0 * pi * time / SHAKING) if time < SHAKING else 0.0 for time in times)
+    head = (
+        "made to compile with",
+        "None, 1/1/2000, made, 0",
+        "ACCELERATION TIME SERIES IN UNITS OF G",
+        f"NPTS= {count}, DT= {DT} SEC",
+    )
+    return "\n".join([*head, *map(repr, samples)]) + "\n"
+
+
+def _others() -> Iterator[Path]:
+    """Folders of other versions beside the one of this version."""
+    if jit.CACHE is None:
+        return
+    own = Path(jit.CACHE)
+    for folder in sorted(own.parent.iterdir()):
+        if folder != own and folder.is_dir() and not folder.is_symlink() and VERSION_FOLDER.fullmatch(folder.name):
+            yield folder
+
+
+def _code_in(folder: Path) -> list[Path]:
+    return [file for file in folder.rglob("*.nb[ci]") if file.is_file()]
+
+
+def _bytes(files: Iterable[Path]) -> int:
+    return sum(file.stat().st_size for file in files)
