@@ -126,7 +126,7 @@ def compile_for(study: Scene) -> None:
         one = grid._replace(gaps=grid.gaps[:1], yield_forces=grid.yield_forces[:1], pgas=(None,))
         few = study.updated(records=request, grid=one, text="", overrides=())
         scan(few, check_fraction=1.0, workers=1)
-        for name in dict.fromkeys((few.law_name, *few.grid.contact_models)):
+        for name in dict.fromkeys((few.contact_model, *few.grid.contact_models)):
             simulate(few, law=name)
 
 
