@@ -8,7 +8,6 @@ from threading import Lock
 from typing import Any
 from weakref import WeakValueDictionary
 
-import numba
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
 from numba import types
@@ -16,84 +15,12 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
-from pounding_risk._jit.compile import FLAGS, INTERPRETED, small
+from pounding_risk._jit.compile import INTERPRETED, small
 
 
 def _leaves(kind) -> int:
     """How many numbers a model of this numba type holds."""
     return sum(map(_leaves, kind.types)) if isinstance(kind, types.BaseTuple) else 1
-
-
-@intrinsic
-def _model_of(typingctx, model, values, place, offset):
-    def codegen(context, builder, signature, arguments):
-        kind, table = signature.args[0], make_array(signature.args[1])(context, builder, arguments[1])
-        width = cgutils.unpack_tuple(builder, table.shape)[1]
-        data = builder.gep(table.data, [builder.add(builder.mul(arguments[2], width), arguments[3])])
-
-        def build(part, at):
-            if not isinstance(part, types.BaseTuple):
-                return builder.load(builder.gep(data, [context.get_constant(types.intp, at)])), at + 1
-            parts = []
-            for inner in part.types:
-                value, at = build(inner, at)
-                parts.append(value)
-            return context.make_tuple(builder, part, parts), at
-
-        return build(kind, 0)[0]
-
-    return model(model, values, types.intp, types.intp), codegen
-
-
-def model_of(model, values, place, offset):
-    """A model of the kind of ``model`` with the numbers that `numbers_of` has written to ``values[place, offset:]``.
-
-    One compiled kernel so serves contacts whose laws differ in their numbers. ``values`` is C-contiguous, of floats.
-    A plain tuple, or a single number, is taken as well.
-    """
-    numbers = iter(values[place, offset:])
-
-    def build(part):
-        if not isinstance(part, tuple):
-            return float(next(numbers))
-        parts = [build(inner) for inner in part]
-        return type(part)(*parts) if hasattr(part, "_fields") else tuple(parts)
-
-    return build(model)
-
-
-if not INTERPRETED:
-    model_of = small(lambda model, values, place, offset: _model_of(model, values, place, offset))
-
-
-@intrinsic
-def _lay_model(typingctx, model, values, place, offset):
-    def codegen(context, builder, signature, arguments):
-        target = _place_in(context, builder, signature.args[1], *arguments[1:4])
-
-        def lay(part, value, at):
-            if not isinstance(part, types.BaseTuple):
-                number = context.cast(builder, value, part, types.float64)
-                builder.store(number, builder.gep(target, [context.get_constant(types.intp, at)]))
-                return at + 1
-            for number, inner in enumerate(part.types):
-                at = lay(inner, builder.extract_value(value, number), at)
-            return at
-
-        return context.get_constant(types.intp, lay(signature.args[0], arguments[0], 0))
-
-    return types.intp(model, values, types.intp, types.intp), codegen
-
-
-def lay_model(model, values, place, offset):
-    """Write the numbers of a model, a tuple or a single number to ``values[place, offset:]``; returns how many."""
-    numbers = numbers_of((model,))
-    values[place, offset : offset + len(numbers)] = numbers
-    return len(numbers)
-
-
-if not INTERPRETED:
-    lay_model = small(lambda model, values, place, offset: _lay_model(model, values, place, offset))
 
 
 def _place_in(context, builder, kind, array, row, column):
@@ -138,24 +65,6 @@ ENTERING = Lock()  # held by whoever adds to these, so that threads neither comp
 _ENTRIES: list = []  # what addresses lead to: compiled functions, which live as long as the process
 
 
-def entry_of(function, arguments: int) -> float:
-    """The address of a compiled function of a model's numbers and of three floats, or of an array to work on.
-
-    A kernel that calls by address is compiled once, whatever the model; a call costs some nanoseconds more than code
-    that is in place. As a float, which holds every address, it stands among the numbers that a kernel is given.
-    ``arguments`` is 3 or 1.
-    """
-    if INTERPRETED:
-        _ENTRIES.append(function)
-        return float(len(_ENTRIES) - 1)
-    real = types.float64
-    further = [real] * 3 if arguments == 3 else [types.CPointer(real)]
-    flags = {name: value for name, value in FLAGS.items() if name != "no_cfunc_wrapper"}
-    compiled = numba.cfunc(real(types.CPointer(real), *further), **flags)(function)
-    _ENTRIES.append(compiled)
-    return float(compiled.address)
-
-
 def call_at(address, values, row, a, b, c):
     """Call the function at ``address`` with the numbers in ``values[row]`` and three floats."""
     return _ENTRIES[int(address)](values[row], a, b, c)
@@ -166,15 +75,9 @@ def call_on(address, values, row, slots):
     return _ENTRIES[int(address)](values[row], slots)
 
 
-def as_row(pointer, count):
-    """``count`` floats at a pointer as an array of one row."""
-    return np.asarray(pointer)[:count].reshape(1, count)
-
-
 if not INTERPRETED:
     call_at = small(lambda address, values, row, a, b, c: _call_at(address, values, row, a, b, c))
     call_on = small(lambda address, values, row, slots: _call_on(address, values, row, slots))
-    as_row = small(lambda pointer, count: numba.carray(pointer, (1, count)))
 
 
 def numbers_of(model) -> list[float]:
@@ -239,12 +142,22 @@ def leaves_of(model) -> int:
 
 def model_at(model, numbers, offset):
     """A model of the kind of ``model`` with the numbers from ``numbers[offset]`` on; of a number the number itself."""
-    return model_of(model, numbers.reshape(1, -1), 0, offset)
+    remaining = iter(numbers[offset:])
+
+    def build(part):
+        if not isinstance(part, tuple):
+            return float(next(remaining))
+        parts = [build(inner) for inner in part]
+        return type(part)(*parts) if hasattr(part, "_fields") else tuple(parts)
+
+    return build(model)
 
 
 def lay_at(model, numbers, offset):
     """Write the numbers of a model, a tuple or a single number from ``numbers[offset]`` on; returns how many."""
-    return lay_model(model, numbers.reshape(1, -1), 0, offset)
+    written = numbers_of((model,))
+    numbers[offset : offset + len(written)] = written
+    return len(written)
 
 
 def _pointer(builder, address):

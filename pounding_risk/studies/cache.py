@@ -77,7 +77,7 @@ def cache(
 
     Notes
     -----
-    The contact laws of a row, and classes from outside the package, are compiled by each process.
+    Classes from outside the package are compiled by each process.
     """
     studies = [as_scene(scene) for scene in scenes]
     if studies and jit.CACHE is None:

@@ -147,7 +147,7 @@ def test_what_is_compiled_is_found_out_without_compiling(tmp_path):
     assert of_pair == "compiled just now: the motion without contact and 2 contact models"
     assert of_row == (
         "compiled just now: the motion without contact, the solver of rows, once for all contact models and "
-        "1 contact model (by each process)"
+        "1 contact model"
     )
 
 

@@ -22,7 +22,6 @@ from pounding_risk.solver.pair.isolated import meeting
 from pounding_risk.solver.pair.laws import unnamed, verb_kernel
 from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row import laws as rows_laws
 from pounding_risk.solver.row import run as rows_march
 from pounding_risk.solver.workspace import make_workspace
 
@@ -35,7 +34,6 @@ class Kernels(NamedTuple):
     motion: bool  # the motion without contact
     solver: bool  # what all contact models of a row share; those of a pair share nothing
     laws: tuple[bool, ...]  # by contact model of the grid
-    at_each_start: bool  # contact models of a row are compiled by each process: no cache keeps them
     interpreted: bool = False  # compilation is switched off
 
     @property
@@ -52,7 +50,7 @@ class Kernels(NamedTuple):
 def kernels_of(study: Scene) -> Kernels:
     """What is compiled for a scene, in this process or in the cache; raises as `Scene.law`."""
     if INTERPRETED:
-        return Kernels(True, True, (True,) * len(study.grid.contact_models), False, interpreted=True)
+        return Kernels(True, True, (True,) * len(study.grid.contact_models), interpreted=True)
     return _OF_SOLVER[job_kind(study).solver](study)
 
 
@@ -72,7 +70,6 @@ def _of_pair(study: Scene) -> Kernels:
         is_compiled(fill_free_response, (pair, free, room[1])),
         True,
         tuple(map(known, study.grid.contact_models)),
-        False,
     )
 
 
@@ -83,12 +80,11 @@ def _of_row(study: Scene) -> Kernels:
     places = [study.at(place) for place in range(len(study.interfaces))]
 
     def known(name: str) -> bool:
-        # Laws of a row are compiled for one process.
-        compiled = all(rows_laws.kind_of(lowered(_like(here, name))) in rows_laws._VERBS for here in places)
-        return compiled and all(_calibrates(here, name) for here in places)
+        verbs = (verb_kernel(lowered(_like(here, name))) for here in places)
+        return all(is_compiled(*kernel) for kernel in verbs) and all(_calibrates(here, name) for here in places)
 
     laws = tuple(map(known, study.grid.contact_models))
-    return Kernels(is_compiled(rows_march.march_free, call), solver, laws, at_each_start=True)
+    return Kernels(is_compiled(rows_march.march_free, call), solver, laws)
 
 
 _OF_SOLVER = {"pair": _of_pair, "row": _of_row}

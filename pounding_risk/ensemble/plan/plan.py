@@ -322,8 +322,7 @@ def compiling_words(kernels: Kernels) -> str:
     parts = [] if kernels.motion else ["the motion without contact"]
     parts += [] if kernels.solver else ["the solver of rows, once for all contact models"]
     if kernels.missing:
-        when = " (by each process)" if kernels.at_each_start else ""
-        parts.append(f"{counted(kernels.missing, 'contact model')}{when}")
+        parts.append(counted(kernels.missing, "contact model"))
     listed = " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
     return f"compiled just now: {listed}"
 

@@ -20,6 +20,7 @@ from pounding_risk._jit.records import column, set_column
 from pounding_risk.models.ground import Arrivals, arrivals_of, arriving
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.solver.counters import TALLIED
+from pounding_risk.solver.pair.laws import verbs_of
 from pounding_risk.solver.row.ground import (
     PULL,
     SPREAD,
@@ -29,7 +30,6 @@ from pounding_risk.solver.row.ground import (
     UniformRowGround,
     row_ground,
 )
-from pounding_risk.solver.row.laws import verbs_of
 from pounding_risk.solver.row.run import WATCHED, march, march_free
 from pounding_risk.solver.row.workspace import (
     ACCELERATION,
