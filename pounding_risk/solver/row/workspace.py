@@ -20,7 +20,8 @@ from pounding_risk.solver.row.ground import ArrivingRow, ArrivingRowGround, Unif
 from pounding_risk.solver.runge_kutta import DOP853
 from pounding_risk.solver.workspace import LAST, MAX_TERMS, TERMS, Search, Tableau, make_workspace
 
-# Rows of `Row.floors`, by dof.
+# Rows of `Row.floors`, by dof. With an energy E in the building no displacement is larger than SWAY sqrt(2 E), no drift
+# than GIVE sqrt(2 E), and no velocity than ROOT sqrt(2 E).
 MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM, QUICK, ROOT, SWAY, GIVE = range(12)
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches, of its map in `FreeMotion.block_maps`.
