@@ -171,7 +171,7 @@ def plan(
     untimed = Plan(
         study,
         tuple(map(_planned, ensemble.motions)),
-        kernels_of(study),
+        kernels_of(study, prod(shape.values()), ensemble.motions),
         size,
         0,
         workers or cpu_count() or 1,
