@@ -20,33 +20,23 @@ ROOT = Path(__file__).resolve().parent.parent
 HOOKS = (
     ("solver/pair/run.py", "limits.gap + workspace.counters[SET]", "limits.gap"),
     ("solver/pair/stages.py", "law.resume(law.begin(e, speed, mass), worn)", "law.begin(e, speed, mass)"),
-    ("solver/pair/stages.py", "law.ceiling(yield_force) * law.hardening(speed)", "law.ceiling(yield_force)"),
-    (
-        "solver/pair/contact.py",
-        "impact.law.held(impact.memory, delta, impact.strength) - yielding[1]",
-        "impact.law.stored(delta, impact.strength)",
-    ),
-    ("solver/pair/contact.py", "    hysteresis = impact.law.yielded(loss)\n", ""),
+    ("solver/pair/stages.py", "law.ceiling(limit) * law.hardening(speed)", "law.ceiling(limit)"),
+    ("solver/pair/stages.py", "law.held(memory, delta, strength) - lost", "law.stored(delta, strength)"),
+    ("solver/pair/stages.py", "law.yielded(loss), law.worn(memory)", "0.0, 0.0"),
     ("solver/pair/contact.py", "loss - hysteresis", "loss"),
     ("solver/pair/contact.py", "    workspace.counters[PLASTIC] += yielding[1] + hysteresis\n", ""),
-    (
-        "solver/pair/contact.py",
-        """        if event == TURN:
-            impact = with_dent(impact, law.turned(impact.memory, delta, phase.approaching), 0.0)
-""",
-        "",
-    ),
     ("solver/pair/contact.py", "    workspace.counters[SET] += yielding[0]\n", ""),
-    ("solver/pair/contact.py", "    workspace.counters[WORN] = impact.law.worn(impact.memory)\n", ""),
+    ("solver/pair/contact.py", "    workspace.counters[WORN] = worn\n", ""),
     ("solver/pair/contact.py", "impact.gap - yielding[0] + peaks[2]", "impact.gap + peaks[2]"),
     (
         "solver/pair/contact.py",
-        """            if phase.region == YIELDING:
-                memory, dent, taken = law.turn(impact.memory, delta, impact.strength)
-                if dent >= 0.0:
-                    # What stays widens the gap, here and for the contacts after this one.
-                    impact = with_dent(impact, memory, dent)
-                    dented, lost, retraced = dented + dent, lost + taken, False
+        """            yielding = phase.region == YIELDING
+            memory, dent, taken = law_turns(law, impact.memory, delta, impact.strength, phase.approaching, yielding)
+            retraced = not dent >= 0.0
+            # What stays widens the gap, here and for the contacts after this one.
+            impact = with_dent(impact, memory, 0.0 if retraced else dent)
+            if not retraced:
+                dented, lost = dented + dent, lost + taken
 """,
         "",
     ),

@@ -46,6 +46,10 @@ PRIVATE = {
         "`FragmentCompiler` hands over a library of its own, sets `no_compile`, so that no machine code is made, and "
         "gives the result of `_compile_core` an entry point by which `insert_user_function` knows it",
     ),
+    "numba.core.compiler.Flags": (
+        ["copy_from"],
+        "`FragmentFlags` compares its `_values`, in place of every option: numba looks overloads up by the flags",
+    ),
     "numba.core.dispatcher._FunctionCompiler": (
         ["py_func", "targetdescr", "targetoptions", "locals", "pipeline_class"],
         "`EntryCompiler` is a dispatcher's `_compiler`, and overrides `_compile_core`",

@@ -6,14 +6,18 @@ from math import inf
 
 import numpy as np
 import pytest
+from processes import compiled
 
 from pounding_risk.ensemble.scan import scan
+from pounding_risk.models.contact.impulsive.rigid import Stereomechanical
 from pounding_risk.models.contact.laws import LAWS, Jankowski, ViscousElastoplastic
+from pounding_risk.models.effects.permanent_set import PermanentSet
+from pounding_risk.models.effects.unloading_stiffness import UnloadingStiffness
 from pounding_risk.models.restitution import CONCRETE, constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.read import read_motion
 from pounding_risk.scene.scene import scene_of
-from pounding_risk.solver.counters import STEPS
+from pounding_risk.solver.counters import COUNT, STEPS
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, solve
 from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS
@@ -34,11 +38,12 @@ def short(el_centro):
     return el_centro.acceleration[:801], el_centro.dt
 
 
-def grid(law, motion, gaps, forces, screening):
+def grid(law, motion, gaps, forces, screening, own_kernel=False):
     out, how = np.zeros((len(gaps), len(forces), COLUMNS)), np.zeros((len(gaps), len(forces)), dtype=np.int8)
     pair = oscillators(LEFT, RIGHT)
     free = free_response(pair, *motion)
-    solve_grid(pair, free, law, (gaps, forces, constant(0.65)), 1e-6, screening, make_workspace(), out, how)
+    cases = gaps, forces, constant(0.65)
+    solve_grid(pair, free, law, cases, 1e-6, screening, make_workspace(), out, how, own_kernel)
     return out, how
 
 
@@ -52,6 +57,22 @@ def test_screening_changes_nothing(law, short):
     kept = np.delete(np.arange(COLUMNS), STEPS)
     assert np.array_equal(screened[..., kept], run[..., kept], equal_nan=True)
     assert all_run.all() and 0 < how.sum() < how.size
+
+
+DENTED = UnloadingStiffness(PermanentSet(ViscousElastoplastic(2.75e9)), 1.5)  # remembers two numbers
+OWN = [DENTED, Jankowski(2.75e9), Stereomechanical()]
+
+
+@compiled
+@pytest.mark.parametrize(
+    "law", [OWN[0], *(pytest.param(law, marks=pytest.mark.slow) for law in OWN[1:])], ids=lambda law: type(law).__name__
+)
+def test_a_law_by_address_gives_the_bits_of_its_own_kernel(law, short):
+    gaps, forces = np.array([0.0, 0.02]), np.array([1e6, 5e6, inf])
+    called, _ = grid(law, short, gaps, forces, True)
+    own, _ = grid(law, short, gaps, forces, True, own_kernel=True)
+    assert called[..., COUNT].min() > 0.0
+    assert np.array_equal(called, own, equal_nan=True)
 
 
 def test_any_chunk_of_gaps_gives_the_same_bits(short):

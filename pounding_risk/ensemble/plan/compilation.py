@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,8 +10,10 @@ import numpy as np
 from pounding_risk._jit.compile import INTERPRETED, ForgivingCache, is_foreign, lowered
 from pounding_risk._jit.lent import lent
 from pounding_risk.ensemble.job_choice import job_kind
+from pounding_risk.ensemble.pair_job import is_worth_kernels
 from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.models.effects import wave_of, with_effects
+from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import make_log
 from pounding_risk.solver.pair.api import at_rest, oscillators
@@ -32,7 +34,7 @@ class Kernels(NamedTuple):
     """The kernels of a scene: True for those that are compiled."""
 
     motion: bool  # the motion without contact
-    solver: bool  # what all contact models of a row share; those of a pair share nothing
+    solver: bool  # what all contact models share
     laws: tuple[bool, ...]  # by contact model of the grid
     interpreted: bool = False  # compilation is switched off
 
@@ -47,24 +49,32 @@ class Kernels(NamedTuple):
         return self.motion and self.solver and not self.missing
 
 
-def kernels_of(study: Scene) -> Kernels:
-    """What is compiled for a scene, in this process or in the cache; raises as `Scene.law`."""
+def kernels_of(study: Scene, cases: int = 0, motions: Sequence[Motion] = ()) -> Kernels:
+    """What is compiled for a scene, in this process or in the cache; raises as `Scene.law`.
+
+    ``cases`` of its grid and its ``motions`` decide whether its laws get kernels of their own.
+    """
     if INTERPRETED:
         return Kernels(True, True, (True,) * len(study.grid.contact_models), interpreted=True)
-    return _OF_SOLVER[job_kind(study).solver](study)
+    if job_kind(study).solver == "row":
+        return _of_row(study)
+    return _of_pair(study, is_worth_kernels(study, cases, motions))
 
 
-def _of_pair(study: Scene) -> Kernels:
+def _of_pair(study: Scene, own_kernels: bool) -> Kernels:
     pair = oscillators(*study.pair)
     free = at_rest(pair, *STILL, wave_of(study.effects))
     cases = np.zeros(1), np.zeros(1), study.restitution
     log = make_log(0, 0, np.zeros(0))
     room = (log, log, log), make_workspace(study.rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), np.int8)
 
+    def has_grid(law: Any) -> bool:
+        return is_compiled(march_grid, (pair, free, law, cases, study.rtol, True, *room))
+
     def known(name: str) -> bool:
         law = lowered(_like(study, name))
-        grid = is_compiled(march_grid, (pair, free, unnamed(law), cases, study.rtol, True, *room))
-        return grid and is_compiled(*verb_kernel(law)) and _calibrates(study, name)
+        by_address = has_grid(unnamed(law)) and is_compiled(*verb_kernel(law))
+        return (has_grid(law) if own_kernels else by_address) and _calibrates(study, name)
 
     return Kernels(
         is_compiled(fill_free_response, (pair, free, room[1])),
@@ -85,9 +95,6 @@ def _of_row(study: Scene) -> Kernels:
 
     laws = tuple(map(known, study.grid.contact_models))
     return Kernels(is_compiled(rows_march.march_free, call), solver, laws)
-
-
-_OF_SOLVER = {"pair": _of_pair, "row": _of_row}
 
 
 def _like(study: Scene, name: str) -> Any:

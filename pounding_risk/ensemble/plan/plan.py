@@ -153,7 +153,8 @@ def plan(scene: Scene | str | Path, overrides: Sequence[str] = (), *, workers: i
     from pounding_risk.ensemble.plan.compilation import kernels_of
 
     made, ensemble = _checked(scene, overrides, workers)
-    return _timed(replace(made, kernels=kernels_of(made.study)), ensemble)
+    cases = prod(shape_of(made.study, len(ensemble.motions)).values())
+    return _timed(replace(made, kernels=kernels_of(made.study, cases, ensemble.motions)), ensemble)
 
 
 def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int | None) -> tuple[Plan, MotionEnsemble]:
