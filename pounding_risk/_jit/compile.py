@@ -21,7 +21,6 @@ import tempfile
 import warnings
 from collections.abc import Iterator
 from contextlib import suppress
-from functools import cache
 from pathlib import Path
 from threading import Lock
 
@@ -233,10 +232,9 @@ def small(function):
     if INTERPRETED:
         return function
     compiled = by_type_alone(njit(**INLINED)(function))
-    # Of a fragment there is nothing that Python could call: it calls an entry, compiled once it does.
+    # Of a fragment there is nothing that Python could call: there it is the function that it was written as.
     compiled.add_overload = lambda result: compiled.overloads.update({tuple(result.signature.args): result})
-    entry = cache(lambda: _entry_of(function, compiled))
-    compiled._compile_for_args = lambda *arguments: entry()._compile_for_args(*arguments)
+    compiled._compile_for_args = lambda *arguments, **named: function
     return compiled
 
 

@@ -27,6 +27,7 @@ Keep = Callable[[range, Chunk, float], None]  # batches, their results, seconds 
 SECONDS = 0.5  # of work in a chunk: what a kill loses; keeping a chunk takes little beside it
 PIECE = 0.1  # s, of the pieces of a chunk, between which its time is looked at
 GROWTH = 4  # ratio of the lengths of a piece and the one before, at most: batches differ in cost by orders of magnitude
+SHORTEST = 1e-9  # s, of a batch: what clocks resolve, and below it shares would have no end
 UNTIMED = 1000  # batches of a range, at most, before any batch is timed
 CHUNK_BYTES = 16e6  # of a chunk at most: chunks wait in memory for the disk
 WORKER = "pounding-worker-"  # begins the name of every thread that solves
@@ -179,8 +180,9 @@ class Pending:
 
     def _share(self) -> int:
         """Batches of a range: of four chunks at most; towards the end fewer, so that workers end together."""
-        of_a_piece = int(PIECE / self.mean) if self.mean else 1
-        of_chunks = int(4.0 * SECONDS / self.mean) if self.mean else UNTIMED
+        mean = max(self.mean, SHORTEST)
+        of_a_piece = int(PIECE / mean) if self.mean else 1
+        of_chunks = int(4.0 * SECONDS / mean) if self.mean else UNTIMED
         return max(1, min(self._longest, of_chunks, max(ceil(self.left / (2 * self._workers)), of_a_piece)))
 
     def _hand_out(self, runs: list[Run]) -> range:

@@ -254,14 +254,15 @@ def spectra(grounds, starts, steps, periods, damping):
     ``grounds`` holds the records one after another [m/s²], record k from ``starts[k]`` to ``starts[k + 1]``, every
     ``steps[k]`` [s]. ``periods`` [s] are in rising order.
     """
-    found = np.empty((3, steps.size, periods.size))
+    # Record by record, so that what is handed over has one layout in memory whatever its size.
+    found = np.empty((steps.size, 3, periods.size))
     desks = np.empty(ROWS * LANES), np.empty(ROWS * LANES)
     for record in range(steps.size):
         ground = grounds[starts[record] : starts[record + 1]]
         marks = np.empty(((ground.size - 1 + BLOCK - 1) // BLOCK, MARKS * LANES))
         shaking = float(np.abs(ground).max()), float(np.abs(np.diff(ground)).max() / steps[record])
-        peaks_of_record(ground, float(steps[record]), periods, damping, shaking, desks, marks, found[:, record])
-    return found
+        peaks_of_record(ground, float(steps[record]), periods, damping, shaking, desks, marks, found[record])
+    return np.ascontiguousarray(found.transpose(1, 0, 2))
 
 
 @kernel

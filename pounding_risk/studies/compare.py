@@ -276,7 +276,10 @@ def _impacts(study: Scene, dataset: xr.Dataset) -> dict[str, Any]:
             np.array([not one for one in elastic], dtype=np.int8),
             "0 where the law is elastic, and without yielding returns all energy",
         ),
-        "capped": (capped, "1 where the yield force acts in the law, -1 where it does at some interfaces"),
+        "capped": (
+            capped,
+            "1 where the yield force acts in the law, -1 where the yield force acts at some interfaces only",
+        ),
     }
     variables: dict[str, Any] = {
         name: ("contact_model", values, {"long_name": words}) for name, (values, words) in of_laws.items()

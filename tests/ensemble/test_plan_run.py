@@ -251,7 +251,7 @@ def test_a_unit_that_no_record_takes_is_told_and_no_change(tmp_path):
 
 def test_a_plan_of_interpreted_kernels_says_so(changed):
     """As under NUMBA_DISABLE_JIT."""
-    kernels = Kernels(True, True, (True,), False, interpreted=True)
+    kernels = Kernels(True, True, (True,), interpreted=True)
     told = dict(replace(changed, kernels=kernels).summary())
     assert told["compiling"] == "switched off by NUMBA_DISABLE_JIT: every batch takes some hundred times as long"
     assert told["batches"].endswith("how many of them touch is not known yet, `scan --plan` finds it")

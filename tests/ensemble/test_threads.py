@@ -74,7 +74,7 @@ def serial(scan_input):
     kept = Kept(scan_input.batches)
     job = Numbers(scan_input)
     for batch in range(scan_input.batches):
-        kept(range(batch, batch + 1), job.solve(range(batch, batch + 1), lambda: False), 0.0)
+        kept(range(batch, batch + 1), job.solve(range(batch, batch + 1), lambda: False), 1.0)
     return kept.value
 
 

@@ -57,7 +57,11 @@ def same_arithmetic() -> bool:
 
 @pytest.mark.parametrize("name", ["pair.nc", "pair.zarr", "row.nc"])
 def test_a_fresh_scan_has_the_same_dimensions_labels_and_numbers(folder, name):
-    """Bit by bit where libraries and processor are those of the file, as in `test_shipped_numbers`."""
+    """Bit by bit where libraries and processor are those of the file, as in `test_shipped_numbers`.
+
+    Rows have changed by rounding since, when their motion was put together from its free part and what contacts leave:
+    contacts magnify it to 1e-9 at most, and what is a small difference of large numbers by more.
+    """
     path = folder / name
     before = open_results(path)
     origin = recorded(before, path)
@@ -68,6 +72,12 @@ def test_a_fresh_scan_has_the_same_dimensions_labels_and_numbers(folder, name):
         assert (one.dims, one.shape) == (other.dims, other.shape), variable
         if one.dtype.kind in "OUT":
             assert one.values.astype(str).tolist() == other.values.astype(str).tolist(), variable
+        elif name.startswith("row") and one.dtype.kind == "f":
+            small = variable == "energy_residual" or variable.startswith("change_")
+            scale = float(np.nanmax(np.abs(other.values), initial=0.0, where=np.isfinite(other.values)))
+            np.testing.assert_allclose(
+                one.values, other.values, rtol=0.0, atol=(1e-2 if small else 1e-8) * scale, err_msg=variable
+            )
         elif same_arithmetic():
             assert one.dtype == other.dtype and one.values.tobytes() == other.values.tobytes(), variable
         assert one.attrs.get("units") == other.attrs.get("units"), variable

@@ -15,10 +15,10 @@ from __future__ import annotations
 
 from math import atan2, log, pi, sqrt
 
-from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.compile import small
 
 
-@kernel
+@small
 def speed_lost(ratio):
     """−ln e of x'' + 2 ζ x' + x = 0, damped until it turns and elastic after: (ζ/s) atan2(s, ζ), s = sqrt(1 − ζ²).
 
@@ -32,7 +32,7 @@ def speed_lost(ratio):
     return ratio / s * (atan2(s, ratio) if room > 0.0 else log(ratio + s))
 
 
-@kernel
+@small
 def approach_ratio(e):
     """The ζ on [0, inf) with exp[−(ζ/s) atan2(s, ζ)] = e, for e in (0, 1]: that of `speed_lost`.
 

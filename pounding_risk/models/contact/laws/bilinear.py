@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf, nan, sqrt
 from typing import Annotated, NamedTuple
 
-from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.compile import small
 from pounding_risk.models.contact.law import HERTZ_STIFFNESS, SLOWEST_TOUCH, flat, may_pull, never_yields
 from pounding_risk.units import Quantity
 
@@ -18,7 +18,7 @@ DESIGN_PENETRATION = Quantity(
 BILINEAR_LOWEST = sqrt(0.05 / 0.4)
 
 
-@kernel
+@small
 def bilinear_loop(e):
     """The share Q of K δ_m that is plastic, with which the bilinear law returns e at the speed that gives δ_m.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import log, sqrt
 from typing import Annotated, NamedTuple
 
-from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.compile import small
 from pounding_risk.models.contact.law import (
     HERTZ_STIFFNESS,
     SLOWEST_TOUCH,
@@ -20,7 +20,7 @@ from pounding_risk.models.contact.law import (
 ORDER = 20
 
 
-@kernel
+@small
 def exact_hertz_damping(e):
     """The d on (0, 1/e) with exp[d (1 + e)] = (1 + d) / (1 − d e): then e is achieved, whatever the exponent.
 

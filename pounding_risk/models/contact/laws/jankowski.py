@@ -5,14 +5,14 @@ from __future__ import annotations
 from math import pi, sqrt
 from typing import Annotated, NamedTuple
 
-from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.compile import small
 from pounding_risk.models.contact.damping import approach_ratio, positive_root
 from pounding_risk.models.contact.law import HERTZ_STIFFNESS, flat, hertz_energy, may_pull, never_yields
 
 ORDER = 30
 
 
-@kernel
+@small
 def jankowski_ratio(e):
     """ξ = (9 √5 / 2) (1 − e²) / (e (e (9π − 16) + 16)) (Jankowski 2006; the 2011 paper's eq. 2b, 3b)."""
     return 4.5 * sqrt(5.0) * (1.0 - e * e) / (e * (e * (9.0 * pi - 16.0) + 16.0))

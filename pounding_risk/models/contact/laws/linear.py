@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import exp, log, pi, sqrt
 from typing import Annotated, NamedTuple
 
-from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.compile import small
 from pounding_risk.models.contact.damping import approach_ratio, positive_root
 from pounding_risk.models.contact.law import LINEAR_STIFFNESS, flat, linear_energy, may_pull, never_yields, undamped
 
@@ -32,7 +32,7 @@ class Linear(NamedTuple):
     plateau, stored, ceiling, floor = flat, linear_energy, never_yields, may_pull
 
 
-@kernel
+@small
 def kelvin_voigt_ratio(e):
     """ξ = −ln e / sqrt(π² + ln² e) (Anagnostopoulos 1988)."""
     fall = -log(e)
