@@ -37,7 +37,7 @@ def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = prin
     study = runs.scene("paper")
     assumed = _assumed(study)
     say(f"The pair of Khatiwada et al. (2011) under El Centro 1940 at 0.5 g; {assumed}.")
-    say("A first run compiles the contact laws, which takes some ten seconds for each.")
+    say("A first run compiles the solver, which takes some twenty seconds.")
     elastic, plastic = runs.figure_8(study)
     _tell(say, runs.pair_findings(elastic, plastic))
     window = runs.window(study)

@@ -278,7 +278,7 @@ def _impacts(study: Scene, dataset: xr.Dataset) -> dict[str, Any]:
         ),
         "capped": (
             capped,
-            "1 where the yield force acts in the law, -1 where the yield force acts at some interfaces only",
+            "1 where the yield force acts in the law, -1 where at some interfaces only",
         ),
     }
     variables: dict[str, Any] = {
