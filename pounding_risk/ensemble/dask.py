@@ -8,7 +8,6 @@ import warnings
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError
-from importlib import metadata
 from math import inf
 from threading import Lock
 from time import monotonic, sleep
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk.ensemble.threads import Keep, Pending, Solved, solve_for
 from pounding_risk.errors import PoundingError
+from pounding_risk.results.attributes import versions_of
 
 if TYPE_CHECKING:
     from distributed import Client, Future, as_completed
@@ -326,10 +326,4 @@ def _versions() -> dict[str, str]:
     """Versions of the packages that numbers depend on, and the digest of the kernels' source, which may be edited."""
     from pounding_risk._jit.compile import source_digest
 
-    versions = {"kernels": source_digest()}
-    for name in ALIKE:
-        try:
-            versions[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            versions[name] = "not installed"
-    return versions
+    return {"kernels": source_digest()} | versions_of(ALIKE)

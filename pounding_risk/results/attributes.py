@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import platform
 import tomllib
+from collections.abc import Iterable
 from functools import lru_cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
@@ -19,8 +20,13 @@ LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "o
 
 def versions() -> dict[str, str]:
     """Versions of Python and of the libraries that numbers depend on."""
-    installed = {"python": platform.python_version()}
-    for name in LIBRARIES:
+    return {"python": platform.python_version()} | versions_of(LIBRARIES)
+
+
+def versions_of(packages: Iterable[str]) -> dict[str, str]:
+    """Versions of these packages, in words for one that is not installed."""
+    installed = {}
+    for name in packages:
         try:
             installed[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
