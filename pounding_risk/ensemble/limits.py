@@ -1,9 +1,9 @@
 """Checks that a scan fits memory and disk, made before anything is allocated.
 
-A response without contact has a state at every node: at the samples, and between them where the phase of the fastest
-mode would advance by more than `TURN` (`pair.at_rest`, `row.lay_out`). Its size follows from the record, the shortest
-period and the number of floors. Under a wave there is a node at the samples of every building, and the ground under
-each has a table of its own.
+A response without contact has a state at every node, that of a row at every sixteenth. There are nodes at the samples,
+and between them where the phase of the fastest mode would advance by more than `TURN` (`pair.at_rest`, `row.lay_out`).
+Its size follows from the record, the shortest period and the number of floors. Under a wave there is a node at the
+samples of every building, and the ground under each has a table of its own.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from pounding_risk.scene.scene import Scene
 TURN = 2.5  # rad, largest phase between nodes
 BYTES_OF_GROUND = 6 * 8.0  # of a node and building under a wave (`models.ground.arriving`)
 BYTES_A_NODE = 120.0  # of a response while it is made: ground, time, four states, and NumPy's copies of the first two
-BYTES_A_DOF = 26.0  # and node, of a row: displacement and velocity, bounds and peaks by blocks of nodes
+BYTES_A_DOF = 7.0  # and node, of a row: states, bounds and peaks by blocks of nodes
+BYTES_OF_STATE = 16.0  # of a dof and node, of a run that keeps its states: displacement and velocity
 MOST_BYTES = 1e14  # of a dataset: more than any disk that a scan is written to
 
 
@@ -52,25 +53,26 @@ def response_bytes(study: Scene, motion: Motion) -> float:
     return bytes_a_step(study, motion) * motion.acceleration.size
 
 
-def bytes_a_step(study: Scene, motion: Motion) -> float:
-    """The part of `response_bytes` that falls on each sample of the motion [bytes]."""
+def bytes_a_step(study: Scene, motion: Motion, a_dof: float = BYTES_A_DOF) -> float:
+    """The part of `response_bytes` that falls on each sample of the motion [bytes]; ``a_dof`` of it on each floor."""
     parts = max(1, ceil(fastest_rate(study) * motion.dt / TURN))
     wave, count = wave_of(study.effects), len(study.buildings)
     dofs = sum(chain_of(building, study.effects).mass.size for building in study.buildings)
     if wave is None:
-        return (BYTES_A_NODE + BYTES_A_DOF * dofs) * parts
+        return (BYTES_A_NODE + a_dof * dofs) * parts
     arrivals = arrivals_of(wave.arrivals(count), motion.dt / parts)
     nodes = max(2, arrivals.offsets.size)  # in a step: a pair has two in any case
-    return (BYTES_A_NODE + BYTES_A_DOF * (dofs + count) + BYTES_OF_GROUND * count) * nodes * parts
+    return (BYTES_A_NODE + a_dof * (dofs + count) + BYTES_OF_GROUND * count) * nodes * parts
 
 
-def check_memory(study: Scene, motions: Iterable[Motion]) -> None:
-    """Raise SceneError where one response would not fit the free memory."""
+def check_memory(study: Scene, motions: Iterable[Motion], *, histories: bool = False) -> None:
+    """Raise SceneError where one response, with its ``histories`` if they are kept, would not fit the free memory."""
     free = free_memory()
+    a_dof = BYTES_A_DOF + (BYTES_OF_STATE if histories else 0.0)
     by_dt: dict[float, float] = {}
     for motion in motions:
         if motion.dt not in by_dt:
-            by_dt[motion.dt] = bytes_a_step(study, motion)
+            by_dt[motion.dt] = bytes_a_step(study, motion, a_dof)
         size = by_dt[motion.dt] * motion.acceleration.size
         if free and size > free:
             turn = fastest_rate(study) * motion.dt

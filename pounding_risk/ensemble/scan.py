@@ -216,8 +216,9 @@ def scan(
     whole = [range(one.job.batches)]
     if target is None:
         check_held(one.study, one.bytes)
-        held, made = ChunksInMemory(), Memory(one.job.template)
+        held = ChunksInMemory()
         one.work(whole, [], held.keep)
+        made = Memory(one.job.template)  # after the runs, which have found the peaks without contact that are in it
         one.assemble(held.chunks, made)
         return made.dataset()
     one.check_room(target)

@@ -80,7 +80,7 @@ def simulate(
     motions = {motion.name: motion for motion in motions_of(study)}
     name = _chosen("record", record, tuple(motions))
     sense = _chosen("polarity", polarity, study.records.polarities)
-    check_memory(study, (motions[name],))
+    check_memory(study, (motions[name],), histories=True)
     if yield_force is not None and all(point.kind == COLUMN for point in study.points):
         raise PoundingError(
             "simulate: yield_force is that of floors, and in this row floors meet columns only; these yield at "

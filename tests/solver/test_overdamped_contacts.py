@@ -158,24 +158,21 @@ import json
 import numpy as np
 from row_cases import contacts_of, meeting, points_of, storeys
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row import implicit, run as march
-from pounding_risk.solver.row.workspace import NODE
+from pounding_risk.solver.row import implicit
 
 side, middle = storeys(2, 90e3, 4e7), storeys(2, 60e3, 3e7)
 meetings = [meeting(interface, 1.6, 1.6, 0.01, restitution=1e-4) for interface in (0, 1)]
-begin, solve, solved = march.begin_run, implicit.closing_changes, []
-
-def drawn(row, run):
-    begin(row, run)
-    run.dofs[NODE, :6] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
+solve, solved = implicit.closing_changes, []
 
 def counted(*arguments):
     changes = solve(*arguments)
     solved.append(changes.tolist())
     return changes
 
-march.begin_run, implicit.closing_changes = drawn, counted
-run = rows.run_row(rows.lay_out((side, middle, side), points_of(meetings), 0.01), contacts_of(meetings), np.zeros(40))
+implicit.closing_changes = counted
+laid, ground, drawn = rows.lay_out((side, middle, side), points_of(meetings), 0.01), np.zeros(40), np.zeros((2, 6))
+drawn[0] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
+run = rows.run_row(laid, contacts_of(meetings), ground, free=rows.free_response(laid, ground, drawn).motion)
 print(json.dumps([run.status, run.points.tolist(), run.floors.tolist(), solved]))
 """
 

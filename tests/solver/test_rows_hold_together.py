@@ -39,19 +39,12 @@ import json
 import numpy as np
 from row_cases import contacts_of, meeting, points_of, storeys
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row import run as march
-from pounding_risk.solver.row.workspace import NODE
 
 side, middle = storeys(2, 90e3, 4e7), storeys(2, 60e3, 3e7)
 meetings = [meeting(interface, 1.6, 1.6, 0.01, yield_force=1e6) for interface in (0, 1)]
-begin = march.begin_run
-
-def drawn(row, run):
-    begin(row, run)
-    run.dofs[NODE, :6] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
-
-march.begin_run = drawn
-run = rows.run_row(rows.lay_out((side, middle, side), points_of(meetings), 0.01), contacts_of(meetings), np.zeros(60))
+laid, ground, drawn = rows.lay_out((side, middle, side), points_of(meetings), 0.01), np.zeros(60), np.zeros((2, 6))
+drawn[0] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
+run = rows.run_row(laid, contacts_of(meetings), ground, free=rows.free_response(laid, ground, drawn).motion)
 print(json.dumps([run.status, run.points.tolist(), run.floors.tolist()]))
 """
 SIDES = ("peak_displacement", "peak_storey_shear", "peak_floor_acceleration")

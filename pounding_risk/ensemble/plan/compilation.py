@@ -25,6 +25,7 @@ from pounding_risk.solver.pair.laws import unnamed, verb_kernel
 from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import run as rows_march
+from pounding_risk.solver.row.free_motion import march_free
 from pounding_risk.solver.workspace import make_workspace
 
 STILL = np.zeros(2), 0.01  # a ground motion of zeros: only its types matter
@@ -84,9 +85,9 @@ def _of_pair(study: Scene, own_kernels: bool) -> Kernels:
 
 
 def _of_row(study: Scene) -> Kernels:
-    *bundles, step, terms = rows.unmoved(model_of(study).row(STILL[1]), STILL[0])
-    call = *map(lent, bundles), step, terms
-    solver = is_compiled(rows_march.march, (*call, study.rtol, np.zeros((0, 2, 1))))
+    *bundles, step, terms, states = rows.unmoved(model_of(study).row(STILL[1]), STILL[0])
+    row, run, motion, work = map(lent, bundles)
+    solver = is_compiled(rows_march.march, (row, run, motion, step, terms, study.rtol, states))
     places = [study.at(place) for place in range(len(study.interfaces))]
 
     def known(name: str) -> bool:
@@ -94,7 +95,7 @@ def _of_row(study: Scene) -> Kernels:
         return all(is_compiled(*kernel) for kernel in verbs) and all(_calibrates(here, name) for here in places)
 
     laws = tuple(map(known, study.grid.contact_models))
-    return Kernels(is_compiled(rows_march.march_free, call), solver, laws)
+    return Kernels(is_compiled(march_free, (row, run, motion, work, step, terms, states)), solver, laws)
 
 
 def _like(study: Scene, name: str) -> Any:

@@ -21,6 +21,7 @@ from pounding_risk.models.ground import Arrivals, arrivals_of, arriving
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.solver.counters import TALLIED
 from pounding_risk.solver.pair.laws import verbs_of
+from pounding_risk.solver.row.free_motion import march_free
 from pounding_risk.solver.row.ground import (
     PULL,
     SPREAD,
@@ -30,7 +31,7 @@ from pounding_risk.solver.row.ground import (
     UniformRowGround,
     row_ground,
 )
-from pounding_risk.solver.row.run import WATCHED, march, march_free
+from pounding_risk.solver.row.run import WATCHED, march
 from pounding_risk.solver.row.workspace import (
     ACCELERATION,
     BAND,
@@ -59,6 +60,7 @@ from pounding_risk.solver.row.workspace import (
     SWAY,
     VERBS,
     FreeMotion,
+    FreeWork,
     Row,
     Run,
     log_of,
@@ -337,19 +339,33 @@ class FreeResponse(NamedTuple):
     motion: FreeMotion
 
 
-def free_row(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> RowRun:
-    """The row without any contact under a_g [m/s²]; ``states`` keeps u and v at every node."""
-    run, motion = free_response(laid, acceleration)
-    return run._replace(states=_states_of(laid, motion.states)) if states else run
+def free_row(
+    laid: Laid, acceleration: np.ndarray, *, states: bool = False, initial: np.ndarray | None = None
+) -> RowRun:
+    """The row without any contact under a_g [m/s²]; ``states`` keeps u and v at every node.
+
+    ``initial`` (2, D) are u [m] and v [m/s] of every mass at the first sample; it is at rest without.
+    """
+    return _respond(laid, acceleration, initial, states=states).run
 
 
-def free_response(laid: Laid, acceleration: np.ndarray) -> FreeResponse:
-    """The row without any contact under a_g [m/s²], with all that runs of it have in common."""
-    arguments = unmoved(laid, acceleration)
-    march_free(*map(lent, arguments[:3]), *arguments[3:])
-    row, run, motion, *_ = arguments
+def free_response(laid: Laid, acceleration: np.ndarray, initial: np.ndarray | None = None) -> FreeResponse:
+    """The row without any contact under a_g [m/s²], with all that runs of it have in common; arguments as `free_row`.
+
+    Its runs begin as it does.
+    """
+    return _respond(laid, acceleration, initial, states=False)
+
+
+def _respond(laid: Laid, acceleration: np.ndarray, initial: np.ndarray | None, *, states: bool) -> FreeResponse:
+    row, run, motion, work, step, terms, at_nodes = unmoved(laid, acceleration)
+    if initial is not None:
+        motion.states[0][:, laid.masses] = initial
+    if states:
+        at_nodes = _empty_states(motion.ground.node_count(), row)
+    march_free(lent(row), lent(run), lent(motion), lent(work), step, terms, at_nodes)
     motion.fastest[:] = column(run.contacts, "fastest")
-    return FreeResponse(_results_of(laid, run, np.zeros((0, 2, row.floors.shape[1]))), motion)
+    return FreeResponse(_results_of(laid, run, at_nodes), motion)
 
 
 def unmoved(laid: Laid, acceleration: np.ndarray) -> tuple[Any, ...]:
@@ -358,11 +374,10 @@ def unmoved(laid: Laid, acceleration: np.ndarray) -> tuple[Any, ...]:
     run = new_run(row, np.zeros((points, 0)), np.zeros(0))
     set_column(run.contacts, "given_gap", np.full(points, inf))
     ground = _ground(laid, acceleration)
-    nodes = ground.node_count()
-    blocks = ceil((nodes - 1) / laid.block)
+    blocks = ceil((ground.node_count() - 1) / laid.block)
     motion = FreeMotion(
         ground,
-        np.zeros((nodes, 2, dofs)),
+        np.zeros((blocks + 1, 2, dofs)),
         np.zeros((blocks, 3, dofs)),
         np.zeros((blocks + 1, 3, dofs)),
         np.zeros((blocks, 2, points)),
@@ -371,7 +386,16 @@ def unmoved(laid: Laid, acceleration: np.ndarray) -> tuple[Any, ...]:
         laid.block_maps,
         laid.block,
     )
-    return row, run, motion, laid.step, laid.terms
+    buildings, nodes = row.frame.shape[1] - 1, laid.block + 1
+    most = max([0, *np.diff(row.frame[START]).tolist()])  # points of an interface
+    work = FreeWork(
+        np.zeros((3, dofs, nodes)),
+        np.zeros((2, buildings, nodes - 1)),
+        np.zeros((3, nodes)),
+        np.zeros((3, most, nodes)),
+        np.zeros((most, nodes - 1)),
+    )
+    return row, run, motion, work, laid.step, laid.terms, np.zeros((0, 2, dofs))
 
 
 def motion_of_part(laid: Laid, motion: FreeMotion, acceleration: np.ndarray, dof: int, point: int) -> FreeMotion:
@@ -432,6 +456,7 @@ def _run(
         for name, values in fields.items():
             set_column(run.contacts, name, values)
         states = _empty_states(motion.ground.node_count() if histories else 0, row)
+        states[:1] = motion.states[0, :, motion.first_dof : motion.first_dof + row.floors.shape[1]]
         march(lent(row), lent(run), lent(motion), laid.step, laid.terms, float(rtol), states)
         written = int(run.workspace.lines_written)
         if written <= lines or not histories:
@@ -440,10 +465,8 @@ def _run(
 
 
 def _empty_states(nodes: int, row: Row) -> np.ndarray:
-    """Array for u and v at so many nodes, at rest at the first and NaN after it."""
-    states = np.full((nodes, 2, row.floors.shape[1]), np.nan)
-    states[:1] = 0.0
-    return states
+    """Array for u and v at so many nodes, NaN as yet."""
+    return np.full((nodes, 2, row.floors.shape[1]), np.nan)
 
 
 def _results_of(laid: Laid, run: Run, states: np.ndarray) -> RowRun:

@@ -23,31 +23,22 @@ Buildings whose storeys may yield are brought from node to node, and so are the 
 
 from __future__ import annotations
 
-from math import inf, sqrt
+from math import sqrt
 
-from pounding_risk._jit.compile import kernel, small
-from pounding_risk.solver.row.building import (
-    accelerate,
-    advance,
-    motion_bound,
-    place_ground,
-    raise_between,
-    step_over,
-    top_of,
-    write_series,
-)
-from pounding_risk.solver.row.flight import bend_across, compliance, raise_reach, wider
+from pounding_risk._jit.compile import kernel
+from pounding_risk.solver.row.building import accelerate, advance, motion_bound, place_ground, step_over, top_of
+from pounding_risk.solver.row.flight import compliance
 from pounding_risk.solver.row.free import predict_by_map, update_distances, update_peaks
+from pounding_risk.solver.row.ground import window_at
 from pounding_risk.solver.row.workspace import (
-    ACCEL_END,
     ACCEL_START,
     ACCELERATION,
     BENDS,
     BLOCK_MAP,
-    BOUNDS,
     DISPLACEMENT,
     DRIFT,
     FIRST,
+    FREE,
     GIVE,
     MAP,
     NEXT,
@@ -64,16 +55,11 @@ from pounding_risk.solver.row.workspace import (
 # Rows of the marks of a run. By building: whether it has been in a group, or bends; the node of its VIBRATION rows; the
 # node of its NODE rows; whether it has been on its own since the start of the block; whether it is brought from node to
 # node, and its floors are searched for peaks, in this block; upper bounds of the displacements and accelerations of its
-# vibration, over SWAY and ROOT. By interface: whether its distances are searched in this block.
-MOVED, VIBRATION_NODE, STATE_NODE, ALONE, WALKED, SEARCHED, MOST, MOST_SHAKEN, OPEN, MARKS = range(10)
+# vibration, over SWAY and ROOT. By interface: whether its distances are searched in this block. By building again: the
+# node of its FREE rows, −1 where they stand nowhere.
+MOVED, VIBRATION_NODE, STATE_NODE, ALONE, WALKED, SEARCHED, MOST, MOST_SHAKEN, OPEN, FREE_NODE, MARKS = range(11)
 ROUNDING = 1.0 + 1e-9  # on the bounds of a vibration
 NOTHING = 1e-150  # sqrt(J): a vibration below it is none, before its numbers lose their precision
-
-
-@small
-def window_at(ground, step, node):
-    """(time of a node, width of the interval after it, ground motion there); ``step`` is that between two samples."""
-    return ground.node_time(step, node), ground.node_width(step, node), ground.from_node(step, node)
 
 
 @kernel
@@ -99,17 +85,38 @@ def vibrate(row, run, free, marks, step, b, node):
 
 
 @kernel
-def write_state(row, run, free, marks, b, node, line):
+def move_freely(row, run, free, marks, step, b, node):
+    """Rows FREE of building ``b`` to ``node``: its state without any contact, by steps from the start of its block."""
+    dofs, block, now = run.dofs, node // free.block, int(marks[FREE_NODE, b])
+    if not block * free.block <= now <= node:
+        now = block * free.block
+        if node + 1 == free.ground.node_count():
+            now, block = node, free.states.shape[0] - 1
+        for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+            for line in range(2):
+                dofs[FREE + line, i] = free.states[block, line, free.first_dof + i]
+    while now < node:
+        step_over(row, b, free.ground.from_node(step, now), dofs, FREE, VIBRATION_SPARE)
+        for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+            for line in range(2):
+                dofs[FREE + line, i] = dofs[VIBRATION_SPARE + line, i]
+        now += 1
+    marks[FREE_NODE, b] = node
+
+
+@kernel
+def write_state(row, run, free, marks, step, b, node, line):
     """The state of building ``b`` at ``node``, where its VIBRATION rows stand, to rows ``line``."""
-    dofs, states, other = run.dofs, free.states, free.first_dof
+    dofs = run.dofs
+    move_freely(row, run, free, marks, step, b, node)
     if marks[MOVED, b] > 0.0:
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-            dofs[line, i] = states[node, 0, other + i] + dofs[VIBRATION, i]
-            dofs[line + VELOCITY, i] = states[node, 1, other + i] + dofs[VIBRATION + VELOCITY, i]
+            dofs[line, i] = dofs[FREE, i] + dofs[VIBRATION, i]
+            dofs[line + VELOCITY, i] = dofs[FREE + VELOCITY, i] + dofs[VIBRATION + VELOCITY, i]
     else:
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-            dofs[line, i] = states[node, 0, other + i]
-            dofs[line + VELOCITY, i] = states[node, 1, other + i]
+            dofs[line, i] = dofs[FREE, i]
+            dofs[line + VELOCITY, i] = dofs[FREE + VELOCITY, i]
 
 
 @kernel
@@ -117,9 +124,9 @@ def bring(row, run, free, marks, step, b, node):
     """Building ``b`` to ``node``: its state to rows NODE."""
     if marks[STATE_NODE, b] != node and not row.frame[BENDS, b]:
         vibrate(row, run, free, marks, step, b, node)
-        write_state(row, run, free, marks, b, node, NODE)
+        write_state(row, run, free, marks, step, b, node, NODE)
         marks[STATE_NODE, b] = node
-    if node + 1 < free.states.shape[0]:
+    if node + 1 < free.ground.node_count():
         place_ground(row, b, free.ground.from_node(step, node), run.dofs, NODE)
 
 
@@ -133,7 +140,7 @@ def predict(row, run, free, marks, swings, step, b, node):
     if row.frame[BENDS, b]:
         return predict_by_map(row, run, b, window_at(free.ground, step, node), swings)
     vibrate(row, run, free, marks, step, b, node + 1)
-    write_state(row, run, free, marks, b, node + 1, NEXT)
+    write_state(row, run, free, marks, step, b, node + 1, NEXT)
     pull, rise = free.ground.from_node(step, node).under(b)
     accelerate(row, b, NODE, pull, run.dofs, ACCEL_START)
     swings[b] = motion_bound(row, b, rise, run.dofs, NODE, ACCEL_START)
@@ -141,11 +148,12 @@ def predict(row, run, free, marks, swings, step, b, node):
 
 
 @kernel
-def part_from_free(row, run, free, marks, b, node):
+def part_from_free(row, run, free, marks, step, b, node):
     """What contacts have added to the motion of building ``b``, which a group has left in rows NEXT at ``node``."""
+    move_freely(row, run, free, marks, step, b, node)
     for i in range(row.frame[FIRST, b], top_of(row, b)):
         for line in range(2):
-            run.dofs[VIBRATION + line, i] = run.dofs[NEXT + line, i] - free.states[node, line, free.first_dof + i]
+            run.dofs[VIBRATION + line, i] = run.dofs[NEXT + line, i] - run.dofs[FREE + line, i]
     marks[VIBRATION_NODE, b] = node
     marks[ALONE, b] = 0.0
 
@@ -267,85 +275,3 @@ def end_blocks(row, run, free, marks, step, node):
     for i in range(buildings - 1):
         if marks[MOVED, i] + marks[MOVED, i + 1] == 0.0:
             copy_point_peaks(row, run, free, i, last)
-
-
-@small
-def across_states(row, k, states, node, line):
-    """As `flight.across`, from the states at a node: of u (line 0) or of v (line 1)."""
-    total = 0.0
-    for end in range(row.passage.point_ends()):
-        i = row.ends[k, end]
-        if i >= 0:
-            total += row.shares[k, end] * states[node, line, i]
-    return total
-
-
-@kernel
-def follow_building(row, run, free, swings, step, terms, b, begin, stop):
-    """A linear building without contact from node to node, rows NODE at the first: its states, peaks and bounds.
-
-    2 E of the bounds of each interval go to ``swings``.
-    """
-    dofs = run.dofs
-    for node in range(begin, stop):
-        _, width, ground = window_at(free.ground, step, node)
-        pull, rise = ground.under(b)
-        place_ground(row, b, ground, dofs, NODE)
-        accelerate(row, b, NODE, pull, dofs, ACCEL_START)
-        step_over(row, b, ground, dofs, NODE, NEXT)
-        swings[node - begin, b] = motion_bound(row, b, rise, dofs, NODE, ACCEL_START)
-        accelerate(row, b, NEXT, pull + rise * width, dofs, ACCEL_END)
-        ends = NODE, NEXT, ACCEL_START, ACCEL_END
-        raise_between(row, run, b, ends, swings[node - begin, b], ground, width, terms)
-        for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-            for line in range(2):
-                dofs[NODE + line, i] = free.states[node + 1, line, i] = dofs[NEXT + line, i]
-
-
-@kernel
-def follow_interface(row, run, free, swings, step, terms, interface, begin, stop):
-    """The distances between two linear buildings without contact: extremes, bounds and largest rates from node to node.
-
-    Rows NODE of both are written over.
-    """
-    for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
-        factor, there = bend_across(row, k), across_states(row, k, free.states, begin, 0)
-        for node in range(begin, stop):
-            _, width, ground = window_at(free.ground, step, node)
-            here, there = there, across_states(row, k, free.states, node + 1, 0)
-            swing = sqrt(max(swings[node - begin, interface], swings[node - begin, interface + 1]))
-            bend = swing * factor + ground.ground_curves(interface + 1, width)
-            if wider(run, k, here, there, width, bend):
-                for b in range(interface, interface + 2):
-                    for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-                        for line in range(2):
-                            run.dofs[NODE + line, i] = free.states[node, line, i]
-                    write_series(row, run, b, NODE, ground, terms)
-                raise_reach(row, run, k, width, terms)
-            rate = abs(across_states(row, k, free.states, node + 1, 1))
-            run.contacts[k].fastest = max(run.contacts[k].fastest, rate)
-
-
-@kernel
-def reset_bounds(row, run):
-    """Rows BOUNDS, and the bounds of the distances, as at the start of a block of the free motion."""
-    for i in range(row.floors.shape[1]):
-        for line in range(3):
-            run.dofs[BOUNDS + line, i] = 0.0
-    for k in range(run.laws.shape[0]):
-        run.contacts[k].upper_bound, run.contacts[k].lower_bound = -inf, inf
-
-
-@kernel
-def close_block(row, run, free, block):
-    """Write down the bounds of a block of the free motion, and the peaks up to its end."""
-    for i in range(row.floors.shape[1]):
-        for line in range(3):
-            peak = DISPLACEMENT if line == 0 else (DRIFT if line == 1 else ACCELERATION)
-            free.floor_peaks[block + 1, line, i] = run.dofs[peak, i]
-            free.floor_bounds[block, line, i] = min(run.dofs[BOUNDS + line, i], run.dofs[peak, i])
-    for k in range(run.laws.shape[0]):
-        contact = run.contacts[k]
-        free.point_peaks[block + 1, 0, k], free.point_peaks[block + 1, 1, k] = contact.highest, contact.lowest
-        free.point_bounds[block, 0, k] = min(contact.upper_bound, contact.highest)
-        free.point_bounds[block, 1, k] = max(contact.lower_bound, contact.lowest)

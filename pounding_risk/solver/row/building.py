@@ -180,13 +180,7 @@ def step_over(row, b, ground, dofs, state, out):
     place = row.frame[MAP, b] + ground.map_number() * row.frame[MAP, row.frame.shape[1] - 1]
     if row.frame[BENDS, b]:
         settle_about(row, b, dofs, state, -1.0)
-    for i in range(first, last):
-        dofs[out, i] = dofs[out + VELOCITY, i] = 0.0
-    for line in range(state, state + 2):
-        for j in range(first, last):
-            place = add_column(row.maps, place, dofs[line, j], dofs, out, first, last)
-    place = add_column(row.maps, place, pull, dofs, out, first, last)
-    add_column(row.maps, place, rise, dofs, out, first, last)
+    apply_map(row.maps, place, dofs, state, out, (first, last), (pull, rise), 2 * (last - first) + 2)
     if row.frame[BENDS, b]:
         settle_about(row, b, dofs, state, 1.0)
         settle_about(row, b, dofs, out, 1.0)
@@ -197,25 +191,49 @@ def step_over(row, b, ground, dofs, state, out):
 def advance(row, b, maps, place, dofs, source, target):
     """A free vibration of building ``b`` from rows ``source`` to rows ``target``; ``place`` of its map."""
     first, last = row.frame[FIRST, b], top_of(row, b)
-    for i in range(first, last):
-        dofs[target, i] = dofs[target + VELOCITY, i] = 0.0
-    for line in range(source, source + 2):
-        for j in range(first, last):
-            place = add_column(maps, place, dofs[line, j], dofs, target, first, last)
+    apply_map(maps, place, dofs, source, target, (first, last), (0.0, 0.0), 2 * (last - first))
+
+
+@kernel
+def apply_map(maps, place, dofs, state, out, span, ground, columns):
+    """Rows ``out`` of the dofs of a ``span`` from rows ``state`` and ``ground`` = (a_g, its slope), by a map.
+
+    Its columns, of which there are ``columns``, are added up one after the other, four at a time where there are as
+    many; what adds up side by side is done several at a time.
+    """
+    first, count = span[0], span[1] - span[0]
+    for i in range(span[0], span[1]):
+        dofs[out, i] = dofs[out + VELOCITY, i] = 0.0
+    size = 2 * count
+    for column in range(0, columns - 3, 4):
+        a, b = factor(dofs, state, first, count, ground, column), factor(dofs, state, first, count, ground, column + 1)
+        c, d = (
+            factor(dofs, state, first, count, ground, column + 2),
+            factor(dofs, state, first, count, ground, column + 3),
+        )
+        for line in range(2):
+            for i in range(count):
+                total = dofs[out + line, first + i] + maps[place + i] * a
+                total = (total + maps[place + size + i] * b) + maps[place + 2 * size + i] * c
+                dofs[out + line, first + i] = total + maps[place + 3 * size + i] * d
+            place += count
+        place += 3 * size
+    for column in range(columns - columns % 4, columns):
+        a = factor(dofs, state, first, count, ground, column)
+        for line in range(2):
+            for i in range(count):
+                dofs[out + line, first + i] += maps[place + i] * a
+            place += count
 
 
 @small
-def add_column(maps, place, factor, dofs, out, first, last):
-    """Add ``factor`` times a column of a map to rows ``out``; returns where the next column begins.
-
-    What adds up side by side is done several at a time.
-    """
-    count = last - first
-    for line in range(2):
-        for i in range(count):
-            dofs[out + line, first + i] += maps[place + i] * factor
-        place += count
-    return place
+def factor(dofs, state, first, count, ground, column):
+    """What a column of a map is multiplied with: u, v of each dof in turn, a_g and its slope."""
+    if column < count:
+        return dofs[state, first + column]
+    if column < 2 * count:
+        return dofs[state + VELOCITY, first + column - count]
+    return ground[column - 2 * count]
 
 
 @kernel

@@ -18,7 +18,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pounding_risk._jit.compile import speaks
+from pounding_risk._jit.compile import small, speaks
 from pounding_risk.models.ground import Arrivals, arriving
 
 # Columns of `ArrivingGround.table`.
@@ -210,6 +210,12 @@ class ArrivingRowGround(NamedTuple):
 
     def from_node(self, step, node):
         return ArrivingRowInterval(self.table, node, node % self.offsets.size, 0.0)
+
+
+@small
+def window_at(ground, step, node):
+    """(time of a node, width of the interval after it, ground motion there); ``step`` is that between two samples."""
+    return ground.node_time(step, node), ground.node_width(step, node), ground.from_node(step, node)
 
 
 def row_ground(ground: np.ndarray, step: float, arrivals: Arrivals | None) -> UniformRowGround | ArrivingRowGround:

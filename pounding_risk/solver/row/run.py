@@ -8,7 +8,7 @@ interval is made again with it as a member. What a row costs follows its contact
 
 from __future__ import annotations
 
-from math import inf, nan
+from math import inf
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from pounding_risk.solver.counters import (
     TALLIED,
 )
 from pounding_risk.solver.row.blocks import (
+    FREE_NODE,
     MARKS,
     MOVED,
     OPEN,
@@ -35,28 +36,22 @@ from pounding_risk.solver.row.blocks import (
     WALKED,
     begin_alone,
     bring,
-    close_block,
     copy_point_peaks,
     end_blocks,
-    follow_building,
-    follow_interface,
     has_events,
     has_new_peaks,
     join,
     part_from_free,
     predict,
-    reset_bounds,
-    window_at,
 )
-from pounding_risk.solver.row.building import place_ground
 from pounding_risk.solver.row.contact import lift_off
-from pounding_risk.solver.row.flight import across, stay_apart
-from pounding_risk.solver.row.free import fly, meets, predict_by_map, update_distances, update_peaks
+from pounding_risk.solver.row.flight import stay_apart
+from pounding_risk.solver.row.free import meets, update_distances, update_peaks
+from pounding_risk.solver.row.free_motion import begin_motion
+from pounding_risk.solver.row.ground import window_at
 from pounding_risk.solver.row.group import FAILED, FLOWN, any_closed, solve_group
-from pounding_risk.solver.row.storey import soften
 from pounding_risk.solver.row.trace import drop_lines
 from pounding_risk.solver.row.workspace import (
-    ACCELERATION,
     BENDS,
     DRIFT,
     FIRST,
@@ -70,22 +65,6 @@ from pounding_risk.solver.row.workspace import (
 )
 
 WATCHED = 7  # status of a run that a touch at a watched point has ended
-
-
-@kernel
-def begin_run(row, run):
-    """Set the row to rest, its gaps open and its storeys elastic."""
-    for line in range(run.dofs.shape[0]):
-        for i in range(run.dofs.shape[1]):
-            run.dofs[line, i] = 0.0
-    for i in range(row.floors.shape[1]):
-        soften(row, run.dofs, i, 0.0)
-    for k in range(run.laws.shape[0]):
-        contact = run.contacts[k]
-        contact.counters[FIRST_TOUCH] = nan
-        contact.counters[FIRST_YIELD] = nan
-        contact.gap = contact.given_gap
-    run.workspace.watched_point = -1.0
 
 
 @kernel
@@ -284,13 +263,13 @@ def struck_point(run):
 
 
 @kernel
-def next_node(row, run, free, marks, busy, node, states):
+def next_node(row, run, free, marks, busy, step, node, states):
     """Rows NEXT become rows NODE, now of ``node``; ``states`` (nodes, 2, D) takes them where it has rows."""
     for b in range(row.frame.shape[1] - 1):
         if marks[WALKED, b] == 0.0:
             continue
         if busy[b] and not row.frame[BENDS, b]:
-            part_from_free(row, run, free, marks, b, node)
+            part_from_free(row, run, free, marks, step, b, node)
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
             for line in range(2):
                 run.dofs[NODE + line, i] = run.dofs[NEXT + line, i]
@@ -300,84 +279,20 @@ def next_node(row, run, free, marks, busy, node, states):
 
 
 @kernel
-def bend_freely(row, run, free, swings, busy, step, terms, node):
-    """Every building over one node interval without contact, rows NODE to rows NODE; storeys may yield."""
-    window, buildings = window_at(free.ground, step, node), row.frame.shape[1] - 1
-    for b in range(buildings):
-        place_ground(row, b, window[2], run.dofs, NODE)
-        busy[b] = not predict_by_map(row, run, b, window, swings)
-        if not busy[b]:
-            update_peaks(row, run, b, window, swings, terms)
-    b = 0
-    while b < buildings:
-        last = b
-        if busy[b]:
-            while last < buildings - 1 and busy[last + 1]:
-                last += 1
-            watch = max(b - 1, 0), min(last + 1, buildings - 1)
-            fly(row, run, (b, last), watch, window, terms)
-        b = last + 1
-    for i in range(buildings - 1):
-        if not (busy[i] or busy[i + 1]):
-            update_distances(row, run, i, window, swings, terms)
-    for i in range(row.floors.shape[1]):
-        for line in range(2):
-            run.dofs[NODE + line, i] = free.states[node + 1, line, i] = run.dofs[NEXT + line, i]
-    for k in range(run.laws.shape[0]):
-        run.contacts[k].fastest = max(run.contacts[k].fastest, abs(across(row, k, run.dofs, NODE + VELOCITY)))
-
-
-@kernel
-def march_free(row, run, free, step, terms):
-    """The row without any contact, from rest to the end of the record, into ``free``.
-
-    Finds the fastest closing at every point.
-    """
-    begin_run(row, run)
-    buildings, nodes = row.frame.shape[1] - 1, free.ground.node_count() - 1
-    busy, swings = zeros((buildings,), np.bool_), zeros((buildings,), np.float64)
-    block_swings = zeros((free.block, buildings), np.float64)
-    bends = False
-    for b in range(buildings):
-        bends = bends or row.frame[BENDS, b] > 0
-    for i in range(row.floors.shape[1]):
-        for line in range(2):
-            free.states[0, line, i] = run.dofs[NODE + line, i]
-    for begin in range(0, nodes, free.block):
-        stop = min(begin + free.block, nodes)
-        reset_bounds(row, run)
-        if bends:
-            for node in range(begin, stop):
-                bend_freely(row, run, free, swings, busy, step, terms, node)
-        else:
-            for b in range(buildings):
-                follow_building(row, run, free, block_swings, step, terms, b, begin, stop)
-            for i in range(buildings - 1):
-                follow_interface(row, run, free, block_swings, step, terms, i, begin, stop)
-            for i in range(row.floors.shape[1]):
-                for line in range(2):
-                    run.dofs[NODE + line, i] = free.states[stop, line, i]
-        close_block(row, run, free, begin // free.block)
-    total = 0.0
-    for i in range(row.floors.shape[1]):
-        total += (
-            abs(run.dofs[NODE, i]) + abs(run.dofs[NODE + VELOCITY, i]) + run.dofs[DRIFT, i] + run.dofs[ACCELERATION, i]
-        )
-    if not total < inf:
-        run.workspace.status = float(NOT_FINITE)
-
-
-@kernel
 def march(row, run, free, step, terms, rtol, states):
-    """One run from rest to the end of the record; everything is left in ``run``, u and v at the nodes in ``states``."""
+    """One run from the first of ``free.states`` to the end of the record; everything is left in ``run``.
+
+    u and v at the nodes after the first go to ``states`` where it has rows.
+    """
     states = borrowed(states)
-    begin_run(row, run)
+    begin_motion(row, run, free, step)
     buildings = row.frame.shape[1] - 1
     tied, busy = zeros((buildings,), np.bool_), zeros((buildings,), np.bool_)
     solved, swings = zeros((buildings,), np.bool_), zeros((buildings,), np.float64)
     marks = zeros((MARKS, buildings), np.float64)
     for b in range(buildings):
         marks[MOVED, b] = 1.0 if row.frame[BENDS, b] else 0.0
+        marks[FREE_NODE, b] = -1.0
     node, nodes = 0, free.ground.node_count() - 1
     while node < nodes:
         if node % free.block == 0 and not begin_block(row, run, free, marks, step, node, states.shape[0] > 0):
@@ -387,7 +302,7 @@ def march(row, run, free, step, terms, rtol, states):
         if not goes_on:
             break
         node += 1
-        next_node(row, run, free, marks, busy, node, states)
+        next_node(row, run, free, marks, busy, step, node, states)
         point = struck_point(run) if grouped else -1
         if point >= 0:
             run.workspace.status, run.workspace.watched_point = float(WATCHED), float(point)

@@ -79,14 +79,15 @@ SLOPES = LATE + len(DOP853.late_nodes)
 VERBS = tuple(name for name in Contact.names or () if name.endswith("_verb"))
 
 # Rows of `Run.dofs`: states, a row of displacements followed by one of velocities each; accelerations and their slopes;
-# what contacts have added to the free motion, now, at the start of the block of nodes and to work with; upper bounds of
-# |u|, |drift| and |absolute acceleration| since they were last reset; the polynomial of a step; its slopes.
+# what contacts have added to the free motion, now, at the start of the block of nodes and to work with; the free
+# motion; upper bounds of |u|, |drift| and |absolute acceleration| since they were last reset; the polynomial of a step;
+# its slopes.
 VELOCITY = 1
 NODE, NEXT, NOW, END, TRIAL, NUDGED = range(0, 12, 2)
 ACCEL_START, ACCEL_END, ACCEL_NUDGED, ACCEL_SPARE, JERK_START, JERK_END = range(12, 18)
-VIBRATION, VIBRATION_BEFORE, VIBRATION_SPARE = range(18, 24, 2)
-BOUNDS = 24
-POLY = 27  # TERMS rows of u, TERMS of v
+VIBRATION, VIBRATION_BEFORE, VIBRATION_SPARE, FREE = range(18, 26, 2)
+BOUNDS = 26
+POLY = 29  # TERMS rows of u, TERMS of v
 SLOPE = POLY + 2 * TERMS  # SLOPES rows of du/ds, SLOPES of dv/ds
 # The storey's branch and what follows from it, V = TANGENT d + CONSTANT; and the peaks so far.
 TANGENT, CONSTANT, PLASTIC, BRANCH, DISPLACEMENT, DRIFT, STOREY_FORCE, ACCELERATION = range(
@@ -135,7 +136,7 @@ class FreeMotion(NamedTuple):
     """
 
     ground: UniformRowGround | ArrivingRowGround
-    states: np.ndarray  # (N, 2, D) u and v
+    states: np.ndarray  # (P + 1, 2, D) u and v at the start of each block, and at the last node
     floor_bounds: np.ndarray  # (P, 3, D) no |u|, |drift|, |absolute acceleration| in the block is larger
     floor_peaks: np.ndarray  # (P + 1, 3, D) largest of each up to the start of the block, and in the whole record
     point_bounds: np.ndarray  # (P, 2, K) no u_left − u_right in the block is larger, and none smaller
@@ -145,6 +146,16 @@ class FreeMotion(NamedTuple):
     block: int  # nodes a block
     first_dof: int = 0  # of a part
     first_point: int = 0
+
+
+class FreeWork(NamedTuple):
+    """Arrays for one block of `free_motion.march_free`, of n nodes."""
+
+    paths: np.ndarray  # (3, D, n + 1) u, v and ü at its nodes
+    swings: np.ndarray  # (2, B, n) 2 E of the bounds on the motion of a building over each interval, and its root
+    ground: np.ndarray  # (3, n + 1) a_g under the present building, its slope, the time to the next node
+    distances: np.ndarray  # (3, K, n + 1) u_left − u_right at the points of the present interface, its two derivatives
+    bends: np.ndarray  # (K, n) no second derivative of these is larger over an interval
 
 
 class Run(NamedTuple):
