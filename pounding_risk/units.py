@@ -52,6 +52,8 @@ DAMPING = Quantity("1", 0.0, 1.0, "damping ratio", open_high=True, example="0.05
 FLOOR_MASS = Quantity("kg", 0.0, inf, "mass of a floor", open_low=True, open_high=True, example="44 t")
 STOREY_HEIGHT = Quantity("m", 0.0, inf, "height", open_low=True, open_high=True, example="3 m")
 HEIGHT = Quantity("m", 0.0, inf, "height above the ground", open_high=True, example="12 m")
+INITIAL_DISPLACEMENT = Quantity("m", -inf, inf, "initial displacement", open_low=True, open_high=True, example="20 mm")
+INITIAL_VELOCITY = Quantity("m/s", -inf, inf, "initial velocity", open_low=True, open_high=True, example="0.5 m/s")
 STOREY_STRENGTH = Quantity("N", 0.0, inf, "yield shear of a storey", open_low=True, example="1400 kN")
 LEVELS = Quantity("m", 1e-3, inf, "tolerance of levels", open_high=True, example="0.1 m")
 GAP = Quantity("m", 0.0, inf, "clear distance at rest")

@@ -178,6 +178,17 @@ class Run:
         return found
 
 
-def integrate(scene: Scene, acceleration: np.ndarray, dt: float, rtol: float = 1e-12) -> dict[str, float]:
-    """A pair under a_g [m/s²] sampled every dt [s]: the solver's outputs by the same names, in SI units."""
-    return Run(scene, np.asarray(acceleration, dtype=float), dt, rtol).go()
+def integrate(
+    scene: Scene,
+    acceleration: np.ndarray,
+    dt: float,
+    rtol: float = 1e-12,
+    start: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0),
+) -> dict[str, float]:
+    """A pair under a_g [m/s²] sampled every dt [s]: the solver's outputs by the same names, in SI units.
+
+    It begins with ``start`` = (u, v of the left, u, v of the right building).
+    """
+    run = Run(scene, np.asarray(acceleration, dtype=float), dt, rtol)
+    run.state = list(start)
+    return run.go()

@@ -23,7 +23,7 @@ from pounding_risk.results.labels import OUTCOME, amplitudes, kept_as
 from pounding_risk.results.layout import Slab, bytes_per_case
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import COMPLETE, STATUS
-from pounding_risk.solver.pair.api import free_response, oscillators, vibration_maps
+from pounding_risk.solver.pair.api import free_response, initial_state, oscillators, vibration_maps
 from pounding_risk.solver.pair.flight import SIGNALS, Free
 from pounding_risk.solver.pair.grid import SIMULATED, solve_grid
 from pounding_risk.solver.pair.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
@@ -48,6 +48,7 @@ class PairJob(GridJob):
     def __init__(self, scan_input: ScanInput):
         study = scan_input.study
         self.pair, self.laws = oscillators(*study.pair), laws_of(study)
+        self.initial = initial_state(*study.pair)
         self.gaps, self.yield_forces = np.array(study.grid.gaps), np.array(study.grid.yield_forces)
         places = self.gaps[:, None], self.yield_forces[:, None]  # of one interface, of one contact point
         super().__init__(scan_input, tuple((law,) for law in self.laws), places)
@@ -70,9 +71,10 @@ class PairJob(GridJob):
     @classmethod
     def closing(cls, study: Scene) -> Callable[[Motion], tuple[Array, Free]]:
         pair, wave, gaps = oscillators(*study.pair), wave_of(study.effects), np.array(study.grid.gaps)
+        initial = initial_state(*study.pair)
 
         def respond(motion: Motion) -> tuple[Array, Free]:
-            free = free_response(pair, motion.acceleration, motion.dt, wave)
+            free = free_response(pair, motion.acceleration, motion.dt, wave, initial)
             return free.high[:, 0].max() - gaps, free
 
         return respond
@@ -80,7 +82,8 @@ class PairJob(GridJob):
     def free(self, motion: Place) -> Free:
         def respond() -> Free:
             ground = self.ground(motion)
-            return free_response(self.pair, ground.acceleration, ground.dt, wave_of(self.study.effects))
+            wave = wave_of(self.study.effects)
+            return free_response(self.pair, ground.acceleration, ground.dt, wave, self.initial)
 
         return self._free.of(motion, respond)
 
@@ -89,7 +92,7 @@ class PairJob(GridJob):
         """Digest of the pair, its laws, and the maps over a step of each record."""
         steps = sorted({motion.dt for motion in self.scan_input.motions})
         maps = [vibration_maps(self.pair, step) for step in steps]
-        return blake2b(repr((self.pair, self.laws, maps)).encode(), digest_size=16).hexdigest()
+        return blake2b(repr((self.pair, self.initial, self.laws, maps)).encode(), digest_size=16).hexdigest()
 
     def solved(self, batches: range, stop: Callable[[], bool]) -> tuple[Chunk, NDArray[np.bool_]] | None:
         """Raw columns of every case, and whether it was simulated."""

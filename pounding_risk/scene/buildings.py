@@ -1,6 +1,7 @@
 """The [[building]] tables of a scene: a mass, a rigid wall, storeys by their numbers, or storeys of a typology."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from math import inf, pi, sqrt
 from typing import Annotated, Any, ClassVar
@@ -31,6 +32,8 @@ from pounding_risk.units import (
     FLOOR_LENGTH,
     FLOOR_MASS,
     HEIGHT,
+    INITIAL_DISPLACEMENT,
+    INITIAL_VELOCITY,
     MASS,
     PERIOD,
     STIFFNESS,
@@ -141,13 +144,48 @@ FloorDepth = Annotated[
         "0.25 m, a slab of 6 m span (ACI 318-19, table 7.3.1.1: span / 24); a quarter of the lowest storey at most",
     ),
 ]
+InitialDisplacement = Annotated[
+    tuple[float, ...] | float,
+    _storeyed(
+        INITIAL_DISPLACEMENT,
+        "Displacement of each floor relative to the ground when the motion begins",
+        '["10 mm", "20 mm"]',
+        "at rest",
+    ),
+]
+InitialVelocity = Annotated[
+    tuple[float, ...] | float,
+    _storeyed(
+        INITIAL_VELOCITY,
+        "Velocity of each floor relative to the ground when the motion begins",
+        '"0.5 m/s"',
+        "at rest",
+    ),
+]
 Rigid = Annotated[bool, flag("rigid", "true for a wall that moves with the ground.")]
+
+
+def wrong_lengths(keys: Section, names: Iterable[str], count: int, stated: str) -> Iterator[Fault]:
+    """Faults for lists of a building that have not one value for each of its ``count`` storeys."""
+    for key in names:
+        length = len(keys.raw[key]) if isinstance(keys.raw.get(key), list) else 0
+        if length not in (0, count):
+            yield keys.fault(
+                key,
+                f"{length} value{'s' * (length != 1)} for {stated}; write one for each storey, from the ground up, "
+                "or one value for all",
+            )
 
 
 class AnyBuilding(Table):
     """A [[building]] table of any kind."""
 
     repair: ClassVar[str]  # for a key that this kind of building does not take
+
+    def by_floor(self, key: str, count: int) -> tuple[float, ...]:
+        """The values of a key that has one for each of ``count`` storeys, or one for all."""
+        values = getattr(self, key)
+        return values if isinstance(values, tuple) else (values,) * count
 
     def structure(self) -> Building | Storeys:
         """The building as the solvers take it; raises PoundingError for numbers that no building has."""
@@ -188,16 +226,20 @@ class SingleMass(AnyBuilding):
     ] = CONCRETE_WAVE_SPEED
     height: Height = 0.0
     floor_depth: FloorDepth = None
+    initial_displacement: InitialDisplacement = ()
+    initial_velocity: InitialVelocity = ()
     rigid: Rigid = False
 
     def structure(self) -> Building:
         """The mass on its spring."""
         values = {key: getattr(self, key) for key in Building._fields}
+        values |= {key: sum(self.by_floor(key, 1)) for key in INITIAL}
         return Building(**values | {"period": self.period or 2.0 * pi * sqrt(self.mass / self.stiffness)})
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """Exactly one of period and stiffness says how a mass vibrates."""
+        yield from wrong_lengths(keys, INITIAL, 1, "a single mass")
         if "wave_speed" in keys and "floor_length" not in keys:
             sentence = 'acts along a floor of known length; write floor_length = "20 m", or remove it'
             yield keys.fault("wave_speed", sentence)
@@ -277,21 +319,21 @@ class ShearBuilding(AnyBuilding):
     ] = ()
     storeys: StoreyCount = 0
     floor_depth: FloorDepth = None
+    initial_displacement: InitialDisplacement = ()
+    initial_velocity: InitialVelocity = ()
     rigid: Rigid = False
 
     def structure(self) -> Storeys:
         """The shear building, with one value for each storey."""
-        lists = [getattr(self, key) for key in LISTS]
+        lists = [getattr(self, key) for key in (*LISTS, *INITIAL)]
         count = self.storeys or next(len(values) for values in lists if isinstance(values, tuple) and values)
-        masses, stiffnesses, heights, strengths = (
-            values if isinstance(values, tuple) else (values,) * count for values in lists
-        )
-        return Storeys(self.name, masses, stiffnesses, heights, self.damping, self.damping_rule, strengths)
+        masses, stiffnesses, heights, *others = (self.by_floor(key, count) for key in (*LISTS, *INITIAL))
+        return Storeys(self.name, masses, stiffnesses, heights, self.damping, self.damping_rule, *others)
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """Lists that have not one value for each storey."""
-        lengths = {key: len(keys.raw[key]) for key in LISTS if isinstance(keys.raw.get(key), list)}
+        lengths = {key: len(keys.raw[key]) for key in (*LISTS, *INITIAL) if isinstance(keys.raw.get(key), list)}
         count = keys.raw.get("storeys", next(iter(lengths.values()), None))
         if count is None:
             sentence = "missing; write storeys = 4, or a list with one value for each storey"
@@ -299,13 +341,7 @@ class ShearBuilding(AnyBuilding):
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             return
         stated = f"storeys = {count}" if "storeys" in keys else f"{count} {next(iter(lengths), 'storeys')}"
-        for key, length in lengths.items():
-            if length != count and length:
-                yield keys.fault(
-                    key,
-                    f"{length} value{'s' * (length != 1)} for {stated}; write one for each storey, from the ground up, "
-                    "or one value for all",
-                )
+        yield from wrong_lengths(keys, lengths, count, stated)
 
 
 class TypologyBuilding(AnyBuilding):
@@ -345,11 +381,20 @@ class TypologyBuilding(AnyBuilding):
     damping: Damping = 0.05
     damping_rule: DampingRule = DAMPING_RULES[0]
     floor_depth: FloorDepth = None
+    initial_displacement: InitialDisplacement = ()
+    initial_velocity: InitialVelocity = ()
     rigid: Rigid = False
+
+    @classmethod
+    def checks(cls, keys: Section) -> Iterator[Fault]:
+        """Lists that have not one value for each storey."""
+        count = keys.raw.get("storeys")
+        if isinstance(count, int) and not isinstance(count, bool):
+            yield from wrong_lengths(keys, INITIAL, count, f"storeys = {count}")
 
     def structure(self) -> Storeys:
         """The shear building that is generated."""
-        return generated(
+        bare = generated(
             self.name,
             height=self.height,
             storeys=self.storeys,
@@ -359,10 +404,13 @@ class TypologyBuilding(AnyBuilding):
             damping=self.damping,
             damping_rule=self.damping_rule,
         )
+        displacement, velocity = (self.by_floor(key, self.storeys) for key in INITIAL)
+        return replace(bare, initial_displacement=displacement, initial_velocity=velocity)
 
 
 KINDS: tuple[type[AnyBuilding], ...] = (SingleMass, RigidWall, ShearBuilding, TypologyBuilding)
 KEYS: Mapping[str, Key] = {name: key for kind in KINDS for name, key in kind.keys().items()}
+INITIAL = ("initial_displacement", "initial_velocity")
 LISTS = ("floor_masses", "storey_stiffnesses", "storey_heights", "storey_strengths")
 # Keys that are called otherwise in the buildings that the solvers take.
 IN_STRUCTURES = dict(zip(LISTS, ("masses", "stiffnesses", "heights", "strengths"), strict=True))
@@ -454,6 +502,7 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
     kind = ShearBuilding if isinstance(building, Storeys) else RigidWall if building.is_rigid else SingleMass
     values = {key: getattr(building, IN_STRUCTURES.get(key, key), None) for key in kind.model_fields}
     left_out = {"rigid", "stiffness"} if kind is not ShearBuilding else {"rigid"}  # k follows from mass and period
+    left_out |= {key for key in INITIAL if not values.get(key)}
     if not values.get("floor_length"):
         left_out.add("wave_speed")
     stated = {

@@ -540,6 +540,8 @@ def scene_of(
     faults += every_fault(draft, Path(source).parent)
     if not faults:
         values, faults = _assembled(draft, origin)
+    if not faults:
+        faults = list(_overlaps(_made(values)))
     if faults:
         raise SceneError(source, tell(faults, origin.lines))
     scene = _made(values)
@@ -578,6 +580,34 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
         "overrides": origin.overrides,
     }
     return values, faults
+
+
+def _overlaps(scene: Scene) -> Iterator[Fault]:
+    """A fault for every interface that initial displacements close by more than its smallest gap."""
+    smallest = scene.interface_gaps(min(scene.grid.gaps))
+    for place, (gap, interface) in enumerate(zip(smallest, scene.interfaces, strict=True)):
+        left, right = scene.buildings[place : place + 2]
+        closing = max(
+            (_initial_place(left, point.left_floor) - _initial_place(right, point.right_floor))
+            for point in interface.points
+        )
+        if closing > gap:
+            yield Fault(
+                ("interface", place, "gap"),
+                f"{say(gap, GAP)}, and the initial_displacement of {left.name} and {right.name} closes "
+                f"{say(closing, GAP)}: they would stand in each other when the motion begins; write wider gaps or "
+                "smaller displacements",
+            )
+
+
+def _initial_place(building: Building | Storeys, floor: float) -> float:
+    """Initial displacement [m] at a floor number, that of a column between those of its floors."""
+    if isinstance(building, Building):
+        return building.initial_displacement
+    displacements = building.initial_displacement or (0.0,) * len(building.masses)
+    floors = (0.0, *displacements)
+    below = min(int(floor), len(floors) - 2)
+    return floors[below] + (floor - below) * (floors[below + 1] - floors[below])
 
 
 def _first(draft: Draft) -> Interface:

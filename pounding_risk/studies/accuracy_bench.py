@@ -21,6 +21,7 @@ FIXED = {
     "Runge-Kutta 4": "rk4",
 }
 REFERENCE = 1e-12  # rtol of the event-driven reference
+INITIAL_STATES = "initial displacement or velocity"  # what the other methods do not begin with
 
 
 class Outcome(NamedTuple):

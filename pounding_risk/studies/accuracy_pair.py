@@ -22,12 +22,13 @@ from pounding_risk.scene.scene import Scene
 from pounding_risk.solver import counters as tally
 from pounding_risk.solver.baselines import fixed_step as fixed
 from pounding_risk.solver.baselines.solve_ivp import solve_general
-from pounding_risk.solver.pair.api import Interface, free_response, oscillators
+from pounding_risk.solver.pair.api import Interface, free_response, initial_state, oscillators
 from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.studies.accuracy_bench import (
     FIXED,
+    INITIAL_STATES,
     REFERENCE,
     Outcome,
     PointCase,
@@ -58,6 +59,7 @@ class PairBench:
     yield_forces: np.ndarray
     restitution: Any
     wave: WavePassage | None
+    initial: tuple[float, ...]  # of `initial_state`
     event_only: str
 
     most_general = 3
@@ -122,7 +124,7 @@ class PairBench:
             out, how = np.zeros((*self.shape, COLUMNS)), np.zeros(self.shape, dtype=np.int8)
             start = process_time()
             if batch.motion not in frees:
-                frees[batch.motion] = free_response(self.pair, motion.acceleration, motion.dt, self.wave)
+                frees[batch.motion] = free_response(self.pair, motion.acceleration, motion.dt, self.wave, self.initial)
                 free_seconds += process_time() - start
             free = frees[batch.motion]
             solve_grid(self.pair, free, batch.law, self.grid, rtol, False, make_workspace(rtol), out, how)
@@ -200,11 +202,12 @@ class PairBench:
 
 
 def _event_only(study: Scene) -> str:
-    """Effects, path-dependent and impulsive models of the scene, which only the event-driven solver has."""
+    """Effects, path-dependent and impulsive models, and initial states, which only the event-driven solver has."""
     paths = (
         name for name in study.grid.contact_models if is_path_dependent(known_law(name)) or is_instant(known_law(name))
     )
-    return ", ".join([*(effect.name for effect in study.effects), *paths])
+    begun = [INITIAL_STATES] if any(initial_state(*study.pair)) else []
+    return ", ".join([*(effect.name for effect in study.effects), *paths, *begun])
 
 
 def pair_bench(study: Scene, cases: int) -> PairBench:
@@ -231,5 +234,6 @@ def pair_bench(study: Scene, cases: int) -> PairBench:
         np.array(forces),
         study.restitution,
         wave_of(study.effects),
+        initial_state(left, right),
         _event_only(study),
     )

@@ -31,6 +31,7 @@ from pounding_risk.solver.row.cases import Limits
 from pounding_risk.solver.row.outputs import closing, outputs
 from pounding_risk.studies.accuracy_bench import (
     FIXED,
+    INITIAL_STATES,
     REFERENCE,
     Driven,
     Outcome,
@@ -86,7 +87,8 @@ class RowBench:
         yields = any(np.isfinite(chain.strength).any() for chain in self.model.chains)
         effects = [effect.name for effect in self.study.effects if not acts_on_buildings(effect.name)]
         storeys = ["inelastic_storeys"] if yields else []
-        return ", ".join([*effects, *storeys, *filter(_has_path, self.study.model_names)])
+        begun = [INITIAL_STATES] if any(chain.initial.size for chain in self.model.chains) else []
+        return ", ".join([*effects, *storeys, *filter(_has_path, self.study.model_names), *begun])
 
     @property
     def chains(self) -> tuple[Chain, ...]:

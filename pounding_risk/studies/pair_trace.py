@@ -16,7 +16,7 @@ from pounding_risk.models.structures.sdof import Oscillator
 from pounding_risk.results.run_labels import Case, Trace
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import CONTACT_COLUMNS, FIRST_YIELD, STATUS, YIELDS, Log, make_log
-from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run
+from pounding_risk.solver.pair.api import Interface, free_response, initial_state, oscillators, run
 from pounding_risk.solver.pair.flight import Free, state_at, write_series
 from pounding_risk.solver.pair.outputs import building_outputs, run_outputs
 from pounding_risk.solver.workspace import make_workspace
@@ -28,7 +28,9 @@ ROWS = 4096  # to begin with; a log that overflows is made again with the room i
 def pair_trace(study: Scene, case: Case) -> Trace:
     """The run of a case of a pair in full."""
     pair = oscillators(*study.pair)
-    free = free_response(pair, case.motion.acceleration, case.motion.dt, wave_of(study.effects))
+    free = free_response(
+        pair, case.motion.acceleration, case.motion.dt, wave_of(study.effects), initial_state(*study.pair)
+    )
     strength = float(case.yield_forces[0])
     law = law_of(study, case.contact_model)
     raw, log = logged(pair, free, Interface(float(case.gaps[0]), law, study.restitution, strength), study.rtol)

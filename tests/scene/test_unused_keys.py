@@ -135,6 +135,8 @@ ACTING = [
     Case("building.A.mass", PAIR, *values("building.A.mass", '"44 t"', '"50 t"')),
     Case("building.A.period", PAIR, *values("building.A.period", '"0.2 s"', '"0.21 s"')),
     Case("building.A.damping", PAIR, *values("building.A.damping", "0.05", "0.02")),
+    Case("building.A.initial_displacement", PAIR, *values("building.A.initial_displacement", '"-2 mm"', '"1 mm"')),
+    Case("building.A.initial_velocity", ROW, *values("building.A.initial_velocity", '["0 m/s", "0.1 m/s"]', '"-1 m/s"')),
     Case("building.A.floor_length", PAIR, *values("building.A.floor_length", '"10 m"', '"20 m"'),
          [FLOORS, 'building.B.floor_length="15 m"'], without="stiffness"),
     Case("building.A.wave_speed", PAIR, *values("building.A.wave_speed", '"3000 m/s"', '"4000 m/s"'),

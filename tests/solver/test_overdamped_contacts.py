@@ -170,9 +170,9 @@ def counted(*arguments):
     return changes
 
 implicit.closing_changes = counted
-laid, ground, drawn = rows.lay_out((side, middle, side), points_of(meetings), 0.01), np.zeros(40), np.zeros((2, 6))
-drawn[0] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
-run = rows.run_row(laid, contacts_of(meetings), ground, free=rows.free_response(laid, ground, drawn).motion)
+drawn = [side._replace(initial=np.array([[u, 2.0 * u], [0.0, 0.0]])) for u in (-0.03, 0.03)]
+laid = rows.lay_out((drawn[0], middle, drawn[1]), points_of(meetings), 0.01)
+run = rows.run_row(laid, contacts_of(meetings), np.zeros(40))
 print(json.dumps([run.status, run.points.tolist(), run.floors.tolist(), solved]))
 """
 

@@ -42,9 +42,9 @@ from pounding_risk.solver.row import api as rows
 
 side, middle = storeys(2, 90e3, 4e7), storeys(2, 60e3, 3e7)
 meetings = [meeting(interface, 1.6, 1.6, 0.01, yield_force=1e6) for interface in (0, 1)]
-laid, ground, drawn = rows.lay_out((side, middle, side), points_of(meetings), 0.01), np.zeros(60), np.zeros((2, 6))
-drawn[0] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
-run = rows.run_row(laid, contacts_of(meetings), ground, free=rows.free_response(laid, ground, drawn).motion)
+drawn = [side._replace(initial=np.array([[u, 2.0 * u], [0.0, 0.0]])) for u in (-0.03, 0.03)]
+laid = rows.lay_out((drawn[0], middle, drawn[1]), points_of(meetings), 0.01)
+run = rows.run_row(laid, contacts_of(meetings), np.zeros(60))
 print(json.dumps([run.status, run.points.tolist(), run.floors.tolist()]))
 """
 SIDES = ("peak_displacement", "peak_storey_shear", "peak_floor_acceleration")

@@ -17,7 +17,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import building_effects
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
-from pounding_risk.units import STIFFNESS, say
+from pounding_risk.units import INITIAL_DISPLACEMENT, STIFFNESS, say
 
 Array = NDArray[np.float64]
 
@@ -37,6 +37,7 @@ class Chain(NamedTuple):
     strength: Array  # N; infinite where a storey stays elastic
     hardening: float = 1.0  # stiffness past yield over that before
     foundations: int = 0  # 1 where the first mass is the foundation on its soil
+    initial: Array = np.zeros((2, 0))  # u [m] and u̇ [m/s] of each mass when the motion begins; empty at rest
 
     def yielding(self, strengths: Sequence[float], hardening: float) -> Chain:
         """The chain whose storeys yield at these shears [N]."""
@@ -61,6 +62,7 @@ class Chain(NamedTuple):
             damping=0.5 * (damping + damping.T),
             strength=np.append(np.inf, self.strength),
             foundations=1,
+            initial=np.insert(self.initial, 0, 0.0, axis=1) if self.initial.size else self.initial,
         )
 
 
@@ -84,13 +86,15 @@ def chain_of(building: Building | Storeys, effects: Iterable[tuple[str, Iterable
     Raises
     ------
     PoundingError
-        Where an effect needs a property that the building lacks, or leaves a storey without stiffness.
+        Where an effect needs a property that the building lacks, or leaves a storey without stiffness, and where one
+        would have yielded before the motion begins.
     """
     chain = _bare(building)
     if building.is_rigid:
         return chain
     for effect in building_effects(effects):
         chain = effect.built(chain, building)
+    _check_elastic(chain, building.name)
     gone = np.flatnonzero(chain.spring <= 0.0)
     if gone.size:
         storey = int(gone[0])
@@ -103,15 +107,40 @@ def chain_of(building: Building | Storeys, effects: Iterable[tuple[str, Iterable
     return chain
 
 
+def _check_elastic(chain: Chain, name: str) -> None:
+    """Raises PoundingError where a storey would have yielded before the motion begins."""
+    if not chain.initial.size:
+        return
+    drift, limit = np.abs(np.diff(chain.initial[0], prepend=0.0)), chain.strength / chain.shear
+    past = np.flatnonzero(drift > limit)
+    if past.size:
+        storey = int(past[0])
+        raise PoundingError(
+            f"initial_displacement: storey {storey + 1 - chain.foundations} of {name} has a drift of "
+            f"{say(drift[storey], INITIAL_DISPLACEMENT)} and yields at {say(limit[storey], INITIAL_DISPLACEMENT)}, "
+            "and a run begins with storeys that have not yielded; lower it, or remove inelastic_storeys"
+        )
+
+
 def _bare(building: Building | Storeys) -> Chain:
     """The chain of a building without any effect."""
     if isinstance(building, Storeys):
         mass, damping, _ = building.matrices()
         springs = np.array(building.stiffnesses)
-        return Chain(np.diag(mass).copy(), springs, springs, damping, np.full(springs.size, np.inf))
+        bare = Chain(np.diag(mass).copy(), springs, springs, damping, np.full(springs.size, np.inf))
+        return _begun(bare, building.initial_displacement, building.initial_velocity)
     count = 0 if building.is_rigid else 1
     springs = np.full(count, building.stiffness)
     dashpot = building.oscillator().two_zeta_omega * building.mass if count else 0.0
-    return Chain(
+    bare = Chain(
         np.full(count, float(building.mass)), springs, springs, np.full((count, count), dashpot), springs + np.inf
     )
+    return _begun(bare, (building.initial_displacement,) * count, (building.initial_velocity,) * count)
+
+
+def _begun(chain: Chain, displacement: Sequence[float], velocity: Sequence[float]) -> Chain:
+    """The chain with these displacements [m] and velocities [m/s] of its masses to begin with; none is zero."""
+    if not any(displacement) and not any(velocity):
+        return chain
+    still = (0.0,) * chain.mass.size
+    return chain._replace(initial=np.array([displacement or still, velocity or still]))

@@ -6,7 +6,16 @@ from math import inf, pi
 from typing import Annotated, NamedTuple
 
 from pounding_risk.models._discovery import documented
-from pounding_risk.units import DAMPING, FLOOR_LENGTH, HEIGHT, MASS, PERIOD, WAVE_SPEED
+from pounding_risk.units import (
+    DAMPING,
+    FLOOR_LENGTH,
+    HEIGHT,
+    INITIAL_DISPLACEMENT,
+    INITIAL_VELOCITY,
+    MASS,
+    PERIOD,
+    WAVE_SPEED,
+)
 
 # sqrt(E/ρ) of concrete C25/30 is 3490 m/s: E_cm = 31 GPa (EN 1992-1-1, Table 3.1), 25 kN/m³ (EN 1991-1-1, Table A.1).
 CONCRETE_WAVE_SPEED = 3500.0  # m/s
@@ -20,7 +29,7 @@ class Building(NamedTuple):
 
     ``period`` 0 means rigid: the building moves with the ground and cannot be pushed. ``floor_length`` is that of the
     floor in the direction of the row, 0 where it is not known; only contact models that collide floors use it, and
-    with it ``wave_speed``.
+    with it ``wave_speed``. ``initial_displacement`` and ``initial_velocity`` are u and u̇ when the motion begins.
     """
 
     name: str
@@ -30,6 +39,8 @@ class Building(NamedTuple):
     floor_length: Annotated[float, FLOOR_LENGTH] = 0.0
     wave_speed: Annotated[float, WAVE_SPEED] = CONCRETE_WAVE_SPEED
     height: Annotated[float, HEIGHT] = 0.0
+    initial_displacement: Annotated[float, INITIAL_DISPLACEMENT] = 0.0
+    initial_velocity: Annotated[float, INITIAL_VELOCITY] = 0.0
 
     @classmethod
     def rigid(cls, name: str, mass: float = inf) -> Building:

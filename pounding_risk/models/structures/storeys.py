@@ -24,6 +24,8 @@ from pounding_risk.models.structures.typologies import known_typology
 from pounding_risk.units import (
     DAMPING,
     FLOOR_MASS,
+    INITIAL_DISPLACEMENT,
+    INITIAL_VELOCITY,
     PERIOD,
     STANDARD_GRAVITY,
     STIFFNESS,
@@ -70,7 +72,8 @@ class Storeys:
     ``damping_rule`` "modal": every mode has the ratio ζ, C = M Φ diag(2 ζ ω) Φᵀ M; "rayleigh": C = α M + β K with ζ in
     the first mode and in the one by which the modes carry 95 % of the mass, the second at least; "stiffness": C = β K
     with ζ in the first mode. ``strengths`` are the storeys' yield shears for `inelastic_storeys`; without any the
-    building stays elastic. Raises PoundingError for numbers that no building has.
+    building stays elastic. Without ``initial_displacement`` and ``initial_velocity`` it begins at rest. Raises
+    PoundingError for numbers that no building has.
 
     >>> round(Storeys("A", (25e3,) * 3, (3.46e6,) * 3, (3.0,) * 3).period, 4)
     1.2001
@@ -83,6 +86,8 @@ class Storeys:
     damping: float = 0.05
     damping_rule: str = "modal"
     strengths: tuple[float, ...] = ()  # N, yield shear of each storey
+    initial_displacement: tuple[float, ...] = ()  # m, of each floor relative to the ground when the motion begins
+    initial_velocity: tuple[float, ...] = ()  # m/s
 
     is_rigid = False
 
@@ -105,7 +110,7 @@ class Storeys:
         floors = len(self.masses)
         if not floors:
             raise PoundingError(f'{self.name}: no floor; write floor_masses = ["44 t", "44 t"], from the ground up')
-        if len(values) != floors and not (key == "storey_strengths" and not values):
+        if len(values) != floors and (values or key in _NEEDED):
             raise PoundingError(
                 f"{self.name}: {len(values)} {key} for {floors} floor_masses; write one for each, from the ground up"
             )
@@ -177,7 +182,10 @@ _LISTS = (
     ("stiffnesses", "storey_stiffnesses", STIFFNESS),
     ("heights", "storey_heights", STOREY_HEIGHT),
     ("strengths", "storey_strengths", STOREY_STRENGTH),
+    ("initial_displacement", "initial_displacement", INITIAL_DISPLACEMENT),
+    ("initial_velocity", "initial_velocity", INITIAL_VELOCITY),
 )
+_NEEDED = ("floor_masses", "storey_stiffnesses", "storey_heights")
 
 
 def effective_shares(masses: Array, shapes: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import ceil, cos, exp, inf, isfinite, sin, sqrt
 from typing import Any, NamedTuple
 
@@ -20,6 +21,8 @@ from pounding_risk.solver.pair.run import march
 from pounding_risk.solver.pair.stages import Limits
 from pounding_risk.solver.workspace import MAX_TERMS, SIGNALS, make_workspace
 
+AT_REST = (0.0, 0.0, 0.0, 0.0)  # of `initial_state`
+
 
 class Interface(NamedTuple):
     """Gap, contact law, restitution and yield force between two neighbours."""
@@ -33,6 +36,11 @@ class Interface(NamedTuple):
 def oscillators(left: Building, right: Building) -> tuple[Oscillator, Oscillator]:
     """Both buildings as the kernels take them."""
     return left.oscillator(), right.oscillator()
+
+
+def initial_state(left: Building, right: Building) -> tuple[float, float, float, float]:
+    """u of both [m] and u̇ of both [m/s] when the motion begins."""
+    return left.initial_displacement, right.initial_displacement, left.initial_velocity, right.initial_velocity
 
 
 def _vibration_map(oscillator: Oscillator, time: float) -> tuple[float, float, float, float]:
@@ -56,17 +64,22 @@ def vibration_maps(pair: tuple[Oscillator, Oscillator], time: float) -> tuple[tu
 
 
 def free_response(
-    pair: tuple[Oscillator, Oscillator], acceleration: np.ndarray, dt: float, wave: WavePassage | None = None
+    pair: tuple[Oscillator, Oscillator],
+    acceleration: np.ndarray,
+    dt: float,
+    wave: WavePassage | None = None,
+    initial: Sequence[float] = AT_REST,
 ) -> Free:
-    """The response of both buildings without contact to a_g [m/s²] sampled every ``dt`` [s], from rest.
+    """The response of both buildings without contact to a_g [m/s²] sampled every ``dt`` [s].
 
-    With a ``wave`` one of them has the motion later than the other.
+    With a ``wave`` one of them has the motion later than the other. It begins as ``initial``, of `initial_state`.
 
     Exact for a_g linear between samples; NaN from the first sample on that is not finite. Samples are divided
     where the stiffer building would pass more than 2.5 rad of its vibration between them, so that a Taylor series
     sums to rounding over every interval.
     """
     free = at_rest(pair, acceleration, dt, wave)
+    free.states[0] = initial
     fill_free_response(pair, free, make_workspace())
     passage = free.passage
     closing = free.states[:, 2] - free.states[:, 3] - (passage.rate if isinstance(passage, DelayedGround) else 0.0)
@@ -128,7 +141,8 @@ def solve(
     pair = oscillators(left, right)
     capped = isfinite(interface.law.ceiling(1.0))
     log = make_log(0, 0, np.zeros(0) if capped else np.array([float(interface.yield_force)]))
-    raw = run(pair, free_response(pair, ground, float(dt), wave), interface, rtol, log)
+    free = free_response(pair, ground, float(dt), wave, initial_state(left, right))
+    raw = run(pair, free, interface, rtol, log)
     if not capped:
         raw[YIELDS], raw[FIRST_YIELD] = log.reached[0], log.first[0]
     named = {name: float(value) for name, value in run_outputs(raw, interface.yield_force).items()}

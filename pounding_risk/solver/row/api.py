@@ -115,6 +115,7 @@ class Laid(NamedTuple):
     parts: int  # node intervals a sample
     terms: int  # of the Taylor series over one of them
     block_maps: np.ndarray  # as in `FreeMotion`
+    initial: np.ndarray  # (2, masses) u [m] and v [m/s] when the motion begins
     arrivals: Arrivals | None = None  # of the motion at each building, in `step`; None where all have it at once
 
     @property
@@ -196,7 +197,13 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals:
         np.concatenate([*maps, np.zeros(1)]),
         UniformRow() if arrived is None else ArrivingRow(),
     )
-    return Laid(row, float(dt), parts, terms, np.concatenate([*block_maps, np.zeros(1)]), arrived)
+    initial = np.hstack(
+        [
+            chain.initial if chain.initial.size else np.zeros((2, count))
+            for chain, count in zip(chains, counts, strict=True)
+        ]
+    )
+    return Laid(row, float(dt), parts, terms, np.concatenate([*block_maps, np.zeros(1)]), initial, arrived)
 
 
 def cut_out(laid: Laid, first: int, last: int) -> Laid:
@@ -213,6 +220,7 @@ def cut_out(laid: Laid, first: int, last: int) -> Laid:
     frame[START] -= points.start
     frame[[START, BENDS, BAND], -1] = 0
     ends, by_interval = row.ends[points], row.maps[:-1].reshape(laid.phases, -1)[:, maps]
+    moved = (dofs.start <= laid.masses) & (laid.masses < dofs.stop)
     return laid._replace(
         row=Row(
             frame,
@@ -223,6 +231,7 @@ def cut_out(laid: Laid, first: int, last: int) -> Laid:
             np.append(by_interval, 0.0),
             row.passage,
         ),
+        initial=laid.initial[:, moved],
         arrivals=None if laid.arrivals is None else laid.arrivals.of(first, last),
     )
 
@@ -339,28 +348,18 @@ class FreeResponse(NamedTuple):
     motion: FreeMotion
 
 
-def free_row(
-    laid: Laid, acceleration: np.ndarray, *, states: bool = False, initial: np.ndarray | None = None
-) -> RowRun:
-    """The row without any contact under a_g [m/s²]; ``states`` keeps u and v at every node.
-
-    ``initial`` (2, D) are u [m] and v [m/s] of every mass at the first sample; it is at rest without.
-    """
-    return _respond(laid, acceleration, initial, states=states).run
+def free_row(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> RowRun:
+    """The row without any contact under a_g [m/s²]; ``states`` keeps u and v at every node."""
+    return _respond(laid, acceleration, states=states).run
 
 
-def free_response(laid: Laid, acceleration: np.ndarray, initial: np.ndarray | None = None) -> FreeResponse:
-    """The row without any contact under a_g [m/s²], with all that runs of it have in common; arguments as `free_row`.
-
-    Its runs begin as it does.
-    """
-    return _respond(laid, acceleration, initial, states=False)
+def free_response(laid: Laid, acceleration: np.ndarray) -> FreeResponse:
+    """The row without any contact under a_g [m/s²], with all that runs of it have in common."""
+    return _respond(laid, acceleration, states=False)
 
 
-def _respond(laid: Laid, acceleration: np.ndarray, initial: np.ndarray | None, *, states: bool) -> FreeResponse:
+def _respond(laid: Laid, acceleration: np.ndarray, *, states: bool) -> FreeResponse:
     row, run, motion, work, step, terms, at_nodes = unmoved(laid, acceleration)
-    if initial is not None:
-        motion.states[0][:, laid.masses] = initial
     if states:
         at_nodes = _empty_states(motion.ground.node_count(), row)
     march_free(lent(row), lent(run), lent(motion), lent(work), step, terms, at_nodes)
@@ -386,6 +385,7 @@ def unmoved(laid: Laid, acceleration: np.ndarray) -> tuple[Any, ...]:
         laid.block_maps,
         laid.block,
     )
+    motion.states[0][:, laid.masses] = laid.initial
     buildings, nodes = row.frame.shape[1] - 1, laid.block + 1
     most = max([0, *np.diff(row.frame[START]).tolist()])  # points of an interface
     work = FreeWork(
@@ -419,7 +419,7 @@ def run_row(
     histories: bool = False,
     free: FreeMotion | None = None,
 ) -> RowRun:
-    """The row with its contacts under a_g [m/s²] at the samples of its layout, from rest.
+    """The row with its contacts under a_g [m/s²] at the samples of its layout, from its initial state.
 
     ``levels`` [N, ascending] are forces whose first reaching is timed at every point, and whose contacts are counted: a
     law without a cap answers so for every yield force. ``histories`` keeps u and v at every node, and the log. ``free``
