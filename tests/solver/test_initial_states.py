@@ -157,6 +157,8 @@ def test_keys_of_a_scene_reach_the_run():
     assert drawn.buildings[0].initial_velocity == (0.1, 0.1)
     again = pr.read_scene(drawn.to_toml())
     assert again == drawn and again != scene()
+    words = dict(pr.validate(drawn).summary())["left building"]
+    assert words.endswith("begins displaced by 12 mm and moving at 100 mm/s at most")
     histories = pr.simulate(drawn)
     begun = histories["displacement"].isel(time=0).values.ravel()
     np.testing.assert_array_equal(begun[np.isfinite(begun)][:2], [0.005, 0.012])

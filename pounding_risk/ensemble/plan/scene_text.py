@@ -23,6 +23,8 @@ from pounding_risk.units import (
     FLOOR_LENGTH,
     GAP,
     HEIGHT,
+    INITIAL_DISPLACEMENT,
+    INITIAL_VELOCITY,
     MASS,
     PERIOD,
     PGA,
@@ -127,6 +129,7 @@ def _building(building: Building | Storeys, yielding: bool) -> str:
             f"{building.name}: {count} storey{'s' * (count != 1)}, {say(building.height, STOREY_HEIGHT)}, "
             f"{say(building.mass, MASS)}, period {say(building.period, PERIOD)}, damping ratio "
             f"{say(building.damping, DAMPING)} ({building.damping_rule}){yields}"
+            + _beginning(building.initial_displacement, building.initial_velocity)
         )
     height = f", height {say(building.height, HEIGHT)}" if building.height else ""
     mass = say(building.mass, MASS) if building.mass < inf else "any mass"
@@ -140,7 +143,15 @@ def _building(building: Building | Storeys, yielding: bool) -> str:
     return (
         f"{building.name}: {mass}, period {say(building.period, PERIOD)}, "
         f"damping ratio {say(building.damping, DAMPING)}{floor}{height}"
+        + _beginning((building.initial_displacement,), (building.initial_velocity,))
     )
+
+
+def _beginning(displacement: tuple[float, ...], velocity: tuple[float, ...]) -> str:
+    """How a building begins, each quantity by its largest value; nothing of one at rest."""
+    values = ((displacement, INITIAL_DISPLACEMENT, "displaced by"), (velocity, INITIAL_VELOCITY, "moving at"))
+    words = [f"{word} {say(max(own, key=abs), quantity)}" for own, quantity, word in values if any(own)]
+    return f", begins {' and '.join(words)}{' at most' * (len(displacement) > 1)}" if words else ""
 
 
 def _laws(study: Scene) -> list[str]:
