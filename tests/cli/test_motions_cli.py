@@ -495,3 +495,47 @@ def test_a_choice_may_be_limited_by_peaks():
     assert "RSN753-000" in result.stdout and "RSN6-180" not in result.stdout
     refused = run(*words, "--pga", "0.3", "1 g")
     assert refused.exit_code == 2 and refused.stderr.startswith("pounding-risk: --pga: ")
+
+
+# --- generated motions -------------------------------------------------------------------------------------
+
+PULSE, NOISE = "ricker: pga=0.4 g, period=0.8 s", "kanai_tajimi: rms=0.1 g, duration=4 s, count=2"
+
+
+def test_generated_motions_are_records_to_every_command(folder):
+    told = run("info", PULSE)
+    assert told.exit_code == 0, told.output
+    assert row(told.output, "event")[1] == "generated: ricker-0.8s" and row(told.output, "PGA")[1] == "0.4 g"
+    assert row(told.output, "velocity at the end")[1] == "yes" and "clipping" not in told.output
+    made = run("process", PULSE, NOISE, "-o", "out", "--pga", "0.2 g")
+    assert made.exit_code == 0, made.output
+    assert (
+        "straight lines between samples are within" in made.output and "seed 2: normal numbers of PCG64" in made.output
+    )
+    names = ["kanai_tajimi-seed1.csv", "kanai_tajimi-seed2.csv", "ricker-0.8s.csv"]
+    assert sorted(path.name for path in (folder / "out").iterdir()) == names
+    assert all(read_motion(folder / "out" / name).pga == pytest.approx(0.2 * STANDARD_GRAVITY) for name in names)
+    drawn = run("plot", PULSE, NOISE, "--histories", "--figure", "all.png")
+    assert drawn.exit_code == 0 and (folder / "all.png").stat().st_size > 20_000
+    chosen = run(
+        "select", PULSE, NOISE, "--target", "ec8:ag=0.25 g,ground=B,type=1", "--range", "0.2s", "1s", *SELECTED
+    )
+    assert chosen.exit_code == 0, chosen.output
+    check_manifest("chosen.csv", [read_motion(r["source"], scale=r["factor"]) for r in read_manifest("chosen.csv")])
+
+
+SELECTED = ("--spectrum", "component", "--count", "2", "-o", "chosen.csv")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("info", "riker: pga=0.4 g"), '"riker" is not a kind of motion (did you mean "ricker"?); it may be'),
+        (("info", NOISE), "kanai_tajimi, count: several motions, where one is asked for; leave count out"),
+        (("process", "ricker: pga=-1 g, period=1 s"), 'ricker, pga: "-1 g" is out of range'),
+        (("plot", PULSE, "--histories", "--spectra", "--figure", "a.png"), "--histories: spectra are asked for too"),
+    ],
+)
+def test_misuse_of_generated_motions_is_one_sentence(words, sentence):
+    result = run(*words)
+    assert isinstance(result.exception, PoundingError) and sentence in str(result.exception)

@@ -7,7 +7,7 @@ the page of the docs.
 
     >>> from pounding_risk.motions.generated import recipe
     >>> recipe("ricker", pga="0.4 g", period="0.8 s").text()
-    'ricker: pga=3.92266 m/s^2, period=0.8 s'
+    'ricker: pga=3.92266 m/s^2, period=0.8 s, shape=symmetric'
 """
 
 from __future__ import annotations
@@ -22,18 +22,33 @@ from typing import Any, NamedTuple
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.generated._kind import KINDS, Form, Kind, Sampled, Unfit, motion_kind
+from pounding_risk.motions.generated._kind import KINDS, REQUIRED, Form, Kind, Option, Sampled, Unfit, motion_kind
 from pounding_risk.motions.generated._wave import Wave
 from pounding_risk.motions.processing.signals import velocity_displacement
-from pounding_risk.motions.record import GENERATED, Source
+from pounding_risk.motions.record import GENERATED, STATED, Source
 from pounding_risk.units import QuantityError, shown, si
 
-__all__ = ["Form", "Kind", "Recipe", "Sampled", "Unfit", "Wave", "motion_kind", "motion_kinds", "recipe", "recipe_of"]
+__all__ = [
+    "Form",
+    "Kind",
+    "Option",
+    "Recipe",
+    "Sampled",
+    "Unfit",
+    "Wave",
+    "motion_kind",
+    "motion_kinds",
+    "recipe",
+    "recipe_of",
+]
 _TEXT = re.compile(r"\s*([A-Za-z]\w*)\s*:\s*(\w+\s*=.*)", re.DOTALL)  # "ricker: pga=0.4 g, period=0.8 s"
 
 
 class Recipe(NamedTuple):
-    """What a scene asks for: a kind of motion and the values of its keys in SI; those left out have their defaults."""
+    """What a scene asks for: a kind of motion and the values of its keys in SI.
+
+    Defaults are among them, except for those that follow from other keys.
+    """
 
     kind: str
     options: tuple[tuple[str, Any], ...]
@@ -51,7 +66,7 @@ class Recipe(NamedTuple):
         """The motion at any time step; raises Unfit where values of keys do not go together."""
         asked, kind = dict(self.options), motion_kinds()[self.kind]
         common = {"step", "name", "seed", "count"}
-        keys = {key: asked.get(key, option.default) for key, option in kind.options.items() if key not in common}
+        keys = {key: asked.get(key) for key in kind.options if key not in common}
         return kind.function(**keys)
 
     def check(self) -> None:
@@ -71,11 +86,9 @@ class Recipe(NamedTuple):
 
     def _seeds(self) -> range:
         """The seeds asked for; one place for a motion that has none."""
-        options, asked = motion_kinds()[self.kind].options, dict(self.options)
-        if "seed" not in options:
-            return range(1)
-        first = asked.get("seed", options["seed"].default)
-        return range(first, first + asked.get("count", options["count"].default))
+        asked = dict(self.options)
+        first = asked.get("seed", 0)
+        return range(first, first + asked.get("count", 1))
 
     def _opened(self, form: Form, step: float, seed: int, several: bool) -> Source:
         from obspy import Trace  # takes 0.2 s
@@ -87,9 +100,11 @@ class Recipe(NamedTuple):
         ends = f"the ground ends with the velocity {last[0]} at the displacement {last[1]}"
         trace = Trace(made.samples, {"delta": step})
         trace.stats.processing = [f"generated {own.text()}", *form.sentences, *made.sentences, ends]
-        facts: dict[str, Any] = {"id": own.name(several), "event": f"generated: {self.kind}", "date": ""}
+        facts: dict[str, Any] = {"id": own.name(several), "event": f"generated: {own._title()}", "date": ""}
         facts |= {"station": "", "component": "", "state": GENERATED, "format": GENERATED, "file": ""}
         facts |= {"sha256": sha256(own.text().encode()).hexdigest(), "origin": f"generated {own.text()}", "terms": ""}
+        if motion_kinds()[self.kind].is_random:
+            facts[STATED] = f"generated: {self.kind}, seed {seed}"  # one stream of random numbers, whatever the filter
         if made.error is not None:
             facts["interpolation_error"] = made.error
         return Source(own.text(), trace, facts, "units: m/s², as generated", made.doubts)
@@ -103,13 +118,16 @@ class Recipe(NamedTuple):
 
     def name(self, several: bool = False) -> str:
         """The name of a motion in results: that of the recipe, or its kind and what tells it from others."""
-        kind, asked = motion_kinds()[self.kind], dict(self.options)
-        parts = [asked.get("name") or self.kind]
+        asked = dict(self.options)
         if "name" not in asked:
-            parts += [kind.options[key].said(asked[key]).replace(" ", "") for key in kind.named_by if key in asked]
-        if kind.is_random and (several or "name" not in asked):
-            parts.append(f"seed{asked['seed']}")
-        return "-".join(parts)
+            return self._title()
+        return f"{asked['name']}-seed{asked['seed']}" if several else str(asked["name"])
+
+    def _title(self) -> str:
+        """The kind, and what tells this motion of it from others."""
+        kind, asked = motion_kinds()[self.kind], dict(self.options)
+        parts = [kind.options[key].said(asked[key]).replace(" ", "") for key in kind.named_by if key in asked]
+        return "-".join([self.kind, *parts, *([f"seed{asked['seed']}"] if kind.is_random else [])])
 
 
 def motion_kinds() -> Mapping[str, Kind]:
@@ -140,8 +158,9 @@ def known_kind(name: Any) -> Kind:
 
 
 def made(kind: Kind, values: Mapping[str, Any]) -> Recipe:
-    """The recipe of values that have been read, checked as a whole; raises Unfit."""
-    asked = Recipe(kind.name, _ordered(kind, values))
+    """The recipe of values that have been read, with defaults in it and checked as a whole; raises Unfit."""
+    stated = {key: option.default for key, option in kind.options.items() if option.default not in (REQUIRED, None)}
+    asked = Recipe(kind.name, _ordered(kind, stated | dict(values)))
     asked.check()
     return asked
 

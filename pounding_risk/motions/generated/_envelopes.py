@@ -7,7 +7,6 @@ from math import exp, inf, log
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from pounding_risk.motions.generated._kind import Option, Unfit
 from pounding_risk.motions.processing.signals import Samples
@@ -82,6 +81,7 @@ def _trapezoid(duration: float, rise: float, level: float, last: float) -> Envel
 
 def _exponential(duration: float, rise: float, last: float) -> Envelope:
     """α and β of the time of the maximum, ln(β/α)/(β − α), and of the value at the end, by their ratio."""
+    from scipy.optimize import brentq
 
     def rates(log_ratio: float) -> tuple[float, float]:
         slow = log_ratio / (rise * np.expm1(log_ratio))

@@ -141,8 +141,9 @@ class Kind(NamedTuple):
         return "seed" in self.options
 
     def example(self) -> str:
-        """The table of a motion as a scene file has it, with what is required."""
-        keys = [f"{key} = {self.options[key].example}" for key in self.required]
+        """The table of a motion as a scene file has it, with its strength and what is required."""
+        needed = dict.fromkeys((*self.required, self.amplitude[0]))
+        keys = [f"{key} = {self.options[key].example}" for key in needed]
         return "{" + ", ".join([f'kind = "{self.name}"', *keys]) + "}"
 
 

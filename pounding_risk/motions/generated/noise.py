@@ -14,8 +14,6 @@ from math import pi, sqrt
 from typing import Any
 
 import numpy as np
-from scipy.linalg import expm, solve_continuous_lyapunov
-from scipy.special import ndtri
 
 from pounding_risk.motions.generated._envelopes import OF_ENVELOPE, Envelope, read_envelope
 from pounding_risk.motions.generated._kind import Form, Option, Sampled, Unfit, motion_kind
@@ -62,8 +60,17 @@ class Filter:
 
     def covariance(self) -> Samples:
         """Stationary covariance of the state for S₀ = 1 m²/s³, whose white noise has the intensity 2π."""
+        from scipy.linalg import solve_continuous_lyapunov
+
         covariance: Samples = solve_continuous_lyapunov(self.drift, -2.0 * pi * np.outer(self.drive, self.drive))
         return covariance
+
+    def _move(self, time: float) -> Samples:
+        """exp(A t): what becomes of a state in this time [s]."""
+        from scipy.linalg import expm  # takes longer to import than most scenes to read
+
+        move: Samples = expm(self.drift * time)
+        return move
 
     def variance(self) -> float:
         """Stationary variance of the acceleration for S₀ = 1 m²/s³."""
@@ -72,7 +79,7 @@ class Filter:
     def correlation(self, lag: float) -> float:
         """Correlation of accelerations that are ``lag`` [s] apart."""
         covariance = self.covariance()
-        moved = self.output @ expm(self.drift * lag) @ covariance @ self.output
+        moved = self.output @ self._move(lag) @ covariance @ self.output
         return float(moved / (self.output @ covariance @ self.output))
 
     def sampled(self, step: float, numbers: Samples) -> Samples:
@@ -84,7 +91,7 @@ class Filter:
         covariance = self.covariance()
         size = np.sqrt(np.diag(covariance))  # states of one size, so that none is lost in the rounding of another
         covariance = covariance / np.outer(size, size)
-        move = expm(self.drift * step) * size / size[:, None]
+        move = self._move(step) * size / size[:, None]
         spread = _lower(covariance - move @ covariance @ move.T)
         states = numbers @ spread.T
         states[0] = _lower(covariance) @ numbers[0]
@@ -284,6 +291,8 @@ def _noise(
 
 def normal_numbers(seed: int, shape: tuple[int, ...]) -> Samples:
     """Normal numbers of a seed: the upper 53 bits of PCG64 as the middle of equal shares of (0, 1), inverted."""
+    from scipy.special import ndtri
+
     bits = np.random.PCG64(seed).random_raw(int(np.prod(shape))) >> np.uint64(11)
     numbers: Samples = ndtri((bits.astype(np.float64) + 0.5) * 2.0**-53)
     return numbers.reshape(shape)

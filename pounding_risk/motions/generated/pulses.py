@@ -39,10 +39,11 @@ def ricker(*, pga: float, period: float, shape: str) -> Wave:
         antisymmetric:  a = pga s (s² − 3) exp(−s²/2) / β,   s = 2π τ/(√3 period),  β = 1.3801
 
     τ is the time from its middle. Ricker (1943), Geophysics 8; as pulses of near-fault motions Vassiliou and Makris
-    (2011), Bull. Seismol. Soc. Am. 101. It is cut 1.6 periods from its middle (antisymmetric: 2), where 1e-9 is left.
+    (2011), Bull. Seismol. Soc. Am. 101. It is cut 1.8 periods from its middle, 2.2 if antisymmetric, where 1e-12 of
+    it is left.
     """
     if shape == SYMMETRIC:
-        half = 1.6 * period
+        half = 1.8 * period
 
         def acceleration(times: Samples) -> Samples:
             x = (pi * (times - half) / period) ** 2
@@ -50,7 +51,7 @@ def ricker(*, pga: float, period: float, shape: str) -> Wave:
 
         return Wave(acceleration, 2.0 * half, period)
     rate = 2.0 * pi / (sqrt(3.0) * period)
-    half, peak = 2.0 * period, sqrt(3.0 - sqrt(6.0))  # s of the largest acceleration
+    half, peak = 2.2 * period, sqrt(3.0 - sqrt(6.0))  # s of the largest acceleration
     beta = abs(peak * (peak**2 - 3.0)) * float(np.exp(-0.5 * peak**2))
 
     def antisymmetric(times: Samples) -> Samples:
@@ -76,10 +77,10 @@ def gabor(*, velocity: float, period: float, width: float, phase: float) -> Wave
         displacement at the end:  A √π (γ/ω) exp(−γ²/4) cos ν
 
     τ is the time from its middle. Gabor (1946), J. IEE 93; as the pulse from which Mavroeidis and Papageorgiou (2003)
-    start. It is cut at |τ| = 0.8 γ period, where its Gaussian is 1e-11.
+    start. It is cut at |τ| = 0.9 γ period, where its Gaussian is 1e-14.
     """
     rate, nu = 2.0 * pi / period, radians(phase)
-    half = 0.8 * width * period
+    half = 0.9 * width * period
 
     def acceleration(times: Samples) -> Samples:
         angle = rate * (times - half)

@@ -59,7 +59,7 @@ def harmonic(*, pga: float, period: float, cycles: float, rise: float, phase: fl
     end=Option("Frequency at the end, above or below that of the start.", FREQUENCY._replace(example="10 Hz")),
     duration=Option("Its length.", DURATION._replace(example="60 s")),
     sweep=Option(
-        "Frequency linear in time, or exponential: as many cycles in every octave.",
+        "Frequency linear in time, or exponential: the same time in every octave.",
         ("linear", "exponential"),
         "exponential",
     ),
@@ -77,8 +77,8 @@ def swept_sine(*, pga: float, start: float, end: float, duration: float, sweep: 
         linear:       φ = 2π (start t + (end − start) t² / (2 duration))
         exponential:  φ = 2π start duration (r^(t/duration) − 1) / ln r,  r = end / start
 
-    The exponential sweep passes through each octave in the same time, as in ISO 7626 and Farina (2000), 108th AES
-    Convention, paper 5093.
+    The exponential sweep passes through each octave in the same time, as tests by IEC 60068-2-6 do; its phase is that
+    of Farina (2000), 108th AES Convention, paper 5093.
     """
     if isclose(start, end, rel_tol=1e-9):
         raise Unfit("end", f'{end:g} Hz is the frequency of the start; write another one, or kind = "harmonic"')
