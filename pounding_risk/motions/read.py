@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -213,6 +214,8 @@ def _after_steps(motion: Motion, chain: Sequence[Step]) -> Motion:
     before = float(np.abs(samples - samples.mean() if motion.record["state"] == RAW else samples).max())
     if motion.record["state"] == GENERATED and not chain:
         return motion  # the checks look for faults of instruments
+    if "interpolation_error" in motion.record:  # which is that of the formula, before any step
+        motion = replace(motion, record={k: v for k, v in motion.record.items() if k != "interpolation_error"})
     motion = motion.doubted(failed(quality(samples, motion.dt, checks=LASTING)))
     for step in chain:
         motion = motion.after(step.apply(motion.acceleration.copy(), motion.dt))  # a step may write to its samples

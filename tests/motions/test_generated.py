@@ -277,11 +277,13 @@ def test_the_step_that_is_chosen_is_round_and_fine_enough(name):
 def test_a_step_that_is_too_long_is_refused_with_one_that_is_not():
     keys = {"pga": 3.0, "period": "0.8 s"}
     with pytest.raises(
-        RecordError, match=r'^ricker, step: .* 5 % is allowed; write step = "0.04 s" or less'
+        RecordError, match=r'^ricker, step: .* 5 % is allowed; write a step such as "0\.005 s"'
     ) as refused:
         pr.generate_motion("ricker", **keys, step="0.2 s")
-    named = str(refused.value).partition('step = "')[2].partition('"')[0]
-    assert pr.generate_motion("ricker", **keys, step=named).record["interpolation_error"] <= 0.05
+    named = str(refused.value).partition('such as "')[2].partition('"')[0]
+    assert pr.generate_motion("ricker", **keys, step=named).record["interpolation_error"] <= AIM
+    with pytest.raises(RecordError, match=r"^swept_sine, step: .* a finer step makes more than 2000000 samples; write"):
+        pr.generate_motion("swept_sine", pga=1.0, start=1.0, end=1000.0, duration=1e5)
     with pytest.raises(RecordError, match="samples of a motion of 5 s, 2000000 are allowed"):
         pr.generate_motion("harmonic", pga=1.0, period=0.5, step=1e-8)
     with pytest.raises(RecordError, match=r'too long for a filter of 2\.5 Hz; write step = "0\.04 s" or less'):
@@ -381,6 +383,20 @@ def test_white_noise_is_white_up_to_its_step():
     assert any("keep 66.7 % of the variance" in sentence for sentence in motion.processing)
     fine = np.interp(np.linspace(0, len(samples) - 1, 20 * len(samples)), np.arange(len(samples)), samples)
     assert np.mean(fine**2) / np.mean(samples**2) == pytest.approx(2 / 3, rel=0.02)
+
+
+def test_an_oscillator_under_white_noise_has_the_variance_of_the_books():
+    """σ² = π S₀ / (2ζω³) of the stationary displacement; chi-square with 2ζω of a second, over 6 seeds of 200 s."""
+    ratio, w, step = 0.1, 2 * pi / 0.5, 0.005
+    building = Building("one", 1e4, 0.5, ratio)
+    squares = []
+    for seed in range(6):
+        free = free_response(oscillators(building, building), stationary("white_noise", seed, step=step), step)
+        squares.append(np.mean(free.states[round(10.0 / step) :, 0] ** 2))  # ten seconds from rest, exp(−2ζω t) = 1e-11
+    freedom = 2 * ratio * w * 190.0 * 6
+    low, high = chi2.ppf([0.0005, 0.9995], freedom) / freedom
+    assert low < np.mean(squares) / (pi * 0.01 / (2 * ratio * w**3)) < high
+    assert high - low < 0.3
 
 
 def test_a_seed_gives_its_motion_and_another_seed_another_one():

@@ -77,7 +77,8 @@ class Recipe(NamedTuple):
     def sources(self) -> tuple[Source, ...]:
         """The motions, one for each seed, as records that were read."""
         seeds = self._seeds()
-        form, step = self.form(), self._step(self.form())
+        form = self.form()
+        step = self._step(form)
         return tuple(self._opened(form, step, seed, len(seeds) > 1) for seed in seeds)
 
     def _step(self, form: Form) -> float:

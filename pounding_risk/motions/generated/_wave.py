@@ -75,15 +75,17 @@ class Wave(Form):
         """Raise Unfit where straight lines are further than `MOST_ERROR` from the formula."""
         super().check(step)
         error = self._error(step)
-        if error > MOST_ERROR:
-            longest = self._fitting(0.95 * step * sqrt(MOST_ERROR / min(error, 1.0)))
-            while self._error(longest) > MOST_ERROR:
-                longest = self._fitting(0.5 * longest)
-            raise Unfit(
-                "step",
-                f"straight lines between samples every {step:g} s are up to {_percent(error)} of the peak from the "
-                f'motion, {_percent(MOST_ERROR)} is allowed; write step = "{longest:g} s" or less, or leave it out',
-            )
+        if error <= MOST_ERROR:
+            return
+        found = (
+            f"straight lines between samples every {step:g} s are up to {_percent(error)} of the peak from the motion"
+        )
+        fitting = self.default_step()
+        if self._error(fitting) > MOST_ERROR:
+            raise Unfit("step", f"{found}, and a finer step makes more than {MOST} samples; write a shorter motion")
+        raise Unfit(
+            "step", f'{found}, {_percent(MOST_ERROR)} is allowed; write a step such as "{fitting:g} s", or leave it out'
+        )
 
     def _steps(self, step: float) -> int:
         """The number of steps, the last of which reaches the end."""
