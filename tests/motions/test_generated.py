@@ -6,11 +6,14 @@ again, from the sources that the kinds name.
 
 from __future__ import annotations
 
+import json
 import sys
+import tomllib
 from itertools import pairwise
 from math import cos, exp, log, pi, sin, sqrt
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -348,6 +351,18 @@ def test_the_variance_of_samples_is_within_its_sampling_bounds(name, step):
 
 
 @FILTERED
+def test_noise_is_stationary_from_its_first_sample(name):
+    """The first sample of 2000 seeds has the variance of the process; and the tenth."""
+    made = recipe(name, psd=1.0, duration=20.0).form().filter
+    samples = np.array(
+        [made.sampled(0.005, normal_numbers(seed, (10, len(made.drive))))[[0, 9]] for seed in range(2000)]
+    )
+    low, high = chi2.ppf([0.0005, 0.9995], 2000) / 2000
+    assert np.all(low < np.mean(samples**2, axis=0) / made.variance())
+    assert np.all(np.mean(samples**2, axis=0) / made.variance() < high)
+
+
+@FILTERED
 def test_the_spectrum_of_samples_is_within_its_sampling_bounds(name):
     """Periodograms of 30 seeds, averaged over bands: each ratio to the spectrum is chi-square, 99.99 % of cases.
 
@@ -549,6 +564,7 @@ def test_a_stiff_building_is_not_in_doubt_under_a_pulse_whose_error_is_known():
 
 DOUBLE = '''"""Two steps."""
 
+import jsonschema
 import numpy as np
 
 from pounding_risk.motions.generated import Option, Wave, motion_kind
@@ -588,3 +604,33 @@ def test_every_kind_says_what_it_is_and_its_example_is_a_motion():
         assert all(option.words for option in kind.options.values())
         example = pr.read_scene(scene_text().replace('names = ["RSN6-180"]', f"generated = [{kind.example()}]"))
         assert read_ensemble(example.records, Path()).motions[0].record["event"].startswith(f"generated: {name}")
+
+
+# ---------------------------------------------------------------- a scan
+
+
+def test_a_scan_runs_them_and_they_are_made_again_from_its_results(tmp_path):
+    """Names and keys stand in the dataset; from its file alone every number comes again to the last bit."""
+    scene = scene_of(PULSE, NOISE, window=["0 s", "3 s"], polarity=["as recorded", "reversed"])
+    dataset = scene.scan(tmp_path / "results.nc", check_fraction=0.0)
+    names = ["ricker-0.8s", *(f"clough_penzien-seed{seed}" for seed in (1, 2, 3))]
+    assert list(dataset["record"].values) == names and int(dataset["impact_count"].sum()) > 0
+    kept = {record["name"]: record for record in json.loads(dataset.attrs["records"])}
+    assert kept[names[0]]["origin"] == "generated ricker: pga=3.92266 m/s^2, period=0.8 s, shape=symmetric"
+    assert len(set(dataset["record_recording"].values)) == 4
+    again = pr.rerun(tmp_path / "results.nc")
+    assert not again.differences and not again.notes
+    assert pr.assess(dataset).unused_keys == ()
+    single = pr.simulate(scene, record=names[2])
+    assert single.attrs["record"] == names[2]
+
+
+def test_editors_know_the_keys_of_every_kind():
+    scene = tomllib.loads(scene_text().replace('names = ["RSN6-180"]', ""))
+    for kind in motion_kinds().values():
+        motion = tomllib.loads(f"motion = {kind.example()}")["motion"]
+        scene["records"] = {"generated": [motion]}
+        jsonschema.validate(scene, pr.schema())
+        for change in ({"wrong": 1}, {"step": 1}, {"kind": "other"}):
+            with pytest.raises(jsonschema.ValidationError):
+                jsonschema.validate(scene | {"records": {"generated": [motion | change]}}, pr.schema())
