@@ -352,12 +352,12 @@ def test_the_variance_of_samples_is_within_its_sampling_bounds(name, step):
 
 @FILTERED
 def test_noise_is_stationary_from_its_first_sample(name):
-    """The first sample of 2000 seeds has the variance of the process; and the tenth."""
+    """The first sample of 500 seeds has the variance of the process; and the tenth."""
     made = recipe(name, psd=1.0, duration=20.0).form().filter
     samples = np.array(
-        [made.sampled(0.005, normal_numbers(seed, (10, len(made.drive))))[[0, 9]] for seed in range(2000)]
+        [made.sampled(0.005, normal_numbers(seed, (10, len(made.drive))))[[0, 9]] for seed in range(500)]
     )
-    low, high = chi2.ppf([0.0005, 0.9995], 2000) / 2000
+    low, high = chi2.ppf([0.0005, 0.9995], 500) / 500
     assert np.all(low < np.mean(samples**2, axis=0) / made.variance())
     assert np.all(np.mean(samples**2, axis=0) / made.variance() < high)
 
@@ -398,6 +398,19 @@ def test_white_noise_is_white_up_to_its_step():
     assert any("keep 66.7 % of the variance" in sentence for sentence in motion.processing)
     fine = np.interp(np.linspace(0, len(samples) - 1, 20 * len(samples)), np.arange(len(samples)), samples)
     assert np.mean(fine**2) / np.mean(samples**2) == pytest.approx(2 / 3, rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["white_noise", "clough_penzien"])
+def test_noise_may_end_at_rest(name):
+    """To rounding, by a line that is below 3 % of the rms; as drawn it ends elsewhere, which is told."""
+    keys = {"rms": 1.0, "duration": 20.0, "seed": 3}
+    drawn, rest = (pr.generate_motion(name, **keys, ends=ends) for ends in ("as drawn", "at rest"))
+    for numbers, others in zip(rest.velocity_displacement(), drawn.velocity_displacement(), strict=True):
+        assert abs(numbers[-1]) < 1e-10 * np.abs(numbers).max() and abs(others[-1]) > 0.02 * np.abs(others).max()
+    taken = drawn.acceleration - rest.acceleration
+    assert 0.0 < np.abs(taken).max() < 0.03 and taken[0] == taken[-1] == 0.0
+    assert "the ground ends with the velocity 0 m/s at the displacement 0 m" in rest.processing
+    assert any(sentence.startswith("ends at rest: less a straight line") for sentence in rest.processing)
 
 
 def test_an_oscillator_under_white_noise_has_the_variance_of_the_books():
@@ -476,8 +489,8 @@ def test_their_motions_are_named_and_told_where_they_are_from():
     ], "a motion that stands twice is used once"
     assert motions[0].record["origin"] == "generated ricker: pga=3.92266 m/s^2, period=0.8 s, shape=symmetric"
     assert motions[2].record["origin"] == (
-        "generated clough_penzien: duration=4.0 s, rms=0.980665 m/s^2, envelope=trapezoid, frequency=2.5 Hz, "
-        "damping=0.6, low_frequency=0.25 Hz, low_damping=0.6, seed=2"
+        "generated clough_penzien: duration=4.0 s, rms=0.980665 m/s^2, envelope=trapezoid, ends=as drawn, "
+        "frequency=2.5 Hz, damping=0.6, low_frequency=0.25 Hz, low_damping=0.6, seed=2"
     )
     assert len({motion.record["sha256"] for motion in motions}) == 4
     stiffer = {**NOISE, "frequency": "5 Hz", "name": "stiff"}

@@ -17,9 +17,10 @@ import numpy as np
 
 from pounding_risk.motions.generated._envelopes import OF_ENVELOPE, Envelope, read_envelope
 from pounding_risk.motions.generated._kind import Form, Option, Sampled, Unfit, motion_kind
-from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.motions.processing.signals import Samples, velocity_displacement
 from pounding_risk.units import PGA, STANDARD_GRAVITY, Quantity
 
+AS_DRAWN, AT_REST = "as drawn", "at rest"
 STEP = 0.005  # s: that of noise where none is given
 FINEST = 50.0  # steps a period of a stiff filter, at least
 COARSEST = 10.0
@@ -36,6 +37,11 @@ OF_NOISE: dict[str, Any] = {
     "rms": Option("Root mean square of the acceleration while the envelope is 1.", RMS, None, "follows from psd"),
     "psd": Option("S₀: spectral density of the white noise, two-sided, per rad/s.", PSD, None, "follows from rms"),
     **OF_ENVELOPE,
+    "ends": Option(
+        "How the ground ends: as drawn, in motion, or at rest, less a straight line of time times the envelope.",
+        (AS_DRAWN, AT_REST),
+        AS_DRAWN,
+    ),
 }
 STRENGTH = ("rms", "psd")
 
@@ -115,10 +121,10 @@ class Noise(Form):
         Its length [s].
     envelope : Envelope
         The factor on it.
+    ends : str
+        `AS_DRAWN` or `AT_REST`.
     shortest_period : float
         Period of the stiffest filter [s]; 0 without one.
-    sentences : tuple of str
-        What more is to be known of it.
     """
 
     filter: Filter | None
@@ -126,8 +132,8 @@ class Noise(Form):
     psd: float | None
     duration: float
     envelope: Envelope
+    ends: str
     shortest_period: float = 0.0
-    sentences: tuple[str, ...] = ()
 
     def default_step(self) -> float:
         """`STEP`, or as many as `FINEST` steps in a period of the filter."""
@@ -165,7 +171,13 @@ class Noise(Form):
             stationary = sqrt(self._variance(step)) * normal_numbers(seed, (count,))
         else:
             stationary = self.filter.sampled(step, normal_numbers(seed, (count, len(self.filter.drive))))
-        samples = sqrt(density) * self.envelope.at(times) * stationary
+        shape = self.envelope.at(times)
+        samples, corrected = sqrt(density) * shape * stationary, ""
+        if self.ends == AT_REST:
+            line = _line_to_rest(samples, shape, times)
+            samples = samples - shape * line
+            largest = float(np.abs(shape * line).max()) / STANDARD_GRAVITY
+            corrected = f"ends at rest: less a straight line times the envelope, {largest:.2g} g at most"
         correlation = 0.0 if self.filter is None else self.filter.correlation(step)
         rms = sqrt(density * self._variance(step)) / STANDARD_GRAVITY
         sentences = (
@@ -173,11 +185,12 @@ class Noise(Form):
             f"S₀ {density:.5g} m²/s³ (two-sided, per rad/s), {4.0 * pi * density:.5g} (m/s²)²/Hz one-sided; rms "
             f"{rms:.4g} g of the samples while the envelope is 1",
             self.envelope.sentence,
+            *([corrected] if corrected else []),
             f"step {step:g} s: {self._band(step)}; straight lines between samples keep "
             f"{100.0 * (2.0 + correlation) / 3.0:.3g} % of the variance",
         )
         doubts = []
-        if self.envelope.at(times[:1])[0] > 0.0:
+        if shape[0] > 0.0:
             doubts.append(f"the acceleration starts with a jump from 0 to {samples[0] / STANDARD_GRAVITY:.4g} g")
         if abs(samples[-1]) > 0.02 * float(np.abs(samples).max()):
             doubts.append(
@@ -281,12 +294,28 @@ def _noise(
     rise: float | None,
     level: float | None,
     last: float | None,
+    ends: str,
 ) -> Noise:
     """Noise of these keys; raises Unfit where its strength is not given, or twice."""
     if (rms is None) == (psd is None):
         found = "missing" if rms is None else "rms and psd are both given, and each sets the strength"
         raise Unfit("rms", f'{found}; write one of rms = "0.1 g" and psd = "0.01 m^2/s^3"')
-    return Noise(through, rms, psd, duration, read_envelope(envelope, duration, rise, level, last), shortest_period)
+    shape = read_envelope(envelope, duration, rise, level, last)
+    return Noise(through, rms, psd, duration, shape, ends, shortest_period)
+
+
+def _line_to_rest(samples: Samples, shape: Samples, times: Samples) -> Samples:
+    """The straight line of time that, times the envelope, has the final velocity and displacement of the samples."""
+
+    def ends(motion: Samples) -> tuple[float, float]:
+        velocity, displacement = velocity_displacement(np.append(motion, 0.0), float(times[1]))
+        return float(velocity[-1]), float(displacement[-1])
+
+    along = times / times[-1]
+    matrix = np.array([ends(shape), ends(shape * along)]).T
+    level, slope = np.linalg.solve(matrix, np.array(ends(samples)))
+    line: Samples = level + slope * along
+    return line
 
 
 def normal_numbers(seed: int, shape: tuple[int, ...]) -> Samples:
