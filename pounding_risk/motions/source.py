@@ -39,7 +39,7 @@ def open_source(source: Any, *, unit: str | None = None, dt: float | None = None
     if isinstance(source, Source):
         opened = source
     elif isinstance(source, Recipe) or (isinstance(source, str) and is_recipe(source)):
-        (opened,) = _one(source)
+        opened = _one(source)
     elif isinstance(source, str) and _is_id(source):
         opened = _of_id(source)
     elif isinstance(source, str | Path):
@@ -61,12 +61,12 @@ def generated(source: str | Recipe) -> tuple[Source, ...]:
     return tuple(_checked(each, None, None) for each in asked.sources())
 
 
-def _one(source: str | Recipe) -> tuple[Source, ...]:
+def _one(source: str | Recipe) -> Source:
     """The only motion of a recipe; raises RecordError where it asks for several."""
     asked = source if isinstance(source, Recipe) else recipe_of(source)
     if dict(asked.options).get("count", 1) > 1:
         raise RecordError(f"{asked.kind}, count: several motions, where one is asked for; leave count out")
-    return asked.sources()
+    return asked.sources()[0]
 
 
 def split_component(source: str | Path) -> tuple[Path, str]:

@@ -100,7 +100,7 @@ class Recipe(NamedTuple):
         last = _near(velocity[-1], velocity, "m/s"), _near(displacement[-1], displacement, "m")
         ends = f"the ground ends with the velocity {last[0]} at the displacement {last[1]}"
         trace = Trace(made.samples, {"delta": step})
-        trace.stats.processing = [f"generated {own.text()}", *form.sentences, *made.sentences, ends]
+        trace.stats.processing = [f"generated {own.text()}", *made.sentences, ends]
         facts: dict[str, Any] = {"id": own.name(several), "event": f"generated: {own._title()}", "date": ""}
         facts |= {"station": "", "component": "", "state": GENERATED, "format": GENERATED, "file": ""}
         facts |= {"sha256": sha256(own.text().encode()).hexdigest(), "origin": f"generated {own.text()}", "terms": ""}

@@ -6,12 +6,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.units import EXAMPLES, STEP, Quantity, QuantityError, exact, say, shown
+from pounding_risk.units import EXAMPLES, STANDARD_GRAVITY, STEP, Quantity, QuantityError, exact, say, shown
 
 MOST = 2_000_000  # samples of one motion
+FADED = 1e-6  # of the peak: what is left at the end of a pulse that fades is zero
 LONGEST = 0.01  # s: the longest time step that is chosen
 REQUIRED = "required"
 Number = Callable[[Any, Quantity], float]  # `parse` in files, where a number needs a unit; `si` in Python
@@ -80,11 +83,10 @@ class Option(NamedTuple):
 class Form(ABC):
     """What a kind gives for values of its keys: samples of a motion at any time step.
 
-    A motion starts with the ground at rest. ``sentences`` say what more is to be known of it.
+    A motion starts with the ground at rest.
     """
 
     duration: float  # s
-    sentences: tuple[str, ...] = ()
 
     @abstractmethod
     def default_step(self) -> float:
@@ -114,6 +116,26 @@ class Sampled(NamedTuple):
     sentences: tuple[str, ...]
     doubts: tuple[str, ...] = ()
     error: float | None = None
+
+
+def closed(
+    samples: Samples, step: float, sentences: tuple[str, ...], *, least: float = FADED, error: float | None = None
+) -> Sampled:
+    """Samples that end at zero, with a doubt about a jump at either end: above ``least`` of the peak it is one."""
+    peak, doubts = float(np.abs(samples).max()), []
+    first, last = (f"{value / STANDARD_GRAVITY:.4g} g" for value in (samples[0], samples[-1]))
+    if abs(samples[0]) > least * peak:
+        doubts.append(f"the acceleration starts with a jump from 0 to {first}, on ground at rest")
+    if abs(samples[-1]) > least * peak:
+        doubts.append(f"the acceleration falls from {last} to 0 within one step of {step:g} s at its end")
+    if abs(samples[-1]) > FADED * peak:
+        samples = np.append(samples, 0.0)
+    return Sampled(samples, sentences, tuple(doubts), error)
+
+
+def largest_in_g(samples: Samples) -> float:
+    """max|a| [g]."""
+    return float(np.abs(samples).max()) / STANDARD_GRAVITY
 
 
 class Kind(NamedTuple):

@@ -8,13 +8,11 @@ from math import ceil, floor, inf, log10, sqrt
 
 import numpy as np
 
-from pounding_risk.motions.generated._kind import LONGEST, MOST, Form, Sampled, Unfit
+from pounding_risk.motions.generated._kind import LONGEST, MOST, Form, Sampled, Unfit, closed
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.units import STANDARD_GRAVITY
 
 AIM = 5e-4  # of the largest acceleration: the error that the chosen step stays below; 100 samples a period of a sine
 MOST_ERROR = 0.05  # of it: a step with a larger error is refused; ten samples a period of a sine
-JUMP = 1e-6  # of it: what is cut off the end of a pulse that fades is no jump
 BETWEEN = (0.25, 0.5, 0.75)  # of a step: where the error is measured
 SAME = 1e-9  # relative difference of times that are equal
 
@@ -33,15 +31,12 @@ class Wave(Form):
         Period of its fastest part [s], from which the step is chosen.
     corners : tuple of float
         Times [s] between 0 and ``duration`` at which the acceleration bends; the chosen step puts samples there.
-    sentences : tuple of str
-        What more is to be known of it.
     """
 
     acceleration: Callable[[Samples], Samples]
     duration: float
     shortest_period: float
     corners: tuple[float, ...] = ()
-    sentences: tuple[str, ...] = ()
 
     def default_step(self) -> float:
         """The step at which straight lines are within `AIM` of the formula, at most `LONGEST`."""
@@ -59,17 +54,10 @@ class Wave(Form):
         self.check(step)
         error = self._error(step)
         samples = self._at(step * np.arange(self._steps(step) + 1))
-        peak = float(np.abs(samples).max())
         words = (
             f"step {step:g} s: straight lines between samples are within {_percent(error)} of the peak of the formula"
         )
-        doubts = []
-        if abs(samples[0]) > JUMP * peak:
-            doubts.append(f"the acceleration starts with a jump from 0 to {_in_g(samples[0])}, on ground at rest")
-        if abs(samples[-1]) > JUMP * peak:
-            ends = f"the acceleration falls from {_in_g(samples[-1])} to 0 within one step of {step:g} s at its end"
-            samples, doubts = np.append(samples, 0.0), [*doubts, ends]
-        return Sampled(samples, (words,), tuple(doubts), error)
+        return closed(samples, step, (words,), error=error)
 
     def check(self, step: float) -> None:
         """Raise Unfit where straight lines are further than `MOST_ERROR` from the formula."""
@@ -138,7 +126,3 @@ def _percent(share: float) -> str:
     if share >= 0.995:
         return f"{100.0 * share:.0f} %"
     return f"{100.0 * share if share > SAME else 0.0:.2g} %"
-
-
-def _in_g(acceleration: float) -> str:
-    return f"{acceleration / STANDARD_GRAVITY:.4g} g"

@@ -9,6 +9,7 @@ of that generator in all versions, but not its normal deviates.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import pi, sqrt
 from typing import Any
@@ -16,11 +17,12 @@ from typing import Any
 import numpy as np
 
 from pounding_risk.motions.generated._envelopes import OF_ENVELOPE, Envelope, read_envelope
-from pounding_risk.motions.generated._kind import Form, Option, Sampled, Unfit, motion_kind
+from pounding_risk.motions.generated._kind import Form, Option, Sampled, Unfit, closed, largest_in_g, motion_kind
 from pounding_risk.motions.processing.signals import Samples, velocity_displacement
 from pounding_risk.units import PGA, STANDARD_GRAVITY, Quantity
 
 AS_DRAWN, AT_REST = "as drawn", "at rest"
+LEAST_JUMP = 0.02  # of the peak: what an envelope leaves at its end is no jump
 STEP = 0.005  # s: that of noise where none is given
 FINEST = 50.0  # steps a period of a stiff filter, at least
 COARSEST = 10.0
@@ -164,40 +166,38 @@ class Noise(Form):
     def sampled(self, step: float, seed: int) -> Sampled:
         """The samples of a seed."""
         self.check(step)
-        count = round(self.duration / step) + 1
-        times = step * np.arange(count)
-        density = self.density(step)
-        if self.filter is None:
-            stationary = sqrt(self._variance(step)) * normal_numbers(seed, (count,))
-        else:
-            stationary = self.filter.sampled(step, normal_numbers(seed, (count, len(self.filter.drive))))
+        times = step * np.arange(round(self.duration / step) + 1)
         shape = self.envelope.at(times)
-        samples, corrected = sqrt(density) * shape * stationary, ""
+        samples = sqrt(self.density(step)) * shape * self._stationary(step, seed, len(times))
+        sentences = [f"seed {seed}: normal numbers of PCG64", *self._sentences(step)]
         if self.ends == AT_REST:
-            line = _line_to_rest(samples, shape, times)
-            samples = samples - shape * line
-            largest = float(np.abs(shape * line).max()) / STANDARD_GRAVITY
-            corrected = f"ends at rest: less a straight line times the envelope, {largest:.2g} g at most"
-        correlation = 0.0 if self.filter is None else self.filter.correlation(step)
-        rms = sqrt(density * self._variance(step)) / STANDARD_GRAVITY
-        sentences = (
-            f"seed {seed}: normal numbers of PCG64",
-            f"S₀ {density:.5g} m²/s³ (two-sided, per rad/s), {4.0 * pi * density:.5g} (m/s²)²/Hz one-sided; rms "
-            f"{rms:.4g} g of the samples while the envelope is 1",
-            self.envelope.sentence,
-            *([corrected] if corrected else []),
-            f"step {step:g} s: {self._band(step)}; straight lines between samples keep "
-            f"{100.0 * (2.0 + correlation) / 3.0:.3g} % of the variance",
-        )
-        doubts = []
-        if shape[0] > 0.0:
-            doubts.append(f"the acceleration starts with a jump from 0 to {samples[0] / STANDARD_GRAVITY:.4g} g")
-        if abs(samples[-1]) > 0.02 * float(np.abs(samples).max()):
-            doubts.append(
-                f"the acceleration falls from {samples[-1] / STANDARD_GRAVITY:.4g} g to 0 within one step of "
-                f"{step:g} s at its end"
+            line = shape * _line_to_rest(samples, shape, times)
+            samples = samples - line
+            sentences.append(
+                f"ends at rest: less a straight line times the envelope, {largest_in_g(line):.2g} g at most"
             )
-        return Sampled(np.append(samples, 0.0), sentences, tuple(doubts))
+        return closed(samples, step, tuple(sentences), least=LEAST_JUMP)
+
+    def _stationary(self, step: float, seed: int, count: int) -> Samples:
+        """Samples of the stationary motion for S₀ = 1 m²/s³."""
+        if self.filter is None:
+            return sqrt(self._variance(step)) * normal_numbers(seed, (count,))
+        return self.filter.sampled(step, normal_numbers(seed, (count, len(self.filter.drive))))
+
+    def _sentences(self, step: float) -> Iterator[str]:
+        """Strength, envelope, and what the step leaves of the spectrum."""
+        density = self.density(step)
+        rms = sqrt(density * self._variance(step)) / STANDARD_GRAVITY
+        correlation = 0.0 if self.filter is None else self.filter.correlation(step)
+        yield (
+            f"S₀ {density:.5g} m²/s³ (two-sided, per rad/s), {4.0 * pi * density:.5g} (m/s²)²/Hz one-sided; rms "
+            f"{rms:.4g} g of the samples while the envelope is 1"
+        )
+        yield self.envelope.sentence
+        yield (
+            f"step {step:g} s: {self._band(step)}; straight lines between samples keep "
+            f"{100.0 * (2.0 + correlation) / 3.0:.3g} % of the variance"
+        )
 
     def _band(self, step: float) -> str:
         """What the step leaves of the spectrum."""
