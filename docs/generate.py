@@ -25,7 +25,7 @@ from generation.commands import commands_page, python_page  # noqa: E402
 from generation.markdown import fence  # noqa: E402
 from generation.models import effects_page, laws_page, restitution_page  # noqa: E402
 from generation.notebooks import notebook_pages, reading_order, tutorials  # noqa: E402
-from generation.records import checks_page, formats_page, steps_page  # noqa: E402
+from generation.records import checks_page, formats_page, motions_page, steps_page  # noqa: E402
 from generation.rules import rules_page  # noqa: E402
 from generation.scenes import outputs_page, scene_page  # noqa: E402
 from generation.typologies import typologies_page  # noqa: E402
@@ -43,6 +43,7 @@ def pages(run: bool = False) -> dict[str, str | bytes]:
         "restitution.md": restitution_page(),
         "typologies.md": typologies_page(),
         "formats.md": formats_page(),
+        "motions.md": motions_page(),
         "steps.md": steps_page(),
         "checks.md": checks_page(),
         "separations.md": rules_page(),

@@ -44,6 +44,7 @@ _HOMES = {
     "Solver": "scene.tables",
     "Effect": "scene.tables",
     "read_motion": "motions.read",
+    "generate_motion": "motions.read",
     "code_table": "assessment.separations.table",
     "Site": "assessment.separations.rules",
     "assess": "assessment.assess",

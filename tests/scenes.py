@@ -45,7 +45,7 @@ def scene_text(
     """
     given = {"gap": "10 mm", "contact_model": law, "stiffness": STIFFNESS.get(law, "2.75e9 N/m^1.5")}
     given |= {} if law in STIFFNESS else {"restitution": 0.65}
-    source = {} if {"files", "set", "manifest"} & set(records or ()) else {"names": ["RSN6-180"]}
+    source = {} if {"files", "set", "manifest", "generated"} & set(records or ()) else {"names": ["RSN6-180"]}
     tables: list[tuple[str, Mapping[str, Any] | None]] = [
         ("[scene]", {"name": name} if name else None),
         *(("[[building]]", building) for building in buildings or PAIR),

@@ -30,6 +30,7 @@ from pounding_risk.models.restitution import NAMED
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.motions import quality
 from pounding_risk.motions.formats import formats
+from pounding_risk.motions.generated import motion_kinds
 from pounding_risk.motions.processing import known_steps
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.sections import KEYS
@@ -104,6 +105,7 @@ def test_every_command_and_option_is_on_its_page(pages):
         ("contact_models.md", {*SHIPPED, *INSTANT_LAWS}),
         ("effects.md", set(EFFECTS)),
         ("steps.md", set(known_steps())),
+        ("motions.md", set(motion_kinds())),
         ("python.md", {name for name in pounding_risk.__all__ if name[0] != "_"}),
         ("assessment.md", {"Assessment", "Verdict", "Share", "RequiredGap", "Fragility", "Rate", "CodeTable"}),
         ("formats.md", {each.words.partition(" (")[0] for each in formats()}),

@@ -1,4 +1,4 @@
-"""The pages of record formats, processing steps and quality checks, from their registries."""
+"""The pages of record formats, generated motions, processing steps and quality checks, from their registries."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import Any
 
 from generation.markdown import docstring, plain, table
 from pounding_risk.motions.formats import formats
+from pounding_risk.motions.generated import motion_kinds
+from pounding_risk.motions.generated._envelopes import read_envelope
 from pounding_risk.motions.processing import DEFAULT_CHAIN, known_steps
 from pounding_risk.motions.quality import CHECKS
 from pounding_risk.units import Quantity, bounds
@@ -34,6 +36,44 @@ def formats_page() -> str:
 
 def _reader(kind: Any) -> str:
     return "ObsPy, checked here" if kind.native else "this package"
+
+
+MOTIONS = """# Generated motions
+
+Motions that are no records: a table `[[records.generated]]` of a scene each, or a call of `pr.generate_motion` with the
+same keys. [How they are used](../records.md#generated-motions).
+
+| kind | what |
+|---|---|
+"""
+
+
+def motions_page() -> str:
+    """Every kind of generated motion with its keys, formula and sources."""
+    kinds = motion_kinds()
+    text = MOTIONS + "".join(
+        f"| [`{name}`](#{name.replace('_', '-')}) | {plain(kind.words)} |\n" for name, kind in kinds.items()
+    )
+    for name, kind in kinds.items():
+        text += f"\n## {plain(name)}\n\n{docstring(kind.function)}\n"
+        rows = [
+            (f"`{key}`", plain(option.words), plain(_range(option)), f"`{option.example}`", plain(option.default_words))
+            for key, option in kind.options.items()
+        ]
+        text += table(("key", "meaning", "unit and range", "example", "default"), rows)
+    return f"{text}\n## Envelopes of noise\n\n{docstring(read_envelope)}\n## Noise\n\n{docstring(_noise())}"
+
+
+def _range(option: Any) -> str:
+    """Unit and bounds of a key, or the words it may be."""
+    if isinstance(option.allowed, Quantity):
+        return f"{option.allowed.unit}, {bounds(option.allowed)}".removeprefix("1, ")
+    return ", ".join(f"`{word}`" for word in option.allowed or ())
+
+
+def _noise() -> Any:
+    """The module of the kinds of noise."""
+    return sys.modules[motion_kinds()["white_noise"].function.__module__]
 
 
 def steps_page() -> str:

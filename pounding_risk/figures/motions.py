@@ -1,4 +1,4 @@
-"""Figures of motions: before and after processing, response spectra of an ensemble, and a selection."""
+"""Figures of motions: before and after processing, histories, response spectra of an ensemble, and a selection."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.errors import PoundingError, RecordError
-from pounding_risk.figures.style import STYLES, blank, title
+from pounding_risk.figures.style import STYLES, blank, plain, title
 from pounding_risk.motions.source import lowest_usable
 from pounding_risk.units import STANDARD_GRAVITY, say_in
 
@@ -25,6 +25,7 @@ BEFORE, AFTER, NOISE = "#8a8a8a", STYLES[0][0], STYLES[1][0]
 TARGET = STYLES[1][0]
 SHORTEST, LONGEST = 0.02, 10.0  # s of the periods drawn
 PERIODS = 120
+MOST_ROWS = 12  # motions in a figure of histories
 NAMED = (0.2, 1.0)  # s, of the title where there is no target
 BINS_PER_DECADE = 40
 RAW = "raw"  # the state of a record whose quiet is noise
@@ -80,6 +81,50 @@ def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note
     below.set_axisbelow(True)
     _amplitudes(below, before, after)
     title(figure, _processing_finding(before, after, old[2], new), origin_words(after), note)
+    return figure
+
+
+def histories_figure(motions: Sequence[Motion], *, note: str = "") -> Figure:
+    """Acceleration, velocity and displacement of motions over time, a row each.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        From 1 to 12.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A row of three panels for each motion; the largest value of each stands above it.
+
+    Raises
+    ------
+    PoundingError
+        For no motion, and for more than 12.
+    """
+    if not 1 <= len(motions) <= MOST_ROWS:
+        raise PoundingError(f"{len(motions)} motions: a figure of histories shows from 1 to {MOST_ROWS}; name fewer")
+    figure, axes = blank(len(motions), 3, (11.0, 1.2 + 1.45 * len(motions)))
+    for row, motion in zip(axes, motions, strict=True):
+        for axis, letter, history in zip(row, "avd", _histories(motion), strict=True):
+            axis.plot(motion.times, history.samples / history.size, color=AFTER, linewidth=0.8)
+            axis.set_ylabel(f"{letter} [{history.unit}]", fontsize=9)
+            axis.tick_params(labelsize=8)
+            axis.set_xlim(0.0, motion.duration)
+            peak = float(np.abs(history.samples).max()) / history.size
+            axis.set_title(f"{peak:.3g} {history.unit}", fontsize=8, loc="right", pad=2.0)
+        row[0].set_title(plain(motion.name), fontsize=9, loc="left", pad=2.0)
+    for axis in axes[-1]:
+        axis.set_xlabel("time [s]", fontsize=9)
+    peaks = [motion.pga for motion in motions]
+    ends = (
+        f"{say_in(min(peaks), 'g', 3)} to {say_in(max(peaks), 'g', 3)}" if len(peaks) > 1 else say_in(peaks[0], "g", 3)
+    )
+    words = f"{len(motions)} motions" if len(motions) > 1 else plain(motions[0].name)
+    condition = "acceleration a, velocity v and displacement d of the ground, from rest; above each its largest value"
+    title(figure, f"{words}: PGA {ends}", condition, note)
     return figure
 
 

@@ -15,7 +15,8 @@ from typing import Any
 
 _HOMES = {
     "motion": ("Motion",),
-    "read": ("read_motion", "read_trace", "read_stream"),
+    "read": ("read_motion", "read_trace", "read_stream", "generate_motion"),
+    "generated": ("motion_kinds", "recipe"),
     "write": ("write_motion", "write_columns"),
     "processing": ("known_steps", "read_steps"),
     "intensity": (

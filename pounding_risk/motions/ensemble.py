@@ -22,10 +22,10 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing import DEFAULT_CHAIN
 from pounding_risk.motions.processing.noise import shared_corners
 from pounding_risk.motions.read import processed
-from pounding_risk.motions.record import RAW, STATED, Source, recording, recording_words
+from pounding_risk.motions.record import GENERATED, RAW, STATED, Source, recording, recording_words
 from pounding_risk.motions.request import RecordRequest, conflicts, matching
 from pounding_risk.motions.rotation import rotated
-from pounding_risk.motions.source import components, file_name, is_vertical, open_source, split_component
+from pounding_risk.motions.source import components, file_name, generated, is_vertical, open_source, split_component
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
 SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
@@ -101,7 +101,9 @@ def read_ensemble(
 def _of_sources(request: RecordRequest, folder: Path, left_out: list[str]) -> Iterator[_Chosen]:
     """Every record that the request names; a sentence for each one left out is added to ``left_out``."""
     stated: dict[str, Any] = {"unit": request.unit or None, "dt": request.dt}
-    if request.set:
+    if request.generated:
+        sources = [source for asked in request.generated for source in generated(asked)]
+    elif request.set:
         sources = [open_source(record_sets.load(member), **stated) for member in record_sets.members(request.set)]
     else:
         sources = [open_source(name, **stated) for name in request.names]
@@ -301,8 +303,14 @@ def _distinct(motions: Sequence[Motion]) -> list[Motion]:
 
 
 def _as_file(motion: Motion) -> str:
-    return Path(str(motion.record.get("source") or motion.name)).name
+    return "/".join(_parts(motion)[-1:])
 
 
 def _in_folder(motion: Motion) -> str:
-    return "/".join(Path(str(motion.record.get("source") or motion.name)).parts[-2:])
+    return "/".join(_parts(motion)[-2:])
+
+
+def _parts(motion: Motion) -> tuple[str, ...]:
+    """Folders and file that a motion is from; the whole recipe of one that is generated."""
+    source = str(motion.record.get("source") or motion.name)
+    return (source,) if motion.record.get("state") == GENERATED else Path(source).parts

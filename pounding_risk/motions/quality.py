@@ -18,7 +18,7 @@ from pounding_risk.motions.processing import DRIFT_OF_PEAK
 from pounding_risk.motions.processing.basic import SHORTEST_PRE_EVENT
 from pounding_risk.motions.processing.noise import BAND, LEAST_RATIO, signal_to_noise
 from pounding_risk.motions.processing.signals import Samples, quiet_before, velocity_displacement
-from pounding_risk.motions.record import PROCESSED, RAW
+from pounding_risk.motions.record import GENERATED, PROCESSED, RAW
 
 LONGEST_STEP = 0.02  # s; longer steps miss peaks
 STEPS_A_PERIOD = 10.0  # as for gmprocess' oscillators
@@ -252,13 +252,13 @@ def _crossings(seen: CheckedRecord) -> tuple[str, str, bool]:
     return f"{rate:.2g} a second", f"more than {FEWEST_CROSSINGS:g}", rate > FEWEST_CROSSINGS
 
 
-@check("velocity at the end")
+@check("velocity at the end", (RAW, PROCESSED, GENERATED))
 def _velocity(seen: CheckedRecord) -> tuple[str, str, bool]:
     """The velocity at the end, where the ground is at rest after an earthquake."""
     return _end(seen.integrals[0])
 
 
-@check("displacement at the end")
+@check("displacement at the end", (RAW, PROCESSED, GENERATED))
 def _displacement(seen: CheckedRecord) -> tuple[str, str, bool]:
     """The displacement at the end: drift, or a permanent displacement that was left in on purpose."""
     return _end(seen.integrals[1])

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.generated import Recipe, recipe
 from pounding_risk.motions.motion import Motion, span_of
 from pounding_risk.motions.processing import DEFAULT_CHAIN, Step, read_steps
 from pounding_risk.motions.processing.amplitude import in_si, unit_doubts
 from pounding_risk.motions.quality import AT_REST, LASTING, OFFSET_OF_PEAK, failed, quality
-from pounding_risk.motions.record import RAW, Source
+from pounding_risk.motions.record import GENERATED, RAW, Source
 from pounding_risk.motions.request import AS_RECORDED, REVERSED, conflicts
 from pounding_risk.motions.source import check_shaking, components, open_source
 from pounding_risk.motions.treatment import Treatment, treated
@@ -26,7 +28,7 @@ CHANGE_OF_PEAK = 0.02
 
 
 def read_motion(
-    source: str | Path | Trace | Source,
+    source: str | Path | Trace | Source | Recipe,
     *,
     window: tuple[float | str, float | str] | None = None,
     pga: float | str | None = None,
@@ -41,9 +43,10 @@ def read_motion(
 
     Parameters
     ----------
-    source : str, Path or obspy.Trace
+    source : str, Path, obspy.Trace or Recipe
         An id of the catalogue ("RSN6-180") or of a published set, a path to a file of a known format (of several
-        components one is named after "#": "quake.V2A#N28W"), or a trace in m/s².
+        components one is named after "#": "quake.V2A#N28W"), a trace in m/s², or a generated motion
+        ("ricker: pga=0.4 g, period=0.8 s").
     window : (start, end), optional
         Part of the processed record that is kept [s].
     pga : float or str, optional
@@ -80,6 +83,35 @@ def read_motion(
     how = _treatment(window=window, pga=pga, scale=scale, polarity=polarity, tail=tail)
     opened = open_source(source, unit=unit, dt=None if dt is None else in_si("dt", dt, STEP))
     return treated([processed(opened, processing)], how)[0]
+
+
+def generate_motion(kind: str, /, **keys: Any) -> Motion:
+    """Generate a ground motion that is no record: a pulse, a harmonic, a sweep, noise.
+
+    Parameters
+    ----------
+    kind : str
+        One of `pounding_risk.motions.motion_kinds`, such as "ricker" or "kanai_tajimi".
+    **keys
+        Keys of the kind, as in ``[[records.generated]]`` of a scene: floats in SI, or text with a unit.
+
+    Returns
+    -------
+    Motion
+        Acceleration in m/s², with sentences on its step, its error between samples and how the ground ends.
+
+    Raises
+    ------
+    RecordError
+        For an unknown kind or key, a value out of range, values that do not go together, and a step that is too long.
+
+    Examples
+    --------
+    >>> pulse = generate_motion("ricker", pga="0.4 g", period="0.8 s")
+    >>> pulse.dt, round(pulse.pga, 3)
+    (0.005, 3.923)
+    """
+    return read_motion(recipe(kind, **keys))
 
 
 def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "auto") -> Motion:
@@ -180,6 +212,10 @@ def _after_steps(motion: Motion, chain: Sequence[Step]) -> Motion:
     """Apply every step of the chain; flag a change of PGA of more than 2 %, and an offset that is left."""
     samples = motion.acceleration
     before = float(np.abs(samples - samples.mean() if motion.record["state"] == RAW else samples).max())
+    if motion.record["state"] == GENERATED and not chain:
+        return motion  # the checks look for faults of instruments
+    if "interpolation_error" in motion.record:  # which is that of the formula, before any step
+        motion = replace(motion, record={k: v for k, v in motion.record.items() if k != "interpolation_error"})
     motion = motion.doubted(failed(quality(samples, motion.dt, checks=LASTING)))
     for step in chain:
         motion = motion.after(step.apply(motion.acceleration.copy(), motion.dt))  # a step may write to its samples

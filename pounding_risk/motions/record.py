@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-RAW, PROCESSED = "raw", "processed"
+RAW, PROCESSED, GENERATED = "raw", "processed", "generated"
 
 
 class Source(NamedTuple):

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.generated import Recipe
 from pounding_risk.motions.processing import known_steps
 from pounding_risk.units import DAMPING, PERIOD, PGA, Quantity, exact
 
@@ -17,7 +18,7 @@ AS_RECORDED, REVERSED = "as recorded", "reversed"
 POLARITIES = (AS_RECORDED, REVERSED)
 MOST_ENTRIES = 100_000  # files and folders that a pattern "**" may walk through
 MEDIANS = ("pga", "pgv")  # what records can be brought to the ensemble's median of, beside Sa at a period
-SOURCES = ("names", "files", "set", "manifest")  # a request has one of them
+SOURCES = ("names", "files", "set", "manifest", "generated")  # a request has one of them
 AMPLITUDES = ("manifest", "pga", "sa", "to_median")  # what sets the amplitude: one of them at most
 
 
@@ -83,6 +84,7 @@ class RecordRequest(NamedTuple):
     direction: float | None = None  # of the row, degrees clockwise from north; None takes components as they are
     sa: Spectral | None = None  # every record is scaled to this spectral acceleration
     to_median: str | Spectral | None = None  # one of MEDIANS, or Sa at a period: every record to the ensemble's median
+    generated: tuple[Recipe, ...] = ()  # motions that are no records
 
     def given(self) -> tuple[str, ...]:
         """The keys of source, direction and amplitude that are given."""
@@ -106,6 +108,8 @@ def conflicts(given: Collection[str], *, grid_pga: bool = False) -> Iterator[tup
         yield sources[-1], f"{' and '.join(sources)} are both given; keep one{hint}"
     if "manifest" in given and "direction" in given:
         yield "direction", "a manifest names single components; remove direction, or name the files"
+    if "generated" in given and "direction" in given:
+        yield "direction", "a generated motion has one component, along the row; remove direction"
     amplitudes = [key for key in AMPLITUDES if key in given]
     if len(amplitudes) > 1:
         several = "both" if len(amplitudes) == 2 else "all"

@@ -1,7 +1,7 @@
-"""Opening a record: an id of the catalogue or of a published set, a file, or an ObsPy trace, checked, in m/s².
+"""Opening a record: an id of the catalogue or of a published set, a file, an ObsPy trace, a generated motion.
 
-Each gives a trace and the facts that go with it into the results: where it is from, its checksum, whether it
-is raw or processed.
+Each gives a checked trace in m/s² and the facts that go with it into the results: where it is from, its checksum,
+whether it is raw or processed.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue, record_sets
 from pounding_risk.motions.formats import COMPONENT, FileRead, one_trace, read_components, read_file
 from pounding_risk.motions.formats._unit import sentence, size_of
+from pounding_risk.motions.generated import Recipe, is_recipe, recipe_of
 from pounding_risk.motions.processing.signals import LEAST_SHAKING, Samples
 from pounding_risk.motions.record import PROCESSED, RAW, Source
 
@@ -32,10 +33,13 @@ def open_source(source: Any, *, unit: str | None = None, dt: float | None = None
     """Open the record that ``source`` names, with its samples checked.
 
     ``source`` is an id of the catalogue or of a published set, a path, a path with one of its components after "#",
-    an ObsPy trace, or a Source already. ``unit`` and ``dt`` [s] are of files that do not state theirs.
+    an ObsPy trace, a generated motion such as "ricker: pga=0.4 g, period=0.8 s", or a Source already. ``unit`` and
+    ``dt`` [s] are of files that do not state theirs.
     """
     if isinstance(source, Source):
         opened = source
+    elif isinstance(source, Recipe) or (isinstance(source, str) and is_recipe(source)):
+        opened = _one(source)
     elif isinstance(source, str) and _is_id(source):
         opened = _of_id(source)
     elif isinstance(source, str | Path):
@@ -49,6 +53,20 @@ def open_source(source: Any, *, unit: str | None = None, dt: float | None = None
 def components(path: Path, *, unit: str | None = None, dt: float | None = None) -> tuple[Source, ...]:
     """Every component of a file, as `open_source` gives one."""
     return tuple(_checked(_of_file(path, read), unit, dt) for read in read_components(path, unit=unit, dt=dt))
+
+
+def generated(source: str | Recipe) -> tuple[Source, ...]:
+    """Every motion of a recipe or of its text, one for each seed, as `open_source` gives one."""
+    asked = source if isinstance(source, Recipe) else recipe_of(source)
+    return tuple(_checked(each, None, None) for each in asked.sources())
+
+
+def _one(source: str | Recipe) -> Source:
+    """The only motion of a recipe; raises RecordError where it asks for several."""
+    asked = source if isinstance(source, Recipe) else recipe_of(source)
+    if dict(asked.options).get("count", 1) > 1:
+        raise RecordError(f"{asked.kind}, count: several motions, where one is asked for; leave count out")
+    return asked.sources()[0]
 
 
 def split_component(source: str | Path) -> tuple[Path, str]:

@@ -12,7 +12,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import scaling
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.window import cut, doubts
-from pounding_risk.motions.record import recording
+from pounding_risk.motions.record import GENERATED, recording
 from pounding_risk.motions.request import AS_RECORDED, REVERSED, RecordRequest, Spectral
 from pounding_risk.motions.source import check_shaking
 
@@ -110,5 +110,6 @@ def _at_median(motions: Sequence[Motion], aim: str | Spectral) -> Sequence[Motio
 
 def _as_seen(motion: Motion, how: Treatment) -> Motion:
     """The motion with flags about the samples that a run takes, and with the zeros after it."""
-    motion = motion.doubted(doubts(motion.acceleration, motion.dt))
+    if motion.record.get("state") != GENERATED or how.window is not None:  # which says itself how it starts
+        motion = motion.doubted(doubts(motion.acceleration, motion.dt))
     return motion.with_tail(how.tail) if how.tail else motion

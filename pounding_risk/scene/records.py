@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.generated import Recipe, Unfit, known_kind, made, motion_kinds, takes
 from pounding_risk.motions.processing import known_steps, read_steps
 from pounding_risk.motions.request import (
     AS_RECORDED,
@@ -26,6 +27,8 @@ from pounding_risk.scene.keys import (
     Table,
     Unreadable,
     each,
+    facts,
+    list_of,
     measured,
     options,
     several,
@@ -38,7 +41,8 @@ STEPS_EXAMPLE = '[{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
 RENAMED = {"polarity": "polarities"}  # keys that are called otherwise in a request
 _STRINGS = {"type": "array", "items": {"type": "string"}}
 _STEPS = {"type": "array", "items": {"type": "object", "required": ["step"]}}
-_ONE_SOURCE = "one of names, files, set and manifest is required"
+_ONE_SOURCE = "one of names, files, set, manifest and generated is required"
+GENERATED_EXAMPLE = '[{kind = "ricker", pga = "0.4 g", period = "0.8 s"}]'
 
 
 def catalogue_ids() -> list[str]:
@@ -196,6 +200,64 @@ def _to_median(value: Any, number: Number) -> str | Spectral:
     return str(value)
 
 
+def _generated(value: Any, number: Number) -> tuple[Recipe, ...]:
+    """Generated motions: a list of tables with a kind and its keys."""
+    if isinstance(value, dict):
+        raise Unreadable("one table, where each motion is a table of a list; write [[records.generated]]")
+    asked = list_of(value, f"generated = {GENERATED_EXAMPLE}")
+    return tuple(each(asked, lambda table: _recipe(table, number), distinct=True))
+
+
+def _recipe(table: Any, number: Number) -> Recipe:
+    """One generated motion; all faults of its table at once, each with its key."""
+    if isinstance(table, Recipe):
+        return table
+    if not isinstance(table, dict):
+        raise Unreadable(f"{shown(table)} is not a table; write generated = {GENERATED_EXAMPLE}")
+    if "kind" not in table:
+        raise Several([(("kind",), f"missing; it may be {', '.join(motion_kinds())}")])
+    try:
+        kind = known_kind(table["kind"])
+        own = {key: value for key, value in table.items() if key != "kind"}
+        above = [key for key in own if key not in kind.options and key in Records.model_fields]
+        if above:
+            sentence = "a key of [records], not of a motion; write it above the first [[records.generated]]"
+            raise Several([((key,), sentence) for key in above])
+        readers = {key: lambda item, option=option: option.read(item, number) for key, option in kind.options.items()}
+        needed = kind.required
+        values = options(
+            own, readers, needed, lambda key: f"missing; write {key} = {kind.options[key].example}", takes(kind)
+        )
+        return made(kind, values)
+    except Unfit as error:
+        raise Several([((error.key,), error.sentence)]) from None
+
+
+def _generated_schema() -> dict[str, Any]:
+    """The JSON schema of generated motions: a table for each kind."""
+
+    def described(option: Any) -> dict[str, Any]:
+        more = {"description": option.words, "x-example": option.example, "x-absent": option.default_words}
+        if option.allowed is None:
+            return {"type": "string", **more}
+        if not isinstance(option.allowed, Quantity):
+            return {"enum": list(option.allowed), **more}
+        plain = {"type": "integer"} if option.whole else {"type": ["number", "string"]}
+        return {**(plain if option.allowed.unit == "1" else {"type": "string"}), **facts(option.allowed), **more}
+
+    tables = [
+        {
+            "type": "object",
+            "description": kind.words,
+            "properties": {"kind": {"const": name}, **{key: described(option) for key, option in kind.options.items()}},
+            "required": ["kind", *kind.required],
+            "additionalProperties": False,
+        }
+        for name, kind in motion_kinds().items()
+    ]
+    return {"type": "array", "items": {"oneOf": tables}}
+
+
 class Records(Table):
     """Which ground motions a scene uses, and how they are treated before a run."""
 
@@ -219,13 +281,11 @@ class Records(Table):
             "A published record set.",
             _record_set,
             '"fema-p695-farfield"',
-            "one of names, files, set and manifest",
+            _ONE_SOURCE,
             schema={"type": "string"},
         ),
     ] = ""
-    manifest: Annotated[
-        str, text("A list of records with their factors.", "selected.csv", "one of names, files, set, manifest")
-    ] = ""
+    manifest: Annotated[str, text("A list of records with their factors.", "selected.csv", _ONE_SOURCE)] = ""
     unit: Annotated[
         str,
         Key(
@@ -308,6 +368,17 @@ class Records(Table):
         ),
     ] = "auto"
     tail: Annotated[float, measured(TAIL, "Free vibration after each record.", '"5 s"', '"0 s"')] = 0.0
+    generated: Annotated[
+        tuple[Recipe, ...],
+        Key(
+            "Motions that are no records, a table [[records.generated]] each: a kind and its keys, on their own page.",
+            _generated,
+            GENERATED_EXAMPLE,
+            _ONE_SOURCE,
+            write=lambda recipes: [recipe.written() for recipe in recipes],
+            schema=_generated_schema(),
+        ),
+    ] = ()
 
     def request(self) -> RecordRequest:
         """What `motions.ensemble.read_ensemble` takes."""

@@ -200,7 +200,8 @@ class Scene(ShortRepr):
         if self.effects:
             yield "effects", ", ".join(effect.name for effect in self.effects)
         asked = self.records
-        yield "records", ", ".join(asked.names or asked.files) or asked.set or asked.manifest
+        made = (recipe.text() for recipe in asked.generated)
+        yield "records", ", ".join(asked.names or asked.files or made) or asked.set or asked.manifest
 
     @property
     def contact_model(self) -> str:

@@ -15,6 +15,7 @@ from pounding_risk.models.effects import acts_on_law, wave_of
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys
+from pounding_risk.motions.generated import motion_kinds
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.resolved_interfaces import ResolvedInterface
 from pounding_risk.scene.scene import Scene
@@ -63,8 +64,10 @@ def given_keys(study: Scene) -> dict[KeyPath, Any]:
             path = (section,) if index is None else (section, index)
             given |= {(*path, key): item for key, item in table.items()}
             for key, item in table.items():
-                if isinstance(item, Mapping):
-                    given |= {(*path, key, option): setting for option, setting in item.items()}
+                inner = [((), item)] if not isinstance(item, list) else [((at,), one) for at, one in enumerate(item)]
+                for at, options in inner:
+                    if isinstance(options, Mapping):
+                        given |= {(*path, key, *at, option): setting for option, setting in options.items()}
     return given
 
 
@@ -222,6 +225,20 @@ def _of_records(study: Scene, given: Given) -> Iterator[Unused]:
     if asked.names or asked.set:
         named = "names" if asked.names else "set"
         yield Unused(("records", "dt"), f"every record of {named} has a time step of its own")
+    yield from _of_generated(study, given)
+
+
+def _of_generated(study: Scene, given: Given) -> Iterator[Unused]:
+    """Keys of files beside generated motions, and amplitudes of these that another key overrules."""
+    asked = study.records
+    if asked.generated:
+        yield Unused(("records", "dt"), "a generated motion has its own; write step in its [[records.generated]]")
+        yield Unused(("records", "unit"), "a generated motion is in m/s^2")
+    ruling = "grid.pga" if ("grid", "pga") in given else "records.pga" if asked.pga is not None else ""
+    ruling = ruling or ("records.sa" if asked.sa is not None else "")
+    for index, recipe in enumerate(asked.generated if ruling else ()):
+        for key in motion_kinds()[recipe.kind].amplitude:
+            yield Unused(("records", "generated", index, key), f"{ruling} sets the amplitude of every motion")
 
 
 RULES: tuple[Callable[[Scene, Given], Iterable[Unused]], ...] = (

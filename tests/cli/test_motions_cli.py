@@ -18,13 +18,16 @@ from pounding_risk import cli
 from pounding_risk.cli import records
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions import catalogue, record_sets
+from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.formats import read_file
+from pounding_risk.motions.generated import motion_kinds
 from pounding_risk.motions.manifest import check_manifest, read_manifest
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.selection import select
 from pounding_risk.motions.target_spectra import read_target
 from pounding_risk.motions.write import write_motion
+from pounding_risk.scene.records import Records
 from pounding_risk.units import STANDARD_GRAVITY
 
 COMMANDS = [name for _, name, _ in pkgutil.iter_modules(records.__path__) if not name.startswith("_")]
@@ -495,3 +498,50 @@ def test_a_choice_may_be_limited_by_peaks():
     assert "RSN753-000" in result.stdout and "RSN6-180" not in result.stdout
     refused = run(*words, "--pga", "0.3", "1 g")
     assert refused.exit_code == 2 and refused.stderr.startswith("pounding-risk: --pga: ")
+
+
+# --- generated motions -------------------------------------------------------------------------------------
+
+PULSE, NOISE = "ricker: pga=0.4 g, period=0.8 s", "kanai_tajimi: rms=0.1 g, duration=4 s, count=2"
+
+
+def test_generated_motions_are_records_to_every_command(folder):
+    told = run("info", PULSE)
+    assert told.exit_code == 0, told.output
+    assert row(told.output, "event")[1] == "generated: ricker-0.8s" and row(told.output, "PGA")[1] == "0.4 g"
+    assert row(told.output, "velocity at the end")[1] == "yes" and "clipping" not in told.output
+    kinds = run("list", "--generated")
+    assert kinds.exit_code == 0 and {line[0] for line in rows(kinds.output)} == {"kind", *motion_kinds()}
+    made = run("process", PULSE, NOISE, "-o", "out", "--pga", "0.2 g")
+    assert made.exit_code == 0, made.output
+    assert (
+        "straight lines between samples are within" in made.output and "seed 2: normal numbers of PCG64" in made.output
+    )
+    names = ["kanai_tajimi-seed1.csv", "kanai_tajimi-seed2.csv", "ricker-0.8s.csv"]
+    assert sorted(path.name for path in (folder / "out").iterdir()) == names
+    assert all(read_motion(folder / "out" / name).pga == pytest.approx(0.2 * STANDARD_GRAVITY) for name in names)
+    drawn = run("plot", PULSE, NOISE, "--histories", "--figure", "all.png")
+    assert drawn.exit_code == 0 and (folder / "all.png").stat().st_size > 20_000
+    chosen = run(
+        "select", PULSE, NOISE, "--target", "ec8:ag=0.25 g,ground=B,type=1", "--range", "0.2s", "1s", *SELECTED
+    )
+    assert chosen.exit_code == 0, chosen.output
+    again = read_ensemble(Records(manifest="chosen.csv").request(), folder).motions  # which checks sha256 and PGA
+    assert [motion.name for motion in again] == [line["name"] for line in read_manifest("chosen.csv")]
+
+
+SELECTED = ("--spectrum", "component", "--count", "2", "-o", "chosen.csv")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("info", "riker: pga=0.4 g"), '"riker" is not a kind of motion (did you mean "ricker"?); it may be'),
+        (("info", NOISE), "kanai_tajimi, count: several motions, where one is asked for; leave count out"),
+        (("process", "ricker: pga=-1 g, period=1 s"), 'ricker, pga: "-1 g" is out of range'),
+        (("plot", PULSE, "--histories", "--spectra", "--figure", "a.png"), "--histories: spectra are asked for too"),
+    ],
+)
+def test_misuse_of_generated_motions_is_one_sentence(words, sentence):
+    result = run(*words)
+    assert result.exit_code == 2 and sentence in " ".join(result.output.split())

@@ -109,6 +109,24 @@ def test_the_title_tells_the_drift(ridgecrest, processed):
     assert "Ridgecrest, California, 2019-07-06" in second and second.endswith("component HN1")
 
 
+def test_histories_of_motions_are_a_row_each(ensemble):
+    """On axes with units, the largest value above each; more than a page holds are refused."""
+    figure = figures.histories_figure(ensemble[:2])
+    assert len(figure.axes) == 6
+    sizes = {"a [g]": STANDARD_GRAVITY, "v [cm/s]": 0.01, "d [cm]": 0.01}
+    for row, motion in enumerate(ensemble[:2]):
+        histories = (motion.acceleration, *motion.velocity_displacement())
+        for axis, samples, (label, size) in zip(figure.axes[3 * row :], histories, sizes.items(), strict=False):
+            np.testing.assert_array_equal(axis.get_lines()[0].get_data(), (motion.times, samples / size))
+            peak = f"{np.abs(samples).max() / size:.3g} {label[3:-1]}"
+            assert (axis.get_ylabel(), axis.get_title(loc="right")) == (label, peak)
+        assert figure.axes[3 * row].get_title(loc="left") == motion.name
+    assert {axis.get_xlabel() for axis in figure.axes[3:]} == {"time [s]"}
+    for count in (0, 13):
+        with pytest.raises(PoundingError, match=f"^{count} motions: a figure of histories shows from 1 to 12"):
+            figures.histories_figure(ensemble[:1] * count)
+
+
 def test_corners_are_those_of_the_filter():
     """Of both, one or no corner."""
     chosen = read_motion("CCC-HN1", processing=[{"step": "bandpass", "low": 0.12, "high": 21.5}])

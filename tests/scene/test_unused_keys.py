@@ -187,7 +187,8 @@ ALWAYS = {  # keys that act in every scene that may have them, with what would s
     ),
     "are parts of equal_terms, which is told whole": ("equal_terms.same", "equal_terms.speed", "equal_terms.every_law"),
     "say which motions there are, and how large (test_gather, test_scaling)": (
-        *("records.names", "records.files", "records.set", "records.manifest", "records.unit", "records.dt"),
+        *("records.names", "records.files", "records.set", "records.manifest", "records.generated"),
+        *("records.unit", "records.dt"),
         *("records.direction", "records.sa", "records.to_median", "records.polarity", "records.processing"),
     ),
     "are axes of the dataset (test_sweep, test_row_scan)": (

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pounding_risk.motions.request import RecordRequest
     from pounding_risk.motions.target_spectra import Target
 
-WORDS = "ids, files, file#component, patterns or folders"
+WORDS = "ids, files, file#component, patterns, folders or generated motions"
 Sources = Annotated[list[str] | None, typer.Argument(metavar="SOURCE", help=f"Records: {WORDS}.", show_default=False)]
 Set = Annotated[str | None, typer.Option("--set", help="A record set, such as fema-p695-farfield.", show_default=False)]
 Unit = Annotated[str | None, option("Unit of files that do not state theirs, such as cm/s^2.")]
@@ -154,7 +154,7 @@ def find_sources(
     horizontal: bool = False,
     in_pairs: bool = False,
 ) -> SourceGroups:
-    """Open records by words (ids, files, file#component, patterns, folders), and those of a record set.
+    """Open records by words, which are ids, files, file#component, patterns, folders or recipes, and those of a set.
 
     Raises PoundingError where no record is named or found, and for a file that is no record, unless it is in a folder.
 
@@ -196,12 +196,15 @@ def _sources_of(word: str, facts: dict[str, Any], left_out: list[str], lenient: 
     """Open the records of one word; a sentence is added to ``left_out`` for each file of a folder that is not taken."""
     from pounding_risk.motions.catalogue import entries
     from pounding_risk.motions.ensemble import sources_named
+    from pounding_risk.motions.generated import is_recipe
     from pounding_risk.motions.request import matching
-    from pounding_risk.motions.source import open_source
+    from pounding_risk.motions.source import generated, open_source
 
     is_id = any(entry.id == word for entry in entries())
     if not is_id and (Path(word).is_dir() or matching(Path(), word)):
         yield from sources_named(word, Path(), left_out, **facts, lenient=lenient)
+    elif is_recipe(word):
+        yield from generated(word)
     elif glob.has_magic(word):
         raise PoundingError(f'no file answers to "{word}"; patterns are relative to this folder')
     else:

@@ -26,7 +26,9 @@ SIZES = {"header_pga": "m/s2", "header_pgv": "m/s", "header_pgd": "m", "pgv_peer
 
 
 def info(
-    source: Annotated[str, argument("SOURCE", "An id, a file, or file#component.")], unit: Unit = None, dt: Step = None
+    source: Annotated[str, argument("SOURCE", "An id, a file, file#component, or a generated motion.")],
+    unit: Unit = None,
+    dt: Step = None,
 ) -> None:
     """One record: origin, terms, checksum, where its file is, PGA to Sa."""
     from pounding_risk.motions.catalogue import entries, entry

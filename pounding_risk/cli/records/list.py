@@ -1,4 +1,4 @@
-"""The command `records list`: the records of the catalogue, of a set, or of a folder."""
+"""The command `records list`: the records of the catalogue, of a set, or of a folder; kinds of generated motions."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from pounding_risk.cli._common.notes import print_left_out
 from pounding_risk.cli._common.options import option
@@ -26,8 +28,13 @@ def list(
     folder: Annotated[Path | None, option("A folder of record files.")] = None,
     unit: Unit = None,
     dt: Step = None,
+    generated: Annotated[
+        bool, typer.Option("--generated", help="Kinds of generated motions, with their keys.", show_default=False)
+    ] = False,
 ) -> None:
-    """The records of the catalogue, of a set, or of a folder."""
+    """The records of the catalogue, of a set, or of a folder; or the kinds of generated motions."""
+    if generated:
+        return print_kinds()
     if set is None and folder is None:
         from pounding_risk.motions.catalogue import entries
 
@@ -37,6 +44,18 @@ def list(
     sources = find_sources([str(folder)] if folder else [], set, stated_facts(unit, dt), lenient=True)
     print_sources([source for group in sources.groups for source in group])
     print_left_out(sources.left_out)
+
+
+def print_kinds() -> None:
+    """Print the kinds of generated motions: what each is, and its keys, those that it needs with an example."""
+    from pounding_risk.motions.generated import motion_kinds
+
+    rows = []
+    for name, kind in motion_kinds().items():
+        needed = dict.fromkeys((*kind.required, kind.amplitude[0]))
+        others = ", ".join(key for key in kind.options if key not in needed)
+        rows.append((name, kind.words, ", ".join(f"{key} = {kind.options[key].example}" for key in needed), others))
+    print_table(("kind", "what it is", "needs", "takes"), rows, "llll")
 
 
 def print_records(entries: Sequence[Entry]) -> None:

@@ -1,4 +1,4 @@
-"""The command `records plot`: one record before and after processing, or response spectra."""
+"""The command `records plot`: one record before and after processing, histories, or response spectra."""
 
 from __future__ import annotations
 
@@ -23,6 +23,9 @@ def plot(
     spectra: Annotated[
         bool, typer.Option("--spectra", help="Response spectra, also of a single record.", show_default=False)
     ] = False,
+    histories: Annotated[
+        bool, typer.Option("--histories", help="Acceleration, velocity, displacement of each.", show_default=False)
+    ] = False,
     target: Annotated[str | None, option("Target spectrum: a file, or a code shape.")] = None,
     damping: options.Damping = "5 %",
     set: options.Set = None,
@@ -36,21 +39,25 @@ def plot(
     unit: options.Unit = None,
     dt: options.Step = None,
 ) -> None:
-    """Draw one record before and after processing, or the response spectra of several."""
+    """Draw one record before and after processing, the response spectra of several, or their histories."""
     if figure is None:
         raise PoundingError("--figure: no file is named; write one such as --figure records.png")
     from pounding_risk.units import DAMPING
 
+    if histories and (spectra or target is not None):
+        raise PoundingError("--histories: spectra are asked for too, which are another figure; leave one out")
     ratio = read_option("--damping", damping, DAMPING)
     request = options.record_request(processing, step, window, pga, scale, sa, direction)
     spectrum = None if target is None else options.target_spectrum(target, ratio)
     facts = options.stated_facts(unit, dt)
     with ProgressDisplay("plot", "records") as progress:
         sources = options.find_sources(source or (), set, facts, horizontal=True, in_pairs=direction is not None)
-        is_single = len(sources.groups) == 1 and not spectra and spectrum is None
+        is_single = len(sources.groups) == 1 and not (spectra or histories) and spectrum is None
         motions = options.treat(request, () if is_single else sources.groups, progress)
     print_left_out(sources.left_out)
     if is_single:
         options.draw_before_and_after(figure, request, sources.groups[0])
+    elif histories:
+        draw(figure, "motions.histories_figure", motions)
     else:
         draw(figure, "motions.spectra_figure", motions, spectrum, ratio)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk._common.files import write_whole
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.request import SOURCES
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.units import GAP, MASS, PERIOD, Quantity, exact, parse, say, shown
 
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 
 FILLED = "filled.csv"
 SECTIONS = ("effects", "records", "grid", "solver")
-SOURCES = ("names", "files", "set", "manifest")
 POLARITIES = ["as recorded", "reversed"]  # a row is not symmetric
 LISTED = 3  # values of a column that are listed one by one
 

@@ -1,0 +1,233 @@
+"""Generated motions: a kind and values of its keys, in place of a record's file.
+
+A kind is one function under ``@motion_kind`` in a module of this folder, a new one or the one of its family; nothing
+else lists it. The function takes its keys in SI and returns the `Form` of a motion: `Wave` for a formula, `Noise` for
+filtered white noise. From the declaration of its keys follow the reader of scenes, the sentences, the JSON schema and
+the page of the docs.
+
+    >>> from pounding_risk.motions.generated import recipe
+    >>> recipe("ricker", pga="0.4 g", period="0.8 s").text()
+    'ricker: pga=3.92266 m/s^2, period=0.8 s, shape=symmetric'
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import cache
+from hashlib import sha256
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Any, NamedTuple
+
+from pounding_risk._common.words import nearest
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.generated._kind import KINDS, REQUIRED, Form, Kind, Option, Sampled, Unfit, motion_kind
+from pounding_risk.motions.generated._wave import Wave
+from pounding_risk.motions.processing.signals import velocity_displacement
+from pounding_risk.motions.record import GENERATED, STATED, Source
+from pounding_risk.units import QuantityError, shown, si
+
+__all__ = [
+    "Form",
+    "Kind",
+    "Option",
+    "Recipe",
+    "Sampled",
+    "Unfit",
+    "Wave",
+    "motion_kind",
+    "motion_kinds",
+    "recipe",
+    "recipe_of",
+]
+_TEXT = re.compile(r"\s*([A-Za-z]\w*)\s*:\s*(\w+\s*=.*)", re.DOTALL)  # "ricker: pga=0.4 g, period=0.8 s"
+
+
+class Recipe(NamedTuple):
+    """What a scene asks for: a kind of motion and the values of its keys in SI.
+
+    Defaults are among them, except for those that follow from other keys.
+    """
+
+    kind: str
+    options: tuple[tuple[str, Any], ...]
+
+    def written(self) -> dict[str, Any]:
+        """The table as a scene file has it: quantities as text, exact."""
+        known = motion_kinds()[self.kind].options
+        return {"kind": self.kind, **{key: known[key].written(value) for key, value in self.options}}
+
+    def text(self) -> str:
+        """The recipe as one line, from which `recipe_of` reads it back."""
+        return f"{self.kind}: " + ", ".join(f"{key}={value}" for key, value in list(self.written().items())[1:])
+
+    def form(self) -> Form:
+        """The motion at any time step; raises Unfit where values of keys do not go together."""
+        asked, kind = dict(self.options), motion_kinds()[self.kind]
+        common = {"step", "name", "seed", "count"}
+        keys = {key: asked.get(key) for key in kind.options if key not in common}
+        return kind.function(**keys)
+
+    def check(self) -> None:
+        """Raise Unfit where values of keys do not go together, or the time step is too long."""
+        form = self.form()
+        form.check(self._step(form))
+
+    def sources(self) -> tuple[Source, ...]:
+        """The motions, one for each seed, as records that were read."""
+        seeds = self._seeds()
+        form = self.form()
+        step = self._step(form)
+        return tuple(self._opened(form, step, seed, len(seeds) > 1) for seed in seeds)
+
+    def _step(self, form: Form) -> float:
+        step = dict(self.options).get("step")
+        return form.default_step() if step is None else float(step)
+
+    def _seeds(self) -> range:
+        """The seeds asked for; one place for a motion that has none."""
+        asked = dict(self.options)
+        first = asked.get("seed", 0)
+        return range(first, first + asked.get("count", 1))
+
+    def _opened(self, form: Form, step: float, seed: int, several: bool) -> Source:
+        from obspy import Trace  # takes 0.2 s
+
+        own = self._of_seed(seed)
+        made = form.sampled(step, seed)
+        velocity, displacement = velocity_displacement(made.samples, step)
+        last = _near(velocity[-1], velocity, "m/s"), _near(displacement[-1], displacement, "m")
+        ends = f"the ground ends with the velocity {last[0]} at the displacement {last[1]}"
+        trace = Trace(made.samples, {"delta": step})
+        trace.stats.processing = [f"generated {own.text()}", *made.sentences, ends]
+        facts: dict[str, Any] = {"id": own.name(several), "event": f"generated: {own._title()}", "date": ""}
+        facts |= {"station": "", "component": "", "state": GENERATED, "format": GENERATED, "file": ""}
+        facts |= {"sha256": sha256(own.text().encode()).hexdigest(), "origin": f"generated {own.text()}", "terms": ""}
+        if motion_kinds()[self.kind].is_random:
+            facts[STATED] = f"generated: {self.kind}, seed {seed}"  # one stream of random numbers, whatever the filter
+        if made.error is not None:
+            facts["interpolation_error"] = made.error
+        return Source(own.text(), trace, facts, "units: m/s², as generated", made.doubts)
+
+    def _of_seed(self, seed: int) -> Recipe:
+        """The recipe of one motion of several."""
+        if "seed" not in motion_kinds()[self.kind].options:
+            return self
+        rest = {key: value for key, value in self.options if key != "count"}
+        return Recipe(self.kind, _ordered(motion_kinds()[self.kind], rest | {"seed": seed}))
+
+    def name(self, several: bool = False) -> str:
+        """The name of a motion in results: that of the recipe, or its kind and what tells it from others."""
+        asked = dict(self.options)
+        if "name" not in asked:
+            return self._title()
+        return f"{asked['name']}-seed{asked['seed']}" if several else str(asked["name"])
+
+    def _title(self) -> str:
+        """The kind, and what tells this motion of it from others."""
+        kind, asked = motion_kinds()[self.kind], dict(self.options)
+        parts = [kind.options[key].said(asked[key]).replace(" ", "") for key in kind.named_by if key in asked]
+        return "-".join([self.kind, *parts, *([f"seed{asked['seed']}"] if kind.is_random else [])])
+
+
+def motion_kinds() -> Mapping[str, Kind]:
+    """List the kinds of generated motions of all modules of this folder, and those that users have added.
+
+    Returns
+    -------
+    mapping of str to Kind
+        Function and keys of each kind by its name, in alphabetical order.
+    """
+    _import_kinds()
+    return dict(sorted(KINDS.items()))
+
+
+@cache
+def _import_kinds() -> None:
+    for module in iter_modules(__path__):
+        import_module(f"{__name__}.{module.name}")
+
+
+def known_kind(name: Any) -> Kind:
+    """The kind of a name; raises Unfit for another one."""
+    kinds = motion_kinds()
+    if not isinstance(name, str) or name not in kinds:
+        hint = nearest(name, kinds) if isinstance(name, str) else ""
+        raise Unfit("kind", f"{shown(name)} is not a kind of motion{hint}; it may be {', '.join(kinds)}")
+    return kinds[name]
+
+
+def made(kind: Kind, values: Mapping[str, Any]) -> Recipe:
+    """The recipe of values that have been read, with defaults in it and checked as a whole; raises Unfit."""
+    stated = {key: option.default for key, option in kind.options.items() if option.default not in (REQUIRED, None)}
+    asked = Recipe(kind.name, _ordered(kind, stated | dict(values)))
+    asked.check()
+    return asked
+
+
+def recipe(kind: str, /, **keys: Any) -> Recipe:
+    """The recipe of a generated motion.
+
+    Parameters
+    ----------
+    kind : str
+        One of `motion_kinds`.
+    **keys
+        Its keys: floats in SI, or text with a unit.
+
+    Returns
+    -------
+    Recipe
+        As `pounding_risk.Records` takes it in its ``generated``.
+
+    Raises
+    ------
+    RecordError
+        For an unknown kind or key, a key that is missing, and values out of range or that do not go together.
+    """
+    about, values = known_kind(kind), {}
+    for key, value in keys.items():
+        if key not in about.options:
+            raise RecordError(f"{kind}: no key {key}{nearest(key, about.options)}; {takes(about)}")
+        try:
+            values[key] = about.options[key].read(value, si)
+        except QuantityError as error:
+            raise RecordError(f"{kind}, {key}: {error}") from None
+    if missing := [key for key in about.required if key not in values]:
+        raise RecordError(f"{kind}: {missing[0]} is missing; write a motion such as {about.example()}")
+    try:
+        return made(about, values)
+    except Unfit as error:
+        raise RecordError(f"{kind}, {error}") from None
+
+
+def is_recipe(text: str) -> bool:
+    """Whether a text names a generated motion: a known kind and a colon, or a word, a colon and a key with a value."""
+    kind, colon, _ = text.partition(":")
+    return bool(colon) and (kind.strip() in motion_kinds() or bool(_TEXT.fullmatch(text)))
+
+
+def recipe_of(text: str) -> Recipe:
+    """The recipe of a line such as "ricker: pga=0.4 g, period=0.8 s"; raises RecordError as `recipe`."""
+    kind, _, rest = text.partition(":")
+    pairs = [part.partition("=") for part in rest.split(",") if part.strip()]
+    if any(not key.strip() or not value.strip() for key, _, value in pairs):
+        raise RecordError(f'{shown(text)}: keys have values; write one such as "ricker: pga=0.4 g, period=0.8 s"')
+    return recipe(kind.strip(), **{key.strip(): value.strip() for key, _, value in pairs})
+
+
+def takes(kind: Kind) -> str:
+    """Which keys a kind takes, for a sentence."""
+    return f"{kind.name} takes {', '.join(kind.options)}"
+
+
+def _ordered(kind: Kind, values: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
+    """Values in the order in which the kind declares its keys."""
+    return tuple((key, values[key]) for key in kind.options if key in values)
+
+
+def _near(value: float, trace: Any, unit: str) -> str:
+    """A value at the end, 0 where it is nothing beside the peak."""
+    peak = float(abs(trace).max())
+    return f"{0.0 if abs(value) <= 1e-4 * peak else value:.4g} {unit}"
