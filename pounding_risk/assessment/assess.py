@@ -331,7 +331,9 @@ def _at_level(motions: Motions, level: int) -> Motions:
     """The motions with a finite response, at one amplitude; raises PoundingError where there are none."""
     finite = np.flatnonzero(motions.finite)
     if not finite.size:
-        raise PoundingError("no motion of the dataset has a finite response; check the records and the buildings")
+        raise PoundingError(
+            "no motion of the dataset moves the ground and has a finite response; check the records and the buildings"
+        )
     return Motions(
         tuple(motions.records[index] for index in finite),
         tuple(motions.polarities[index] for index in finite),

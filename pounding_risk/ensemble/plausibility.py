@@ -28,6 +28,7 @@ from pounding_risk.units import (
 
 if TYPE_CHECKING:
     from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.record import STILL
 
 
 class Usual(NamedTuple):
@@ -191,6 +192,7 @@ def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
         return
     if any(motion.record.get("factor", 1.0) != 1.0 for motion in motions):
         return
+    motions = tuple(motion for motion in motions if not motion.record.get(STILL))
     usual = USUAL["PGA as recorded"]
     for outside, most in ((_below(usual.low), min), (_above(usual.high), max)):
         unusual = {motion.name: motion.pga for motion in motions if outside(motion.pga) and not _doubted(motion)}

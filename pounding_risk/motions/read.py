@@ -15,7 +15,7 @@ from pounding_risk.motions.motion import Motion, span_of
 from pounding_risk.motions.processing import DEFAULT_CHAIN, Step, read_steps
 from pounding_risk.motions.processing.amplitude import in_si, unit_doubts
 from pounding_risk.motions.quality import AT_REST, LASTING, OFFSET_OF_PEAK, failed, quality
-from pounding_risk.motions.record import GENERATED, RAW, Source
+from pounding_risk.motions.record import GENERATED, RAW, STILL, Source
 from pounding_risk.motions.request import AS_RECORDED, REVERSED, conflicts
 from pounding_risk.motions.source import check_shaking, components, open_source
 from pounding_risk.motions.treatment import Treatment, treated
@@ -119,8 +119,10 @@ def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "a
     record = {**source.record, "polarity": AS_RECORDED, "factor": 1.0}
     history = (*source.trace.stats.get("processing", []), source.units)
     motion = Motion(str(record["id"]), source.trace.data, float(source.trace.stats.delta), record, history)
-    check_shaking(motion.acceleration, source.name, "its sensitivity and unit, or leave the record out")
-    motion = motion.doubted((*source.doubts, *unit_doubts(record["pga_recorded"], "as recorded")))
+    if not record.get(STILL):
+        check_shaking(motion.acceleration, source.name, "its sensitivity and unit, or leave the record out")
+    units = () if record.get(STILL) else unit_doubts(record["pga_recorded"], "as recorded")
+    motion = motion.doubted((*source.doubts, *units))
     # A window comes after the chain and not before: the offset is seen in the quiet before the earthquake
     # and the drift at its end, and a filter rings where a record is cut in mid-shaking. A cut that is to come
     # earlier, such as one of two earthquakes in a file, is a step of the chain.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 RAW, PROCESSED, GENERATED = "raw", "processed", "generated"
+STILL = "still"  # a fact of generated ground that does not move, which of a record is a fault
 
 
 class Source(NamedTuple):

@@ -12,7 +12,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import scaling
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.window import cut, doubts
-from pounding_risk.motions.record import GENERATED, recording
+from pounding_risk.motions.record import GENERATED, STILL, recording
 from pounding_risk.motions.request import AS_RECORDED, REVERSED, RecordRequest, Spectral
 from pounding_risk.motions.source import check_shaking
 
@@ -77,7 +77,8 @@ def _before_scaling(motion: Motion, how: Treatment) -> Motion:
     if how.window is not None:
         motion = motion.after(cut(motion.acceleration, motion.dt, how.window))
         where, repair = f"{where}, {how.window[0]:g} to {how.window[1]:g} s", "its window"
-    check_shaking(motion.acceleration, where, repair)
+    if not motion.record.get(STILL):
+        check_shaking(motion.acceleration, where, repair)
     return motion.reversed() if how.polarity == REVERSED else motion
 
 

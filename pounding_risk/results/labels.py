@@ -194,6 +194,8 @@ def _amplitudes_felt(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
     peaks = np.array([motion.pga for motion in motions])
     factors = np.array([motion.record.get("factor", 1.0) for motion in motions])
     felt = np.where(np.isnan(pgas), peaks[:, None], pgas)
+    # Still ground is not scaled.
+    grown = np.divide(felt, peaks[:, None], out=np.ones_like(felt), where=peaks[:, None] > 0.0)
     before = (
         "peak acceleration of the record after processing and scaling by the scene, before the amplitude of the grid"
     )
@@ -205,7 +207,7 @@ def _amplitudes_felt(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
             felt,
             described("m/s2", "peak ground acceleration that the buildings felt, after every scaling"),
         ),
-        "record_scale_factor": (("record", "pga"), factors[:, None] * felt / peaks[:, None], described("1", factor)),
+        "record_scale_factor": (("record", "pga"), factors[:, None] * grown, described("1", factor)),
     }
 
 

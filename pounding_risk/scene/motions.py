@@ -9,6 +9,7 @@ from pounding_risk.models.effects import wave_of
 from pounding_risk.motions.ensemble import MotionEnsemble, read_ensemble
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality
+from pounding_risk.motions.record import STILL
 from pounding_risk.motions.request import conflicts
 from pounding_risk.motions.source import lowest_usable
 from pounding_risk.scene.scene import Scene
@@ -46,7 +47,7 @@ def gathered(study: Scene) -> MotionEnsemble:
 def _for_buildings(motion: Motion, study: Scene) -> Motion:
     """The motion, flagged where it is too coarse or was filtered too narrowly for these buildings."""
     periods = [building.period for building in study.buildings if not building.is_rigid]
-    if not periods:
+    if not periods or motion.record.get(STILL):
         return motion
     # Straight lines that are close to a known motion excite a stiff building no more than they are from it.
     known = "interpolation_error" in motion.record

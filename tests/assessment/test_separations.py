@@ -397,7 +397,7 @@ def test_a_passing_wave_is_in_no_rule_and_told(results):
 
 
 def test_without_a_finite_motion_nothing_is_asked_for(results):
-    with pytest.raises(PoundingError, match="no motion of the dataset has a finite response"):
+    with pytest.raises(PoundingError, match="no motion of the dataset moves the ground and has a finite response"):
         code_table(results.assign(peak_closing_free=results["peak_closing_free"] * np.nan))
 
 

@@ -190,6 +190,17 @@ def test_pulses_leave_the_displacement_of_their_docstrings(name, left):
     assert displacement[-1] == pytest.approx(left, abs=2e-4 * np.abs(displacement).max())
 
 
+def test_ground_that_does_not_move_lets_a_release_be_run():
+    """A mass that moves against a stop, published as 9950 N (code_aster V5.01.101, SDND101): v0 √m K/√(k + K)."""
+    mass = {"name": "mass", "mass": "100 kg", "stiffness": "10 kN/m", "damping": 0.0, "initial_velocity": "1 m/s"}
+    contact = pr.Interface(gap="0 mm", contact_model="linear", stiffness="1 MN/m")
+    still = pr.Records(generated=[{"kind": "still", "duration": "1 s"}])
+    scene = pr.Scene([mass, {"name": "stop", "rigid": True}], [contact], still, solver={"rtol": 1e-10})
+    found = pr.simulate(scene)
+    assert float(found["peak_contact_force"].squeeze()) == pytest.approx(10.0 * 1e6 / np.sqrt(1.01e6), rel=1e-9)
+    assert not any("still" in sentence for sentence in pr.validate(scene).notes)
+
+
 def test_constant_acceleration_ends_with_a_velocity_and_a_jump_is_told():
     motion = pr.generate_motion("constant_acceleration", pga=1.5, duration="2 s", rise="0.25 s")
     assert motion.velocity_displacement()[0][-1] == pytest.approx(1.5 * 1.75, rel=1e-12)

@@ -274,7 +274,9 @@ def code_table(
     periods, dampings = _both(shown, "period"), _both(shown, "damping")
     known = np.isfinite(left) & np.isfinite(right) & np.isfinite(closing)
     if not known.any():
-        raise PoundingError("no motion of the dataset has a finite response; check the records and the buildings")
+        raise PoundingError(
+            "no motion of the dataset moves the ground and has a finite response; check the records and the buildings"
+        )
     moved = known & (closing > 0.0)
     names = [f"{record} {polarity}" for record in shown["record"].values for polarity in shown["polarity"].values]
     buildings = tuple(str(name) for name in shown["building"].values)

@@ -25,7 +25,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions.generated._kind import KINDS, REQUIRED, Form, Kind, Option, Sampled, Unfit, motion_kind
 from pounding_risk.motions.generated._wave import Wave
 from pounding_risk.motions.processing.signals import velocity_displacement
-from pounding_risk.motions.record import GENERATED, STATED, Source
+from pounding_risk.motions.record import GENERATED, STATED, STILL, Source
 from pounding_risk.units import QuantityError, shown, si
 
 __all__ = [
@@ -106,6 +106,8 @@ class Recipe(NamedTuple):
         facts |= {"sha256": sha256(own.text().encode()).hexdigest(), "origin": f"generated {own.text()}", "terms": ""}
         if motion_kinds()[self.kind].is_random:
             facts[STATED] = f"generated: {self.kind}, seed {seed}"  # one stream of random numbers, whatever the filter
+        if not made.samples.any():
+            facts[STILL] = True
         if made.error is not None:
             facts["interpolation_error"] = made.error
         return Source(own.text(), trace, facts, "units: m/s², as generated", made.doubts)

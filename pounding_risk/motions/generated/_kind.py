@@ -144,7 +144,7 @@ class Kind(NamedTuple):
     name: str
     function: Callable[..., Form]
     options: Mapping[str, Option]
-    amplitude: tuple[str, ...]  # the keys that set how strong it is, and nothing else
+    amplitude: tuple[str, ...]  # the keys that set how strong it is, and nothing else; none of still ground
     named_by: tuple[str, ...]  # the keys whose values stand in the name of a motion
 
     @property
@@ -164,7 +164,7 @@ class Kind(NamedTuple):
 
     def example(self) -> str:
         """The table of a motion as a scene file has it, with its strength and what is required."""
-        needed = dict.fromkeys((*self.required, self.amplitude[0]))
+        needed = dict.fromkeys((*self.required, *self.amplitude[:1]))
         keys = [f"{key} = {self.options[key].example}" for key in needed]
         return "{" + ", ".join([f'kind = "{self.name}"', *keys]) + "}"
 

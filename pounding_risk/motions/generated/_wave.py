@@ -28,7 +28,7 @@ class Wave(Form):
     duration : float
         Its length [s].
     shortest_period : float
-        Period of its fastest part [s], from which the step is chosen.
+        Period of its fastest part [s], from which the step is chosen; inf where it does not vary.
     corners : tuple of float
         Times [s] between 0 and ``duration`` at which the acceleration bends; the chosen step puts samples there.
     """
@@ -40,7 +40,7 @@ class Wave(Form):
 
     def default_step(self) -> float:
         """The step at which straight lines are within `AIM` of the formula, at most `LONGEST`."""
-        step = self._fitting(self.shortest_period / 50.0)
+        step = self._fitting(LONGEST if self.shortest_period == inf else self.shortest_period / 50.0)
         for _ in range(5):  # the error is that of the square of the step, all but exactly
             error = self._error(step)
             if error <= AIM:
@@ -101,7 +101,9 @@ class Wave(Form):
             formula = self._at(times[:-1] + share * step)
             peak = max(peak, float(np.abs(formula).max()))
             error = max(error, float(np.abs(samples[:-1] + share * rises - formula).max()))
-        return error / peak if peak > 0.0 else 1.0
+        if peak == 0.0:
+            return 0.0 if self.shortest_period == inf else 1.0  # or all that is seen is where it passes zero
+        return error / peak
 
     def _fitting(self, longest: float) -> float:
         """A step of at most ``longest`` that has a sample at the end and at every corner, round where it can be."""

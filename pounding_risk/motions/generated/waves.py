@@ -1,4 +1,4 @@
-"""Laboratory motions: a harmonic, a swept sine, a constant acceleration."""
+"""Laboratory motions: a harmonic, a swept sine, a constant acceleration, still ground."""
 
 from __future__ import annotations
 
@@ -128,6 +128,17 @@ def constant_acceleration(*, pga: float, duration: float, rise: float | None) ->
         return pga * np.clip(sides, 0.0, 1.0)
 
     return Wave(acceleration, duration, 2.0 * rise or duration, _corners(rise, duration))
+
+
+@motion_kind(
+    "still",
+    amplitude=(),
+    named_by=("duration",),
+    duration=Option("Its length.", DURATION._replace(example="10 s")),
+)
+def still(*, duration: float) -> Wave:
+    """Ground that does not move, for buildings that begin displaced or moving."""
+    return Wave(np.zeros_like, duration, inf)
 
 
 def _rise_and_fall(times: Samples, rise: float, duration: float) -> Samples:
