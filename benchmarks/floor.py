@@ -21,7 +21,7 @@ from throughput import LAW, RESTITUTION, RTOL, make_bench, run_grid
 from pounding_risk._jit.compile import kernel
 from pounding_risk.models.ground import UniformInterval
 from pounding_risk.solver.pair.api import free_response
-from pounding_risk.solver.pair.flight import block_is_quiet, search_mask
+from pounding_risk.solver.pair.flight import EVERY_SIGNAL, block_mask, reaches, search_mask
 from pounding_risk.solver.pair.implicit import attempt
 from pounding_risk.solver.pair.stages import ELASTIC, Phase, new_impact, slopes, state_of
 from pounding_risk.solver.runge_kutta import DOP853
@@ -52,7 +52,8 @@ def repeat_blocks(pair, free, workspace, count):
     total = 0
     for number in range(count):
         vibration = (1e-3, 2e-3, 0.01, 0.01 + 1e-9 * (number % 7))
-        total += block_is_quiet(pair, (free.high, free.low), 0.1, number % free.high.shape[0], vibration, workspace)
+        reach = reaches(pair, vibration)
+        total += block_mask((free.high, free.low), 0.1, number % free.high.shape[0], reach, workspace)
     return total
 
 
@@ -63,7 +64,7 @@ def repeat_samples(pair, free, workspace, count):
     for number in range(count):
         workspace.there[0] = 1e-9 * (number % 7)
         span = (UniformInterval(free.ground[number % free.ground.size], 10.0), free.step)
-        total += search_mask(pair, 0.1, (1e-3, 2e-3, 0.01, 0.01), span, workspace)
+        total += search_mask(pair, 0.1, (1e-3, 2e-3, 0.01, 0.01), span, EVERY_SIGNAL, workspace)
     return total
 
 
@@ -83,7 +84,7 @@ def counts(gap: float) -> dict[str, float]:
     code = (
         "import json, sys, profile_run; calls = profile_run.profile(float(sys.argv[1]), float('inf'));"
         "print(json.dumps({'attempt': sum(n for (part, _), n in calls.items() if part == 'attempt'),"
-        "'contacts': calls['begin_contact', 'march'], 'block': calls['block_is_quiet', 'fly'],"
+        "'contacts': calls['begin_contact', 'march'], 'block': calls['block_mask', 'fly'],"
         "'sample': calls['search_mask', 'fly']}))"
     )
     done = subprocess.run(

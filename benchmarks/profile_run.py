@@ -32,11 +32,11 @@ WORDS = {
     ("attempt", "take_step"): "attempts at them",
     ("land", "end_on"): "landings on an event",
     ("attempt", "land"): "attempts for landings",
-    ("crest", "peak_over_step"): "crests searched inside a step",
+    ("crest", "update_peaks"): "crests searched inside a step",
     ("read_between", "crest"): "looks at a step between its ends for crests",
     ("read_between", "settle"): "looks at a step between its ends for landings",
     ("slopes", "explicit_attempt"): "evaluations of the force in all attempts",
-    ("block_is_quiet", "fly"): "blocks of 16 samples looked at in flight",
+    ("block_mask", "fly"): "blocks of 16 samples looked at in flight",
     ("search_mask", "fly"): "sample intervals looked at in flight",
     ("search_interval", "fly"): "sample intervals searched",
 }

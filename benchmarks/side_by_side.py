@@ -26,10 +26,9 @@ from throughput import in_time, range_of
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import STYLES, blank, title, write
-from pounding_risk.solver.pair.api import free_response, oscillators, run
+from pounding_risk.solver.pair.api import free_response, oscillators, run, workspace_for
 from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS, RUN, run_outputs
-from pounding_risk.solver.workspace import make_workspace
 
 CONVERGED = 1e-12  # rtol of the reference
 FINEST_ERROR = 1e-15  # relative errors below rounding count as this
@@ -108,7 +107,7 @@ def solve_in_grid(case: Case, rtol: float) -> Answer:
     """One run as a scan makes it: free response, working space and the table of results are there already."""
     interface = case.scene.interface
     grid = (np.array([interface.gap]), np.array([interface.yield_force]), interface.restitution)
-    workspace, raw, how = make_workspace(rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), dtype=np.int8)
+    workspace, raw, how = workspace_for(case.free, rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), dtype=np.int8)
 
     def cell() -> dict[str, float]:
         solve_grid(case.pair, case.free, interface.law, grid, rtol, False, workspace, raw, how)

@@ -75,12 +75,18 @@ class Entry(JITCodeLibrary):
     _linking_libraries: list[JITCodeLibrary]
 
     def finalize(self):
-        """Take in the fragments, optimise the whole and make it machine code."""
+        """Take in the fragments, optimise the whole and make it machine code.
+
+        Nobody else calls what is taken in: LLVM puts a fragment with one call into its caller, however large it is.
+        """
         libraries: list[JITCodeLibrary] = list(gathered(self._linking_libraries))
         self._linking_libraries = []
         for library in libraries:
             self._reload_init.update(library._reload_init)
             self._final_module.link_in(code_of(library), preserve=True)
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == llvm.Linkage.linkonce_odr:
+                function.linkage = llvm.Linkage.internal
         super().finalize()
         for variable in self._final_module.global_variables:
             environment = lookup_environment(variable.name)

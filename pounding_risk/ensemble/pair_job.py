@@ -23,11 +23,10 @@ from pounding_risk.results.labels import OUTCOME, amplitudes, kept_as
 from pounding_risk.results.layout import Slab, bytes_per_case
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import COMPLETE, STATUS
-from pounding_risk.solver.pair.api import free_response, initial_state, oscillators, vibration_maps
+from pounding_risk.solver.pair.api import free_response, initial_state, oscillators, vibration_maps, workspace_for
 from pounding_risk.solver.pair.flight import SIGNALS, Free
 from pounding_risk.solver.pair.grid import SIMULATED, solve_grid
 from pounding_risk.solver.pair.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
-from pounding_risk.solver.workspace import make_workspace
 
 RAW = "raw"
 # Cases of one contact law times samples of a record: with so many, some two minutes of work, a kernel that holds the
@@ -115,8 +114,9 @@ class PairJob(GridJob):
         """Fill ``out`` (raw columns, whether each case was simulated); ``how_exact`` = (rtol, screening)."""
         rtol, screening = how_exact
         grid = (self.gaps[slab.gaps], self.yield_forces[strengths], self.study.restitution)
-        law, workspace = self.laws[slab.law], make_workspace(rtol)
-        solve_grid(self.pair, self.free(slab.motion), law, grid, rtol, screening, workspace, *out, self.own_kernels)
+        law, free = self.laws[slab.law], self.free(slab.motion)
+        workspace = workspace_for(free, rtol)
+        solve_grid(self.pair, free, law, grid, rtol, screening, workspace, *out, self.own_kernels)
 
     def repeated(self, slab: Slab, strength: int, rtol: float) -> Array:
         raw = np.zeros((1, 1, COLUMNS))

@@ -87,6 +87,9 @@ class Ground(Protocol):
     def width(self, step, node):
         """Time from a node to the next [s], ``step`` that between two samples."""
 
+    def straight(self, node):
+        """How many nodes ahead a_g stays linear; those between have equal widths."""
+
     def moment(self, step, node):
         """Time of a node [s]."""
 
@@ -146,7 +149,7 @@ class UniformInterval(NamedTuple):
 class UniformGround(NamedTuple):
     """The same motion under both buildings at the same time."""
 
-    unused: float = 0.0  # compiled code cannot call a method of a tuple without a field
+    parts: int = 1  # intervals between nodes that a sample interval is divided into
 
     def stretch(self, ground, step, node, offset):
         slope = (ground[node + 1] - ground[node]) / step
@@ -157,6 +160,9 @@ class UniformGround(NamedTuple):
 
     def width(self, step, node):
         return step
+
+    def straight(self, node):
+        return self.parts - node % self.parts
 
     def moment(self, step, node):
         return node * step
@@ -271,6 +277,9 @@ class DelayedGround(NamedTuple):
 
     def width(self, step, node):
         return step - self.first if node % 2 else self.first
+
+    def straight(self, node):
+        return 1
 
     def moment(self, step, node):
         return (node // 2) * step + (self.first if node % 2 else 0.0)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pounding_risk._jit.compile import INTERPRETED
 from pounding_risk._jit.records import new_record, record_type
 from pounding_risk.solver.counters import COUNTERS
 from pounding_risk.solver.runge_kutta import DOP853, DORMAND_PRINCE, RADAU
@@ -24,6 +25,7 @@ BEGIN, END, BETWEEN = range(3)
 FIRST_STAGE, LAST = 0, len(DOP853.nodes)
 SLOPES = LAST + 1 + len(DOP853.late_nodes)
 BETWEEN_SLOPE = SLOPES
+FELT = 7  # column of the slopes: the force that the buildings feel there
 TERMS = 7  # of the polynomial between both ends of a step
 NODES = RADAU.c.size  # of an implicit step
 
@@ -61,7 +63,7 @@ Workspace = record_type(
     counters=(COUNTERS,),
     # A step in contact. State: u_left, u_right, v_left, v_right, work, impulse, energy put in.
     states=(3, 7),
-    slopes=(SLOPES + 1, 7),
+    slopes=(SLOPES + 1, FELT + 1),
     readings=(3, SIGNALS),
     reading_slopes=(3, SIGNALS),
     polynomial=(TERMS, 4),
@@ -77,7 +79,9 @@ Workspace = record_type(
 
 def make_workspace(rtol: float = 0.0, kind: np.dtype = Workspace) -> Any:
     """Workspace of one thread for runs to the relative tolerance ``rtol``; ``kind`` is a record with a tableau."""
-    return deepcopy(_new_workspace(next(place for place, (least, _) in enumerate(METHODS) if rtol >= least), kind))
+    template = _new_workspace(next(place for place, (least, _) in enumerate(METHODS) if rtol >= least), kind)
+    # NumPy takes as long to copy a record with many fields as a short run takes.
+    return deepcopy(template) if INTERPRETED else np.frombuffer(bytearray(template.tobytes()), kind)[0]
 
 
 @cache

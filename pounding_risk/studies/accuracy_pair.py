@@ -22,10 +22,9 @@ from pounding_risk.scene.scene import Scene
 from pounding_risk.solver import counters as tally
 from pounding_risk.solver.baselines import fixed_step as fixed
 from pounding_risk.solver.baselines.solve_ivp import solve_general
-from pounding_risk.solver.pair.api import Interface, free_response, initial_state, oscillators
+from pounding_risk.solver.pair.api import Interface, free_response, initial_state, oscillators, workspace_for
 from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS, HIGH, LOW
-from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.studies.accuracy_bench import (
     FIXED,
     INITIAL_STATES,
@@ -127,7 +126,7 @@ class PairBench:
                 frees[batch.motion] = free_response(self.pair, motion.acceleration, motion.dt, self.wave, self.initial)
                 free_seconds += process_time() - start
             free = frees[batch.motion]
-            solve_grid(self.pair, free, batch.law, self.grid, rtol, False, make_workspace(rtol), out, how)
+            solve_grid(self.pair, free, batch.law, self.grid, rtol, False, workspace_for(free, rtol), out, how)
             seconds += process_time() - start
             raws.append(out.reshape(-1, COLUMNS))
             required += [max(float(free.high[:, 0].max()), 0.0)] * how.size

@@ -23,7 +23,19 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair import flight
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, solve
 from pounding_risk.solver.pair.flight import BLOCK, SIGNALS
-from pounding_risk.solver.pair.taylor import bend_within, crest_bound, first_rise, highest, slope_at, value_at
+from pounding_risk.solver.pair.taylor import (
+    bend_and_twist_within,
+    bend_at,
+    bend_within,
+    crest_bound,
+    first_rise,
+    highest,
+    slope_and_bend,
+    slope_at,
+    value_and_bounds,
+    value_and_slope,
+    value_at,
+)
 from pounding_risk.solver.workspace import LEFT, MAX_TERMS, RIGHT, SIGNAL, make_workspace
 
 ROUNDING = 1e-13  # of a signal's size
@@ -125,6 +137,24 @@ def test_the_series_is_the_closed_form(stretch):
         assert np.abs(found - u).max() <= slack
         found = [slope_at(workspace.search.series, row, terms, place) for place in x]
         assert np.abs(found - v).max() <= slack / min(pair[side].inverse_omega, span[2])
+
+
+@given(stretches())
+@settings(max_examples=30)
+def test_sums_taken_in_one_loop_are_those_taken_alone(stretch):
+    """Bit by bit; the bound on the third derivative, which is nowhere taken alone, against the sum of its terms."""
+    series, terms, end = laid_out(stretch).search.series, stretch[3], stretch[2][2]
+    for row in (LEFT, RIGHT, SIGNAL):
+        x = 0.3 * end
+        value, slope, bend = (each(series, row, terms, x) for each in (value_at, slope_at, bend_at))
+        assert value_and_slope(series, row, terms, x) == (value, slope)
+        assert slope_and_bend(series, row, terms, x) == (slope, bend)
+        assert value_and_bounds(series, row, terms, x) == (value, slope, bend_within(series, row, terms, x))
+        there, twist = bend_and_twist_within(series, row, terms, x, end)
+        assert there == bend
+        n = np.arange(3, terms)
+        expected = np.sum(n * (n - 1) * (n - 2) * np.abs(series[row, 3:terms]) * end ** (n - 3))
+        assert twist == pytest.approx(expected, rel=1e-13)
 
 
 def test_the_witness_is_the_matrix_exponential():
@@ -489,6 +519,15 @@ def test_a_record_cut_into_finer_samples_is_the_same_record():
     one, other = (solve(FRAME, MASONRY, CONTACT, a, dt, rtol=1e-9) for a, dt in ((ground, 0.01), (fine, 0.0025)))
     assert one["impact_count"] >= 3.0
     agree(one, other, 1e-6, apart=("energy_residual",))
+
+
+@pytest.mark.parametrize("rtol", [1e-2, 1e-3])
+def test_steps_may_pass_nodes_within_a_sample(rtol):
+    """The masonry turns by 9 rad within a sample, which is divided; the digits asked for are got."""
+    ground = noise(200, seed=3)
+    coarse, fine = (solve(FRAME, MASONRY, CONTACT, ground, 0.01, rtol=each) for each in (rtol, 1e-10))
+    assert fine["impact_count"] >= 3.0
+    agree(coarse, fine, 2.0 * rtol, apart=("energy_residual",))
 
 
 @pytest.mark.parametrize("gap", [0.5, inf])

@@ -52,7 +52,9 @@ from pounding_risk.solver.pair.stages import (
     state_of,
     transmitted,
 )
-from pounding_risk.solver.workspace import BEGIN, END, FIRST_STAGE, LAST, SIGNALS
+from pounding_risk.solver.workspace import BEGIN, END, FELT, FIRST_STAGE, LAST, SIGNALS
+
+PASSES_NODES = 1e-3  # the rtol from which on steps pass nodes between samples
 
 
 @kernel
@@ -124,6 +126,22 @@ def write_contact(log, values, workspace):
 
 
 @small
+def clock_at(time):
+    """The clock s of a contact at a time after the touch [s]."""
+    return sqrt(sqrt(max(time, 0.0)))
+
+
+@small
+def nodes_ahead(free, node, rtol):
+    """How many nodes ahead a step may reach: to the next, or where few digits are asked for to the next sample.
+
+    A step that is tried across nodes within a sample is refused more often; from four digits on that costs more than
+    ending steps at nodes.
+    """
+    return free.passage.straight(node) if rtol >= PASSES_NODES else 1
+
+
+@small
 def with_dent(impact, memory, dent):
     """The contact with a gap that is wider by a dent, and with a new memory of the law."""
     i = impact
@@ -166,27 +184,31 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     touched = free.passage.moment(free.step, node) + offset
     energy = touch_down(impact, limits.restitution.beyond(speed), touched, speed, workspace)
     # Where no contact's own peak is logged, only a force above the run's peak so far needs to be searched for.
-    logs_contacts = log.levels.size > 0 or log.contacts.shape[0] > 0
+    logs_contacts, logs_steps = log.levels.size > 0 or log.contacts.shape[0] > 0, log.steps.shape[0] > 0
     peak = 0.0 if logs_contacts else workspace.counters[DEMAND]
     plateau, depth, yielded, stalled, known = 0.0, 0.0, 0, 0, False
     dented, lost = 0.0, 0.0
-    since = -offset  # of the current node, after the touch
+    # The present stretch of ground motion: its first node, after the touch, its nodes, and the clock at its end.
+    since, ahead = -offset, nodes_ahead(free, node, rtol)
+    until = clock_at(since + ahead * free.passage.width(free.step, node))
     s, h = 0.0, sqrt(sqrt(0.3 * impact.depth / impact.speed))
     phase = Phase(True, ELASTIC, ground)
     slopes(impact, phase, s, state, workspace, FIRST_STAGE)
-    write_step(log, touched, transmitted(impact, phase, state), ground.apart(right, state, 0.0), workspace)
+    if logs_steps:
+        write_step(log, touched, transmitted(impact, phase, state), ground.apart(right, state, 0.0), workspace)
     workspace.counters[IMPLICIT], unsettled = 0.0, True
     finish = EXHAUSTED
     while workspace.counters[STEPS] < MAX_STEPS:
         if workspace.counters[WORKED] > WORK_AT_LEAST + WORK_A_SECOND * (touched + s * s * s * s):
             break
-        remaining = sqrt(sqrt(max(since + free.passage.width(free.step, node), 0.0))) - s
+        remaining = until - s
         if remaining <= 1e-13 * s:
-            node += 1
+            node += ahead
             if node >= free.ground.size - 1:
                 finish = AT_END
                 break
-            since = free.passage.moment(free.step, node) - touched
+            since, ahead = free.passage.moment(free.step, node) - touched, nodes_ahead(free, node, rtol)
+            until = clock_at(since + ahead * free.passage.width(free.step, node))
             ground = free.passage.stretch(free.ground, free.step, node, -since)
             phase = Phase(phase.approaching, phase.region, ground)
             slopes(impact, phase, s, state, workspace, FIRST_STAGE)
@@ -215,7 +237,8 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
         delta = state[0] - state[1] - impact.gap
         if phase.region == YIELDING:
             plateau = max(plateau, transmitted(impact, phase, state))
-        write_step(log, time, transmitted(impact, phase, state), ground.apart(right, state, since_touch), workspace)
+        if logs_steps:
+            write_step(log, time, transmitted(impact, phase, state), ground.apart(right, state, since_touch), workspace)
         # Events that follow each other without progress are rounding; a few are harmless, many are a defect.
         stalled = stalled + 1 if moved <= 1e-12 * s else 0
         if event == PART or stalled > 50:
@@ -241,7 +264,7 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
                     workspace.counters[FIRST_YIELD] = time
         known = event == NONE
         if known:
-            for part in range(7):
+            for part in range(FELT + 1):
                 workspace.slopes[FIRST_STAGE, part] = workspace.slopes[LAST, part]
             for signal in range(SIGNALS):
                 workspace.readings[BEGIN, signal] = workspace.readings[END, signal]
@@ -258,4 +281,7 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
         log.reached[level] += 1.0 if log.levels[level] <= peak else 0.0
     lift_off(impact, energy, (peak, force, depth), (dented, lost), duration, workspace)
     write_contact(log, (touched, touched + duration, speed, e, force, peak, depth, float(yielded)), workspace)
-    return finish, node, duration - since, ground.apart(right, state, duration)
+    after, width = duration - since, free.passage.width(free.step, node)
+    while ahead > 1 and after >= width:
+        node, after, ahead = node + 1, after - width, ahead - 1
+    return finish, node, after, ground.apart(right, state, duration)

@@ -20,10 +20,12 @@ import numpy as np
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.models.ground import DelayedGround, UniformGround
-from pounding_risk.solver.pair.taylor import crest_bound, expand, first_rise, highest, slope_at, value_at
+from pounding_risk.solver.pair.taylor import crest_bound, expand, first_rise, highest, value_and_slope
 from pounding_risk.solver.workspace import LEFT, RIGHT, SIGNAL, SIGNALS
 
 BLOCK = 16  # nodes passed over at a time
+TOUCH = 1 << SIGNALS  # the bit of a touch in a mask whose lower bits are those of the signals
+EVERY_SIGNAL = TOUCH - 1
 
 
 class Free(NamedTuple):
@@ -121,11 +123,9 @@ def state_at(pair, workspace, terms, x):
     series = workspace.search.series
     u_left = u_right = v_left = v_right = 0.0
     if left.inverse_omega > 0.0:
-        u_left = value_at(series, LEFT, terms, x)
-        v_left = slope_at(series, LEFT, terms, x)
+        u_left, v_left = value_and_slope(series, LEFT, terms, x)
     if right.inverse_omega > 0.0:
-        u_right = value_at(series, RIGHT, terms, x)
-        v_right = slope_at(series, RIGHT, terms, x)
+        u_right, v_right = value_and_slope(series, RIGHT, terms, x)
     return u_left, u_right, v_left, v_right
 
 
@@ -155,11 +155,12 @@ def search_interval(pair, gap, wanted, span, terms, workspace):
 
 
 @small
-def search_mask(pair, gap, state, span, workspace):
+def search_mask(pair, gap, state, span, watched, workspace):
     """What a stretch of flight has to be searched for, from the signals at its ends; 0 for nothing.
 
     The last bit stands for a touch, then two for each signal: a new highest, a new lowest. Where there can be no
-    touch the values at the end count at once, and only a crest between the ends is left to be searched for.
+    touch the values at the end count at once, and only a crest between the ends is left to be searched for. Signals
+    without their bit in ``watched`` can set no peak here.
     """
     ground, length = span
     bends = bend_bounds(pair, state, ground, length)
@@ -168,6 +169,8 @@ def search_mask(pair, gap, state, span, workspace):
     if max(workspace.here[0], workspace.there[0]) + eighth * bends[0] > gap:
         wanted = 1 if crest_bound(workspace.here[0], workspace.there[0], length, bends[0]) > gap else 0
     for signal in range(SIGNALS):
+        if watched >> signal & 1 == 0:
+            continue
         bend, here, there = bends[signal], workspace.here[signal], workspace.there[signal]
         if wanted & 1 == 0:
             workspace.high[signal] = max(workspace.high[signal], there)
@@ -191,34 +194,33 @@ def write_series(pair, state, ground, terms, workspace):
 
 
 @small
-def block_is_quiet(pair, extremes, gap, block, vibration, workspace):
-    """True where the block can be passed over; a block of purely free motion updates the peaks so far."""
+def reaches(pair, vibration):
+    """How far the watched signals of a free vibration reach from zero, now and for ever after."""
     left, right = pair
-    high, low = extremes
     reach_left = sqrt(vibration[0] ** 2 + (vibration[2] * left.inverse_omega) ** 2)
     reach_right = sqrt(vibration[1] ** 2 + (vibration[3] * right.inverse_omega) ** 2)
-    reach = reach_left + reach_right
-    if high[block, 0] + reach > gap:
-        return False
-    if reach == 0.0:
-        for signal in range(SIGNALS):
-            workspace.high[signal] = max(workspace.high[signal], high[block, signal])
-            workspace.low[signal] = min(workspace.low[signal], low[block, signal])
-        return True
+    return (
+        reach_left + reach_right,
+        reach_left,
+        reach_right,
+        reach_left * (left.omega2 + left.two_zeta_omega * sqrt(left.omega2)),
+        reach_right * (right.omega2 + right.two_zeta_omega * sqrt(right.omega2)),
+    )
+
+
+@small
+def block_mask(extremes, gap, block, reach, workspace):
+    """What may happen in a block of a motion that is within ``reach`` of the free one; 0 for nothing.
+
+    A bit for each signal that may set a new peak, and `TOUCH`.
+    """
+    high, low = extremes
+    mask = TOUCH if high[block, 0] + reach[0] > gap else 0
     for signal in range(SIGNALS):
-        if signal == 1:
-            reach = reach_left
-        elif signal == 2:
-            reach = reach_right
-        elif signal == 3:
-            reach = reach_left * (left.omega2 + left.two_zeta_omega * sqrt(left.omega2))
-        elif signal == 4:
-            reach = reach_right * (right.omega2 + right.two_zeta_omega * sqrt(right.omega2))
-        if high[block, signal] + reach > workspace.high[signal]:
-            return False
-        if low[block, signal] - reach < workspace.low[signal]:
-            return False
-    return True
+        above, below = high[block, signal] + reach[signal], low[block, signal] - reach[signal]
+        if above > workspace.high[signal] or below < workspace.low[signal]:
+            mask |= 1 << signal
+    return mask
 
 
 @small
@@ -258,7 +260,8 @@ def fly(pair, free, gap, start, state, workspace):
         ahead = state_at(pair, workspace, terms, span[1])
         read_signals(pair, state, ground.widening()[0], workspace.here)
         read_signals(pair, ahead, passage.widened(node + 1), workspace.there)
-        touch = search_interval(pair, gap, search_mask(pair, gap, state, span, workspace), span, terms, workspace)
+        wanted = search_mask(pair, gap, state, span, EVERY_SIGNAL, workspace)
+        touch = search_interval(pair, gap, wanted, span, terms, workspace)
         if touch >= 0.0:
             return node, offset + touch, state_at(pair, workspace, terms, touch)
         state = ahead
@@ -270,7 +273,14 @@ def fly(pair, free, gap, start, state, workspace):
             state[3] - states[node, 3],
         )
     while node < last:
-        if node % BLOCK == 0 and block_is_quiet(pair, extremes, gap, node // BLOCK, vibration, workspace):
+        block, reach = node // BLOCK, reaches(pair, vibration)
+        watched = block_mask(extremes, gap, block, reach, workspace)
+        purely_free = reach[0] == 0.0
+        if node % BLOCK == 0 and (watched == 0 or (purely_free and watched < TOUCH)):
+            if purely_free:
+                for signal in range(SIGNALS):
+                    workspace.high[signal] = max(workspace.high[signal], extremes[0][block, signal])
+                    workspace.low[signal] = min(workspace.low[signal], extremes[1][block, signal])
             vibration = advanced(free.block_map, vibration)
             node += BLOCK
             continue
@@ -284,7 +294,7 @@ def fly(pair, free, gap, start, state, workspace):
             for signal in range(SIGNALS):
                 workspace.here[signal] = workspace.there[signal]
             read_signals(pair, ahead, passage.widened(node + 1), workspace.there)
-            wanted = search_mask(pair, gap, state, span, workspace)
+            wanted = search_mask(pair, gap, state, span, watched, workspace)
             if wanted:
                 write_series(pair, state, span[0], terms, workspace)
                 touch = search_interval(pair, gap, wanted, span, terms, workspace)

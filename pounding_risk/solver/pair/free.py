@@ -7,6 +7,7 @@ from math import inf
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.flight import (
     BLOCK,
+    EVERY_SIGNAL,
     bend_bounds,
     read_signals,
     search_interval,
@@ -112,7 +113,7 @@ def measure_block(pair, free, nodes, workspace):
         for signal in range(SIGNALS):
             workspace.here[signal] = workspace.there[signal]
         read_signals(pair, with_free(states, node + 1, still), passage.widened(node + 1), workspace.there)
-        wanted = search_mask(pair, inf, state, span, workspace)
+        wanted = search_mask(pair, inf, state, span, EVERY_SIGNAL, workspace)
         if wanted:
             write_series(pair, state, span[0], free.terms, workspace)
             search_interval(pair, inf, wanted, span, free.terms, workspace)

@@ -15,7 +15,7 @@ from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import IMPLICIT, WORKED
 from pounding_risk.solver.pair.stages import ELASTIC, SHARE, explicit_attempt, explicit_spread, finish, slopes, state_of
 from pounding_risk.solver.runge_kutta import RADAU
-from pounding_risk.solver.workspace import BEGIN, END, FIRST_STAGE, TERMS
+from pounding_risk.solver.workspace import BEGIN, END, FELT, FIRST_STAGE, TERMS
 
 NODES, COEFFICIENTS, BEGIN_SLOPE, POLYNOMIAL_OF_STAGES = RADAU.c, RADAU.a, RADAU.start, RADAU.terms
 PARTS = NODES.size  # nodes of a step
@@ -82,19 +82,25 @@ def is_solved(turn, missing, before, allowed):
     return missing <= RESIDUE * allowed or (missing > 0.5 * before and missing <= ROUNDED_RESIDUE * allowed)
 
 
-@kernel
-def tangents(impact, phase, state):
-    """(∂F/∂δ̇, ∂F/∂δ) of the contact [N s/m, N/m]; 0 where the force is capped or cut."""
+@small
+def damper_of(impact, phase, state, force):
+    """∂F/∂δ̇ of the contact [N s/m], which has this ``force``; 0 where the force is capped or cut."""
     if phase.region != ELASTIC:
-        return 0.0, 0.0
+        return 0.0
+    u, w, v, z = state
+    delta, faster = max(u - w - impact.gap, 0.0), 1e-3 * impact.speed
+    return (impact.law.force(impact.memory, delta, v - z + faster, phase.approaching) - force) / faster
+
+
+@small
+def spring_of(impact, phase, state, force):
+    """∂F/∂δ of the contact [N/m], which has this ``force``; 0 where the force is capped or cut."""
     u, w, v, z = state
     delta = max(u - w - impact.gap, 0.0)
-    force = impact.law.force(impact.memory, delta, v - z, phase.approaching)
-    faster, deeper = 1e-3 * impact.speed, 1e-4 * delta
-    damper = (impact.law.force(impact.memory, delta, v - z + faster, phase.approaching) - force) / faster
-    if deeper == 0.0:
-        return damper, 0.0
-    return damper, (impact.law.force(impact.memory, delta + deeper, v - z, phase.approaching) - force) / deeper
+    deeper = 1e-4 * delta
+    if phase.region != ELASTIC or deeper == 0.0:
+        return 0.0
+    return (impact.law.force(impact.memory, delta + deeper, v - z, phase.approaching) - force) / deeper
 
 
 @small
@@ -106,7 +112,7 @@ def choose_method(impact, phase, s, h, workspace):
     end = s + h
     time = end * end * end * end - s * s * s * s
     enough = SHORTEST if workspace.counters[IMPLICIT] > 0.0 else STIFF_ENOUGH
-    damper = tangents(impact, phase, state_of(workspace.states, BEGIN))[0]
+    damper = damper_of(impact, phase, state_of(workspace.states, BEGIN), workspace.slopes[FIRST_STAGE, FELT])
     rate = damper * (impact.left.inverse_mass + impact.right.inverse_mass)
     workspace.counters[IMPLICIT] = 1.0 if rate * time > enough else 0.0
 
@@ -182,7 +188,8 @@ def correct(impact, workspace):
 def implicit_attempt(impact, phase, s, h, rtol, workspace):
     """One implicit step, as `pair.stages.explicit_attempt`; infinite where its equations are not solved."""
     state = state_of(workspace.states, BEGIN)
-    damper, spring = tangents(impact, phase, state)
+    force = workspace.slopes[FIRST_STAGE, FELT]
+    damper, spring = damper_of(impact, phase, state, force), spring_of(impact, phase, state, force)
     fill_time_weights(s, h, workspace.time_weights)
     fill_response(workspace.time_weights, damper, spring, workspace.response)
     for i in range(PARTS):

@@ -8,17 +8,16 @@ from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import LOWEST_FORCE
 from pounding_risk.solver.pair.implicit import spread
 from pounding_risk.solver.pair.stages import ELASTIC, nudged, slopes, state_between, state_of, transmitted, uncapped
-from pounding_risk.solver.workspace import BEGIN, BETWEEN, BETWEEN_SLOPE, END, FIRST_STAGE, LAST, SIGNALS
+from pounding_risk.solver.workspace import BEGIN, BETWEEN, BETWEEN_SLOPE, END, FELT, FIRST_STAGE, LAST, SIGNALS
 
 # Readings in contact; from 1 on they are numbered as the signals in flight.
 FORCE, DISPLACEMENT_LEFT, DISPLACEMENT_RIGHT, ACCELERATION_LEFT, ACCELERATION_RIGHT = 0, 1, 2, 3, 4
 
 
 @small
-def read_contact(impact, phase, state, time, workspace, row):
-    """Write the readings of a state: uncapped force, displacements, absolute accelerations."""
+def read_contact(impact, phase, state, force, time, workspace, row):
+    """Write the readings of a state and the force felt in it: uncapped force, displacements, absolute accelerations."""
     readings = workspace.readings
-    force = transmitted(impact, phase, state)
     left, right = impact.left, impact.right
     readings[row, FORCE] = force if phase.region == ELASTIC else uncapped(impact, phase, state)
     u, w, v, z = phase.ground.apart(right, state, time)
@@ -32,8 +31,9 @@ def read_contact(impact, phase, state, time, workspace, row):
 def read_end(impact, phase, place, workspace, rows):
     """Write the readings and their slopes per unit of s at ``place`` = (s, length of the step).
 
-    ``rows`` are those of the place: (of states and readings, of slopes). The slope of the force is a difference over a
-    ten-millionth of the step; all else is linear in it and in the slopes of the state.
+    ``rows`` are those of the place: (of states and readings, of slopes), whose slopes `stages.slopes` has written. The
+    slope of the force is a difference over a ten-millionth of the step; all else is linear in it and in the slopes of
+    the state.
     """
     row, slope_row = rows
     rise = workspace.reading_slopes
@@ -43,11 +43,12 @@ def read_end(impact, phase, place, workspace, rows):
     cube = s * s * s
     nudge = 1e-7 * h
     ahead = nudged(state, workspace.slopes, slope_row, nudge)
-    read_contact(impact, phase, state, cube * s, workspace, row)
+    force = workspace.slopes[slope_row, FELT]
+    read_contact(impact, phase, state, force, cube * s, workspace, row)
     rise[row, FORCE] = (uncapped(impact, phase, ahead) - workspace.readings[row, FORCE]) / nudge
     felt = rise[row, FORCE]
     if phase.region != ELASTIC:
-        felt = (transmitted(impact, phase, ahead) - transmitted(impact, phase, state)) / nudge
+        felt = (transmitted(impact, phase, ahead) - force) / nudge
     u, w, v, z = phase.ground.apart_slopes(right, state_of(workspace.slopes, slope_row), cube * s, 4.0 * cube)
     rise[row, DISPLACEMENT_LEFT] = u
     rise[row, DISPLACEMENT_RIGHT] = w
@@ -140,19 +141,12 @@ def hides_crest(reading, sign, best, span, workspace):
     return start_slope, end_slope
 
 
-@kernel
-def peak_over_step(reading, sign, best, impact, phase, span, workspace):
-    """max(best, sign × reading over the step), with the crest between its ends; and whether the step is laid out.
-
-    ``span`` = (s, h, whether the step is laid out already by `spread`).
-    """
-    best = max(best, sign * workspace.readings[END, reading])
-    ends = hides_crest(reading, sign, best, (span[0], span[1]), workspace)
-    if not ends[0] > 0.0:
-        return best, span[2]
-    if not span[2]:
-        spread(impact, phase, (span[0], span[1]), workspace)
-    return max(best, crest(reading, sign, ends, impact, phase, (span[0], span[1]), workspace)[0]), True
+@small
+def peak_so_far(reading, sign, peak, workspace):
+    """The largest sign × reading of the run so far; of the force in compression that of the contact, ``peak``."""
+    if reading == FORCE:
+        return peak if sign > 0.0 else -workspace.counters[LOWEST_FORCE]
+    return workspace.high[reading] if sign > 0.0 else -workspace.low[reading]
 
 
 @small
@@ -163,19 +157,30 @@ def update_peaks(impact, phase, span, peak, workspace):
     both its ends: what stays below half of the peak so far is not searched.
     """
     laid = False
-    counters, readings, high, low = workspace.counters, workspace.readings, workspace.high, workspace.low
-    here, there = readings[BEGIN, FORCE], readings[END, FORCE]
-    peak = max(peak, here)
-    if 2.0 * max(here, there) > peak:
-        peak, laid = peak_over_step(FORCE, 1.0, peak, impact, phase, (*span, laid), workspace)
-    if impact.least == -inf and 2.0 * min(here, there) < counters[LOWEST_FORCE]:
-        lowest, laid = peak_over_step(FORCE, -1.0, -counters[LOWEST_FORCE], impact, phase, (*span, laid), workspace)
-        counters[LOWEST_FORCE] = -lowest
-    for reading in range(FORCE + 1, SIGNALS):
-        here, there = readings[BEGIN, reading], readings[END, reading]
-        if 2.0 * max(here, there) > high[reading]:
-            high[reading], laid = peak_over_step(reading, 1.0, high[reading], impact, phase, (*span, laid), workspace)
-        if 2.0 * min(here, there) < low[reading]:
-            lowest, laid = peak_over_step(reading, -1.0, -low[reading], impact, phase, (*span, laid), workspace)
-            low[reading] = -lowest
+    readings = workspace.readings
+    peak = max(peak, readings[BEGIN, FORCE])
+    for reading in range(SIGNALS):
+        for side in range(2):
+            sign = 1.0 - 2.0 * side
+            if reading == FORCE and side == 1 and impact.least > -inf:
+                continue
+            best = peak_so_far(reading, sign, peak, workspace)
+            here, there = sign * readings[BEGIN, reading], sign * readings[END, reading]
+            if not 2.0 * max(here, there) > best:
+                continue
+            best = max(best, there)
+            ends = hides_crest(reading, sign, best, span, workspace)
+            if ends[0] > 0.0:
+                if not laid:
+                    spread(impact, phase, span, workspace)
+                    laid = True
+                best = max(best, crest(reading, sign, ends, impact, phase, span, workspace)[0])
+            if reading > FORCE and side == 0:
+                workspace.high[reading] = best
+            elif reading > FORCE:
+                workspace.low[reading] = -best
+            elif side == 0:
+                peak = best
+            else:
+                workspace.counters[LOWEST_FORCE] = -best
     return peak

@@ -19,7 +19,7 @@ from pounding_risk._jit.compile import by_verb, kernel, small
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Oscillator
 from pounding_risk.solver.counters import WORKED
-from pounding_risk.solver.workspace import BEGIN, END, FIRST_STAGE, LAST, TERMS
+from pounding_risk.solver.workspace import BEGIN, END, FELT, FIRST_STAGE, LAST, TERMS
 
 # A run takes hundreds of steps whose errors add up: each may spend this share of the tolerance, so that the energy of
 # all shipped scenes closes to the tolerance itself.
@@ -28,6 +28,7 @@ SHARE = 0.05
 # What comes back of a contact is e times what came: its own error must stay this small a part of it.
 REBOUND_SHARE = 0.1
 ROUNDING = 1e-15  # of a displacement
+ROW_BITS = 31  # no fewer than rows of slopes
 
 SLACK, ELASTIC, YIELDING = -1, 0, 1  # force cut at zero, uncapped, on the plateau
 
@@ -83,7 +84,7 @@ def uncapped(impact, phase, state):
 
 @small
 def slopes(impact, phase, s, state, workspace, row):
-    """Write d(state)/ds = 4 s³ d(state)/dt to a row of the slopes: u, v, work, impulse, energy put in."""
+    """Write d(state)/ds = 4 s³ d(state)/dt, of u, v, work, impulse and energy put in, and the force, to a row."""
     left, right = impact.left, impact.right
     force = transmitted(impact, phase, state)
     cube = s * s * s
@@ -99,6 +100,7 @@ def slopes(impact, phase, s, state, workspace, row):
     slope[row, 5] = clock * force
     put_in = left.mass * state[2] * drive_left + right.mass * state[3] * drive_right
     slope[row, 6] = clock * (put_in - phase.ground.taken_along(right, force, state[3]))
+    slope[row, FELT] = force
 
 
 @small
@@ -108,13 +110,23 @@ def state_of(rows, row):
 
 
 @small
+def row_of(number):
+    """A row of slopes from its number in the tableau.
+
+    The mask changes nothing: it tells the compiler that no row is counted from the end, which it would look for at
+    every one.
+    """
+    return int(number) & ROW_BITS
+
+
+@small
 def trial_state(weights, row, h, workspace):
     """The state at a stage whose row of the tableau is given."""
     a, b, c, d = 0.0, 0.0, 0.0, 0.0
     place = 0
     while weights[row, place] >= 0.0:
         weight = weights[row, place + 1]
-        u, w, v, z = state_of(workspace.slopes, int(weights[row, place]))
+        u, w, v, z = state_of(workspace.slopes, row_of(weights[row, place]))
         a, b, c, d = a + weight * u, b + weight * w, c + weight * v, d + weight * z
         place += 2
     u, w, v, z = state_of(workspace.states, BEGIN)
@@ -140,7 +152,7 @@ def explicit_attempt(impact, phase, s, h, workspace):
     a5, b5, c5, d5, a3, b3, c3, d3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     place = 0
     while final[place] >= 0.0:
-        row = int(final[place])
+        row = row_of(final[place])
         weight, fifth, third = final[place + 1], final[place + 2], final[place + 3]
         u, w, v, z = state_of(workspace.slopes, row)
         a, b, c, d = a + weight * u, b + weight * w, c + weight * v, d + weight * z
@@ -193,7 +205,7 @@ def explicit_spread(impact, phase, span, workspace):
         place = 0
         while tableau.polynomial[row, place] >= 0.0:
             weight = tableau.polynomial[row, place + 1]
-            u, w, v, z = state_of(workspace.slopes, int(tableau.polynomial[row, place]))
+            u, w, v, z = state_of(workspace.slopes, row_of(tableau.polynomial[row, place]))
             a, b, c, d = a + weight * u, b + weight * w, c + weight * v, d + weight * z
             place += 2
         for column, value in enumerate((a, b, c, d)):

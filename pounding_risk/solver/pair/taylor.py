@@ -3,6 +3,9 @@
 Over one node interval a_g is linear and a building's motion is its own Taylor series, summed to rounding. Rises
 and peaks are found by bisection under a bound on the second derivative, so that none is missed, whatever lies
 between the two ends.
+
+A term of a sum waits for the one before it. Sums that are needed together are therefore taken in one loop, where they
+take the time of one.
 """
 
 from __future__ import annotations
@@ -71,12 +74,45 @@ def bend_within(series, row, terms, x):
 
 
 @small
-def twist_within(series, row, terms, x):
-    """Σ n (n−1) (n−2) |c_n| x^(n−3): no third derivative on [0, x] is larger."""
-    total = 0.0
+def value_and_slope(series, row, terms, x):
+    """`value_at` and `slope_at`."""
+    value = slope = 0.0
+    for n in range(terms - 1, 0, -1):
+        value = value * x + series[row, n]
+        slope = slope * x + n * series[row, n]
+    return value * x + series[row, 0], slope
+
+
+@small
+def slope_and_bend(series, row, terms, x):
+    """`slope_at` and `bend_at`."""
+    slope = bend = 0.0
+    for n in range(terms - 1, 1, -1):
+        slope = slope * x + n * series[row, n]
+        bend = bend * x + n * (n - 1) * series[row, n]
+    return slope * x + series[row, 1], bend
+
+
+@small
+def value_and_bounds(series, row, terms, x):
+    """`value_at`, `slope_at` and `bend_within`."""
+    value = slope = bound = 0.0
+    for n in range(terms - 1, 1, -1):
+        value = value * x + series[row, n]
+        slope = slope * x + n * series[row, n]
+        bound = bound * x + n * (n - 1) * abs(series[row, n])
+    value, slope = value * x + series[row, 1], slope * x + series[row, 1]
+    return value * x + series[row, 0], slope, bound
+
+
+@small
+def bend_and_twist_within(series, row, terms, x, end):
+    """`bend_at` x, and Σ n (n−1) (n−2) |c_n| end^(n−3): no third derivative on [0, ``end``] is larger."""
+    bend = twist = 0.0
     for n in range(terms - 1, 2, -1):
-        total = total * x + n * (n - 1) * (n - 2) * abs(series[row, n])
-    return total
+        bend = bend * x + n * (n - 1) * series[row, n]
+        twist = twist * end + n * (n - 1) * (n - 2) * abs(series[row, n])
+    return bend * x + 2 * series[row, 2], twist
 
 
 @small
@@ -94,12 +130,12 @@ def root_between(search, terms, level, low, high):
     """The x in (low, high] where the rising series of row SIGNAL meets ``level``: Newton's rule in the bracket."""
     x = high
     for _ in range(100):
-        excess = value_at(search.series, SIGNAL, terms, x) - level
+        value, slope = value_and_slope(search.series, SIGNAL, terms, x)
+        excess = value - level
         if excess > 0.0:
             high = x
         else:
             low = x
-        slope = slope_at(search.series, SIGNAL, terms, x)
         new = x - excess / slope if slope > 0.0 else low
         if not low <= new <= high:
             new = 0.5 * (low + high)
@@ -128,17 +164,16 @@ def first_rise(search, terms, level, stop):
         start = -2.0 * slope / bend if bend > 0.0 else stop
         if start >= stop:
             return -1.0
-        at_start = min(value_at(search.series, SIGNAL, terms, start) - level, 0.0)
-        slope = slope_at(search.series, SIGNAL, terms, start)
+        value, slope = value_and_slope(search.series, SIGNAL, terms, start)
+        at_start = min(value - level, 0.0)
     finest = stop * FINEST
     search.pending[0] = stop
     top = 0
     while top >= 0:
         end = search.pending[top]
-        at_end = value_at(search.series, SIGNAL, terms, end) - level
+        value, end_slope, bend = value_and_bounds(search.series, SIGNAL, terms, end)
+        at_end = value - level
         span = end - start
-        bend = bend_within(search.series, SIGNAL, terms, end)
-        end_slope = slope_at(search.series, SIGNAL, terms, end)
         # Put so that NaN, which is never above anything, ends the search: the run's status tells of it.
         quiet = not crest_bound(at_start, at_end, span, bend) > 0.0
         if not quiet and at_end > 0.0 and slope + end_slope > bend * span:
@@ -164,12 +199,13 @@ def summit(search, row, terms, sign, start, end):
     low, high = start, end
     x = 0.5 * (start + end)
     for _ in range(60):
-        slope = sign * slope_at(search.series, row, terms, x)
+        slope, bend = slope_and_bend(search.series, row, terms, x)
+        slope = sign * slope
         if slope > 0.0:
             low = x
         else:
             high = x
-        new = x - slope / (sign * bend_at(search.series, row, terms, x))
+        new = x - slope / (sign * bend)
         if not low < new < high:
             new = 0.5 * (low + high)
         # Flat at the summit: a place good to 1e-8 gives the value to rounding.
@@ -191,14 +227,15 @@ def highest(search, row, terms, sign, stop, best):
     top = 0
     while top >= 0:
         end = search.pending[top]
-        at_end = sign * value_at(search.series, row, terms, end)
+        value, _, bound = value_and_bounds(search.series, row, terms, end)
+        at_end = sign * value
         best = max(best, at_end)
         span = end - start
-        crest = crest_bound(at_start, at_end, span, bend_within(search.series, row, terms, end))
+        crest = crest_bound(at_start, at_end, span, bound)
         done = not crest > best + 1e-15 * abs(best) or span <= finest
         if not done:
-            bend = sign * bend_at(search.series, row, terms, 0.5 * (start + end))
-            spread = 0.5 * span * twist_within(search.series, row, terms, end)
+            bend, twist = bend_and_twist_within(search.series, row, terms, 0.5 * (start + end), end)
+            bend, spread = sign * bend, 0.5 * span * twist
             if bend + spread < 0.0:
                 best = max(best, summit(search, row, terms, sign, start, end))
             # A stretch that is convex throughout is highest at an end.
