@@ -31,7 +31,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.extending import intrinsic, overload, overload_method
 from numba.np.arrayobj import make_array, populate_array
 
-from pounding_risk._jit.fragments import EntryCompiler, FragmentCompiler, InlinedCompiler
+from pounding_risk._jit.lowering.fragments import EntryCompiler, FragmentCompiler, InlinedCompiler
 
 FLAGS = {"nogil": True, "error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True}
 INLINED = {**FLAGS, "pipeline_class": InlinedCompiler}  # of a function that is always taken into its caller

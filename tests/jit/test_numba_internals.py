@@ -153,7 +153,7 @@ def found(name: str):
 def test_every_private_import_is_named_here():
     """Of the modules numba.core and numba.np, which are not its interface."""
     used = set()
-    for file in JIT.glob("*.py"):
+    for file in JIT.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("numba.core", "numba.np")):
                 used |= {f"{node.module}.{alias.name}" for alias in node.names}
