@@ -178,9 +178,9 @@ SCENES = Path("pounding_risk/scene/shipped")
             ["--help"],
             (*DATASETS, *FIGURES, *SCIENCE, "numpy", "numba", "obspy", "pint", "pydantic"),
         ),
-        (["models"], (*DATASETS, *FIGURES, *SCIENCE, "obspy", "pint")),
-        (["validate", str(PACKAGE.parent / SCENES / "paper.toml")], (*DATASETS, *FIGURES, *SCIENCE, "pint")),
-        (["validate", str(PACKAGE.parent / SCENES / "row.toml")], (*DATASETS, *FIGURES, *SCIENCE, "pint")),
+        (["models"], (*DATASETS, *FIGURES, *SCIENCE, "numba", "obspy", "pint")),
+        (["validate", str(PACKAGE.parent / SCENES / "paper.toml")], (*DATASETS, *FIGURES, *SCIENCE, "numba", "pint")),
+        (["validate", str(PACKAGE.parent / SCENES / "row.toml")], (*DATASETS, *FIGURES, *SCIENCE, "numba", "pint")),
         pytest.param(
             ["scan", str(PACKAGE.parent / SCENES / "paper.toml")],
             ("dask", "distributed", "h5py", *FIGURES),

@@ -18,11 +18,13 @@ import pytest
 
 from pounding_risk import _jit
 from pounding_risk._jit import compile as compiling
+from pounding_risk._jit.lowering.cache import ForgivingCache, Shelf
 from pounding_risk._jit.records import new_record, record_type
+from pounding_risk._jit.sources import INTERPRETED, compile_cache
 from pounding_risk.models.contact.laws import LAWS
 
 JIT = Path(_jit.__path__[0])
-compiled = pytest.mark.skipif(compiling.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
+compiled = pytest.mark.skipif(INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 
 # Private name: its parameters as we pass them (None for what is not called), and what rests on it.
 PRIVATE = {
@@ -33,8 +35,9 @@ PRIVATE = {
     ),
     "numba.core.caching.FunctionCache": (
         ["py_func"],
-        "`ForgivingCache` sets its `_impl_class` and overrides `load_overload` and `save_overload`, which must still "
-        "raise what goes wrong with a file; `flush` empties the index, `cache_path` names the folder in a warning",
+        "`ForgivingCache` sets its `_impl_class` and overrides `load_overload`, of which it calls what follows the "
+        "loading of declarations, and `save_overload`; both must still raise what goes wrong with a file; `flush` "
+        "empties the index, `cache_path` names the folder in a warning",
     ),
     "numba.core.codegen.JITCodeLibrary": (
         ["codegen", "name"],
@@ -53,6 +56,14 @@ PRIVATE = {
     "numba.core.dispatcher._FunctionCompiler": (
         ["py_func", "targetdescr", "targetoptions", "locals", "pipeline_class"],
         "`EntryCompiler` is a dispatcher's `_compiler`, and overrides `_compile_core`",
+    ),
+    "numba.core.registry.cpu_target": (
+        None,
+        "its `typing_context` gives the type of what stands for a function in compiled code",
+    ),
+    "numba.core.runtime.rtsys": (
+        None,
+        "`initialize`: machine code from the cache finds the functions that count references to arrays",
     ),
     "numba.core.environment.lookup_environment": (
         ["env_name"],
@@ -115,6 +126,8 @@ PRIVATE = {
 METHODS = {
     "numba.core.caching.FunctionCache": {
         "load_overload": ["self", "sig", "target_context"],
+        "_load_overload": ["self", "sig", "target_context"],
+        "_guard_against_spurious_io_errors": ["self"],
         "save_overload": ["self", "sig", "data"],
         "flush": ["self"],
     },
@@ -135,6 +148,7 @@ METHODS = {
         "_finalize_dynamic_globals": ["self"],
     },
     "numba.core.compiler.Compiler": {"_compile_core": ["self"]},
+    "numba.core.typing.context.BaseContext": {"resolve_value_type": ["self", "val"]},
     "numba.core.dispatcher._FunctionCompiler": {"_compile_core": ["self", "args", "return_type"]},
     # `by_type_alone` replaces it on every compiled function; `kernel` sets `_cache` beside it.
     "numba.core.dispatcher.Dispatcher": {
@@ -182,7 +196,7 @@ def test_attributes_of_the_cache_are_those_we_set():
     assert issubclass(caching.FunctionCache._impl_class, caching.CompileResultCacheImpl)
     assert isinstance(caching.CompileResultCacheImpl._locator_classes, list)
     asked = caching._CacheLocator.__abstractmethods__ | {"get_disambiguator", "from_function"}
-    assert asked <= set(dir(compiling.Shelf)), "numba asks more of a locator than `Shelf` answers"
+    assert asked <= set(dir(Shelf)), "numba asks more of a locator than `Shelf` answers"
 
 
 def test_symbols_are_named_by_a_property_that_we_replace():
@@ -194,6 +208,12 @@ def test_symbols_are_named_by_a_property_that_we_replace():
     identifier, parameters = kind.mangling_args
     assert identifier.startswith("Hertz") and len(identifier) < 30 and parameters == ()
     assert identifier in itanium_mangler.mangle("f", [kind])
+
+
+def test_what_machine_code_needs_can_be_set_up_alone():
+    from numba.core.runtime import rtsys
+
+    assert list(inspect.signature(rtsys.initialize).parameters) == ["ctx"]
 
 
 def test_helpers_of_generated_code_take_what_we_pass():
@@ -218,8 +238,8 @@ def test_a_kernel_has_our_cache_and_compiles_by_type_alone():
     assert both(np.array([1.0, 2.0])) == 3.0
     assert row_of.signatures == [] and len(both.signatures) == 1, "what only kernels call has no machine code"
     assert len(both._compiler.fragments.signatures) == len(row_of._compiler.fragments.signatures) == 1
-    if compiling.CACHE is not None:
-        assert isinstance(both._cache, compiling.ForgivingCache)
+    if compile_cache() is not None:
+        assert isinstance(both._cache, ForgivingCache)
 
 
 @compiled
