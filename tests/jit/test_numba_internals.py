@@ -10,6 +10,8 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import subprocess
+import sys
 from pathlib import Path
 
 import numba
@@ -61,9 +63,13 @@ PRIVATE = {
         None,
         "its `typing_context` gives the type of what stands for a function in compiled code",
     ),
-    "numba.core.runtime.rtsys": (
+    "numba.core.runtime._nrt_python": (
         None,
-        "`initialize`: machine code from the cache finds the functions that count references to arrays",
+        "`c_helpers`, by which machine code from the cache finds the functions that make arrays, with the prefix NRT_",
+    ),
+    "numba.core.entrypoints.init_all": (
+        [],
+        "loads numba's extensions; a dispatcher's `_compilation_chain_init_hook`, which does too, is replaced",
     ),
     "numba.core.environment.lookup_environment": (
         ["env_name"],
@@ -146,6 +152,8 @@ METHODS = {
         "_optimize_functions": ["self", "ll_module"],
         "_get_module_for_linking": ["self"],
         "_finalize_dynamic_globals": ["self"],
+        "serialize_using_object_code": ["self"],
+        "_get_compiled_object": ["self"],
     },
     "numba.core.compiler.Compiler": {"_compile_core": ["self"]},
     "numba.core.typing.context.BaseContext": {"resolve_value_type": ["self", "val"]},
@@ -155,6 +163,7 @@ METHODS = {
         "get_call_template": ["self", "args", "kws"],
         "get_overload": ["self", "sig"],
         "enable_caching": ["self"],
+        "_compilation_chain_init_hook": ["self"],
     },
 }
 
@@ -203,6 +212,9 @@ def test_symbols_are_named_by_a_property_that_we_replace():
     """`_symbol_name` shortens what a named tuple adds to a symbol: identifier and template parameters."""
     from numba.core import itanium_mangler
 
+    from pounding_risk._jit.lowering import build
+
+    assert build.INLINED, "the module is loaded"
     assert isinstance(numba.types.Type.mangling_args, property)
     kind = numba.typeof(compiling.lowered(LAWS["hertz"](1e9)))
     identifier, parameters = kind.mangling_args
@@ -210,10 +222,22 @@ def test_symbols_are_named_by_a_property_that_we_replace():
     assert identifier in itanium_mangler.mangle("f", [kind])
 
 
-def test_what_machine_code_needs_can_be_set_up_alone():
-    from numba.core.runtime import rtsys
+NAMED_BY_NUMBA = """
+from llvmlite import binding as llvm
+from numba import njit
+from numba.core.registry import cpu_target
+from numba.core.runtime import _nrt_python, rtsys
+njit(lambda: 0)
+rtsys.initialize(cpu_target.target_context)
+names = {name: name if name.startswith("_") else f"NRT_{name}" for name in _nrt_python.c_helpers}
+print([name for name, symbol in names.items() if llvm.address_of_symbol(symbol) != _nrt_python.c_helpers[name]])
+"""
 
-    assert list(inspect.signature(rtsys.initialize).parameters) == ["ctx"]
+
+def test_functions_for_arrays_have_the_names_that_numba_gives_them():
+    """`cache._add_array_functions` names them for machine code that is read back; in a process where it did not."""
+    run = subprocess.run([sys.executable, "-c", NAMED_BY_NUMBA], capture_output=True, text=True, timeout=120)
+    assert run.stdout.strip() == "[]", run.stderr
 
 
 def test_helpers_of_generated_code_take_what_we_pass():

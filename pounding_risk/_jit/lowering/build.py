@@ -52,6 +52,8 @@ def _entry_of(function, fragments):
         function, compiler.targetdescr, compiler.targetoptions, compiler.locals, compiler.pipeline_class, fragments
     )
     compiled.get_call_template, compiled.get_overload = fragments.get_call_template, fragments.get_overload
+    # Looks for numba's extensions among all installed packages: our compiler does, where the cache has no code.
+    compiled._compilation_chain_init_hook = lambda: None
     return compiled
 
 

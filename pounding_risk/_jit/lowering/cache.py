@@ -6,10 +6,12 @@ import os
 import tempfile
 import warnings
 from contextlib import suppress
+from functools import cache
 
+from llvmlite import binding as llvm  # type: ignore[import-untyped]
 from numba import types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
-from numba.core.runtime import rtsys
+from numba.core.runtime import _nrt_python
 
 from pounding_risk._jit.sources import compile_cache, is_ours
 
@@ -19,6 +21,13 @@ def is_foreign(kind) -> bool:
     if isinstance(kind, types.BaseNamedTuple) and not is_ours(kind.instance_class):
         return True
     return isinstance(kind, types.BaseTuple) and any(map(is_foreign, kind.types))
+
+
+@cache
+def _add_array_functions() -> None:
+    """Let machine code find the functions that make arrays and count references to them."""
+    for name, address in _nrt_python.c_helpers.items():
+        llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 
 
 class Shelf:
@@ -79,8 +88,8 @@ class ForgivingCache(FunctionCache):
         compiled_form = None
         try:
             # Numba's own method would load the declarations of all that can be compiled, which takes longer than all
-            # else at a start; machine code needs the functions that count references to arrays, and no other.
-            rtsys.initialize(target_context)
+            # else at a start. Machine code needs numba's functions for arrays from it, and no others.
+            _add_array_functions()
             with self._guard_against_spurious_io_errors():
                 compiled_form = self._load_overload(sig, target_context)
         except Exception as error:  # unpickling a damaged file may raise anything
