@@ -183,7 +183,7 @@ SCENES = Path("pounding_risk/scene/shipped")
         (["validate", str(PACKAGE.parent / SCENES / "row.toml")], (*DATASETS, *FIGURES, *SCIENCE, "numba", "pint")),
         pytest.param(
             ["scan", str(PACKAGE.parent / SCENES / "paper.toml")],
-            ("dask", "distributed", "h5py", *FIGURES),
+            ("dask", "distributed", "pint", *FIGURES, *SCIENCE),
             marks=compiled,
         ),
     ],
