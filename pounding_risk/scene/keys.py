@@ -108,7 +108,7 @@ class Table(BaseModel):
     Keys may be given by position, in the order of the class. Raises SceneError with every fault.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
 
     def __init__(self, *values: Any, **keys: Any):
         names = list(type(self).model_fields)
