@@ -1,8 +1,9 @@
 """Processor seconds of first and of later commands: ``python benchmarks/first_minute.py [TREE ...]``.
 
 Each command is a process of its own, as a user starts it; *first* ones find an empty compile cache, *later* ones what
-the first have left. With several checkouts they take turns, so that a busy machine slows all, and the ratio to the
-first one is printed. Medians of ``--repeats``; first commands are as many times compiled.
+the first have left, and their modules as bytecode, as those of an installed package are. With several checkouts they
+take turns, so that a busy machine slows all, and the ratio to the first one is printed. Medians of ``--repeats``; first
+commands are as many times compiled.
 """
 
 from __future__ import annotations
@@ -40,6 +41,9 @@ def seconds(tree: Path, command: tuple[str, ...], cache: Path, folder: Path) -> 
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     words = [str(tree / word) if word.endswith(".toml") else word for word in command]
     environment = {**os.environ, "PYTHONPATH": str(tree), "NUMBA_CACHE_DIR": str(cache)}
+    # The bytecode of this tree and of its libraries, kept where the numbers of other checkouts do not depend on it.
+    environment["PYTHONPYCACHEPREFIX"] = str(cache.with_name(f"bytecode of {cache.name}"))
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     done = subprocess.run(
         [sys.executable, "-m", "pounding_risk", *words], cwd=folder, env=environment, capture_output=True, text=True
     )

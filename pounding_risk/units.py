@@ -7,6 +7,7 @@ becomes a number here and nowhere else.
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterable
 from decimal import Decimal, InvalidOperation
 from functools import lru_cache
@@ -406,6 +407,8 @@ def _registry() -> Any:
 
     Loading pint and its registry takes half of the time in which a scene is checked: usual units do without.
     """
+    if not sys.modules.get("pint", True):
+        del sys.modules["pint"]  # the command line keeps other libraries from importing it
     import pint
 
     return pint.UnitRegistry(non_int_type=Decimal)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pounding_risk._jit import compile as _jit
+from pounding_risk._jit import sources as _jit
 
 compiled = pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 PACKAGE = Path(_jit.__file__).resolve().parents[1]

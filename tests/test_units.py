@@ -348,6 +348,20 @@ def test_pint_is_not_imported_before_it_is_needed():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+def test_pint_is_found_where_the_command_line_keeps_it_from_other_libraries():
+    code = (
+        "import sys\n"
+        "from pounding_risk import cli, units\n"
+        "cli._leave_out(['scan', 'scene.toml'])\n"
+        "import xarray\n"
+        "xarray.Dataset({'a': ('x', [1.0])})\n"
+        "assert not sys.modules.get('pint') and not sys.modules.get('dask')\n"
+        "assert units.parse('1 cm', units.GAP) == 0.01\n"
+        "assert sys.modules['pint'].__name__ == 'pint'"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 @pytest.mark.parametrize("value", [0.02, "20 mm", "0.02 m"])
 def test_a_call_takes_si_or_text(value):
     assert si(value, GAP) == 0.02

@@ -1,4 +1,7 @@
-"""Models as rows of numbers, and calls by address: what lets one compiled kernel serve models that it does not know."""
+"""Models as rows of numbers, and calls by address: what lets one compiled kernel serve models that it does not know.
+
+Compiled code has the functions of the same names in `lowering/calls.py`.
+"""
 
 from __future__ import annotations
 
@@ -9,75 +12,24 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 import numpy as np
-from llvmlite import ir  # type: ignore[import-untyped]
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
-from numba.np.arrayobj import make_array
 
-from pounding_risk._jit.compile import INTERPRETED, small
-
-
-def _leaves(kind) -> int:
-    """How many numbers a model of this numba type holds."""
-    return sum(map(_leaves, kind.types)) if isinstance(kind, types.BaseTuple) else 1
-
-
-def _place_in(context, builder, kind, array, row, column):
-    """Address of an element of a C-contiguous array of two dimensions."""
-    table = make_array(kind)(context, builder, array)
-    width = cgutils.unpack_tuple(builder, table.shape)[1]
-    return builder.gep(table.data, [builder.add(builder.mul(row, width), column)])
-
-
-def _row_of(context, builder, signature, arguments):
-    """Address of row ``arguments[2]`` of the array ``arguments[1]``."""
-    first = context.get_constant(types.intp, 0)
-    return _place_in(context, builder, signature.args[1], arguments[1], arguments[2], first)
-
-
-@intrinsic
-def _call_at(typingctx, address, values, row, a, b, c):
-    def codegen(context, builder, signature, arguments):
-        real = context.get_value_type(types.float64)
-        kind = ir.FunctionType(real, [real.as_pointer(), real, real, real])
-        entry = builder.inttoptr(builder.fptoui(arguments[0], ir.IntType(64)), kind.as_pointer())
-        return builder.call(entry, [_row_of(context, builder, signature, arguments), *arguments[3:]])
-
-    real = types.float64
-    return real(real, values, types.intp, real, real, real), codegen
-
-
-@intrinsic
-def _call_on(typingctx, address, values, row, slots):
-    def codegen(context, builder, signature, arguments):
-        real = context.get_value_type(types.float64)
-        kind = ir.FunctionType(real, [real.as_pointer(), real.as_pointer()])
-        entry = builder.inttoptr(builder.fptoui(arguments[0], ir.IntType(64)), kind.as_pointer())
-        data = make_array(signature.args[3])(context, builder, arguments[3]).data
-        return builder.call(entry, [_row_of(context, builder, signature, arguments), data])
-
-    real = types.float64
-    return real(real, values, types.intp, slots), codegen
-
+from pounding_risk._jit.compile import in_kernels
+from pounding_risk._jit.sources import INTERPRETED
 
 ENTERING = Lock()  # held by whoever adds to these, so that threads neither compile twice nor take each other's place
 _ENTRIES: list = []  # what addresses lead to: compiled functions, which live as long as the process
 
 
+@in_kernels("calls")
 def call_at(address, values, row, a, b, c):
     """Call the function at ``address`` with the numbers in ``values[row]`` and three floats."""
     return _ENTRIES[int(address)](values[row], a, b, c)
 
 
+@in_kernels("calls")
 def call_on(address, values, row, slots):
     """Call the function at ``address`` with the numbers in ``values[row]`` and an array that it reads and writes."""
     return _ENTRIES[int(address)](values[row], slots)
-
-
-if not INTERPRETED:
-    call_at = small(lambda address, values, row, a, b, c: _call_at(address, values, row, a, b, c))
-    call_on = small(lambda address, values, row, slots: _call_on(address, values, row, slots))
 
 
 def numbers_of(model) -> list[float]:
@@ -92,54 +44,13 @@ def numbers_of(model) -> list[float]:
 # holds it among the numbers of a kernel, and an array in interpreted code.
 
 
-@intrinsic
-def _leaves_of(typingctx, model):
-    count = _leaves(model)
-    return types.intp(model), lambda context, builder, signature, arguments: context.get_constant(types.intp, count)
-
-
-@intrinsic
-def _model_at(typingctx, model, numbers, offset):
-    def codegen(context, builder, signature, arguments):
-        def build(part, at):
-            if not isinstance(part, types.BaseTuple):
-                return builder.load(builder.gep(start, [context.get_constant(types.intp, at)])), at + 1
-            parts = []
-            for inner in part.types:
-                value, at = build(inner, at)
-                parts.append(value)
-            return context.make_tuple(builder, part, parts), at
-
-        start = builder.gep(arguments[1], [arguments[2]])
-        return build(signature.args[0], 0)[0]
-
-    return model(model, numbers, types.intp), codegen
-
-
-@intrinsic
-def _lay_at(typingctx, model, numbers, offset):
-    def codegen(context, builder, signature, arguments):
-        start = builder.gep(arguments[1], [arguments[2]])
-
-        def lay(part, value, at):
-            if not isinstance(part, types.BaseTuple):
-                number = context.cast(builder, value, part, types.float64)
-                builder.store(number, builder.gep(start, [context.get_constant(types.intp, at)]))
-                return at + 1
-            for number, inner in enumerate(part.types):
-                at = lay(inner, builder.extract_value(value, number), at)
-            return at
-
-        return context.get_constant(types.intp, lay(signature.args[0], arguments[0], 0))
-
-    return types.intp(model, numbers, types.intp), codegen
-
-
+@in_kernels("calls")
 def leaves_of(model) -> int:
     """How many numbers a model, a tuple or a number holds."""
     return len(numbers_of((model,)))
 
 
+@in_kernels("calls")
 def model_at(model, numbers, offset):
     """A model of the kind of ``model`` with the numbers from ``numbers[offset]`` on; of a number the number itself."""
     remaining = iter(numbers[offset:])
@@ -153,61 +64,12 @@ def model_at(model, numbers, offset):
     return build(model)
 
 
+@in_kernels("calls")
 def lay_at(model, numbers, offset):
     """Write the numbers of a model, a tuple or a single number from ``numbers[offset]`` on; returns how many."""
     written = numbers_of((model,))
     numbers[offset : offset + len(written)] = written
     return len(written)
-
-
-def _pointer(builder, address):
-    return builder.inttoptr(builder.fptoui(address, ir.IntType(64)), ir.DoubleType().as_pointer())
-
-
-def _called(builder, address, kind, arguments):
-    entry = builder.inttoptr(builder.fptoui(address, ir.IntType(64)), kind.as_pointer())
-    return builder.call(entry, arguments)
-
-
-REAL = ir.DoubleType()
-OF_NUMBERS = ir.FunctionType(REAL, [REAL.as_pointer(), REAL, REAL, REAL])
-OF_SLOTS = ir.FunctionType(REAL, [REAL.as_pointer(), REAL.as_pointer()])
-
-
-@intrinsic
-def _call_numbers(typingctx, address, numbers, a, b, c):
-    def codegen(context, builder, signature, arguments):
-        return _called(builder, arguments[0], OF_NUMBERS, [_pointer(builder, arguments[1]), *arguments[2:]])
-
-    return types.float64(*[types.float64] * 5), codegen
-
-
-@intrinsic
-def _call_slots(typingctx, address, numbers, slots):
-    def codegen(context, builder, signature, arguments):
-        return _called(builder, arguments[0], OF_SLOTS, [_pointer(builder, pointer) for pointer in arguments[1:]])
-
-    return types.float64(*[types.float64] * 3), codegen
-
-
-@intrinsic
-def _read_slot(typingctx, slots, place):
-    def codegen(context, builder, signature, arguments):
-        return builder.load(builder.gep(_pointer(builder, arguments[0]), [arguments[1]]))
-
-    return types.float64(types.float64, types.intp), codegen
-
-
-@intrinsic
-def _write_slots(typingctx, slots, values):
-    def codegen(context, builder, signature, arguments):
-        start = _pointer(builder, arguments[0])
-        for place in range(len(signature.args[1])):
-            value = builder.extract_value(arguments[1], place)
-            builder.store(value, builder.gep(start, [context.get_constant(types.intp, place)]))
-        return context.get_dummy_value()
-
-    return types.none(types.float64, types.UniTuple(types.float64, len(values))), codegen
 
 
 _ARRAYS: WeakValueDictionary[int, Any] = WeakValueDictionary()  # interpreted: arrays by their address
@@ -221,51 +83,28 @@ def address_of(array: np.ndarray) -> float:
     return float(address)
 
 
+@in_kernels("calls")
 def call_numbers(address, numbers, a, b, c):
     """Call the function at ``address`` with the numbers at another and three floats."""
     return _ENTRIES[int(address)](_ARRAYS[int(numbers)], a, b, c)
 
 
+@in_kernels("calls")
 def call_slots(address, numbers, slots):
     """Call the function at ``address`` with the numbers at another and the floats at a third, read and written."""
     return _ENTRIES[int(address)](_ARRAYS[int(numbers)], _ARRAYS[int(slots)])
 
 
+@in_kernels("calls")
 def read_slot(slots, place):
     """The float number ``place`` at an address."""
     return float(_ARRAYS[int(slots)][place])
 
 
+@in_kernels("calls")
 def write_slots(slots, values):
     """Write a tuple of floats to an address."""
     _ARRAYS[int(slots)][: len(values)] = values
-
-
-def _compiled_to(further, kind):
-    @intrinsic
-    def entry(typingctx, function, model, memory):
-        kinds = (model, memory, types.CPointer(types.float64), *further)
-        typingctx.resolve_function_type(function, kinds, {})
-        compiled = function.dispatcher.overloads[kinds]
-
-        def codegen(context, builder, signature, arguments):
-            target = ir.Function(builder.module, kind, builder.module.get_unique_name("verb"))
-            target.linkage = "internal"
-            inside = ir.IRBuilder(target.append_basic_block())
-            unused = [context.get_constant_null(one) for one in (model, memory)]
-            function = context.declare_function(builder.module, compiled.fndesc)
-            context.add_linking_libs((compiled.library,))
-            _, result = context.call_conv.call_function(inside, function, types.float64, kinds, [*unused, *target.args])
-            inside.ret(result)
-            return builder.uitofp(builder.ptrtoint(target, ir.IntType(64)), REAL)
-
-        return types.float64(function, model, memory), codegen
-
-    return entry
-
-
-_of_numbers = _compiled_to((types.float64,) * 3, OF_NUMBERS)
-_of_slots = _compiled_to((types.CPointer(types.float64),), OF_SLOTS)
 
 
 def _entered(function: Callable[..., float], model, memory) -> float:
@@ -273,6 +112,7 @@ def _entered(function: Callable[..., float], model, memory) -> float:
     return float(len(_ENTRIES) - 1)
 
 
+@in_kernels("calls")
 def entry_of_numbers(function, model, memory):
     """The address of ``function(model, memory, numbers, a, b, c)`` for models and memories of these kinds.
 
@@ -282,17 +122,7 @@ def entry_of_numbers(function, model, memory):
     return _entered(function, model, memory)
 
 
+@in_kernels("calls")
 def entry_of_slots(function, model, memory):
     """As `entry_of_numbers`, of ``function(model, memory, numbers, slots)``."""
     return _entered(function, model, memory)
-
-
-if not INTERPRETED:
-    leaves_of = small(lambda model: _leaves_of(model))
-    model_at = small(lambda model, numbers, offset: _model_at(model, numbers, offset))
-    lay_at = small(lambda model, numbers, offset: _lay_at(model, numbers, offset))
-    call_numbers = small(lambda address, numbers, a, b, c: _call_numbers(address, numbers, a, b, c))
-    call_slots = small(lambda address, numbers, slots: _call_slots(address, numbers, slots))
-    read_slot = small(lambda slots, place: _read_slot(slots, place))
-    write_slots = small(lambda slots, values: _write_slots(slots, values))
-    entry_of_numbers, entry_of_slots = _of_numbers, _of_slots

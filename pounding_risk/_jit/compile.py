@@ -1,300 +1,125 @@
-"""Every decision about numba: flags, the compile cache, and how a model's verbs reach a kernel.
+"""How a function becomes a kernel, and how a model's verbs reach it.
 
-Flags: no ``fastmath`` (it deletes NaN guards and changes bits), ``error_model="numpy"`` (kernels report by
-status, they do not raise), ``nogil`` (a scan is threads over compiled calls), ``no_cfunc_wrapper`` (nothing calls a
-kernel by its address, and the wrapper takes its share of compiling).
-
-Cache: numba stamps a compiled function with the text of its own file only, so an edited contact law would go
-on answering with its old numbers. The cache folder therefore carries a digest of every source file that kernels
-are made of, `KERNEL_SOURCES`: any edit starts a new folder. Where the package is installed does not
-count, so that machines may share one. A cache that can only be read is read; where none can be, nothing is kept. Of a
-class from anywhere else, a user's own law, nothing is kept: its source has no digest.
+Nothing here imports numba: a function is shown to it when it is first called or when a kernel that calls it is
+compiled, and numba's side of it stands in `lowering`. So a command that runs no kernel starts without numba.
 """
 
 from __future__ import annotations
 
-import hashlib
-import inspect
-import os
-import stat
-import tempfile
-import warnings
-from collections.abc import Iterator
-from contextlib import suppress
-from pathlib import Path
-from threading import Lock
+from collections.abc import Callable
+from functools import update_wrapper
+from threading import Lock, RLock
+from types import SimpleNamespace
+from typing import Any
 
-import numba
-from numba import config, njit, types
-from numba.core import cgutils
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
-from numba.extending import intrinsic, overload, overload_method
-from numba.np.arrayobj import make_array, populate_array
+from pounding_risk._jit.sources import INTERPRETED, is_ours
 
-from pounding_risk._jit.fragments import EntryCompiler, FragmentCompiler, InlinedCompiler
-
-FLAGS = {"nogil": True, "error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True}
-INLINED = {**FLAGS, "pipeline_class": InlinedCompiler}  # of a function that is always taken into its caller
-KERNEL_SOURCES = ("_jit", "models", "solver", "motions/spectra.py", "units.py")
-INTERPRETED = bool(config.DISABLE_JIT)
+_BUILDING = RLock()  # held by whoever makes a function known to numba, so that no thread makes a second form of it
+_DECLARED: list[tuple[str, tuple[Any, ...]]] = []  # functions of `lowering.build` to be called once it is loaded
+_LOADED: list[SimpleNamespace] = []
 
 
-def _symbol_name(kind):
-    """Name of a named tuple's type in the symbols of compiled functions: its class and a digest of its fields' types.
+def numba_side() -> SimpleNamespace:
+    """The modules of `lowering`, with all declared to them that was declared before."""
+    with _BUILDING:
+        if not _LOADED:
+            from pounding_risk._jit.lowering import build, calls, lent, memory
 
-    Numba writes the fields out. A tuple that holds arrays of records would make symbols of ten thousand characters,
-    and these most of the file that a compiled function is kept in.
-    """
-    name = kind.name.partition("(")[0]
-    return name + hashlib.sha256(kind.name.encode()).hexdigest()[:16], ()
-
-
-types.BaseNamedTuple.mangling_args = property(_symbol_name)
-
-
-def source_digest() -> str:
-    """Digest of the kernels' sources and of the numba version: the name of the cache folder.
-
-    Kernels import from these files alone; a test holds them to it.
-    """
-    package = Path(__file__).parents[1]
-    digest = hashlib.sha256(numba.__version__.encode())
-    sources = [package / name for name in KERNEL_SOURCES]
-    for file in sorted(file for source in sources for file in ([source] if source.is_file() else source.rglob("*.py"))):
-        digest.update(file.relative_to(package).as_posix().encode())
-        digest.update(file.read_bytes())
-    return digest.hexdigest()[:16]
+            for name, arguments in _DECLARED:
+                getattr(build, name)(*arguments)
+            _LOADED.append(SimpleNamespace(build=build, calls=calls, lent=lent, memory=memory))
+        return _LOADED[0]
 
 
-def cache_folder() -> str | None:
-    """A folder for compiled kernels, or None: then nothing is cached.
-
-    ``NUMBA_CACHE_DIR`` wins; otherwise the user's cache folder. One that holds compiled kernels will do if it can be
-    read, as on the nodes of a cluster; else it must be one that can be written. A read-only home, or none, falls back
-    to a private folder under the system's temporary one.
-    """
-    for root in _cache_roots():
-        folder = root / "pounding_risk" / source_digest()
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.NamedTemporaryFile(dir=folder):
-                return str(folder)
-        except OSError:
-            if _is_filled(folder):
-                return str(folder)
-    return None
+def _declare(name: str, *arguments: Any) -> None:
+    """Call a function of `lowering.build` now, or as soon as it is loaded."""
+    with _BUILDING:
+        if _LOADED:
+            getattr(_LOADED[0].build, name)(*arguments)
+        else:
+            _DECLARED.append((name, arguments))
 
 
-def _is_filled(folder: Path) -> bool:
-    """True for a folder in which compiled kernels can be read."""
-    with suppress(OSError):
-        return os.access(folder, os.R_OK | os.X_OK) and any(folder.rglob("*.nbi"))
-    return False
+class InCompiledCode:
+    """A function that Python calls as it is written, and that stands for ``make(function)`` in compiled code.
 
-
-def _cache_roots() -> Iterator[Path]:
-    chosen = os.environ.get("NUMBA_CACHE_DIR")
-    if chosen:
-        yield Path(chosen)
-        return
-    home = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
-    # Where nobody knows the user, "~" stays as it is and would become a folder in the working one.
-    if home.is_absolute():
-        yield home
-    with suppress(OSError):
-        user = str(os.getuid()) if hasattr(os, "getuid") else "user"
-        private = Path(tempfile.gettempdir()) / f"pounding_risk-{user}"
-        private.mkdir(mode=0o700, exist_ok=True)
-        # Cached code is run: in a folder that all share, only from what nobody else can have written.
-        if not hasattr(os, "getuid") or _is_mine_alone(private):
-            yield private
-
-
-def _is_mine_alone(folder: Path) -> bool:
-    facts = folder.lstat()
-    return stat.S_ISDIR(facts.st_mode) and facts.st_uid == os.getuid() and not facts.st_mode & 0o077
-
-
-class Shelf:
-    """Where the compiled forms of one kernel stand: in a folder named after its module, whose place on disk is nothing.
-
-    Numba's own names the folder after that place, stamps it with the file's text, which our folder's name covers, and
-    takes none that cannot be written.
+    Attributes that it has not are those of what was made.
     """
 
-    def __init__(self, function, file):
-        self._py_file = file
-        self._path = os.path.join(CACHE or "", *function.__module__.split(".")[1:-1])
-        self._line = function.__code__.co_firstlineno
+    def __init__(self, function, make: Callable[[Any], Any]):
+        update_wrapper(self, function)
+        self._make = make
 
-    @classmethod
-    def from_function(cls, function, file):
-        """Constructor that numba calls; the folder does not depend on the file."""
-        return cls(function, file)
+    def __call__(self, *arguments):
+        return self.__wrapped__(*arguments)
 
-    def get_cache_path(self):
-        """Path of the folder with the cache entries."""
-        return self._path
+    def __getattr__(self, name):
+        if name.startswith("__"):
+            raise AttributeError(name)
+        if name != "built":
+            return getattr(self.built, name)
+        with _BUILDING:
+            if name not in vars(self):
+                vars(self)[name] = self._make(self.__wrapped__)
+            return vars(self)[name]
 
-    def ensure_cache_path(self):
-        """Have the folder; raises OSError where it cannot be written, before anything is."""
-        os.makedirs(self._path, exist_ok=True)
-        tempfile.TemporaryFile(dir=self._path).close()
+    @property
+    def _numba_type_(self):
+        return numba_side().build.type_of(self.built)
 
-    def get_source_stamp(self):
-        """What a compiled form was made of: the name of the cache folder says it."""
-        return ""
-
-    def get_disambiguator(self):
-        """What tells functions of one name apart."""
-        return str(self._line)
-
-
-class OnShelf(CompileResultCacheImpl):
-    """Cache entries of one kernel, in the folder that its `Shelf` names."""
-
-    _locator_classes = (Shelf,)
+    def __reduce__(self):
+        if "<locals>" in self.__qualname__:
+            return type(self), (self.__wrapped__, self._make)
+        return self.__qualname__  # that of its module, not another one with the same code
 
 
-class ForgivingCache(FunctionCache):
-    """The compiled forms of one kernel on disk, where nothing that is wrong with a file is an error.
+class Kernel(InCompiledCode):
+    """A function that runs as compiled code wherever it is called."""
 
-    A file cut short by a full disk or a power cut counts as absent and is written anew. So does code for other
-    types than asked: two processes that compile one kernel for two laws at once may give both the same file
-    (numba issue 4807), and the other law would answer without a word.
-    """
-
-    _impl_class = OnShelf
-
-    def load_overload(self, sig, target_context):
-        """The compiled form for these types, or None."""
-        if any(map(is_foreign, sig)):
-            return None
-        try:
-            compiled_form = super().load_overload(sig, target_context)
-        except Exception as error:  # unpickling a damaged file may raise anything
-            warnings.warn(
-                f"{self.cache_path}: a compiled kernel cannot be read ({error!r}); compiled anew", stacklevel=2
-            )
-            self._forget()
-            return None
-        if compiled_form is None or tuple(compiled_form.signature.args) == tuple(sig):
-            return compiled_form
-        self._forget()
-        return None
-
-    def save_overload(self, sig, data):
-        """Keep a compiled form, where it can be kept."""
-        # Read back for a class of the same name, it would answer with the numbers of the class as it was.
-        if any(map(is_foreign, sig)):
-            return
-        try:
-            super().save_overload(sig, data)
-        except Exception as error:  # a damaged index raises anything, a full disk OSError
-            warnings.warn(f"{self.cache_path}: a compiled kernel cannot be kept ({error!r})", stacklevel=2)
-            self._forget()
-
-    def _forget(self):
-        with suppress(OSError):  # a folder that is gone needs no emptying
-            self.flush()
+    def __call__(self, *arguments):
+        return self.built(*arguments)
 
 
-CACHE = None if INTERPRETED else cache_folder()
+def _made_kernel(function):
+    return numba_side().build.kernel(function)
+
+
+def _made_small(function):
+    return numba_side().build.small(function)
 
 
 def kernel(function):
     """Compile ``function``: the one decorator of every jitted function of the package."""
-    if INTERPRETED:
-        return function
-    fragments = by_type_alone(njit(pipeline_class=FragmentCompiler, **FLAGS)(function))
-    compiled = _entry_of(function, fragments)
-    if CACHE is not None:
-        compiled._cache = ForgivingCache(function)  # what njit(cache=True) does, with numba's own class
-    return compiled
-
-
-def _entry_of(function, fragments):
-    """The function as Python calls it; in compiled code it is one of ``fragments``."""
-    compiled = njit(**FLAGS)(function)
-    compiler = compiled._compiler
-    compiled._compiler = EntryCompiler(
-        function, compiler.targetdescr, compiler.targetoptions, compiler.locals, compiler.pipeline_class, fragments
-    )
-    compiled.get_call_template, compiled.get_overload = fragments.get_call_template, fragments.get_overload
-    return compiled
+    return function if INTERPRETED else Kernel(function, _made_kernel)
 
 
 def small(function):
-    """As `kernel`, for what is too small to be called: always taken into its caller.
+    """As `kernel`, for what is too small to be called: always taken into its caller, and not compiled for Python.
 
     Left to LLVM, calls of these were a third of a run's time, in handing over arguments.
     """
-    if INTERPRETED:
-        return function
-    compiled = by_type_alone(njit(**INLINED)(function))
-    # Of a fragment there is nothing that Python could call: there it is the function that it was written as.
-    compiled.add_overload = lambda result: compiled.overloads.update({tuple(result.signature.args): result})
-    compiled._compile_for_args = lambda *arguments, **named: function
-    return compiled
+    return function if INTERPRETED else InCompiledCode(function, _made_small)
 
 
-def by_type_alone(compiled):
-    """Let a call compile for the types of its arguments, not for every number that stands in the source of one.
+def in_kernels(module: str):
+    """Decorator of a function for which compiled code has the one of this name in a module of `lowering`."""
 
-    Numba takes a constant's value into its type: row 4 of an array and row 5 would be two kernels, of one machine code
-    once they are taken into their caller. This is a quarter of the time that compiling takes.
-    """
-    resolve = compiled.get_call_template
+    def decorate(function):
+        return function if INTERPRETED else InCompiledCode(function, made)
 
-    def resolve_plain(arguments, named):
-        plain = {name: types.unliteral(kind) for name, kind in named.items()}
-        return resolve(tuple(map(types.unliteral, arguments)), plain)
+    def made(function):
+        return getattr(getattr(numba_side(), module), function.__name__)
 
-    compiled.get_call_template = resolve_plain
-    return compiled
+    return decorate
 
 
-@intrinsic
-def _without_reference(typingctx, array):
-    def codegen(context, builder, signature, arguments):
-        make = make_array(signature.args[0])
-        source, view = make(context, builder, arguments[0]), make(context, builder)
-        populate_array(
-            view,
-            data=source.data,
-            shape=cgutils.unpack_tuple(builder, source.shape),
-            strides=cgutils.unpack_tuple(builder, source.strides),
-            itemsize=source.itemsize,
-            meminfo=cgutils.get_null_value(source.meminfo.type),
-            parent=cgutils.get_null_value(source.parent.type),
-        )
-        return view._getvalue()
-
-    return array(array), codegen
-
-
+@in_kernels("memory")
 def borrowed(array):
     """The same array, its references not counted: for the inside of a kernel whose caller holds the array.
 
     Counting is an atomic operation, and an array is handed over hundreds of times in one contact.
     """
     return array
-
-
-if not INTERPRETED:
-    borrowed = small(lambda array: _without_reference(array))
-
-
-def is_ours(kind: type) -> bool:
-    """True for a class of this package, whose source the digest covers."""
-    return kind.__module__.partition(".")[0] == __name__.partition(".")[0]
-
-
-def is_foreign(kind) -> bool:
-    """True for a numba type that is, or holds, a named tuple from outside this package."""
-    if isinstance(kind, types.BaseNamedTuple) and not is_ours(kind.instance_class):
-        return True
-    return isinstance(kind, types.BaseTuple) and any(map(is_foreign, kind.types))
 
 
 _APART: dict[type, type] = {}
@@ -332,15 +157,8 @@ def speaks(protocol):
     The kernel says ``law.force(...)``; numba picks the method by the type of the tuple at compile time, so a
     law that is not named costs nothing and no number stands for a model.
     """
-    for name, method in vars(protocol).items():
-        if name.startswith("_") or not inspect.isfunction(method):
-            continue
-
-        def resolve(model, *arguments, _name=name):
-            return getattr(model.instance_class, _name, None)
-
-        resolve.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
-        overload_method(types.BaseNamedTuple, name, jit_options=INLINED)(resolve)
+    if not INTERPRETED:
+        _declare("speak", protocol)
     return protocol
 
 
@@ -353,12 +171,6 @@ def by_verb(verb, place, those, others):
     def choice(*arguments):
         return (those if hasattr(arguments[place], verb) else others)(*arguments)
 
-    if INTERPRETED:
-        return choice
-
-    def resolve(*arguments):
-        chosen = those if hasattr(arguments[place].instance_class, verb) else others
-        return lambda *arguments: chosen(*arguments)
-
-    overload(choice, jit_options=INLINED)(resolve)
+    if not INTERPRETED:
+        _declare("choose", choice, verb, place, those, others)
     return choice

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from pounding_risk._jit.compile import INTERPRETED, small
+from pounding_risk._jit.compile import small
+from pounding_risk._jit.sources import INTERPRETED
 
 Field = tuple[int, ...] | type[float] | np.dtype
 

@@ -53,7 +53,7 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the command line; the entry point of ``pounding-risk``."""
-    _leave_dask_out(sys.argv[1:])
+    _leave_out(sys.argv[1:])
     try:
         app(prog_name="pounding-risk")
     except SystemExit as end:
@@ -64,14 +64,18 @@ def main() -> None:
         sys.exit(INTERRUPTED)
 
 
-def _leave_dask_out(words: Sequence[str]) -> None:
-    """Keep libraries from importing Dask for a command that has no use for it.
+def _leave_out(words: Sequence[str]) -> None:
+    """Keep libraries from importing Dask and pint for a command that has no use for them.
 
-    xarray and pint import it wherever it is installed, which takes longer than all else that a command imports. Only
-    Zarr stores and clusters need it.
+    xarray imports both wherever they are installed, to know their arrays, and pint Dask; Dask takes longer than all
+    else that a command imports. Only Zarr stores and clusters need it. Pint is there for unusual units: `units` takes
+    it in spite of this.
     """
+    unused = ["pint"]
     if not any(word.startswith("--scheduler") or ".zarr" in word.lower() for word in words):
-        sys.modules.setdefault("dask", None)  # type: ignore[arg-type] # so that importing it fails
+        unused.append("dask")
+    for name in unused:
+        sys.modules.setdefault(name, None)  # type: ignore[arg-type] # so that importing it fails
 
 
 def _exit_past_threads(end: SystemExit) -> None:

@@ -324,6 +324,6 @@ def _address() -> str:
 
 def _versions() -> dict[str, str]:
     """Versions of the packages that numbers depend on, and the digest of the kernels' source, which may be edited."""
-    from pounding_risk._jit.compile import source_digest
+    from pounding_risk._jit.sources import source_digest
 
     return {"kernels": source_digest()} | versions_of(ALIKE)

@@ -104,7 +104,7 @@ def recorded_identity(attrs: Mapping[str, Any]) -> dict[str, Any]:
 
 def _comparable(identity: Mapping[str, Any]) -> dict[str, Any]:
     """An identity with the digest of the kernels, which datasets have, in place of that of the package."""
-    from pounding_risk._jit.compile import source_digest
+    from pounding_risk._jit.sources import source_digest
 
     program = identity.get("program")
     return {**identity, **({} if program is None else {"program": {**program, "source": source_digest()}})}

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import platform
+import re
 import tomllib
 from collections.abc import Iterable
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
@@ -25,13 +26,18 @@ def versions() -> dict[str, str]:
 
 def versions_of(packages: Iterable[str]) -> dict[str, str]:
     """Versions of these packages, in words for one that is not installed."""
-    installed = {}
-    for name in packages:
-        try:
-            installed[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            installed[name] = "not installed"
-    return installed
+    return {name: _version_of(name) for name in packages}
+
+
+@cache
+def _version_of(package: str) -> str:
+    try:
+        # The library's own way reads the whole description, often a manual, as an e-mail.
+        text = metadata.distribution(package).read_text("METADATA") or ""
+    except metadata.PackageNotFoundError:
+        return "not installed"
+    stated = re.search(r"^Version: *(\S+)", text, re.MULTILINE)
+    return stated[1] if stated else metadata.version(package)
 
 
 def told(dataset: xr.Dataset, name: str, default: Any) -> Any:

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
-from pounding_risk._jit import compile as jit
+from pounding_risk._jit.sources import INTERPRETED, compile_cache
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import wave_of
 from pounding_risk.motions.request import AS_RECORDED, RecordRequest
@@ -80,10 +80,10 @@ def cache(
     Classes from outside the package are compiled by each process.
     """
     studies = [as_scene(scene) for scene in scenes]
-    if studies and jit.CACHE is None:
+    if studies and compile_cache() is None:
         raise PoundingError(
             "cache: compiled code is switched off by NUMBA_DISABLE_JIT; remove it from the environment"
-            if jit.INTERPRETED
+            if INTERPRETED
             else "cache: no folder can be written; set NUMBA_CACHE_DIR to one that can"
         )
     for number, study in enumerate(studies, start=1):
@@ -95,9 +95,10 @@ def cache(
         for folder in others:
             shutil.rmtree(folder, ignore_errors=True)
         others = [folder for folder in others if folder.exists()]
-    files = _code_in(Path(jit.CACHE)) if jit.CACHE else []
+    kept_in = compile_cache()
+    files = _code_in(Path(kept_in)) if kept_in else []
     return CompileCache(
-        Path(jit.CACHE) if jit.CACHE else None,
+        Path(kept_in) if kept_in else None,
         sum(file.suffix == CODE for file in files),
         _bytes(files),
         tuple(others),
@@ -146,9 +147,10 @@ def _made_record(duration: float) -> str:
 
 def _others() -> Iterator[Path]:
     """Folders of other versions beside the one of this version."""
-    if jit.CACHE is None:
+    current = compile_cache()
+    if current is None:
         return
-    own = Path(jit.CACHE)
+    own = Path(current)
     for folder in sorted(own.parent.iterdir()):
         if folder != own and folder.is_dir() and not folder.is_symlink() and VERSION_FOLDER.fullmatch(folder.name):
             yield folder

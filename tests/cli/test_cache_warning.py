@@ -13,7 +13,7 @@ import pytest
 from processes import PACKAGE, bare_environment, compiled
 from scenes import FRAME, rigid, scene_text
 
-from pounding_risk._jit import compile as _jit
+from pounding_risk._jit.sources import compile_cache
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.simulate import simulate
 
@@ -30,8 +30,9 @@ ADVICE = "set NUMBA_CACHE_DIR to a folder that can be written"
 def warm(tmp_path_factory) -> Path:
     """A cache with all that the scene needs, below a folder of its own."""
     simulate(parse_scene(SCENE))
-    assert _jit.CACHE is not None
-    kept = Path(_jit.CACHE)
+    folder = compile_cache()
+    assert folder is not None
+    kept = Path(folder)
     target = tmp_path_factory.mktemp("warm")
     for file in kept.glob("solver/**/*"):
         if file.name.startswith(NEEDED):

@@ -8,10 +8,12 @@ import numba
 import numpy as np
 import pytest
 
-from pounding_risk._jit.compile import INTERPRETED, kernel, small
-from pounding_risk._jit.lent import LentType, lent
+from pounding_risk._jit.compile import kernel, small
+from pounding_risk._jit.lent import lent
+from pounding_risk._jit.lowering.lent import LentType
 from pounding_risk._jit.memory import zeros
 from pounding_risk._jit.records import new_record, new_records, record_type
+from pounding_risk._jit.sources import INTERPRETED
 
 compiled = pytest.mark.skipif(INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 

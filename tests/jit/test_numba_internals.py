@@ -10,6 +10,8 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import subprocess
+import sys
 from pathlib import Path
 
 import numba
@@ -18,11 +20,13 @@ import pytest
 
 from pounding_risk import _jit
 from pounding_risk._jit import compile as compiling
+from pounding_risk._jit.lowering.cache import ForgivingCache, Shelf
 from pounding_risk._jit.records import new_record, record_type
+from pounding_risk._jit.sources import INTERPRETED, compile_cache
 from pounding_risk.models.contact.laws import LAWS
 
 JIT = Path(_jit.__path__[0])
-compiled = pytest.mark.skipif(compiling.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
+compiled = pytest.mark.skipif(INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 
 # Private name: its parameters as we pass them (None for what is not called), and what rests on it.
 PRIVATE = {
@@ -33,8 +37,9 @@ PRIVATE = {
     ),
     "numba.core.caching.FunctionCache": (
         ["py_func"],
-        "`ForgivingCache` sets its `_impl_class` and overrides `load_overload` and `save_overload`, which must still "
-        "raise what goes wrong with a file; `flush` empties the index, `cache_path` names the folder in a warning",
+        "`ForgivingCache` sets its `_impl_class` and overrides `load_overload`, of which it calls what follows the "
+        "loading of declarations, and `save_overload`; both must still raise what goes wrong with a file; `flush` "
+        "empties the index, `cache_path` names the folder in a warning",
     ),
     "numba.core.codegen.JITCodeLibrary": (
         ["codegen", "name"],
@@ -53,6 +58,18 @@ PRIVATE = {
     "numba.core.dispatcher._FunctionCompiler": (
         ["py_func", "targetdescr", "targetoptions", "locals", "pipeline_class"],
         "`EntryCompiler` is a dispatcher's `_compiler`, and overrides `_compile_core`",
+    ),
+    "numba.core.registry.cpu_target": (
+        None,
+        "its `typing_context` gives the type of what stands for a function in compiled code",
+    ),
+    "numba.core.runtime._nrt_python": (
+        None,
+        "`c_helpers`, by which machine code from the cache finds the functions that make arrays, with the prefix NRT_",
+    ),
+    "numba.core.entrypoints.init_all": (
+        [],
+        "loads numba's extensions; a dispatcher's `_compilation_chain_init_hook`, which does too, is replaced",
     ),
     "numba.core.environment.lookup_environment": (
         ["env_name"],
@@ -115,6 +132,8 @@ PRIVATE = {
 METHODS = {
     "numba.core.caching.FunctionCache": {
         "load_overload": ["self", "sig", "target_context"],
+        "_load_overload": ["self", "sig", "target_context"],
+        "_guard_against_spurious_io_errors": ["self"],
         "save_overload": ["self", "sig", "data"],
         "flush": ["self"],
     },
@@ -133,14 +152,18 @@ METHODS = {
         "_optimize_functions": ["self", "ll_module"],
         "_get_module_for_linking": ["self"],
         "_finalize_dynamic_globals": ["self"],
+        "serialize_using_object_code": ["self"],
+        "_get_compiled_object": ["self"],
     },
     "numba.core.compiler.Compiler": {"_compile_core": ["self"]},
+    "numba.core.typing.context.BaseContext": {"resolve_value_type": ["self", "val"]},
     "numba.core.dispatcher._FunctionCompiler": {"_compile_core": ["self", "args", "return_type"]},
     # `by_type_alone` replaces it on every compiled function; `kernel` sets `_cache` beside it.
     "numba.core.dispatcher.Dispatcher": {
         "get_call_template": ["self", "args", "kws"],
         "get_overload": ["self", "sig"],
         "enable_caching": ["self"],
+        "_compilation_chain_init_hook": ["self"],
     },
 }
 
@@ -153,7 +176,7 @@ def found(name: str):
 def test_every_private_import_is_named_here():
     """Of the modules numba.core and numba.np, which are not its interface."""
     used = set()
-    for file in JIT.glob("*.py"):
+    for file in JIT.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("numba.core", "numba.np")):
                 used |= {f"{node.module}.{alias.name}" for alias in node.names}
@@ -182,18 +205,39 @@ def test_attributes_of_the_cache_are_those_we_set():
     assert issubclass(caching.FunctionCache._impl_class, caching.CompileResultCacheImpl)
     assert isinstance(caching.CompileResultCacheImpl._locator_classes, list)
     asked = caching._CacheLocator.__abstractmethods__ | {"get_disambiguator", "from_function"}
-    assert asked <= set(dir(compiling.Shelf)), "numba asks more of a locator than `Shelf` answers"
+    assert asked <= set(dir(Shelf)), "numba asks more of a locator than `Shelf` answers"
 
 
 def test_symbols_are_named_by_a_property_that_we_replace():
     """`_symbol_name` shortens what a named tuple adds to a symbol: identifier and template parameters."""
     from numba.core import itanium_mangler
 
+    from pounding_risk._jit.lowering import build
+
+    assert build.INLINED, "the module is loaded"
     assert isinstance(numba.types.Type.mangling_args, property)
     kind = numba.typeof(compiling.lowered(LAWS["hertz"](1e9)))
     identifier, parameters = kind.mangling_args
     assert identifier.startswith("Hertz") and len(identifier) < 30 and parameters == ()
     assert identifier in itanium_mangler.mangle("f", [kind])
+
+
+NAMED_BY_NUMBA = """
+from llvmlite import binding as llvm
+from numba import njit
+from numba.core.registry import cpu_target
+from numba.core.runtime import _nrt_python, rtsys
+njit(lambda: 0)
+rtsys.initialize(cpu_target.target_context)
+names = {name: name if name.startswith("_") else f"NRT_{name}" for name in _nrt_python.c_helpers}
+print([name for name, symbol in names.items() if llvm.address_of_symbol(symbol) != _nrt_python.c_helpers[name]])
+"""
+
+
+def test_functions_for_arrays_have_the_names_that_numba_gives_them():
+    """`cache._add_array_functions` names them for machine code that is read back; in a process where it did not."""
+    run = subprocess.run([sys.executable, "-c", NAMED_BY_NUMBA], capture_output=True, text=True, timeout=120)
+    assert run.stdout.strip() == "[]", run.stderr
 
 
 def test_helpers_of_generated_code_take_what_we_pass():
@@ -218,8 +262,8 @@ def test_a_kernel_has_our_cache_and_compiles_by_type_alone():
     assert both(np.array([1.0, 2.0])) == 3.0
     assert row_of.signatures == [] and len(both.signatures) == 1, "what only kernels call has no machine code"
     assert len(both._compiler.fragments.signatures) == len(row_of._compiler.fragments.signatures) == 1
-    if compiling.CACHE is not None:
-        assert isinstance(both._cache, compiling.ForgivingCache)
+    if compile_cache() is not None:
+        assert isinstance(both._cache, ForgivingCache)
 
 
 @compiled

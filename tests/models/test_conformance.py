@@ -17,7 +17,7 @@ import pytest
 from interpreted import interpreted as without_compiling
 from oracle_laws import exact_hertz_damp
 
-from pounding_risk._jit import compile as _jit
+from pounding_risk._jit import sources as _jit
 from pounding_risk.models._discovery import classes_of, modules_in_order
 from pounding_risk.models.contact import impulsive as instant
 from pounding_risk.models.contact import laws as contact

@@ -18,6 +18,8 @@ from scenes import rigid, scene_text, single
 
 import pounding_risk as pr
 from pounding_risk._jit import compile as _jit
+from pounding_risk._jit.lowering.cache import is_foreign
+from pounding_risk._jit.sources import INTERPRETED
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact import laws as contact
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
@@ -156,17 +158,17 @@ def test_an_edited_module_answers_with_its_own_numbers(tmp_path):
         told = python(code.replace("EXACT", repr(exact)), tmp_path, **cache)
         assert told.split() == [repr(exact), "True"]
         kept.append(sorted(file.name for file in (tmp_path / "cache").rglob("*depth_of*.nbc")))
-    assert kept[0] == kept[1] and (len(kept[0]) == 1 or _jit.INTERPRETED)
+    assert kept[0] == kept[1] and (len(kept[0]) == 1 or INTERPRETED)
 
 
 def test_foreign_types_are_found_within_others():
     """A law inside a contact, inside a tuple; a package's own are not foreign."""
     numba = pytest.importorskip("numba")
     own, pair = spring(1.0)(1e8), NamedTuple("Pair", [("law", object), ("mass", float)])
-    assert _jit.is_foreign(numba.typeof(own))
-    assert _jit.is_foreign(numba.typeof((1.0, (contact.Linear(1e8), own))))
-    assert _jit.is_foreign(numba.typeof(pair(contact.Linear(1e8), 1.0)))
-    assert not _jit.is_foreign(numba.typeof((1.0, (contact.Linear(1e8), 2))))
+    assert is_foreign(numba.typeof(own))
+    assert is_foreign(numba.typeof((1.0, (contact.Linear(1e8), own))))
+    assert is_foreign(numba.typeof(pair(contact.Linear(1e8), 1.0)))
+    assert not is_foreign(numba.typeof((1.0, (contact.Linear(1e8), 2))))
 
 
 SCENE = scene_text(

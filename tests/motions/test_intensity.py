@@ -12,7 +12,7 @@ from interpreted import interpreted
 from scipy.integrate import cumulative_simpson, trapezoid
 from scipy.signal import lsim
 
-from pounding_risk._jit import compile as _jit
+from pounding_risk._jit import sources as _jit
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.motions import catalogue
 from pounding_risk.motions import intensity as measures

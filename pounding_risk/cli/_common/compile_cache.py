@@ -52,16 +52,17 @@ def _trouble(warning: str) -> tuple[str, str] | None:
 
 def _unusual_folder() -> Iterator[str]:
     """A sentence where compiled code is not cached, or in another folder than the user's cache folder."""
-    jit = sys.modules.get("pounding_risk._jit.compile")
-    if jit is None or jit.INTERPRETED:
+    sources = sys.modules.get("pounding_risk._jit.sources")
+    if sources is None or sources.INTERPRETED:
         return
+    folder = sources.compile_cache()
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     usual = Path(chosen or os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
-    if jit.CACHE is None:
+    if folder is None:
         where = f"NUMBA_CACHE_DIR, {chosen}," if chosen else f"neither {usual} nor the folder for temporary files"
         is_none = "is no folder that can be written" if chosen else "can be written"
         yield f"compiled code is not kept, since {where} {is_none}; every start compiles again; {ADVICE}"
     elif not usual.is_absolute() and not chosen:
-        yield f"compiled code is kept in {jit.CACHE}, since no home folder is known; to keep it elsewhere, {ADVICE}"
-    elif not Path(jit.CACHE).is_relative_to(usual):
-        yield f"compiled code is kept in {jit.CACHE}, since {usual} cannot be written; to keep it elsewhere, {ADVICE}"
+        yield f"compiled code is kept in {folder}, since no home folder is known; to keep it elsewhere, {ADVICE}"
+    elif not Path(folder).is_relative_to(usual):
+        yield f"compiled code is kept in {folder}, since {usual} cannot be written; to keep it elsewhere, {ADVICE}"

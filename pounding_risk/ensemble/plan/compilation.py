@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk._jit.compile import INTERPRETED, ForgivingCache, is_foreign, lowered
+from pounding_risk._jit.compile import lowered
 from pounding_risk._jit.lent import lent
+from pounding_risk._jit.sources import INTERPRETED
 from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.pair_job import is_worth_kernels
 from pounding_risk.ensemble.row_grid import model_of
@@ -124,6 +125,8 @@ def is_compiled(kernel: Any, arguments: Iterable[Any]) -> bool:
 
 def _is_kept(kernel: Any, kinds: tuple[Any, ...]) -> bool:
     """True where the cache has readable code for these types; numba itself would compile to find out."""
+    from pounding_risk._jit.lowering.cache import ForgivingCache, is_foreign  # with numba, which is there by now
+
     cache = kernel._cache
     if not isinstance(cache, ForgivingCache) or any(map(is_foreign, kinds)):
         return False

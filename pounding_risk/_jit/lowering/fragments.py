@@ -18,6 +18,7 @@ from numba import _dynfunc
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
+from numba.core.entrypoints import init_all
 from numba.core.environment import lookup_environment
 
 ENVIRONMENT = "_ZN08NumbaEnv"  # begins the name of a function's constants that are Python objects
@@ -92,6 +93,24 @@ class Entry(JITCodeLibrary):
             environment = lookup_environment(variable.name)
             if environment is not None:
                 self._codegen.set_env(variable.name, environment)
+
+    def serialize_using_object_code(self):
+        """What the cache keeps: the machine code, and which symbols it defines.
+
+        Numba keeps the intermediate code as well, for others to take in, and reads it at each start. Nothing takes in
+        an entry: compiled code that calls the function has its fragment.
+        """
+        self._ensure_finalized()
+        return self.name, "object", (self._get_compiled_object(), _symbols_of(self._final_module).as_bitcode())
+
+
+def _symbols_of(module) -> llvm.ModuleRef:
+    """A module with empty functions of the names that others can call in this one, and its constants from Python."""
+    hidden = (llvm.Linkage.internal, llvm.Linkage.private)
+    functions = (one.name for one in module.functions if not one.is_declaration and one.linkage not in hidden)
+    constants = (one.name for one in module.global_variables if one.name.startswith(ENVIRONMENT))
+    lines = [f'define void @"{name}"() {{ ret void }}' for name in functions]
+    return llvm.parse_assembly("\n".join([*lines, *(f'@"{name}" = global i8 0' for name in constants)]))
 
 
 def gathered(libraries: Iterable[JITCodeLibrary]) -> Iterator[JITCodeLibrary]:
@@ -171,6 +190,7 @@ class EntryCompiler(_FunctionCompiler):
         self.fragments = fragments
 
     def _compile_core(self, args, return_type):
+        init_all()  # numba's extensions, which a user's law may use
         with uncollected():
             return self._compiled(args)
 

@@ -1,0 +1,1 @@
+"""What numba and LLVM are told of kernels."""
