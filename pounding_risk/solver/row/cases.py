@@ -21,6 +21,7 @@ from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.solver.counters import COMPLETE, DEMAND, ENERGY, FIRST_YIELD, RESIDUAL, YIELDS
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import GREW_STATUS, HIGHEST, Contacts, RowRun
+from pounding_risk.solver.row.impulsive_api import jumps, run_jumps
 from pounding_risk.solver.row.model import Part, RowModel
 from pounding_risk.solver.row.partition import HELD, Span, settled, tied
 from pounding_risk.solver.row.workspace import FreeMotion
@@ -161,6 +162,9 @@ class Cases:
             part.watched,
         )
         acceleration = self.driven.acceleration
+        if jumps(mechanics.laws):
+            free = self._free_of(part)
+            return run_jumps(part.row, contacts, acceleration, free, rtol=self.rtol, histories=histories)
         return rows.run_row(
             part.row,
             contacts,
@@ -169,6 +173,17 @@ class Cases:
             levels=mechanics.levels if self._uncapped.any() else None,
             histories=histories,
             free=rows.motion_of_part(part.row, self._motion(), acceleration, part.first_dof, places.start),
+        )
+
+    def _free_of(self, part: Part) -> RowRun:
+        """The motion without contact of the buildings of a part and of the neighbours beside it."""
+        free, first = self.driven.free, part.masses.start - part.own.start
+        masses = slice(first, first + part.row.masses.size)
+        return free._replace(
+            points=free.points[part.points],
+            floors=free.floors[masses],
+            rest=free.rest[masses],
+            fastest=free.fastest[part.points],
         )
 
     def _levelled(self, run: RowRun, yield_forces: Array, uncapped: NDArray[np.bool_]) -> RowRun:
