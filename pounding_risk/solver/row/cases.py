@@ -176,20 +176,23 @@ class Cases:
         )
 
     def _free_of(self, part: Part) -> RowRun:
-        """The motion without contact of the buildings of a part and of the neighbours beside it."""
+        """The motion without contact of the buildings of a part and of the neighbours beside it.
+
+        The fastest closing is that of the whole row: neighbours that move alike until others strike them have none.
+        """
         free, first = self.driven.free, part.masses.start - part.own.start
         masses = slice(first, first + part.row.masses.size)
         return free._replace(
             points=free.points[part.points],
             floors=free.floors[masses],
             rest=free.rest[masses],
-            fastest=free.fastest[part.points],
+            fastest=np.full(len(part.watched), free.fastest.max(initial=0.0)),
         )
 
     def _levelled(self, run: RowRun, yield_forces: Array, uncapped: NDArray[np.bool_]) -> RowRun:
         """The run with the contacts counted whose force reaches these yield forces, where a law has no cap."""
         levels = self.mechanics.levels
-        if not uncapped.any() or not levels.size:
+        if not uncapped.any() or not run.reached.size:
             return run
         points, finite = run.points.copy(), np.isfinite(yield_forces)
         place = np.where(finite, np.searchsorted(levels, yield_forces), 0)[:, None]

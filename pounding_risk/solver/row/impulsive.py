@@ -15,9 +15,9 @@ complementarity problem (Moreau 1988; Glocker 2004):
     s − e c ≥ 0,   P ≥ 0,   P (s − e c) = 0,   s = −c + G P.
 
 With c ≥ 0 at what has just closed, a chain never gains energy: each interface takes (1 − e) c P / 2. What rebounds
-slower than rtol times the fastest free closing speed, or no higher than displacements round by, does not rebound where
-it is pressed: which interfaces are, the forces tell, by the same problem on accelerations (Pfeiffer and Glocker 1996).
-They rest until their force would be tension.
+slower than rtol times the row's fastest free closing speed, or no higher than displacements round by, does not rebound
+where it is pressed: which interfaces are, the forces tell, by the same problem on accelerations (Pfeiffer and Glocker
+1996). They rest until their force would be tension.
 
 Each building is written down at its own events alone: what happens elsewhere in the row does not change a bit of it.
 """
@@ -92,7 +92,7 @@ Body = record_type(
 Link = record_type(
     gap=float,  # m
     rule=(len(Restitution._fields),),
-    fastest=float,  # peak closing or parting speed without contact [m/s]
+    fastest=float,  # peak closing or parting speed of the row without contact [m/s]
     watched=float,  # above zero where a touch ends the run
     rests=float,  # above zero while both neighbours move as one
     next_event=float,  # touch, or end of a rest, after the node [s]
@@ -390,7 +390,8 @@ def is_closed(chain, i, t, ground, terms):
     if left.mass + right.mass == 0.0:
         return False
     one, other = place_of(left, terms, t - left.since), place_of(right, terms, t - right.since)
-    rounding = ROUNDING * (abs(one) + abs(other) + link.gap)
+    # Of the largest displacements so far: those of the moment may be none at all.
+    rounding = ROUNDING * (left.peak_displacement + right.peak_displacement + link.gap)
     return one - other - ground.later(t).ground_moves(i + 1)[0] >= link.gap - rounding
 
 
@@ -474,13 +475,16 @@ def closing_acceleration(chain, i, now):
 @kernel
 def mark_slow(chain, first, last, now, rtol):
     """Mark the interfaces whose rebound is too slow or too low to be one, should they be pressed."""
+    bodies, links, table = chain.bodies, chain.links, chain.table
     find_impulses(chain, first, last, True)
     for i in range(first, last + 1):
-        link = chain.links[i]
-        size = abs(chain.bodies[i].u) + abs(chain.bodies[i + 1].u)
-        # A bounce of speed w under the acceleration A rises by w² / (2 A).
-        low = 2.0 * closing_acceleration(chain, i, now) * ROUNDING * size
-        back = link.target
+        table[GIVEN, i] = -closing_acceleration(chain, i, now)
+    solve_complementarity(table, first, last)
+    for i in range(first, last + 1):
+        link, back = links[i], links[i].target
+        # A bounce of speed w under the acceleration A rises by w² / (2 A): A = G F of the force if all stayed closed.
+        height = ROUNDING * (abs(bodies[i].u) + abs(bodies[i + 1].u))
+        low = 2.0 * table[DIAGONAL, i] * table[ANSWER, i] * height
         link.slow = 1.0 if link.rests > 0.0 or back <= rtol * link.fastest or back * back <= low else 0.0
 
 
@@ -569,15 +573,39 @@ def end_rest(link, time):
 
 
 @kernel
+def place_on_walls(chain, first, last, now):
+    """Put buildings that come to rest in line with a rigid one where the gaps have them, to the bit."""
+    bodies, links = chain.bodies, chain.links
+    if bodies[first].mass == 0.0:
+        for i in range(first, last + 1):
+            if links[i].rests == 0.0:
+                break
+            bodies[i + 1].u = bodies[i].u - now.ground_moves(i + 1)[0] - links[i].gap
+    if bodies[last + 1].mass == 0.0:
+        for i in range(last, first - 1, -1):
+            if links[i].rests == 0.0:
+                break
+            bodies[i].u = bodies[i + 1].u + now.ground_moves(i + 1)[0] + links[i].gap
+
+
+@kernel
 def set_apart(chain, first, last, now):
-    """Set buildings that are not at rest on each other further apart by a rounding, and out of each other."""
+    """Set buildings that are not at rest on each other further apart by a rounding, and out of each other.
+
+    Of two, the one that rests on something else stays.
+    """
+    bodies, links = chain.bodies, chain.links
     for i in range(first, last + 1):
-        link, left, right = chain.links[i], chain.bodies[i], chain.bodies[i + 1]
+        link, left, right = links[i], bodies[i], bodies[i + 1]
         if link.rests == 0.0:
+            left_stays = i > 0 and links[i - 1].rests > 0.0
+            right_stays = i < chain.table.shape[1] - 1 and links[i + 1].rests > 0.0
             inside = (left.u - right.u) - now.ground_moves(i + 1)[0] - link.gap
             clear = CLEAR * (abs(left.u) + abs(right.u) + link.gap) + max(inside, 0.0)
-            left.u -= clear if left.mass > 0.0 else 0.0
-            right.u += clear if right.mass > 0.0 else 0.0
+            if left.mass > 0.0 and (right_stays or right.mass == 0.0 or not left_stays):
+                left.u -= clear
+            if right.mass > 0.0 and (left_stays or left.mass == 0.0 or not right_stays):
+                right.u += clear
 
 
 @kernel
@@ -623,6 +651,7 @@ def jump(chain, i, t, window, rtol, terms):
     totals.residual += (after - before) + taken
     for k in range(first, last + 1):
         links[k].rests, links[k].acting = links[k].presses, 0.0
+    place_on_walls(chain, first, last, now)
     set_apart(chain, first, last, now)
     write_groups(chain, first, last + 1, t, now, terms)
     for k in range(low, high + 1):

@@ -10,8 +10,8 @@ Where the buildings press on each other once the rebound has gone, they move as 
 
     F = m (A1 − A2),   m = m1 m2 / (m1 + m2),   A the acceleration that each building would have alone,
 
-and part when F would be tension. Several touches of single masses in a row at one instant are resolved together, by
-`solver.row.impulsive`.
+and part when F would be tension. In a row of single masses several touches at one instant are resolved together, by
+Newton's restitution at all closed interfaces (theory of rows); distributed_mass is for pairs.
 """
 
 from __future__ import annotations
@@ -60,8 +60,11 @@ def is_instant(law: object) -> bool:
 
 
 def only_in_pairs(law: object) -> str:
-    """Why a model whose velocities jump, or its class, is not for rows of single masses; "" where it is."""
-    return getattr(law, "only_in_pairs", "")
+    """Why a model whose velocities jump, or its class, is not for rows of single masses; "" where it is.
+
+    One for rows has ``only_in_pairs = ""``; its separation speed is in proportion to e, and it has no finite force.
+    """
+    return getattr(law, "only_in_pairs", "nothing says how several of its touches at one instant go together")
 
 
 def needs_floors(law: object) -> bool:
