@@ -11,6 +11,7 @@ import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.errors import SceneError
+from pounding_risk.figures.simulate import run_finding
 from pounding_risk.models.contact.impulsive import Merged
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COMPLETE
@@ -53,6 +54,18 @@ def test_scan_simulate_and_figures(tmp_path):
         assert run["relative_displacement"].max() <= 0.002 * (1.0 + 1e-9)
         figures.simulation_figure(run)
     assert pr.assess(found) is not None
+
+
+def test_the_figure_of_a_run_without_a_lasting_force():
+    """Points that touch are not drawn as untouched, and no force is told of them."""
+    given = tables()
+    given["records"]["window"] = ["0 s", "3 s"]
+    run = pr.simulate(scene_of(given), gap="20 mm")
+    assert np.all(np.isnan(run["contact_point_peak_contact_force"])) and np.all(run["impact_count"] > 0)
+    counts = run["impact_count"].values.astype(int)
+    assert run_finding(run).startswith(f"{counts.sum()} contacts at 2 of 2 contact points; the roof of")
+    words = {text.get_text() for axis in figures.simulation_figure(run).axes for text in axis.texts}
+    assert {f"{count}×" for count in counts} | {"velocities jump at each touch, and no force lasts"} <= words
 
 
 def test_all_contact_models_are_compared():
