@@ -22,6 +22,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.api import Contacts
 from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
 from pounding_risk.solver.row.complementarity import (
     ANSWER,
@@ -31,6 +32,7 @@ from pounding_risk.solver.row.complementarity import (
     TABLE_ROWS,
     solve_complementarity,
 )
+from pounding_risk.solver.row.impulsive_api import run_jumps
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import OF_BUILDINGS, frame_of, outputs
 from pounding_risk.solver.row.trace_reader import contacts_of, instants_of
@@ -321,11 +323,12 @@ def test_a_stiff_contact_tends_to_the_jumps():
     np.testing.assert_array_equal(near["impact_count"], jump["impact_count"])
 
 
+@pytest.mark.parametrize("wave", [None, WavePassage.on(900.0, 20.0)])
 @pytest.mark.parametrize("gap", [0.001, 0.008, 0.02])
-def test_parts_of_a_row_are_the_row(gap):
+def test_parts_of_a_row_are_the_row(gap, wave):
     """Solved in parts, with neighbours that look on, every output but the ledger has the bits of the whole row."""
     buildings = [SOFT, STIFF, FAR, SLIM, HEAVY]
-    made = Made(buildings, [gap, 0.03, 2.0 * gap, 0.015], shaking(3.0))
+    made = Made(buildings, [gap, 0.03, 2.0 * gap, 0.015], shaking(3.0), wave=wave)
     parts, answers = made.cases.in_parts(made.limits)
     assert answers
     whole, own = made.outputs(), made.outputs(parts)
@@ -334,10 +337,12 @@ def test_parts_of_a_row_are_the_row(gap):
             np.testing.assert_array_equal(own[name], value, err_msg=name)
 
 
+@pytest.mark.parametrize("wave", [None, WavePassage.on(900.0, 20.0)])
 @pytest.mark.parametrize("law", [JUMP, Merged()])
 @pytest.mark.parametrize("gaps", [[0.0, 0.0, 0.0], [1e-6, 0.0, 0.01], [0.003, 0.003, 0.0]])
-def test_no_run_chatters_for_ever(law, gaps):
-    made = Made([SOFT, STIFF, FAR, WALL], gaps, shaking(5.0), law=law, e=CONCRETE)
+def test_no_run_chatters_for_ever(law, gaps, wave):
+    """Closed and narrow gaps beside a wall: complete, no gap is passed, and energy closes to rounding."""
+    made = Made([SOFT, STIFF, FAR, WALL], gaps, shaking(5.0), law=law, e=CONCRETE, wave=wave)
     run = made.cases.whole(made.limits)
     values = made.outputs(run)
     assert run.status == COMPLETE
@@ -346,6 +351,14 @@ def test_no_run_chatters_for_ever(law, gaps):
     assert np.all(values["peak_penetration"] == 0.0)
     assert np.all(values["peak_closing"] <= np.array(gaps) + 1e-15)
     assert np.all(values["yield_count"][values["impact_count"] > 0] == -1)
+
+
+def test_another_row_is_no_row_of_masses():
+    points = [Point(0, 0.5, 1.0, FLOOR, nan)]
+    laid = RowModel([chain_of(SOFT), chain_of(STIFF)], points).row(0.01)
+    contacts = Contacts(np.zeros(1), np.full(1, inf), [JUMP], [HALF])
+    with pytest.raises(ValueError, match="single masses that meet mass to mass"):
+        run_jumps(laid, contacts, np.zeros(3), rows.free_row(laid, np.zeros(3)))
 
 
 def test_interpreted_as_compiled():
