@@ -18,13 +18,11 @@ from numpy.typing import NDArray
 from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.job import Job, ScanInput, never
 from pounding_risk.ensemble.tolerance_check import check_variables, drawn, made_again, not_made_again
-from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.results.labels import OUTCOME, attributes, case_variable, places_of, skeleton
 from pounding_risk.results.layout import CaseVariable, Slab, Template, bytes_per_case, slabs
 from pounding_risk.results.tolerance_check import tighter
 from pounding_risk.results.variables import own_dims
-from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.scene import Scene
 
 Place = tuple[int, ...]  # record, polarity, amplitude
@@ -52,7 +50,6 @@ class GridJob(Job):
     """The grid of a scene; see `job.Job`."""
 
     solver: ClassVar[str]  # its name
-    solves_jumps: ClassVar[bool]  # whether it runs contact models under which velocities jump
     has_storeys: ClassVar[bool]  # whether it runs effects that act on buildings
     at_once: ClassVar[int] = 1  # batches in one call of the solver
 
@@ -67,11 +64,9 @@ class GridJob(Job):
         self.bytes_per_batch = self.width * self.sizes(study).chunk
 
     @classmethod
-    def unsolved(cls, law_name: str) -> str:
-        """Why its solver cannot run a contact model; "" where it can."""
-        if cls.solves_jumps or not is_instant(known_law(law_name)):
-            return ""
-        return "velocities jump, which only the solver of two single masses that meet mass to mass computes"
+    def unsolved(cls, study: Scene, law_name: str) -> str:
+        """Why its solver cannot run a contact model in a scene; "" where it can."""
+        return ""
 
     @classmethod
     @abstractmethod

@@ -41,7 +41,7 @@ class PairJob(GridJob):
     """The grid of two single masses that meet mass to mass. Raises as `laws.law_of`."""
 
     solver = "pair"
-    solves_jumps, has_storeys = True, False
+    has_storeys = False
     at_once = 8
 
     def __init__(self, scan_input: ScanInput):

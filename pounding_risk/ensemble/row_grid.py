@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.ensemble.laws import law_of
+from pounding_risk.models.contact.impulsive import is_instant, only_in_pairs
 from pounding_risk.models.effects import wave_of
 from pounding_risk.models.structures.mdof import chain_of
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.interfaces import known_law
+from pounding_risk.scene.scene import Scene, between_walls
 from pounding_risk.solver.row.cases import Mechanics
 from pounding_risk.solver.row.grid import RowGrid
 from pounding_risk.solver.row.model import RowModel
@@ -44,3 +46,18 @@ def mechanics_of(study: Scene, model: RowModel, name: str, levels: Array) -> Mec
         tuple(rules[place] for place in model.interfaces),
         levels,
     )
+
+
+def without_jumps(study: Scene, law_name: str) -> str:
+    """Why the velocities of a row cannot jump as a contact model has it; "" where they can, or do not jump."""
+    law = known_law(law_name)
+    if not is_instant(law):
+        return ""
+    if why := only_in_pairs(law):
+        return f"only for a pair of single masses: {why}"
+    places = [(point.interface, point.left_floor, point.right_floor) for point in study.points]
+    masses = all(chain_of(building, study.effects).mass.size <= 1 for building in study.buildings)
+    if not masses or places != [(place, 1.0, 1.0) for place in range(len(study.interfaces))]:
+        return "velocities jump, which is computed for single masses that meet mass to mass"
+    stuck = between_walls(study)
+    return stuck.sentence if stuck else ""

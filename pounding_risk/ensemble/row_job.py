@@ -16,7 +16,7 @@ from pounding_risk.ensemble.chunks import RAGGED, Chunk
 from pounding_risk.ensemble.grid_job import HOW, Array, GridJob, Place, Sizes
 from pounding_risk.ensemble.job import Finish, ScanInput
 from pounding_risk.ensemble.limits import response_bytes
-from pounding_risk.ensemble.row_grid import model_of, row_grid
+from pounding_risk.ensemble.row_grid import model_of, row_grid, without_jumps
 from pounding_risk.ensemble.tolerance_check import SENSITIVE, AtLeastOne, differences, not_made_again
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.attributes import as_text
@@ -62,7 +62,7 @@ class RowJob(GridJob):
     """The grid of a row. Raises as `row_grid.row_grid`."""
 
     solver = "row"
-    solves_jumps, has_storeys = False, True
+    has_storeys = True
 
     def __init__(self, scan_input: ScanInput):
         self.grid = row_grid(scan_input.study)
@@ -73,6 +73,10 @@ class RowJob(GridJob):
         longest = max(scan_input.motions, key=lambda motion: motion.acceleration.size)
         self._responses: Shared[FreeResponse] = Shared(responses_held(response_bytes(self.study, longest)))
         self._cases: Shared[Cases] = Shared(CASES)
+
+    @classmethod
+    def unsolved(cls, study: Scene, law_name: str) -> str:
+        return without_jumps(study, law_name)
 
     @classmethod
     def outputs(cls, study: Scene) -> dict[str, Variable]:

@@ -164,7 +164,9 @@ def _forces(axis: Axes, run: xr.Dataset) -> None:
     pushed = run["contact_force"].transpose("time", "contact_point").values
     touched = np.flatnonzero(np.nan_to_num(pushed).max(axis=0) > 0.0)
     names = [str(run["contact_point"].values[at]) if pushed.shape[1] > 1 else "" for at in touched]
-    _largest_lines(axis, run["time"].values, 1e-3 * pushed[:, touched], names, "nothing touches")
+    jumps = (_at_points(run, "impact_count") > 0).any()
+    nothing = "velocities jump at each touch, and no force lasts" if jumps else "nothing touches"
+    _largest_lines(axis, run["time"].values, 1e-3 * pushed[:, touched], names, nothing)
     axis.set_ylabel("contact\nforce [kN]")
 
 
@@ -297,12 +299,14 @@ def run_finding(run: xr.Dataset) -> str:
     most = f"the roof of {run['building'].values[at]} moves most, {say_in(roofs[at], 'mm', 3)}"
     if not (counts > 0).any():
         return plain(f"{contacts}; {most}")
+    touched = f"{(counts > 0).sum()} of {counts.size} contact points"
     point = int(forces.argmax())
+    if not forces[point] > 0.0:  # velocities jump
+        return plain(f"{contacts} at {touched}; {most}")
     here = run["contact_place"].values == run["contact_point"].values[point]
     strongest = run.isel(contact=here)["contact_peak_force"].values
     start = float(run["contact_start"].values[here][np.nan_to_num(strongest).argmax()])
     pair = between(str(run["interface"].values[int(run["contact_point_interface"].values[point])]))
-    touched = f"{(counts > 0).sum()} of {counts.size} contact points"
     return plain(f"{contacts} at {touched}, up to {force_text(forces[point])} between {pair} at {start:.2f} s; {most}")
 
 
@@ -373,18 +377,21 @@ def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: li
     peaks, counts = np.nan_to_num(_at_points(run, FORCE)), _at_points(run, "impact_count")
     yields = _at_points(run, "yield_exceedance") == 1
     written: list[tuple[int, float]] = []
-    for at in np.argsort(-peaks, kind="stable"):
+    for at in np.lexsort((-counts, -peaks)):
         one = run.isel(contact_point=at)
         interface, level = int(one["contact_point_interface"]), float(one["contact_point_level"])
         level = level if np.isfinite(level) else min(heights[interface : interface + 2])
-        look = _point_look(peaks[at] / (peaks.max() or 1.0), bool(yields[at]))
+        # What touches with no force that lasts, where velocities jump, has the colour of the least.
+        share = max(peaks[at] / (peaks.max() or 1.0), 1e-9) if counts[at] > 0 else 0.0
+        look = _point_look(share, bool(yields[at]))
         marker = MARKERS[str(one["contact_point_kind"].values)]
         axis.scatter(middles[interface], level, marker=marker, zorder=5, **look)
         is_near = any(other == interface and abs(level - there) < APART * max(heights) for other, there in written)
-        if peaks[at] > 0.0 and not is_near:
+        if counts[at] > 0 and not is_near:
             written.append((interface, level))
+            force = f"{force_text(float(peaks[at]))}, " if peaks[at] > 0.0 else ""
             axis.annotate(
-                f"{force_text(float(peaks[at]))}, {int(counts[at])}×",
+                f"{force}{int(counts[at])}×",
                 (middles[interface], level), xytext=(7, 0), textcoords="offset points", va="center", fontsize=6.8,
                 zorder=6, bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
             )  # fmt: skip

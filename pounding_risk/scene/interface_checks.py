@@ -10,7 +10,7 @@ from typing import Any
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.words import nearest
-from pounding_risk.models.contact.impulsive import CONTACT_MODELS, INSTANT_LAWS, is_instant
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS, INSTANT_LAWS, is_instant, only_in_pairs
 from pounding_risk.models.contact.laws import LAWS, stiffness_quantity
 from pounding_risk.models.contact.relation import (
     AS_ASKED,
@@ -75,7 +75,7 @@ def interface_checks(draft: Draft) -> Iterator[Fault]:
             sentence = f'missing; write contact_model = "jankowski", or another of {names}'
             yield keys.fault("contact_model", sentence, absent=True)
         own = keys.raw.get("contact_model", first)
-        refused = isinstance(own, str) and own in INSTANT_LAWS and is_row(draft)  # which says what to choose instead
+        refused = is_row(draft) and _not_in_row(draft, own)  # which says what to choose instead
         yield from _laws(keys, draft.table("grid"), None if refused else own)
 
 
@@ -147,16 +147,54 @@ def _lacks_gap(draft: Draft, index: int) -> bool:
 
 
 def _instant(draft: Draft) -> Iterator[Fault]:
-    """Contact models whose velocities jump, which only the pair knows."""
+    """Contact models whose velocities jump, in a row that they are not for."""
     gridded = draft.table("grid").raw.get("contact_model")
-    named: list[tuple[KeyPath, Any]] = [
-        *(((*keys.path, "contact_model"), keys.raw.get("contact_model")) for keys in draft.tables("interface")),
-        *((("grid", "contact_model", place), name) for place, name in enumerate(_as_list(gridded))),
+    own: list[tuple[KeyPath, Any]] = [
+        ((*keys.path, "contact_model"), keys.raw["contact_model"])
+        for keys in draft.tables("interface")
+        if "contact_model" in keys
     ]
-    for path, name in named:
-        if isinstance(name, str) and name in INSTANT_LAWS:
-            why = "of floors that touch at one instant, momentum and e leave the velocities open (Halm and Posa 2021)"
-            yield Fault(path, f"{name} is for a pair of single masses: {why}; in a row choose among {', '.join(LAWS)}")
+    everywhere: list[tuple[KeyPath, Any]] = [
+        (("grid", "contact_model", place), name) for place, name in enumerate(_as_list(gridded))
+    ]
+    for path, name in [*own, *everywhere]:
+        if why := _not_in_row(draft, name):
+            yield Fault(path, f"{why}; choose among {', '.join(LAWS)}")
+    kinds = {known in INSTANT_LAWS: (path, known) for path, name in own for known in known_models([name])}
+    if not gridded and len(kinds) == 2 and not _not_in_row(draft, kinds[True][1]):
+        (path, name), other = kinds[True], kinds[False][1]
+        why = f"a jump beside a contact of finite force, as {other} has it at another interface, is not computed"
+        yield Fault(path, f"{name}: {why}; write models of one kind at all interfaces")
+
+
+def _not_in_row(draft: Draft, name: object) -> str:
+    """Why a contact model whose velocities jump is not for this row; "" for other names, and where it is."""
+    if not isinstance(name, str) or name not in INSTANT_LAWS:
+        return ""
+    if why := only_in_pairs(INSTANT_LAWS[name]):
+        return f"{name} is for a pair of single masses: {why}"
+    if what := _more_than_masses(draft):
+        why = "of floors that are joined and touch at one instant no law of impact is settled (Halm and Posa 2021)"
+        return f"{name} is for single masses that meet mass to mass, and {what}: {why}"
+    return ""
+
+
+def _more_than_masses(draft: Draft) -> str:
+    """What makes a row more than single masses and walls that meet mass to mass; "" where nothing does."""
+    buildings = draft.tables("building")
+    for keys in buildings:
+        if keys.kind in (ShearBuilding, TypologyBuilding):
+            return f"{keys.raw.get('name', 'a building')} has storeys"
+    if "soil_flexibility" in draft.table("effects").raw:
+        return "soil_flexibility gives each a foundation of its own mass"
+    for keys in draft.tables("interface"):
+        if any(floor != 1.0 for floors in keys.get("contact", None) or () for floor in floors):
+            return "contact gives places that are no floor of a mass"
+    for pair in pairwise(buildings):
+        if _heights_differ(pair):
+            left, right = (keys.raw.get("name", "a building") for keys in pair)
+            return f"{left} and {right} differ in height, so that one is met part-way up"
+    return ""
 
 
 def _as_list(value: object) -> list[Any]:

@@ -580,7 +580,23 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
         "source": origin.source,
         "overrides": origin.overrides,
     }
-    return values, faults
+    jumps = [] if faults else [name for name in _made(values).model_names if is_instant(known_law(name))]
+    stuck = between_walls(_made(values)) if jumps else None
+    return values, faults if stuck is None else [stuck._replace(sentence=f"{jumps[0]}: {stuck.sentence}")]
+
+
+def between_walls(scene: Scene) -> Fault | None:
+    """What keeps masses between two rigid buildings from moving as rigid bodies; None where they can."""
+    rigid = [place for place, building in enumerate(scene.buildings) if building.is_rigid]
+    for left, right in pairwise(rigid):
+        walls = f"{scene.buildings[left].name} and {scene.buildings[right].name}"
+        if right > left + 1 and "wave_passage" in dict(scene.effects):
+            sentence = f"{walls} move towards each other, and would crush rigid bodies between them; remove it"
+            return Fault(("effects", "wave_passage"), sentence)
+        if right > left + 1 and not all(any(scene.interface_gaps(gap)[left:right]) for gap in scene.grid.gaps):
+            sentence = f"without any gap between {walls} nothing there can move, and no force is determined; write one"
+            return Fault(("interface", left, "gap"), sentence)
+    return None
 
 
 def _overlaps(scene: Scene) -> Iterator[Fault]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pounding_risk._jit.compile import lowered
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.row_job import RowJob
+from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.effects import acts_on_buildings
 from pounding_risk.models.structures.contact_points import Point
@@ -80,7 +81,7 @@ class RowBench:
         self.event_only = self._event_only()
 
     def _event_only(self) -> str:
-        """Effects and path-dependent laws of the scene that only the event-driven solver has.
+        """Effects, path-dependent and impulsive models of the scene, which only the event-driven solver has.
 
         P-Δ and soil are in the matrices of the buildings, which every method takes.
         """
@@ -236,4 +237,4 @@ class RowBench:
 
 
 def _has_path(name: str) -> bool:
-    return is_path_dependent(known_law(name))
+    return is_path_dependent(known_law(name)) or is_instant(known_law(name))

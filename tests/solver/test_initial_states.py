@@ -14,6 +14,7 @@ from scipy.linalg import expm
 
 import pounding_risk as pr
 from pounding_risk.errors import SceneError
+from pounding_risk.models.contact.impulsive.rigid import Stereomechanical
 from pounding_risk.models.contact.laws import KelvinVoigtTensionCut
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.mdof import chain_of
@@ -23,6 +24,7 @@ from pounding_risk.motions.read import read_motion
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import Interface, free_response, initial_state, oscillators, solve
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.impulsive_api import run_jumps
 
 DT = 0.01
 QUIET = np.zeros(201)
@@ -132,14 +134,22 @@ def test_a_row_that_begins_moving_is_the_reference():
     np.testing.assert_allclose(run.rest, true.rest, rtol=1e-6, atol=1e-9)
 
 
-def test_two_masses_are_the_same_as_pair_and_as_row():
-    meetings = [meeting(0, 1.0, 1.0, 0.03, law="kelvin_voigt_tension_cut", stiffness=5e7, restitution=0.6)]
+@pytest.mark.parametrize("model", [Stereomechanical, KelvinVoigtTensionCut])
+def test_two_masses_are_the_same_as_pair_and_as_row(model):
+    law = model(5e7) if model is KelvinVoigtTensionCut else model()
+    meetings = [meeting(0, 1.0, 1.0, 0.03)]
     laid = rows.lay_out([chain_of(MOVED), chain_of(SLOW)], points_of(meetings), MOTION.dt)
-    run = rows.run_row(laid, contacts_of(meetings), MOTION.acceleration, rtol=1e-10)
-    interface = Interface(0.03, KelvinVoigtTensionCut(5e7), constant(0.6))
-    pair = solve(MOVED, SLOW, interface, MOTION.acceleration, MOTION.dt, rtol=1e-10)
+    contacts = contacts_of(meetings)._replace(laws=[law], restitutions=[constant(0.6)])
+    if model is Stereomechanical:
+        run = run_jumps(laid, contacts, MOTION.acceleration, rows.free_row(laid, MOTION.acceleration), rtol=1e-10)
+    else:
+        run = rows.run_row(laid, contacts, MOTION.acceleration, rtol=1e-10)
+    pair = solve(MOVED, SLOW, Interface(0.03, law, constant(0.6)), MOTION.acceleration, MOTION.dt, rtol=1e-10)
+    assert pair["impact_count"] >= 3
     assert run.floors[0, 0] == pytest.approx(pair["peak_displacement_left"], rel=1e-7)
+    assert run.floors[1, 0] == pytest.approx(pair["peak_displacement_right"], rel=1e-7)
     assert run.points[0, rows.HIGHEST] == pytest.approx(pair["peak_closing"], rel=1e-7)
+    assert run.points[0, rows.LOWEST] == pytest.approx(-pair["peak_opening"], rel=1e-7)
 
 
 # ------------------------------------------------------------------------------------------------------- scenes

@@ -197,17 +197,21 @@ def test_a_trial_by_the_solver_of_rows_is_that_of_pairs():
 
 
 def test_verdicts_of_both_solvers_stand_side_by_side(capsys: pytest.CaptureFixture[str]):
-    """Where rows have what a case asks for: no isolated impact, no free motion alone, no jump."""
-    outcomes = stability(law=["jankowski", "merged"], case=["3", "10", "36", "40"], rows=True)
+    """Where rows have what a case asks for: no isolated impact, no free motion alone, no jump of floors."""
+    laws = ["jankowski", "merged", "distributed_mass"]
+    outcomes = stability(law=laws, case=["3", "10", "36", "40"], rows=True)
     beside = {(row.case.number, row.law): row.in_row for row in outcomes}
-    assert all(one is None for (number, law), one in beside.items() if law == "merged" or number in ("10", "40"))
+    assert {law for _, law in beside} == set(laws)
+    none = {key for key, one in beside.items() if one is None}
+    assert none == {key for key in beside if key[1] == "distributed_mass" or key[0] in ("10", "40")}
     for number in ("3", "36"):
-        one = beside[number, "jankowski"]
-        assert one is not None and one.holds and one.bound == one.case.bound.at(1e-6)
+        for law in ("jankowski", "merged"):
+            one = beside[number, law]
+            assert one is not None and one.holds and one.bound == one.case.bound.at(1e-6)
     assert print_stability(outcomes)
     told = capsys.readouterr().out
     assert "worst figure as a row" in told.splitlines()[0] and "1 of 1" in told
-    assert told.splitlines()[-1].endswith("all hold; 2 as a row: all hold")
+    assert told.splitlines()[-1].endswith("all hold; 4 as a row: all hold")
     bad = outcomes[0]._replace(in_row=beside["3", "jankowski"]._replace(figure=1.0))
     assert not print_stability([bad])
     assert "case 3, jankowski as a row: 1.0e+00 > 1.0e-05" in capsys.readouterr().out

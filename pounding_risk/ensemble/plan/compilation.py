@@ -15,6 +15,7 @@ from pounding_risk.ensemble.pair_job import is_worth_kernels
 from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.models.effects import wave_of, with_effects
 from pounding_risk.motions.motion import Motion
+from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import make_log
 from pounding_risk.solver.pair.api import at_rest, oscillators
@@ -27,6 +28,8 @@ from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import run as rows_march
 from pounding_risk.solver.row.free_motion import march_free
+from pounding_risk.solver.row.impulsive import march_jumps
+from pounding_risk.solver.row.impulsive_api import jumps, unmoved_jumps
 from pounding_risk.solver.workspace import make_workspace
 
 STILL = np.zeros(2), 0.01  # a ground motion of zeros: only its types matter
@@ -92,9 +95,13 @@ def _of_row(study: Scene) -> Kernels:
     places = [study.at(place) for place in range(len(study.interfaces))]
 
     def known(name: str) -> bool:
+        if jumps([known_law(one) for one in study.models_of(name)]):
+            return is_compiled(march_jumps, unmoved_jumps(model_of(study).row(STILL[1]), study.rtol))
         verbs = (verb_kernel(lowered(_like(here, name))) for here in places)
         return all(is_compiled(*kernel) for kernel in verbs) and all(_calibrates(here, name) for here in places)
 
+    names = study.models_of(*study.grid.contact_models)
+    solver = solver or jumps([known_law(name) for name in names])  # which have a solver of their own
     laws = tuple(map(known, study.grid.contact_models))
     return Kernels(is_compiled(march_free, (row, run, motion, work, step, terms, states)), solver, laws)
 

@@ -154,6 +154,9 @@ def _beginning(displacement: tuple[float, ...], velocity: tuple[float, ...]) -> 
     return f", begins {' and '.join(words)}{' at most' * (len(displacement) > 1)}" if words else ""
 
 
+JUMPS = "no stiffness: the velocities jump at a touch"
+
+
 def _laws(study: Scene) -> list[str]:
     """Each contact model of the grid, with the origin of its stiffness."""
     terms = study.equal_terms
@@ -162,11 +165,11 @@ def _laws(study: Scene) -> list[str]:
         if name == OF_EACH_INTERFACE:
             pairs = zip(study.interface_names, study.interfaces, strict=True)
             name = ", ".join(f"{between.contact_model} at {interface}" for interface, between in pairs)
-            stiffness = "stiffness of each interface"
+            stiffness = "stiffness of each interface" if study.stiffness is not None else JUMPS
+        elif is_instant(known_law(name)) or study.stiffness is None:
+            stiffness = JUMPS
         elif len(study.interfaces) > 1 and not study.needs_equal_terms(name):
             stiffness = "stiffness of each interface"
-        elif is_instant(known_law(name)) or study.stiffness is None:
-            stiffness = "no stiffness: the velocities jump at a touch"
         elif study.needs_equal_terms(name) and terms:
             stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.stiff_name}"
         else:

@@ -21,6 +21,7 @@ from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.solver.counters import COMPLETE, DEMAND, ENERGY, FIRST_YIELD, RESIDUAL, YIELDS
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import GREW_STATUS, HIGHEST, Contacts, RowRun
+from pounding_risk.solver.row.impulsive_api import jumps, run_jumps
 from pounding_risk.solver.row.model import Part, RowModel
 from pounding_risk.solver.row.partition import HELD, Span, settled, tied
 from pounding_risk.solver.row.workspace import FreeMotion
@@ -161,6 +162,9 @@ class Cases:
             part.watched,
         )
         acceleration = self.driven.acceleration
+        if jumps(mechanics.laws):
+            free = self._free_of(part)
+            return run_jumps(part.row, contacts, acceleration, free, rtol=self.rtol, histories=histories)
         return rows.run_row(
             part.row,
             contacts,
@@ -171,10 +175,24 @@ class Cases:
             free=rows.motion_of_part(part.row, self._motion(), acceleration, part.first_dof, places.start),
         )
 
+    def _free_of(self, part: Part) -> RowRun:
+        """The motion without contact of the buildings of a part and of the neighbours beside it.
+
+        The fastest closing is that of the whole row: neighbours that move alike until others strike them have none.
+        """
+        free, first = self.driven.free, part.masses.start - part.own.start
+        masses = slice(first, first + part.row.masses.size)
+        return free._replace(
+            points=free.points[part.points],
+            floors=free.floors[masses],
+            rest=free.rest[masses],
+            fastest=np.full(len(part.watched), free.fastest.max(initial=0.0)),
+        )
+
     def _levelled(self, run: RowRun, yield_forces: Array, uncapped: NDArray[np.bool_]) -> RowRun:
         """The run with the contacts counted whose force reaches these yield forces, where a law has no cap."""
         levels = self.mechanics.levels
-        if not uncapped.any() or not levels.size:
+        if not uncapped.any() or not run.reached.size:
             return run
         points, finite = run.points.copy(), np.isfinite(yield_forces)
         place = np.where(finite, np.searchsorted(levels, yield_forces), 0)[:, None]

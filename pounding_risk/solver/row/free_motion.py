@@ -87,7 +87,7 @@ def begin_motion(row, run, free, step):
             dofs[ACCELERATION, i], below = abs(dofs[ACCEL_START, i] + pull), dofs[NODE, i]
     for k in range(run.laws.shape[0]):
         contact = run.contacts[k]
-        contact.highest = contact.lowest = across(row, k, dofs, NODE)
+        contact.highest, contact.lowest = max(across(row, k, dofs, NODE), 0.0), min(across(row, k, dofs, NODE), 0.0)
 
 
 @kernel

@@ -11,7 +11,7 @@ from time import perf_counter
 
 from pounding_risk._common.progress import Progress
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.impulsive import INSTANT_LAWS, is_instant
+from pounding_risk.models.contact.impulsive import INSTANT_LAWS, is_instant, only_in_pairs
 from pounding_risk.models.contact.laws import SHIPPED
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.solver.counters import STATUS_SENTENCES
@@ -111,7 +111,7 @@ def measured(case: Case, law: str, rtol: float) -> Row:
 
 def measured_in_row(case: Case, law: str, rtol: float) -> Row | None:
     """Run one case by the solver of rows; None where that has not got the law, or nothing of what the case asks for."""
-    if is_instant(known_law(law)):
+    if is_instant(known_law(law)) and only_in_pairs(known_law(law)):
         return None
     trial = RowTrial(law, rtol)
     outcome = _measured(case, trial)

@@ -10,7 +10,8 @@ Where the buildings press on each other once the rebound has gone, they move as 
 
     F = m (A1 − A2),   m = m1 m2 / (m1 + m2),   A the acceleration that each building would have alone,
 
-and part when F would be tension.
+and part when F would be tension. In a row of single masses several touches at one instant are resolved together, by
+Newton's restitution at all closed interfaces (theory of rows); distributed_mass is for pairs.
 """
 
 from __future__ import annotations
@@ -56,6 +57,14 @@ if TYPE_CHECKING:
 def is_instant(law: object) -> bool:
     """True for a model, or its class, whose velocities jump; it has no stiffness."""
     return hasattr(law, "strike")
+
+
+def only_in_pairs(law: object) -> str:
+    """Why a model whose velocities jump, or its class, is not for rows of single masses; "" where it is.
+
+    One for rows has ``only_in_pairs = ""``; its separation speed is in proportion to e, and it has no finite force.
+    """
+    return getattr(law, "only_in_pairs", "nothing says how several of its touches at one instant go together")
 
 
 def needs_floors(law: object) -> bool:

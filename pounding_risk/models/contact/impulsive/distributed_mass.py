@@ -75,6 +75,7 @@ class DistributedMass(NamedTuple):
 
     reference = "Cole et al. (2011), effects of mass distribution, Earthquake Engineering and Structural Dynamics 40"
     capped, needs_restitution = False, False
+    only_in_pairs = "the waves of one touch would still be in a floor when its other neighbour strikes it"
 
     ceiling = never_yields
 

@@ -23,6 +23,7 @@ class Stereomechanical(NamedTuple):
 
     reference = "Goldsmith (1960, 2001), Impact: The Theory and Physical Behaviour of Colliding Solids"
     capped, needs_restitution = False, True
+    only_in_pairs = ""
 
     ceiling = never_yields
 
@@ -43,6 +44,7 @@ class Merged(NamedTuple):
 
     reference = "Chouw (2002), Influence of soil-structure interaction on pounding response of adjacent buildings"
     capped, needs_restitution = False, False
+    only_in_pairs = ""
 
     ceiling = never_yields
 
