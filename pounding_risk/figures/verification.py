@@ -5,8 +5,6 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, plain, title
 from pounding_risk.units import MISSING, SHOWN
 
@@ -62,9 +60,10 @@ def verification_figure(outcome: Any) -> Figure:
         Line2D([], [], linestyle="", marker=MARKERS[kind], color=STYLES[1][0], markerfacecolor="none", label=kind)
         for kind in kinds
     ]
-    far = max(_apart(curve) for curve in drawn)
-    more = f"{len(drawn)} of {len(curves)} curves with several points" if len(curves) > len(drawn) else ""
-    title(figure, f"Published points lie within {100.0 * far:.2g} % of our curves", "of the published value", more)
+    far = max(abs(point.ours / point.y - 1.0) for curve in drawn for point in curve.points if point.y)
+    more = f"; {len(drawn)} of {len(curves)} curves" if len(curves) > len(drawn) else ""
+    condition = f"distances along the vertical axis, as shares of the published values{more}"
+    title(figure, f"Published points lie within {100.0 * far:.2g} % of our curves", condition)
     legend_below(figure, handles, len(handles))
     return figure
 
@@ -83,13 +82,6 @@ def _panel(axis: Any, curve: Any) -> None:
 def _axis(curve: Any, which: int) -> str:
     unit, _ = SHOWN.get(curve.units[which], (curve.units[which], 1.0))
     return plain(f"{curve.axes[which]} [{unit}]")
-
-
-def _apart(curve: Any) -> float:
-    """Largest share by which a point is off the curve, along y."""
-    there = np.interp([point.x for point in curve.points], curve.x, curve.y)
-    known = np.array([point.y for point in curve.points])
-    return float(np.abs(there / known - 1.0).max()) if known.all() else 0.0
 
 
 def verification_differences_figure(outcome: Any) -> Figure:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pounding_risk.studies.verification import Check, Verification
 
 HEADS = (
-    *(("case", "l"), ("quantity", "l"), ("source", "l"), ("kind", "l"), ("published", "r"), ("ours", "r")),
+    *(("source and case", "l"), ("quantity", "l"), ("kind", "l"), ("published", "r"), ("ours", "r")),
     *(("difference", "r"), ("ours changes by", "r"), ("", "l")),
 )
 MEANING = (
@@ -80,13 +80,19 @@ def build(outcome: Verification) -> Document:
 
 
 def _values(outcome: Verification) -> list[Block]:
-    rows = [(check.case, check.quantity, check.source, check.kind, *cells(check)) for check in outcome.checks]
+    rows = [(f"{check.source} `{check.case}`", check.quantity, check.kind, *cells(check)) for check in outcome.checks]
     caption = "Every published value, as printed, and ours in the same unit."
     return [
-        paragraph(f"{outcome.finding()}."),
+        paragraph(f"{outcome.finding()}. {recalled(outcome)}"),
         listing(MEANING),
         table(caption, HEADS, rows, keep=range(len(rows))),
     ]
+
+
+def recalled(outcome: Verification) -> str:
+    """A sentence on the cases whose source was not read, nor a text that quotes it."""
+    names = ", ".join(f"`{case.name}`" for case in outcome.cases if case.about.basis == "from memory")
+    return f"Known from memory, not read: {names}; look the source up before you rely on it." if names else ""
 
 
 def cells(check: Check) -> tuple[Any, ...]:
@@ -119,7 +125,12 @@ def _cases(outcome: Verification) -> list[Block]:
     for case in outcome.cases:
         about = case.about
         blocks.append(heading(f"{about.title} (`{case.name}`)", f"case-{case.name}"))
-        rows = [("source", about.citation), ("where", about.where), ("address", about.url), ("known", about.known)]
+        rows = [
+            ("source", about.citation),
+            ("where", about.where),
+            ("address", about.url),
+            ("known", f"{about.basis}: {about.known}"),
+        ]
         rows += [("note", about.note)]
         rows += [(value.quantity.replace("_", " "), value.note) for value in case.published if value.note]
         unique = list(dict.fromkeys((name, words) for name, words in rows if words))

