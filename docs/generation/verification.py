@@ -23,12 +23,14 @@ cases = [[case.name, case.about.title, case.about.citation, case.about.where, ca
           case.about.known, case.about.note] for case in outcome.cases]
 print(json.dumps({"finding": outcome.finding(), "values": values, "cases": cases}))
 """
+SIMILARITY = Path(__file__).resolve().parent / "similarity.py"
 HEADS = ("source", "quantity", "kind", "published", "ours", "difference", "ours changes by", "")
 
 
 def verification_pages(interpreted: Callable[..., str]) -> dict[str, str | bytes]:
     """The piece with both tables, and the figures; ``interpreted`` runs Python."""
     with TemporaryDirectory() as folder:
+        interpreted(str(SIMILARITY), folder, compiled=True)
         printed = interpreted("-c", SCRIPT, folder, compiled=True)
         pictures = {path.name: path.read_bytes() for path in sorted(Path(folder).glob("*.png"))}
     found = json.loads(printed.splitlines()[-1])

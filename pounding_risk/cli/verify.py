@@ -31,7 +31,10 @@ def verify(
     out: Annotated[Path | None, out_option("Write the page", ".html", ".pdf")] = None,
     figure: Figure = None,
 ) -> None:
-    """Run published cases and compare; ends with status 1 where a value is unacceptable."""
+    """Run published cases and set each published value beside ours.
+
+    Ends with status 1 where a value is unacceptable.
+    """
     from pounding_risk.studies.verification import verify as run
 
     with ProgressDisplay("verify") as progress:

@@ -145,6 +145,7 @@ def spring_flight(damper: float) -> tuple[float, float, float, float]:
 DEPTH = (5.0 * 570.0 * 0.25 / (4.0 * 2e9)) ** 0.4
 CLOSED_FORMS = {
     "anagnostopoulos_1988": (0.65, pi / (sqrt(9.35e7 / 570.0) * sqrt(1.0 - kelvin_voigt_ratio(0.65) ** 2))),
+    "chopra_10_4": (sqrt(0.5), sqrt(2.0)),
     "goldsmith_2001": (1.65 * 187.5e3 * 0.5, (1.0 - 0.65**2) * 187.5e3 * 0.125),
     "hertz_1881": (DEPTH, 2e9 * DEPTH**1.5, 2.94 * DEPTH / 0.5),
     "jankowski_2006": (0.8,),

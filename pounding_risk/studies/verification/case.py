@@ -243,7 +243,7 @@ class Published(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Impact:
+class Collision:
     """One collision of two free masses."""
 
     law: Any
@@ -261,7 +261,7 @@ class Case:
     name: str  # of its file, without the suffix
     file: Path
     about: About
-    subject: Impact | Scene | tuple[str, ...]  # components of a recording
+    subject: Collision | Scene | tuple[str, ...]  # components of a recording
     published: tuple[Published, ...]
 
 
@@ -367,7 +367,7 @@ class _Reader:
             return name
         return str(Path(spec.submodule_search_locations[0]) / rest)
 
-    def _impact(self, keys: Section) -> Impact | None:
+    def _impact(self, keys: Section) -> Collision | None:
         if any(fault.path[:1] == ("impact",) for fault in self.faults):
             return None
         try:
@@ -385,7 +385,7 @@ class _Reader:
             return None
         masses = keys.get("mass"), keys.get("other_mass", inf)
         rule, relation = (given.rule, given.relation) if given else (None, "published")
-        return Impact(law, keys.get("speed"), masses, rule, relation, keys.get("yield_force", inf))
+        return Collision(law, keys.get("speed"), masses, rule, relation, keys.get("yield_force", inf))
 
     # -------------------------------------------------------------------------------------------- the values
 
@@ -400,7 +400,11 @@ class _Reader:
             if name is None:
                 continue
             if name not in measures:
-                known = ", ".join(measures) if len(measures) < 20 else "an output of simulate, or period, damping_ratio"
+                known = (
+                    ", ".join(measures)
+                    if len(measures) < 20
+                    else "an output of simulate, or a period, angular_frequency or damping_ratio"
+                )
                 sentence = f"{shown(name)} is not a quantity of this case{nearest(name, measures)}; it may be {known}"
                 self._fault(sentence, "published", index, "quantity")
                 continue

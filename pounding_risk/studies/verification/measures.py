@@ -198,4 +198,7 @@ def _outputs() -> dict[str, Measure]:
 
 
 MODAL = {"period": _modal("periods", "s"), "damping_ratio": _modal("dampings", "1")}
+MODAL["angular_frequency"] = MODAL["period"]._replace(
+    unit="rad/s", of=lambda solved, at: 2.0 * np.pi / MODAL["period"].of(solved, at)
+)
 SCENE: Mapping[str, Measure] = {**_outputs(), **MODAL}

@@ -21,7 +21,7 @@ from pounding_risk.scene.scene import Scene
 from pounding_risk.studies.impact import impact
 from pounding_risk.studies.modes import modes
 from pounding_risk.studies.simulate import simulate
-from pounding_risk.studies.verification.case import KINDS, Case, Impact, Published, read_case
+from pounding_risk.studies.verification.case import KINDS, Case, Collision, Published, read_case
 from pounding_risk.studies.verification.measures import MODAL, Solved, force_curve, history
 from pounding_risk.units import GAP, MISSING, PERIOD, TIME, rounded, say
 
@@ -266,7 +266,7 @@ def _ours(value: Published, result: Any) -> float:
 def _results(case: Case) -> list[Any]:
     """What the case gives at each tolerance, or once where it has none."""
     subject = case.subject
-    if isinstance(subject, Impact):
+    if isinstance(subject, Collision):
         return [_collided(subject, rtol) for rtol in RUNGS]
     if isinstance(subject, tuple):
         return [tuple(read_motion(name) for name in subject)]
@@ -275,7 +275,7 @@ def _results(case: Case) -> list[Any]:
     return [_solved(subject.updated(rtol=rtol), True) for rtol in RUNGS]
 
 
-def _collided(case: Impact, rtol: float) -> Any:
+def _collided(case: Collision, rtol: float) -> Any:
     restitution = 1.0 if case.restitution is None else case.restitution
     return impact(
         *(case.law, case.speed, *case.masses),
