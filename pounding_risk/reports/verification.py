@@ -80,13 +80,35 @@ def build(outcome: Verification) -> Document:
 
 
 def _values(outcome: Verification) -> list[Block]:
-    rows = [(f"{check.source} `{check.case}`", check.quantity, check.kind, *cells(check)) for check in outcome.checks]
+    rows = [(f"{check.source} ({check.case})", check.quantity, check.kind, *cells(check)) for check in outcome.checks]
     caption = "Every published value, as printed, and ours in the same unit."
     return [
         paragraph(f"{outcome.finding()}. {recalled(outcome)}"),
         listing(MEANING),
         table(caption, HEADS, rows, keep=range(len(rows))),
+        *_ladder(outcome),
     ]
+
+
+def _ladder(outcome: Verification) -> list[Block]:
+    """Where ours differs: its values at every tolerance, as distances from the one at the finest."""
+    from pounding_risk.studies.verification.run import EXACT, RUNGS, share
+
+    apart = [check for check in outcome.checks if check.rungs and check.word != EXACT and check.ours]
+    if not apart:
+        return []
+    rows = [
+        (
+            f"{check.source} ({check.case})",
+            check.quantity,
+            share(check.difference),
+            *(share(abs(value / check.ours - 1.0)) for value in check.rungs),
+        )
+        for check in apart
+    ]
+    heads = (("source and case", "l"), ("quantity", "l"), ("difference", "r"))
+    words = "How far ours at each tolerance is from ours at the finest, where a published value is not met exactly."
+    return [table(words, (*heads, *((f"{rtol:.0e}", "r") for rtol in RUNGS)), rows, keep=range(len(rows)))]
 
 
 def recalled(outcome: Verification) -> str:
@@ -108,6 +130,11 @@ def cells(check: Check) -> tuple[Any, ...]:
     )
 
 
+def _basis(about: Any) -> str:
+    """Whether the source was read, and in which words of the case."""
+    return about.basis if about.known == about.basis else f"{about.basis}: {about.known}"
+
+
 def _figures(outcome: Verification) -> list[Block]:
     blocks = []
     if any(len(curve.points) > 1 for curve in outcome.curves):
@@ -124,12 +151,12 @@ def _cases(outcome: Verification) -> list[Block]:
     blocks: list[Block] = []
     for case in outcome.cases:
         about = case.about
-        blocks.append(heading(f"{about.title} (`{case.name}`)", f"case-{case.name}"))
+        blocks.append(heading(f"{about.title} ({case.name})", f"case-{case.name}"))
         rows = [
             ("source", about.citation),
             ("where", about.where),
             ("address", about.url),
-            ("known", f"{about.basis}: {about.known}"),
+            ("known", _basis(about)),
         ]
         rows += [("note", about.note)]
         rows += [(value.quantity.replace("_", " "), value.note) for value in case.published if value.note]
