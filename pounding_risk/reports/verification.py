@@ -102,13 +102,15 @@ def _ladder(outcome: Verification) -> list[Block]:
             f"{check.source} ({check.case})",
             check.quantity,
             share(check.difference),
-            *(share(abs(value / check.ours - 1.0)) for value in check.rungs),
+            *(share(abs(value / check.ours - 1.0)) for value in check.rungs[:-1]),
         )
         for check in apart
     ]
     heads = (("source and case", "l"), ("quantity", "l"), ("difference", "r"))
-    words = "How far ours at each tolerance is from ours at the finest, where a published value is not met exactly."
-    return [table(words, (*heads, *((f"{rtol:.0e}", "r") for rtol in RUNGS)), rows, keep=range(len(rows)))]
+    words = (
+        f"How far ours at each tolerance is from ours at {RUNGS[-1]:.0e}, where a published value is not met exactly."
+    )
+    return [table(words, (*heads, *((f"{rtol:.0e}", "r") for rtol in RUNGS[:-1])), rows, keep=range(len(rows)))]
 
 
 def recalled(outcome: Verification) -> str:
