@@ -368,6 +368,47 @@ def test_records_of_installed_packages(tmp_path):
         read_case(file)
 
 
+MOTION = '\n[motion]\ncomponents = ["RSN77-164", "RSN77-254"]\n'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        (', "RSN77-254"', "", r'motion.components: \["RSN77-164"\] is not the names of two components; write \['),
+        ("components", "component", r'motion.component: unknown key \(did you mean "components"\?\)'),
+        ('period = "1 s"\n', "", r"period: missing; write period = "),
+        ('period = "1 s"', 'period = "0 s"', r"published.period: .*out of range"),
+        ('period = "1 s"', 'period = "1 s"\nmode = 1', r"mode: rotd50_sa has none: it takes period; remove mode"),
+        ("RSN77-254", "RSN77-255", r"own.toml: .*RSN77-255"),
+    ],
+)
+def test_a_damaged_case_of_a_recording(tmp_path, old: str, new: str, sentence: str):
+    whole = ABOUT + MOTION + value("rotd50_sa", "1.03 g", period='"1 s"')
+    assert old in whole
+    with pytest.raises(PoundingError, match=sentence):
+        pr.verify(written(tmp_path, whole.replace(old, new, 1)))
+
+
+def test_a_row_has_its_interfaces_and_storeys(tmp_path):
+    """What a case reads is the output of `simulate` there."""
+    buildings = "".join(
+        f'\n[[building]]\nname = "{name}"\nstoreys = 2\nfloor_masses = "{mass} t"\nstorey_stiffnesses = "200 MN/m"\n'
+        'storey_heights = "3 m"\n'
+        for name, mass in (("a", 100), ("b", 500), ("c", 900))
+    )
+    interface = '\n[[interface]]\ngap = "2 mm"\ncontact_model = "linear"\nstiffness = "1e8 N/m"\n'
+    scene = (
+        f'{buildings}{interface}\n[records]\nnames = ["RSN6-180"]\nwindow = ["0 s", "4 s"]\n\n[solver]\nrtol = 1e-9\n'
+    )
+    text = ABOUT + scene + value("peak_contact_force", "1 N", interface='"b | c"')
+    text += value("storey_displacement", "1 m", building='"c"', storey="2")
+    force, displacement = pr.verify(written(tmp_path, text)).checks
+    run = pr.simulate(pr.read_scene(scene))
+    assert force.ours == run.peak_contact_force.sel(interface="b | c").item() > 0.0
+    assert displacement.ours == run.storey_displacement.sel(building="c").values[1]
+    assert force.quantity == "peak contact force (interface b | c)"
+
+
 @pytest.mark.parametrize(
     ("asked", "sentence"),
     [
