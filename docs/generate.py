@@ -29,6 +29,7 @@ from generation.records import checks_page, formats_page, motions_page, steps_pa
 from generation.rules import rules_page  # noqa: E402
 from generation.scenes import outputs_page, scene_page  # noqa: E402
 from generation.typologies import typologies_page  # noqa: E402
+from generation.verification import verification_pages  # noqa: E402
 
 
 def pages(run: bool = False) -> dict[str, str | bytes]:
@@ -51,6 +52,7 @@ def pages(run: bool = False) -> dict[str, str | bytes]:
         "benchmarks.md": _with_site_links((ROOT / "benchmarks" / "README.md").read_text("utf-8")),
     }
     files |= isolated_impacts()
+    files |= verification_pages(interpreted)
     for path in notebooks():
         files |= notebook_pages(path, run)
     files["pieces/tutorials.md"] = tutorials(notebooks())
@@ -128,11 +130,13 @@ def isolated_impacts() -> dict[str, str | bytes]:
     return {"laws.png": picture, "pieces/isolated-impacts.md": text}
 
 
-def interpreted(*arguments: str) -> str:
-    """Output of Python with these arguments, without compilation, which would take longer than it saves."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": "1", "MPLBACKEND": "Agg"}
+def interpreted(*arguments: str, compiled: bool = False) -> str:
+    """Output of Python with these arguments; not ``compiled`` where compilation would take longer than it saves."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
+    if not compiled:
+        environment["NUMBA_DISABLE_JIT"] = "1"
     command = [sys.executable, *arguments]
-    run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+    run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600 if compiled else 120)
     if run.returncode:
         raise RuntimeError(f"{' '.join(command)} failed:\n{run.stderr}")
     return run.stdout

@@ -26,6 +26,7 @@ _HOMES = {
     "compare": "studies.compare",
     "accuracy": "studies.accuracy",
     "stability": "studies.stability",
+    "verify": "studies.verification",
     "effects": "studies.effects",
     "modes": "studies.modes",
     "PoundingError": "errors",

@@ -18,7 +18,7 @@ from pounding_risk.results.accessor import Pounding
 COMMANDS = """# Commands
 
 Those that compute have a [Python call](python.md) of the same name. Bad input ends with status 2 and a sentence,
-`--strict` with status 3 where a run failed.
+`--strict` with status 3 where a run failed, `verify` with status 1 where a published value is not reached.
 
 """
 

@@ -49,7 +49,7 @@ def build(data: ReportData) -> Document:
     if whole:
         explained = paragraph("Tables of which the text above shows some rows.")
         sections.append({"name": "appendix", "title": APPENDIX, "blocks": [explained, *whole]})
-    _number(sections)
+    number_blocks(sections)
     return {
         "title": str(data.results.attrs.get("title") or "Pounding of adjacent buildings"),
         "about": "Seismic pounding of adjacent buildings: assessment of the gap",
@@ -78,7 +78,7 @@ def _shortened(sections: list[dict[str, Any]]) -> list[Block]:
     return whole
 
 
-def _number(sections: list[dict[str, Any]]) -> None:
+def number_blocks(sections: list[dict[str, Any]]) -> None:
     """Number sections, tables and figures in the order in which they stand."""
     counts = {"table": 0, "figure": 0}
     for number, section in enumerate(sections, start=1):

@@ -94,7 +94,8 @@ class Key:
         kinds = [kinds] if isinstance(kinds, str) else kinds
         if "x-unit" in self.schema:
             return "list of float or str" if "array" in kinds else "float or str"
-        usual = {"string": "str", "boolean": "bool", "integer": "int", "array": "list", "object": "str or object"}
+        usual = {"string": "str", "boolean": "bool", "integer": "int", "number": "float"}
+        usual |= {"array": "list", "object": "str or object"}
         return " or ".join(usual[kind] for kind in kinds)
 
     def described(self) -> dict[str, Any]:

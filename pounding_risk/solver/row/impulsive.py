@@ -738,7 +738,7 @@ def cross_interval(chain, window, rtol, terms):
 
 @kernel
 def march_jumps(chain, ground, step, terms, rtol, states):
-    """One run from u and v of the bodies to the end of the record; those at nodes to ``states`` (nodes, 2, B) or (0, 2, B)."""
+    """One run from u and v of the bodies to the end of the record; those at nodes to ``states`` if it has rows."""
     states = borrowed(states)
     bodies, links, totals = chain.bodies, chain.links, chain.totals
     totals.watched_point = -1.0

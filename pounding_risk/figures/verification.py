@@ -1,0 +1,141 @@
+"""Figures of published cases: published points over our curves, and how far every value is from ours."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, plain, title
+from pounding_risk.units import MISSING, SHOWN
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_PANELS = 6
+FEWEST_POINTS = 2  # of a curve that is drawn
+MARKERS = {"closed form": "o", "another program": "s", "printed": "D", "read off a figure": "^", "experiment": "*"}
+WORDS = {
+    "exact": ("#0072B2", "o", "#0072B2"),
+    "acceptable": ("#D55E00", "s", "none"),
+    "unacceptable": ("#000000", "X", "k"),
+}
+SMALLEST = 1e-12  # a difference below it is drawn there
+ROW = 0.165  # inches
+
+
+def verification_figure(outcome: Any) -> Figure:
+    """Published points over our curves, a panel for each curve with several points.
+
+    Parameters
+    ----------
+    outcome : Verification
+        As `verify` gives it.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        At most six panels.
+
+    Raises
+    ------
+    ValueError
+        If no case has a curve with several published points.
+    """
+    from matplotlib.lines import Line2D
+
+    curves = [curve for curve in outcome.curves if len(curve.points) >= FEWEST_POINTS]
+    if not curves:
+        raise ValueError("no case has a history or a curve of force with several published points")
+    drawn = curves[:MOST_PANELS]
+    columns = min(2, len(drawn))
+    rows = -(-len(drawn) // columns)
+    figure, axes = blank(rows, columns, (9.6, 1.2 + 2.9 * rows))
+    for axis in axes.flat[len(drawn) :]:
+        axis.set_visible(False)
+    for axis, curve in zip(axes.flat, drawn, strict=False):
+        _panel(axis, curve)
+    kinds = dict.fromkeys(point.kind for curve in drawn for point in curve.points)
+    handles: list[Any] = [Line2D([], [], color=STYLES[0][0], label="ours")]
+    handles += [
+        Line2D([], [], linestyle="", marker=MARKERS[kind], color=STYLES[1][0], markerfacecolor="none", label=kind)
+        for kind in kinds
+    ]
+    far = max(abs(point.ours / point.y - 1.0) for curve in drawn for point in curve.points if point.y)
+    more = f"; {len(drawn)} of {len(curves)} curves" if len(curves) > len(drawn) else ""
+    condition = f"distances along the vertical axis, as shares of the published values{more}"
+    title(figure, f"Published points lie within {100.0 * far:.2g} % of our curves", condition)
+    legend_below(figure, handles, len(handles))
+    return figure
+
+
+def _panel(axis: Any, curve: Any) -> None:
+    (_, x_size), (_, y_size) = (SHOWN.get(unit, (unit, 1.0)) for unit in curve.units)
+    axis.plot(curve.x * x_size, curve.y * y_size, color=STYLES[0][0], linewidth=1.6)
+    for point in curve.points:
+        look = {"color": STYLES[1][0], "markerfacecolor": "none", "marker": MARKERS[point.kind], "markersize": 7.0}
+        spread = point.uncertainty * y_size or None
+        axis.errorbar(point.x * x_size, point.y * y_size, yerr=spread, linestyle="", capsize=3.0, zorder=3, **look)
+    axis.set(xlabel=_axis(curve, 0), ylabel=_axis(curve, 1))
+    axis.set_title(plain(curve.source), fontsize=9.5)
+
+
+def _axis(curve: Any, which: int) -> str:
+    unit, _ = SHOWN.get(curve.units[which], (curve.units[which], 1.0))
+    return plain(f"{curve.axes[which]} [{unit}]")
+
+
+def verification_differences_figure(outcome: Any) -> Figure:
+    """How far each published value is from ours, beside how far ours changes with the tolerance of the solver.
+
+    Parameters
+    ----------
+    outcome : Verification
+        As `verify` gives it.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One line for each value, with logarithmic shares.
+    """
+    from matplotlib.lines import Line2D
+
+    checks = list(outcome.checks)
+    figure, axes = blank(1, 1, (9.6, 2.2 + ROW * len(checks)))
+    axis = axes[0, 0]
+    for row, check in enumerate(checks):
+        colour, marker, face = WORDS[check.word]
+        apart = _shown_share(check.difference)
+        axis.plot(apart, row, marker=marker, color=colour, markerfacecolor=face, markersize=5.5, zorder=3)
+        if isfinite(check.change):
+            axis.plot(_shown_share(check.change), row, marker="|", color=QUIET, markersize=7.0)
+    axis.axvline(0.05, color=QUIET, linestyle="--", linewidth=1.0)
+    axis.set(xscale="log", xlim=(SMALLEST / 2.0, 1.0), ylim=(len(checks) - 0.4, -0.6))
+    axis.set_xlabel("share of the published value; what is smaller than 1e-12 is drawn there")
+    axis.set_yticks(range(len(checks)), [plain(f"{check.source}: {check.quantity}") for check in checks], fontsize=6.5)
+    handles: list[Any] = [
+        Line2D([], [], linestyle="", marker=marker, color=colour, markerfacecolor=face, label=f"difference, {word}")
+        for word, (colour, marker, face) in WORDS.items()
+        if any(check.word == word for check in checks)
+    ]
+    handles.append(Line2D([], [], linestyle="", marker="|", color=QUIET, label="change of ours, rtol 1e-6 to 1e-9"))
+    handles.append(Line2D([], [], linestyle="--", color=QUIET, label="5 %"))
+    title(figure, _finding(checks), outcome.finding())
+    legend_below(figure, handles, 3)
+    return figure
+
+
+def _finding(checks: list[Any]) -> str:
+    """What the changes say of the differences."""
+    apart = [check for check in checks if check.word != "exact" and isfinite(check.change)]
+    ours = [check for check in apart if not check.is_converged]
+    changes = [check.change for check in checks if isfinite(check.change)]
+    most = f"{max(changes):.0e}" if changes else MISSING
+    if not apart:
+        return "Every value that has a tolerance is exact"
+    if ours:
+        return f"{len(ours)} of {len(apart)} differences are not yet beyond what our tolerance changes"
+    return f"Our values change by {most} at most: none of the {len(apart)} differences is our solver's"
+
+
+def _shown_share(share: float) -> float:
+    return min(max(abs(share), SMALLEST), 1.0)

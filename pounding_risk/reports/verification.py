@@ -1,0 +1,167 @@
+"""The page of published cases: every value beside ours, the figures, and each case with its source."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pounding_risk import __version__
+from pounding_risk.figures.style import svg_text
+from pounding_risk.figures.verification import verification_differences_figure, verification_figure
+from pounding_risk.reports import SUFFIXES
+from pounding_risk.reports.blocks import Block, facts, figure, heading, listing, paragraph, table
+from pounding_risk.reports.document import Document, number_blocks
+from pounding_risk.reports.html import page, write_page
+from pounding_risk.results.files import check_target
+
+if TYPE_CHECKING:
+    from pounding_risk.studies.verification import Check, Verification
+
+HEADS = (
+    *(("source and case", "l"), ("quantity", "l"), ("kind", "l"), ("published", "r"), ("ours", "r")),
+    *(("difference", "r"), ("ours changes by", "r"), ("", "l")),
+)
+MEANING = (
+    "exact: ours agrees to the digits that are printed, six at most.",
+    "acceptable: within 5 % of the published value, 25 % of an experiment's, or within the uncertainty that the case "
+    "states. These are the bounds of CSI's verification manuals (SAP2000, Methodology).",
+    "unacceptable: beyond.",
+    "ours changes by: how far our value moves between the tolerances 1e-6, the default, and 1e-9; none where a value "
+    "has no tolerance. A difference ten times larger is not that of our solver.",
+)
+
+
+def verification_page(outcome: Verification, out: str | Path) -> Path:
+    """Write the page of published cases, as one HTML file or as PDF by the suffix of ``out``.
+
+    Parameters
+    ----------
+    outcome : Verification
+        As `verify` gives it.
+    out : str or Path
+        The page, .html or .pdf.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+
+    Raises
+    ------
+    PoundingError
+        For a target that cannot be written, and for a PDF without the extra ``pdf``.
+    """
+    target = check_target(out, SUFFIXES)
+    model = build(outcome)
+    if target.suffix.lower() == ".pdf":
+        from pounding_risk.reports.pdf import document
+
+        return write_page(target, document(model))
+    return write_page(target, page(model))
+
+
+def build(outcome: Verification) -> Document:
+    """The document of the page, as dictionaries that JSON holds."""
+    sections = [
+        {"name": "values", "title": "Published values and ours", "blocks": _values(outcome)},
+        {"name": "figures", "title": "Figures", "blocks": _figures(outcome)},
+        {"name": "cases", "title": "The cases and their sources", "blocks": _cases(outcome)},
+    ]
+    number_blocks(sections)
+    return {
+        "title": "Verification of published cases",
+        "about": "Seismic pounding of adjacent buildings: published values beside ours",
+        "signature": [],
+        "author": "",
+        "program": f"pounding_risk {__version__}",
+        "made_from": "from the case files, which it ran",
+        "sections": sections,
+    }
+
+
+def _values(outcome: Verification) -> list[Block]:
+    rows = [(f"{check.source} ({check.case})", check.quantity, check.kind, *cells(check)) for check in outcome.checks]
+    caption = "Every published value, as printed, and ours in the same unit."
+    return [
+        paragraph(f"{outcome.finding()}. {recalled(outcome)}"),
+        listing(MEANING),
+        table(caption, HEADS, rows, keep=range(len(rows))),
+        *_ladder(outcome),
+    ]
+
+
+def _ladder(outcome: Verification) -> list[Block]:
+    """Where ours differs: its values at every tolerance, as distances from the one at the finest."""
+    from pounding_risk.studies.verification.run import EXACT, RUNGS, share
+
+    apart = [check for check in outcome.checks if check.rungs and check.word != EXACT and check.ours]
+    if not apart:
+        return []
+    rows = [
+        (
+            f"{check.source} ({check.case})",
+            check.quantity,
+            share(check.difference),
+            *(share(abs(value / check.ours - 1.0)) for value in check.rungs[:-1]),
+        )
+        for check in apart
+    ]
+    heads = (("source and case", "l"), ("quantity", "l"), ("difference", "r"))
+    words = (
+        f"How far ours at each tolerance is from ours at {RUNGS[-1]:.0e}, where a published value is not met exactly."
+    )
+    return [table(words, (*heads, *((f"{rtol:.0e}", "r") for rtol in RUNGS[:-1])), rows, keep=range(len(rows)))]
+
+
+def recalled(outcome: Verification) -> str:
+    """A sentence on the cases whose source was not read, nor a text that quotes it."""
+    names = ", ".join(f"`{case.name}`" for case in outcome.cases if case.about.basis == "from memory")
+    return f"Known from memory, not read: {names}; look the source up before you rely on it." if names else ""
+
+
+def cells(check: Check) -> tuple[Any, ...]:
+    """Published value, ours, difference, change of ours and the word, of one line of the table."""
+    from pounding_risk.studies.verification.run import said, share
+
+    return (
+        {"text": check.printed, "raw": check.published, "unit": check.unit},
+        {"text": said(check), "raw": check.ours, "unit": check.unit},
+        share(check.difference),
+        share(abs(check.change)),
+        check.word,
+    )
+
+
+def _basis(about: Any) -> str:
+    """Whether the source was read, and in which words of the case."""
+    return about.basis if about.known == about.basis else f"{about.basis}: {about.known}"
+
+
+def _figures(outcome: Verification) -> list[Block]:
+    blocks = []
+    if any(len(curve.points) > 1 for curve in outcome.curves):
+        drawn = verification_figure(outcome)
+        caption = "Published points over our curves."
+        blocks.append(figure("curves", svg_text(drawn), caption, f"{caption} {drawn.get_suptitle()}."))
+    drawn = verification_differences_figure(outcome)
+    caption = "Every difference, and how far ours changes with the tolerance."
+    blocks.append(figure("differences", svg_text(drawn), caption, f"{caption} {drawn.get_suptitle()}."))
+    return blocks
+
+
+def _cases(outcome: Verification) -> list[Block]:
+    blocks: list[Block] = []
+    for case in outcome.cases:
+        about = case.about
+        blocks.append(heading(f"{about.title} ({case.name})", f"case-{case.name}"))
+        rows = [
+            ("source", about.citation),
+            ("where", about.where),
+            ("address", about.url),
+            ("known", _basis(about)),
+        ]
+        rows += [("note", about.note)]
+        rows += [(value.quantity.replace("_", " "), value.note) for value in case.published if value.note]
+        unique = list(dict.fromkeys((name, words) for name, words in rows if words))
+        blocks.append(facts("", unique))
+    return blocks
