@@ -154,7 +154,7 @@ CLOSED_FORMS = {
     "mahmoud_2011": (0.65,),
     "saint_venant_1867": (0.5, 2.0 * 10.0 / 3500.0, 0.5 * 3500.0 * 100e3 / (2.0 * 10.0)),
     "schwager_2007": (cut_restitution(0.65),),
-    "sdnd101": (pi / sqrt(1.01e4), pi / sqrt(1.01e4) / 2.0),
+    "sdnd101": (1e6 / sqrt(1.01e4), pi / sqrt(1.01e4), 1e6 / sqrt(1.01e4), 1.0),
     "sdnd108a": spring_flight(0.0),
     "sdnd108b": spring_flight(5.0),
     "thomson_vm65": (sqrt(2.0 / 386.0), sqrt(2.0 * 386.0) * 0.0254, 0.5 * 386.0 * 4.4482216152605 * 0.0254),
