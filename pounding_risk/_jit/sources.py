@@ -23,7 +23,11 @@ KERNEL_SOURCES = ("_jit", "models", "solver", "motions/spectra.py", "units.py")
 
 
 def _is_switched_off() -> bool:
-    """True where NUMBA_DISABLE_JIT switches compiling off, read as numba reads it."""
+    """True where numba is told not to compile, by NUMBA_DISABLE_JIT or the file of settings that it looks for."""
+    if Path(".numba_config.yaml").exists():
+        from numba import config
+
+        return bool(config.DISABLE_JIT)
     with suppress(KeyError, ValueError):
         return bool(int(os.environ["NUMBA_DISABLE_JIT"]))
     return False

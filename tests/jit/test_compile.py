@@ -386,6 +386,13 @@ def test_interpreted_kernels_are_ordinary_functions():
     assert run(code, NUMBA_DISABLE_JIT="1") == {"plain": True}
 
 
+def test_a_file_of_settings_that_switches_compiling_off_is_followed(copy):
+    """Numba reads it in the present folder, where PyYAML is installed."""
+    pytest.importorskip("yaml")
+    (copy.parent / ".numba_config.yaml").write_text("disable_jit: 1\n", encoding="utf-8")
+    assert run(PROBE, copy)["cache"] is None
+
+
 @compiled
 def test_probe_values_are_the_interpreted_ones(filled):
     assert run(PROBE, NUMBA_DISABLE_JIT="1")["values"] == filled[1]["values"]
