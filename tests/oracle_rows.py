@@ -264,15 +264,7 @@ class Row(Motion):
 
 
 def integrate(
-    towers: Sequence[Tower],
-    meetings: Sequence[Meeting],
-    acceleration: np.ndarray,
-    dt: float,
-    rtol: float = 1e-12,
-    start: np.ndarray | None = None,
+    towers: Sequence[Tower], meetings: Sequence[Meeting], acceleration: np.ndarray, dt: float, rtol: float = 1e-12
 ) -> Answer:
-    """A row under a_g [m/s²] sampled every dt [s], from ``start`` (u, then v, of every dof) or from rest."""
-    row = Row(towers, meetings, rtol)
-    if start is not None:
-        row.state[: start.size] = start
-    return row.go(acceleration, dt)
+    """A row from rest under a_g [m/s²] sampled every dt [s]."""
+    return Row(towers, meetings, rtol).go(acceleration, dt)

@@ -52,9 +52,9 @@ def print_kinds() -> None:
 
     rows = []
     for name, kind in motion_kinds().items():
-        needed = dict.fromkeys((*kind.required, kind.amplitude[0]))
-        others = ", ".join(key for key in kind.options if key not in needed)
-        rows.append((name, kind.words, ", ".join(f"{key} = {kind.options[key].example}" for key in needed), others))
+        others = ", ".join(key for key in kind.options if key not in kind.needed)
+        needed = ", ".join(f"{key} = {kind.options[key].example}" for key in kind.needed)
+        rows.append((name, kind.words, needed, others))
     print_table(("kind", "what it is", "needs", "takes"), rows, "llll")
 
 

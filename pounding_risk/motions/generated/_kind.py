@@ -162,10 +162,14 @@ class Kind(NamedTuple):
         """Whether motions of it differ by a seed."""
         return "seed" in self.options
 
+    @property
+    def needed(self) -> list[str]:
+        """The keys that a motion has at least: those without a default, and one for its strength."""
+        return list(dict.fromkeys((*self.required, *self.amplitude[:1])))
+
     def example(self) -> str:
-        """The table of a motion as a scene file has it, with its strength and what is required."""
-        needed = dict.fromkeys((*self.required, *self.amplitude[:1]))
-        keys = [f"{key} = {self.options[key].example}" for key in needed]
+        """The table of a motion as a scene file has it, with the keys that are needed."""
+        keys = [f"{key} = {self.options[key].example}" for key in self.needed]
         return "{" + ", ".join([f'kind = "{self.name}"', *keys]) + "}"
 
 
