@@ -23,6 +23,8 @@ from pounding_risk.solver.row.ground import window_at
 from pounding_risk.solver.row.storey import soften
 from pounding_risk.solver.row.workspace import (
     ACCEL_END,
+    ACCEL_NUDGED,
+    ACCEL_SPARE,
     ACCEL_START,
     ACCELERATION,
     BAND,
@@ -32,6 +34,7 @@ from pounding_risk.solver.row.workspace import (
     DRIFT,
     FIRST,
     INVERSE,
+    JERK_START,
     MASS,
     NEXT,
     NODE,
@@ -186,12 +189,15 @@ def raise_floor(row, run, work, b, i, count):
 
 @kernel
 def may_crest(row, run, work, b, n):
-    """True where a floor of a building may pass a peak between two nodes of a block; `raise_floor` for one interval."""
-    first, paths, dofs = row.frame[FIRST, b], work.paths, run.dofs
+    """True where a floor of a building may pass a peak between two nodes of a block; `raise_floor` for one interval.
+
+    Otherwise rows BOUNDS are raised by the bounds in the interval.
+    """
+    first, last, paths, dofs = row.frame[FIRST, b], top_of(row, b), work.paths, run.dofs
     eighth, swing = 0.125 * work.ground[WIDTH, n] * work.ground[WIDTH, n], work.swings[1, b, n]
     stir = eighth * row.floors[QUICK, first] * swing
     below = below_after = bend_below = 0.0
-    for i in range(first, top_of(row, b)):
+    for i in range(first, last):
         here, after, root = paths[0, i, n], paths[0, i, n + 1], row.floors[ROOT, i]
         turn, turn_after = paths[TURN, i, n], paths[TURN, i, n + 1]
         felt, felt_after = turn + work.ground[PULL, n], turn_after + work.ground[PULL, n + 1]
@@ -201,7 +207,12 @@ def may_crest(row, run, work, b, n):
         most_felt = max(abs(felt), abs(felt_after)) + stir * root
         if most > dofs[DISPLACEMENT, i] or most_drift > dofs[DRIFT, i] or most_felt > dofs[ACCELERATION, i]:
             return True
+        dofs[ACCEL_NUDGED, i], dofs[ACCEL_SPARE, i], dofs[JERK_START, i] = most, most_drift, most_felt
         below, below_after, bend_below = here, after, bend
+    for i in range(first, last):
+        dofs[BOUNDS, i] = max(dofs[BOUNDS, i], dofs[ACCEL_NUDGED, i])
+        dofs[BOUNDS + 1, i] = max(dofs[BOUNDS + 1, i], dofs[ACCEL_SPARE, i])
+        dofs[BOUNDS + 2, i] = max(dofs[BOUNDS + 2, i], dofs[JERK_START, i])
     return False
 
 
@@ -225,10 +236,10 @@ def raise_building(row, run, free, work, step, terms, b, begin, count):
         some = raise_floor(row, run, work, b, i, count) or some
     if not some:
         return
+    # Interval by interval, with finer bounds where a crest may be higher.
     for i in range(first, last):
         for line in range(3):
-            peak = DISPLACEMENT if line == 0 else (DRIFT if line == 1 else ACCELERATION)
-            run.dofs[BOUNDS + line, i] = min(run.dofs[BOUNDS + line, i], run.dofs[peak, i])
+            run.dofs[BOUNDS + line, i] = 0.0
     for n in range(count):
         if not may_crest(row, run, work, b, n):
             continue
@@ -300,7 +311,7 @@ def raise_distance(run, work, k, place, count):
         top, bottom = max(top, max(here, there) + sag), min(bottom, min(here, there) - sag)
         here = there
     contact.highest, contact.lowest, contact.fastest = high, low, fastest
-    contact.upper_bound, contact.lower_bound = min(top, high), max(bottom, low)
+    contact.upper_bound, contact.lower_bound = top, bottom
     return top > high or bottom < low
 
 
@@ -314,6 +325,8 @@ def raise_distances(row, run, free, work, step, terms, interface, begin, count):
         some = raise_distance(run, work, k, k - start, count) or some
     if not some:
         return
+    for k in range(start, stop):
+        run.contacts[k].upper_bound, run.contacts[k].lower_bound = -inf, inf
     for n in range(count):
         _, width, ground = window_at(free.ground, step, begin + n)
         laid = False
