@@ -60,7 +60,7 @@ def _print_range(one: StiffnessRange) -> None:
     from pounding_risk.units import MASS, say
 
     print(f"\n{one.interface}: a reduced mass of {say(one.mass, MASS, 3)} strikes at {one.speed:.2g} m/s")
-    limits = f"a contact of {ms(one.shortest)} (wave through a floor) to {ms(one.longest)} (T/10)"
+    limits = f"a contact of {ms(one.shortest)} (wave through a floor) to {ms(one.longest)} (T/10), undamped"
     if one.is_empty:
         print(f"  no stiffness gives {limits}\n")
     else:

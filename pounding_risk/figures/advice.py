@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 MOST_PANELS = 3  # interfaces that are drawn, the first ones
 BAND = "#009E73"
-# Outputs in the order of their colours, dashes and markers.
+# Words, marker, colour and dash of each output that is drawn.
 DRAWN = {
-    "peak_contact_force": ("peak contact force", "o"),
-    "peak_floor_acceleration": ("peak floor acceleration", "s"),
-    "impulse": ("impulse", "^"),
-    "impact_count": ("impact count", "D"),
-    "peak_displacement": ("peak displacement", "v"),
+    "peak_contact_force": ("peak contact force", "o", *STYLES[0]),
+    "peak_floor_acceleration": ("peak floor acceleration", "s", *STYLES[1]),
+    "impulse": ("impulse", "^", *STYLES[2]),
+    "impact_count": ("impact count", "D", *STYLES[3]),
+    "peak_displacement": ("peak displacement", "v", "#000000", "-"),
 }
 
 
@@ -45,12 +45,14 @@ def advice_figure(advice: Advice, note: str = "") -> Figure:
         stiffness, the panel says so.
     """
     ranges = advice.ranges[:MOST_PANELS]
-    figure, axes = blank(1, max(len(ranges), 1), size=(4.0 + 4.2 * max(len(ranges), 1), 5.4), sharey=True)
+    figure, axes = blank(1, max(len(ranges), 1), size=(5.4 + 4.2 * max(len(ranges), 1), 5.4), sharey=True)
     if not ranges or not advice.influences:
         reason = "no contact in any case" if ranges else "the contact model has no stiffness"
         axes[0, 0].text(0.5, 0.5, reason, ha="center", color=QUIET, transform=axes[0, 0].transAxes)
+    reach = [1.0]
     for axis, one in zip(axes.flat, ranges, strict=False):
-        _panel(axis, advice, one)
+        reach += _panel(axis, advice, one)
+    axes[0, 0].set_ylim(min(0.5, 0.8 * min(reach)), max(2.0, 1.25 * max(reach)))
     axes[0, 0].set_ylabel("median over that with the scene's stiffness [-]")
     left_out = len(advice.ranges) - len(ranges)
     more = f"; {counted(left_out, 'more interface')} not drawn" if left_out else ""
@@ -66,51 +68,45 @@ def advice_figure(advice: Advice, note: str = "") -> Figure:
     return figure
 
 
-def _panel(axis: Any, advice: Advice, one: StiffnessRange) -> None:
-    """The curves of one interface."""
-    from matplotlib.ticker import FuncFormatter, NullFormatter
+def _panel(axis: Any, advice: Advice, one: StiffnessRange) -> list[float]:
+    """The curves of one interface; the values drawn."""
+    _frame(axis, one)
+    drawn: list[float] = []
+    for output, (words, marker, colour, dash) in DRAWN.items():
+        curve = _widest(advice, one, output)
+        if curve is None:
+            continue
+        ratios = 1.0 + np.array(curve.medians)
+        ratios[~(ratios > 0.0)] = np.nan  # none at all has no place on an axis of powers of ten
+        stiffnesses = one.own * np.array([float(text.removeprefix("× ")) for text in curve.tried])
+        axis.plot(stiffnesses, ratios, dash, color=colour, marker=marker, markersize=5, label=words)
+        drawn += ratios[np.isfinite(ratios)].tolist()
+        if curve.place != one.interface and np.isfinite(ratios[-1]):
+            beside = {"xytext": (5, 0), "textcoords": "offset points", "va": "center"}
+            axis.annotate(plain(curve.place), (stiffnesses[-1], ratios[-1]), fontsize=7.5, color=colour, **beside)
+    return drawn
+
+
+def _frame(axis: Any, one: StiffnessRange) -> None:
+    """Axes with the range, the scene's stiffness and the published rules."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axis.set_xscale("log")
     axis.set_yscale("log")
     axis.set_title(plain(one.interface), fontsize=10, loc="left")
     axis.set_xlabel(f"contact stiffness [{one.unit.replace('^1.5', '$^{1.5}$')}]")
+    axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.yaxis.set_minor_formatter(NullFormatter())
+    axis.set_xlim(one.own / 200.0, one.own * 400.0)
     if not one.is_empty:
         axis.axvspan(one.low, one.high, color=BAND, alpha=0.15, linewidth=0)
     axis.axvline(one.own, color=QUIET, linestyle=":", linewidth=1.2)
-    drawn = []
-    for number, (output, (words, marker)) in enumerate(DRAWN.items()):
-        curve = _widest(advice, one, output)
-        if curve is None:
-            continue
-        place = "" if curve.place == one.interface else f", {curve.place}"
-        colour, dash = STYLES[number]
-        values = 1.0 + np.array(curve.medians)
-        stiffnesses = one.own * np.array([float(text.removeprefix("× ")) for text in curve.tried])
-        axis.plot(stiffnesses, values, dash, color=colour, marker=marker, markersize=5, label=words)
-        drawn.append(values)
-        if place:
-            axis.annotate(
-                plain(place.removeprefix(", ")),
-                (stiffnesses[-1], values[-1]),
-                xytext=(4, 0),
-                textcoords="offset points",
-                fontsize=7.5,
-                color=colour,
-                va="center",
-            )
-    if drawn:
-        ends = np.concatenate(drawn)
-        ends = ends[np.isfinite(ends) & (ends > 0.0)]
-        axis.set_ylim(min(0.5, 0.8 * ends.min()), max(2.0, 1.25 * ends.max()))
-        axis.set_xlim(one.own / 200.0, one.own * 400.0)
-    foot = axis.get_xaxis_transform()
-    rules = [rule.equivalent for rule in one.rules]
     low, high = axis.get_xlim()
-    for value in rules:
-        if low < value < high:
-            axis.plot([value, value], [0.0, 0.03], color="black", linewidth=1.4, transform=foot)
-    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.yaxis.set_minor_formatter(NullFormatter())
+    for rule in one.rules:
+        if low < rule.equivalent < high:
+            ends = [rule.equivalent, rule.equivalent], [0.0, 0.03]
+            axis.plot(*ends, color="black", linewidth=1.4, transform=axis.get_xaxis_transform())
 
 
 def _widest(advice: Advice, one: StiffnessRange, output: str) -> Influence | None:

@@ -143,7 +143,7 @@ class Advice(ShortRepr):
     lines: tuple[Line, ...]
     ranges: tuple[StiffnessRange, ...]  # of each interface whose law has a stiffness
     influences: tuple[Influence, ...]
-    now: dict[tuple[str, str], float]  # median of each output at each place with the scene's contact
+    now: dict[tuple[str, str], float]  # median of each output at each place with the scene's contact, where defined
     left_out: tuple[str, ...]  # what does not apply, was not run, or is assumed
     finding: str
 
@@ -230,6 +230,8 @@ def advise(
         runs = [make() for factor, make in varied.items() if factor not in skipped]
     influences = tuple(one for run in runs for one in _influences(study, run, touched))
     walls = {one.wall for one in ranges}  # what moves a wall is next to nothing, however much of it
+    if ranges and not touched.any():
+        skipped["speed"] = f"approach speed: {USUAL_TERMS.speed:g} m/s is assumed, for want of a contact"
     notes = [*skipped.values(), *_assumptions(study, ensemble, chosen, ranges)]
     return Advice(
         scene=study.name,
@@ -242,7 +244,7 @@ def advise(
         influences=influences,
         now=_medians(study, base, touched),
         left_out=tuple(dict.fromkeys(notes)),
-        finding=_finding(study, base, [one for one in influences if one.place not in walls], skipped),
+        finding=_finding(study, base, [one for one in influences if one.place not in walls]),
     )
 
 
@@ -479,7 +481,8 @@ def _medians(study: Scene, base: xr.Dataset, touched: NDArray[np.bool_]) -> dict
     for output, at, name, beside in _judged(study):
         values = _cases(base, output)[touched[:, beside].any(axis=-1), at]
         values = values[np.isfinite(values)]
-        medians[output, name] = float(np.median(values)) if values.size else np.nan
+        if values.size:
+            medians[output, name] = float(np.median(values))
     return medians
 
 
@@ -509,6 +512,8 @@ def _assumptions(
             f'give another one with --floor-length "15 m"{where}'
         )
     for one in ranges:
+        if one.is_column:
+            yield f"{one.interface}: floors meet columns only, which bend; E A / L of the floors says nothing of them"
         if one.wall:
             yield (
                 f"{one.interface}: {one.wall} vibrates so fast that no contact is short beside its period; it counts "
@@ -584,9 +589,9 @@ def _listed(influences: Sequence[Influence], verdict: str) -> str:
     return ", ".join(f"{OUTPUTS[one.output].words} ({one.place}: {one.range_words})" for one in chosen)
 
 
-def _finding(study: Scene, base: xr.Dataset, influences: Sequence[Influence], skipped: dict[str, str]) -> str:
+def _finding(study: Scene, base: xr.Dataset, influences: Sequence[Influence]) -> str:
     """What the stiffness decides and what not, or the restitution where there is no stiffness; and the required gap."""
-    if not influences:
+    if not _touched(base).any():
         needed = say(float(np.nanmax(base["peak_closing_free"].values)), GAP, 3)
         return (
             f"No contact at a gap of {_gap_words(study)} in any of {counted(int(base['status'].size), 'case')}; "
@@ -594,16 +599,18 @@ def _finding(study: Scene, base: xr.Dataset, influences: Sequence[Influence], sk
         )
     alone = len(study.interfaces) == 1
     gap = f"the {'required gap' if alone else 'gap that motion without contact needs'} does not depend on the contact"
-    factor = STIFFNESS if STIFFNESS not in skipped else RESTITUTION
-    judged = [one for one in influences if one.factor == factor and one.verdict]
-    if not judged:
-        return f"{gap[0].upper()}{gap[1:]}"
+    judged = [one for one in influences if one.verdict]
+    factor = judged[0].factor if judged else ""
+    judged = [one for one in judged if one.factor == factor]
+    if factor not in (STIFFNESS, RESTITUTION):
+        return f"{study.contact_model} has no stiffness and no restitution to choose; {gap}"
     span = "A stiffness from a tenth to ten times the scene's" if factor == STIFFNESS else "A restitution of 0.5 to 0.8"
     most = max(judged, key=lambda one: max(map(abs, one.ends)))
+    least = f"{100 * LITTLE:.0f} %"
     if most.verdict == NOT:
-        return f"{span} changes no output by {100 * LITTLE:.0f} %; {gap}"
+        return f"{span} changes no output by {least}; {gap}"
     steady = _listed(judged, NOT)
-    rest = f"it does not change {steady}" if steady else "it changes every output"
+    rest = f"it does not change {steady}" if steady else f"every output changes by {least} or more somewhere"
     return f"{span} changes {OUTPUTS[most.output].words} by {most.range_words} ({most.place}); {rest}; {gap}"
 
 

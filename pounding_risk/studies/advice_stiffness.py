@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from pounding_risk.ensemble.plausibility import HERTZ_TIME, contact_duration
 from pounding_risk.models.contact.laws import HERTZ_STIFFNESS, LINEAR_STIFFNESS, stiffness_quantity
-from pounding_risk.models.structures.contact_points import Point
+from pounding_risk.models.structures.contact_points import COLUMN, Point
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.scene.interfaces import known_law
@@ -75,6 +75,7 @@ class StiffnessRange(NamedTuple):
     shortest: float  # s, passage of a wave through the longer floor
     low: float  # in `unit`; above `high` where the range is empty
     high: float
+    is_column: bool  # a floor meets a column, which bends: E A / L of floors says nothing of it
     wall: str  # the building that is too stiff for any contact to be short beside its period, and counts as a wall
     assumed: tuple[str, ...]  # the buildings whose floor length is assumed
     assumed_length: float  # m
@@ -94,16 +95,20 @@ class StiffnessRange(NamedTuple):
     def recommended(self) -> float | None:
         """The stiffness to write: the scene's own within the range, else that of E A / L, else the middle.
 
-        None where the range is empty.
+        None where the range is empty. Where floors meet columns E A / L is not considered.
         """
         if self.is_empty:
             return None
         if self.verdict == WITHIN:
             return self.own
-        axial = self.rules[0].equivalent
-        chosen = axial if self.low <= axial <= self.high else sqrt(self.low * self.high)
+        chosen = self.rules[0].equivalent if self._by_axial else sqrt(self.low * self.high)
         rounded = float(f"{chosen:.2g}")
         return rounded if self.low <= rounded <= self.high else chosen
+
+    @property
+    def _by_axial(self) -> bool:
+        """Whether E A / L of the floors, the first of the rules, lies in the range and is that of the contact."""
+        return self.rules[0].verdict == WITHIN and not self.is_column
 
     @property
     def line(self) -> str:
@@ -129,10 +134,10 @@ class StiffnessRange(NamedTuple):
             )
         if self.verdict == WITHIN:
             return f"Keep it: {lasts}; {limits}"
-        axial = self.rules[0]
-        origin = "as long as E A / L of the floors" if axial.verdict == WITHIN else "the middle of the range"
+        bends = "; if the bending stiffness of the column is known, write that" if self.is_column else ""
+        origin = "as long as E A / L of the floors" if self._by_axial else "the middle of the range"
         new = contact_duration(self.recommended or inf, self.unit, self.mass, self.speed)
-        return f"{self.verdict.capitalize()}: {lasts}; {limits}. The value proposed makes it {ms(new)}, {origin}"
+        return f"{self.verdict.capitalize()}: {lasts}; {limits}. The value proposed makes it {ms(new)}, {origin}{bends}"
 
 
 def ms(seconds: float) -> str:
@@ -214,6 +219,7 @@ def stiffness_range(scene: Scene, place: int, point: Point, speed: float, floor_
         shortest=shortest,
         low=low,
         high=high,
+        is_column=point.kind == COLUMN,
         wall=wall,
         assumed=assumed,
         assumed_length=floor_length,
