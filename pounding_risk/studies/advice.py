@@ -33,8 +33,9 @@ from pounding_risk.scene.interfaces import NO_RESTITUTION, GivenRestitution, kno
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
-from pounding_risk.studies.advice_stiffness import USUAL_FLOOR_LENGTH, StiffnessRange, stiffness_range
+from pounding_risk.studies.advice_stiffness import USUAL_FLOOR_LENGTH, StiffnessRange, ms, stiffness_range
 from pounding_risk.studies.compare import USUAL_TERMS, on_equal_terms, runnable, with_relation
+from pounding_risk.studies.impact import impact
 from pounding_risk.units import FLOOR_LENGTH, GAP, YIELD_FORCE, Quantity, say, shown, si
 
 MOST_MOTIONS = 4  # records that are run, evenly spaced over those of the scene
@@ -82,15 +83,19 @@ class Influence(ShortRepr):
     counts: tuple[bool, ...]  # which values count for the verdict
 
     @property
+    def _judged(self) -> list[float]:
+        """The median changes by the values that count, where they are defined."""
+        return [one for one, counts in zip(self.medians, self.counts, strict=True) if counts and not isnan(one)]
+
+    @property
     def ends(self) -> tuple[float, float]:
         """Smallest and largest median change by the values that count, 0 among them, as the scene's own is."""
-        counted_ones = [one for one, counts in zip(self.medians, self.counts, strict=True) if counts and not isnan(one)]
-        return min(0.0, *counted_ones, 0.0), max(0.0, *counted_ones, 0.0)
+        return min(0.0, *self._judged, 0.0), max(0.0, *self._judged, 0.0)
 
     @property
     def verdict(self) -> str:
-        """`NOT` below 5 %, `SOMEWHAT` up to 25 %, `DEPENDS` above; "" where no value is defined."""
-        if all(map(isnan, self.medians)):
+        """`NOT` below 5 %, `SOMEWHAT` up to 25 %, `DEPENDS` above; "" where no change is defined."""
+        if not self._judged:
             return ""
         most = max(map(abs, self.ends))
         return NOT if most < LITTLE else SOMEWHAT if most <= MUCH else DEPENDS
@@ -514,6 +519,8 @@ def _assumptions(
     for one in ranges:
         if one.is_column:
             yield f"{one.interface}: floors meet columns only, which bend; E A / L of the floors says nothing of them"
+        if lasts := _yielding_duration(study, one):
+            yield f"{one.interface}: yielding makes the contact of the scene's stiffness longer, {ms(lasts)}"
         if one.wall:
             yield (
                 f"{one.interface}: {one.wall} vibrates so fast that no contact is short beside its period; it counts "
@@ -523,6 +530,17 @@ def _assumptions(
         yield "law: set side by side without yielding, which most laws do not have; what that changes stands under F_E"
     if study.effects:
         yield "effects: they act in the runs, not in the isolated impact from which the range follows"
+
+
+def _yielding_duration(study: Scene, one: StiffnessRange) -> float:
+    """Duration of the isolated impact under the scene's own law, where it yields in it [s]; else 0."""
+    here = study.at(study.interface_names.index(one.interface))
+    own = here.interfaces[0]
+    force = own.column_yield_force if one.is_column else own.yield_force
+    if not known_law(own.contact_model).capped or force == inf:
+        return 0.0
+    blow = impact(here.law(), one.speed, one.mass, restitution=own.restitution, yield_force=force)
+    return blow.duration if blow.peak_force >= force * (1.0 - 1e-9) else 0.0
 
 
 def _lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[Influence]) -> Iterator[Line]:
