@@ -23,7 +23,7 @@ def advise(
     floor_length: Annotated[str, option("Length of the floors of buildings that give none.")] = "20 m",
     figure: Figure = None,
 ) -> None:
-    """Which stiffness, restitution and law to write, and what depends on them."""
+    """What to write for the contact, and what depends on it."""
     from pounding_risk.cli._common.options import read_option, read_optional
     from pounding_risk.scene.reader import read_scene
     from pounding_risk.studies.advice import advise as run
