@@ -44,7 +44,8 @@ def print_advice(advice: Advice) -> None:
     print("What to write in [[interface]]\n")
     for line in advice.lines:
         where = f"   # {line.interface}" if line.interface else ""
-        print(f"{line.line or '# nothing'}{where}")
+        if line.line or where:
+            print(f"{line.line or '# nothing'}{where}")
         print(f"    {line.why}")
     for one in advice.ranges:
         _print_range(one)

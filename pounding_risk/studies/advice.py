@@ -49,6 +49,7 @@ LAWS = ("kelvin_voigt_tension_cut", "modified_kelvin_voigt", "hertz_damp_exact",
 LITTLE, MUCH = 0.05, 0.25  # change of a median from which an output depends somewhat, and depends
 NOT, SOMEWHAT, DEPENDS = "does not depend", "somewhat", "depends"
 STIFFNESS, RESTITUTION, FORCE, LAW = FACTORS = ("stiffness", "restitution", "F_E", "law")
+PROPOSED = "proposed stiffness"  # of all interfaces together, where another one than the scene's is proposed
 
 
 class Output(NamedTuple):
@@ -74,7 +75,7 @@ SAME_AS_DISPLACEMENT = "peak_storey_shear"  # of a single mass
 class Influence(ShortRepr):
     """Change of one output at one place by one factor, over the cases with contact there."""
 
-    factor: str  # one of `FACTORS`
+    factor: str  # one of `FACTORS`, or `PROPOSED`
     output: str  # one of `OUTPUTS`
     place: str  # building, or "left | right"
     tried: tuple[str, ...]  # the values of the factor, in words
@@ -129,7 +130,7 @@ def _percent(change: float) -> str:
 
 
 class Line(NamedTuple):
-    """What to write for one key of an [[interface]], and why; an empty line where nothing is to be written."""
+    """What to write for one key of an [[interface]], and why; an empty line where it is only told."""
 
     interface: str  # "" for all
     line: str
@@ -157,6 +158,8 @@ class Advice(ShortRepr):
         yield "scene", self.scene
         yield "cases", f"{self.cases}, {self.touched} with contact, at a gap of {self.gap}"
         for line in self.lines:
+            if not (line.line or line.interface):
+                continue
             yield "write", f"{line.line or 'nothing'}{f' ({line.interface})' if line.interface else ''}"
         yield "finding", self.finding
 
@@ -225,7 +228,8 @@ def advise(
     )
     runs, skipped = [], _not_applicable(study)
     if touched.any():
-        scanner.total = 1 + sum(_counts_of(study, skipped).values())
+        proposed = any(one.recommended not in (None, one.own) for one in ranges)
+        scanner.total = 1 + sum(_counts_of(study, skipped).values()) + proposed
         varied: dict[str, Callable[[], _Runs]] = {
             STIFFNESS: lambda: _stiffnesses(study, scanner, base),
             RESTITUTION: lambda: _restitutions(study, scanner, base),
@@ -233,6 +237,7 @@ def advise(
             LAW: lambda: _laws(study, scanner, speeds),
         }
         runs = [make() for factor, make in varied.items() if factor not in skipped]
+        runs += [_proposed(study, scanner, base, ranges)] if proposed else []
     influences = tuple(one for run in runs for one in _influences(study, run, touched))
     walls = {one.wall for one in ranges}  # what moves a wall is next to nothing, however much of it
     if ranges and not touched.any():
@@ -319,6 +324,17 @@ def _stiffnesses(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
         datasets.append(base if multiple == 1.0 else scanner.run(study.updated(interfaces=interfaces)))
     judged = tuple(1.0 / JUDGED <= multiple <= JUDGED for multiple in MULTIPLES)
     return _Runs(STIFFNESS, tuple(f"× {multiple:g}" for multiple in MULTIPLES), tuple(datasets), judged, base)
+
+
+def _proposed(study: Scene, scanner: _Scanner, base: xr.Dataset, ranges: Sequence[StiffnessRange]) -> _Runs:
+    """The scene with the stiffness that is proposed at each interface."""
+    stiffnesses = {one.interface: one.recommended or one.own for one in ranges}
+    interfaces = tuple(
+        one._replace(stiffness=stiffnesses.get(name, one.stiffness))
+        for name, one in zip(study.interface_names, study.interfaces, strict=True)
+    )
+    dataset = scanner.run(study.updated(interfaces=interfaces))
+    return _Runs(PROPOSED, ("as proposed",), (dataset,), (True,), base)
 
 
 def _restitutions(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
@@ -552,6 +568,8 @@ def _lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[
             other for other in influences if other.factor == STIFFNESS and other.verdict and other.place in beside
         ]
         yield Line(one.interface, one.line, f"{one.why}. {_verdict_words(judged, '')}" if judged else one.why)
+    if written := [one for one in influences if one.factor == PROPOSED and one.verdict and one.place not in walls]:
+        yield Line("", "", _consequence_words(written))
     laws = [known_law(name) for name in study.models_of(study.contact_model)]
     for factor, key, consequence in (
         (
@@ -598,12 +616,30 @@ def _verdict_words(judged: Sequence[Influence], consequence: str) -> str:
     return f"Tried {tried}: {'; '.join(parts)}"
 
 
-def _listed(influences: Sequence[Influence], verdict: str) -> str:
-    """The outputs of a verdict with their changes, each judged where it changes most."""
+def _consequence_words(influences: Sequence[Influence]) -> str:
+    """What the proposed stiffness changes, each output where it changes most."""
+    widest = _widest(influences)
+    changes = [
+        f"{OUTPUTS[one.output].words} by {_percent(one.medians[0])} % ({one.place})"
+        for one in widest
+        if one.verdict != NOT
+    ]
+    steady = ", ".join(OUTPUTS[one.output].words for one in widest if one.verdict == NOT)
+    rest = f"by less than {100 * LITTLE:.0f} %: {steady}" if steady else ""
+    return f"The proposed stiffness changes {'; '.join(filter(None, [', '.join(changes), rest]))}"
+
+
+def _widest(influences: Sequence[Influence]) -> list[Influence]:
+    """Of each output the influence at the place where it is largest, largest first."""
     widest: dict[str, Influence] = {}
     for one in sorted(influences, key=lambda one: -max(map(abs, one.ends))):
         widest.setdefault(one.output, one)
-    chosen = [one for one in widest.values() if one.verdict == verdict]
+    return list(widest.values())
+
+
+def _listed(influences: Sequence[Influence], verdict: str) -> str:
+    """The outputs of a verdict with their changes, each judged where it changes most."""
+    chosen = [one for one in _widest(influences) if one.verdict == verdict]
     return ", ".join(f"{OUTPUTS[one.output].words} ({one.place}: {one.range_words})" for one in chosen)
 
 

@@ -26,6 +26,7 @@ from pounding_risk.studies.advice import (
     MOST_MOTIONS,
     MULTIPLES,
     NOT,
+    PROPOSED,
     RESTITUTION,
     SOMEWHAT,
     STIFFNESS,
@@ -206,6 +207,22 @@ def test_changes_are_those_of_single_runs(wall):
         assert wall.now[output, place] == pytest.approx(values[2], rel=1e-12)
 
 
+def test_what_the_proposed_stiffness_changes_is_told(wall, soft):
+    """As `simulate` gives it; nothing is told where the scene's own is kept."""
+    proposed = wall.lines[0].line.partition('"')[2].rstrip('"')
+    before, after = (
+        pr.simulate(parse_scene(WALL).replace(f'interface.stiffness="{value}"'))["peak_contact_force"].item()
+        for value in ("5e8 N/m", proposed)
+    )
+    found = wall.influence(PROPOSED, "peak_contact_force", "frame | wall")
+    assert found.medians == pytest.approx((after / before - 1.0,), rel=1e-9)
+    told = (
+        f"The proposed stiffness changes peak contact force by {100.0 * (after / before - 1.0):+.0f} % (frame | wall)"
+    )
+    assert wall.lines[1].line == "" and wall.lines[1].why.startswith(told)
+    assert PROPOSED not in {one.factor for one in soft.influences}
+
+
 def test_medians_of_a_row_are_those_of_its_scan(row):
     """Each interface keeps its own gap, and a building counts where it is touched on either side."""
     dataset = pr.scan(SHIPPED / "row.toml", check_fraction=0.0)
@@ -310,7 +327,7 @@ def test_a_rigid_wall_and_a_law_without_damping(wall):
     """The wall takes no part; a law that takes no restitution has none to choose."""
     (one,) = wall.ranges
     assert one.mass == pytest.approx(300e3) and one.longest == pytest.approx(0.06) and one.wall == ""
-    assert {one.factor for one in wall.influences} == {STIFFNESS}
+    assert {one.factor for one in wall.influences} == {STIFFNESS, PROPOSED}
     assert {place for _, place in wall.now} == {"frame", "frame | wall"}
     told = " ".join(wall.left_out)
     assert "restitution: linear takes none; it returns all energy" in told
