@@ -22,7 +22,7 @@ from pounding_risk._common.progress import Progress
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.scan import Scan
 from pounding_risk.ensemble.threads import Threads
-from pounding_risk.models.contact.impulsive import is_instant
+from pounding_risk.models.contact.impulsive import is_instant, needs_floors
 from pounding_risk.models.contact.relation import AS_PUBLISHED
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import FLOOR
@@ -243,6 +243,10 @@ def advise(
     if ranges and not touched.any():
         skipped["speed"] = f"approach speed: {USUAL_TERMS.speed:g} m/s is assumed, for want of a contact"
     notes = [*skipped.values(), *_assumptions(study, ensemble, chosen, ranges)]
+    if LAW in {run.factor for run in runs} and any(known_law(name).capped for name in study.model_names):
+        notes.append(
+            "law: set side by side without yielding, which most laws do not have; see F_E for what that changes"
+        )
     return Advice(
         scene=study.name,
         gap=_gap_words(study),
@@ -395,8 +399,13 @@ def _not_applicable(study: Scene) -> dict[str, str]:
     jumps = [name for name, law in laws.items() if is_instant(law)]
     sentences = {}
     if jumps and len(jumps) == len(laws):
-        sentences[STIFFNESS] = f"stiffness: {names} has none, its velocities jump; forces and accelerations of a touch "
-        sentences[STIFFNESS] += 'are not finite; write contact_model = "jankowski" and a stiffness to have them'
+        finite = all(needs_floors(law) for law in laws.values())
+        sentences[STIFFNESS] = f"stiffness: {names} has none, " + (
+            "its force is that of waves in the floors"
+            if finite
+            else "its velocities jump, so that forces and accelerations of a touch are not finite; write "
+            'contact_model = "jankowski" and a stiffness to have them'
+        )
         sentences[LAW] = f"law: {names} cannot be calibrated to others, for want of a stiffness; see compare"
     if not any(law.needs_restitution for law in laws.values()):
         elastic = "" if jumps else "; it returns all energy of a touch below yielding"
@@ -542,8 +551,6 @@ def _assumptions(
                 f"{one.interface}: {one.wall} vibrates so fast that no contact is short beside its period; it counts "
                 "as a wall, and the range is that of its neighbour"
             )
-    if any(known_law(name).capped for name in study.models_of(study.contact_model)):
-        yield "law: set side by side without yielding, which most laws do not have; what that changes stands under F_E"
     if study.effects:
         yield "effects: they act in the runs, not in the isolated impact from which the range follows"
 
@@ -589,7 +596,8 @@ def _lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[
             "contact_model": shown(own.contact_model),
         }
         line = "" if len({getattr(one, key) for one in study.interfaces}) > 1 else f"{key} = {values[key]}"
-        yield Line("", line, _verdict_words(judged, consequence))
+        why = _verdict_words(judged, consequence)
+        yield Line("", line, why if line else f"{key}, each interface's own: {why}")
     if laws and all(is_instant(law) for law in laws):
         yield Line("", f"contact_model = {shown(own.contact_model)}", "an instant impact takes no stiffness")
 

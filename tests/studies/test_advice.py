@@ -346,6 +346,31 @@ def test_an_instant_impact_has_no_stiffness(law):
     figures.advice_figure(advice)
 
 
+def test_colliding_floors_have_nothing_to_choose():
+    floors = {"floor_length": "20 m"}
+    pair = (single("A", "100 t", "0.5 s", **floors), single("B", "150 t", "0.3 s", **floors))
+    scene = scene_text(*pair, law="distributed_mass", stiffness=None, restitution=None, gap="3 mm")
+    advice = pr.advise(parse_scene(scene))
+    assert advice.touched and advice.influences == () and advice.ranges == ()
+    assert advice.left_out[0] == "stiffness: distributed_mass has none, its force is that of waves in the floors"
+    assert advice.finding.startswith("distributed_mass has no stiffness and no restitution to choose")
+
+
+def test_interfaces_of_their_own_get_no_common_line():
+    """Each its own law, in its own unit."""
+    masses = [single(name, "100 t", f"{period} s") for name, period in (("a", 0.5), ("b", 0.3), ("c", 0.8))]
+    own = [
+        {"gap": "5 mm", "contact_model": "kelvin_voigt", "stiffness": "5e8 N/m", "restitution": 0.6},
+        {"gap": "8 mm", "contact_model": "jankowski", "stiffness": "2e9 N/m^1.5", "restitution": 0.5},
+    ]
+    advice = pr.advise(parse_scene(scene_text(*masses, interfaces=own, records={"window": ["0 s", "5 s"]})))
+    assert [one.unit for one in advice.ranges] == ["N/m", "N/m^1.5"]
+    others = [line for line in advice.lines if not line.interface and "proposed" not in line.why]
+    assert [line.line for line in others] == ["", ""]
+    assert others[0].why.startswith("restitution, each interface's own: ")
+    assert others[1].why.startswith("contact_model, each interface's own: ")
+
+
 def test_a_contact_that_does_not_yield_is_tried_with_shares_of_its_force():
     scene = parse_scene(scene_text(FRAME, rigid(), law="viscous_elastoplastic", gap="2 mm", yield_force="inf"))
     advice = pr.advise(scene)
