@@ -226,27 +226,11 @@ def advise(
         for place, (point, speed) in enumerate(speeds)
         if _has_stiffness(study, place)
     )
-    runs, skipped = [], _not_applicable(study)
-    if touched.any():
-        proposed = any(one.recommended not in (None, one.own) for one in ranges)
-        scanner.total = 1 + sum(_counts_of(study, skipped).values()) + proposed
-        varied: dict[str, Callable[[], _Runs]] = {
-            STIFFNESS: lambda: _stiffnesses(study, scanner, base),
-            RESTITUTION: lambda: _restitutions(study, scanner, base),
-            FORCE: lambda: _yield_forces(study, scanner, base),
-            LAW: lambda: _laws(study, scanner, speeds),
-        }
-        runs = [make() for factor, make in varied.items() if factor not in skipped]
-        runs += [_proposed(study, scanner, base, ranges)] if proposed else []
+    skipped = _not_applicable(study)
+    runs = _varied(study, scanner, base, ranges, skipped) if touched.any() else []
     influences = tuple(one for run in runs for one in _influences(study, run, touched))
     walls = {one.wall for one in ranges}  # what moves a wall is next to nothing, however much of it
-    if ranges and not touched.any():
-        skipped["speed"] = f"approach speed: {USUAL_TERMS.speed:g} m/s is assumed, for want of a contact"
-    notes = [*skipped.values(), *_assumptions(study, ensemble, chosen, ranges)]
-    if LAW in {run.factor for run in runs} and any(known_law(name).capped for name in study.model_names):
-        notes.append(
-            "law: set side by side without yielding, which most laws do not have; see F_E for what that changes"
-        )
+    notes = [*skipped.values(), *_assumptions(study, ensemble, chosen, ranges), *_notes_on_runs(study, base, runs)]
     return Advice(
         scene=study.name,
         gap=_gap_words(study),
@@ -260,6 +244,24 @@ def advise(
         left_out=tuple(dict.fromkeys(notes)),
         finding=_finding(study, base, [one for one in influences if one.place not in walls]),
     )
+
+
+def _varied(
+    study: Scene, scanner: _Scanner, base: xr.Dataset, ranges: Sequence[StiffnessRange], skipped: dict[str, str]
+) -> list[_Runs]:
+    """The runs of every factor that applies, and of the stiffness that is proposed where it is another one."""
+    varied: dict[str, Callable[[], _Runs]] = {
+        STIFFNESS: lambda: _stiffnesses(study, scanner, base),
+        RESTITUTION: lambda: _restitutions(study, scanner, base),
+        FORCE: lambda: _yield_forces(study, scanner, base),
+        LAW: lambda: _laws(study, scanner, base),
+        PROPOSED: lambda: _proposed(study, scanner, base, ranges),
+    }
+    left_out = set(skipped)
+    if all(one.recommended in (None, one.own) for one in ranges):
+        left_out.add(PROPOSED)
+    scanner.total = 1 + sum(count for factor, count in _scan_counts(study).items() if factor not in left_out)
+    return [run() for factor, run in varied.items() if factor not in left_out]
 
 
 # ------------------------------------------------------------------------------------------------ the runs
@@ -352,7 +354,7 @@ def _yield_forces(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
     peaks = _cases(base, "peak_contact_force")
     touched = _touched(base)
     usual = [float(np.median(peaks[hit, place])) if hit.any() else inf for place, hit in enumerate(touched.T)]
-    yields = any(min(one.yield_force, one.column_yield_force) < inf for one in study.interfaces)
+    yields = _yields(study)
     scenes = []
     for multiple in FORCE_MULTIPLES if yields else FORCE_SHARES:
         interfaces = tuple(
@@ -373,17 +375,17 @@ def _yield_forces(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
     return _Runs(FORCE, tuple(words), datasets, (True,) * len(datasets), base)
 
 
-def _laws(study: Scene, scanner: _Scanner, speeds: Sequence[tuple[int, float]]) -> _Runs:
+def _laws(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
     """Other laws on equal terms, at the approach speed of the interface that is struck fastest, without yielding."""
-    fastest = max(speed for _, speed in speeds)
+    fastest = max(_approach(base, study, place)[1] for place in range(len(study.interfaces)))
     asked = study.equal_terms
     study = study.updated(yield_force=inf, column_yield_force=inf, grid=study.grid._replace(yield_forces=(inf,)))
     alike = on_equal_terms(study, _other_laws(study), None, (None, None if asked else fastest))
     alike, _ = with_relation(alike, None)
     dataset = scanner.run(alike)
     names = tuple(name for name in alike.grid.contact_models if name != study.contact_model)
-    base = dataset.sel(contact_model=[study.contact_model])
-    return _Runs(LAW, names, tuple(dataset.sel(contact_model=[name]) for name in names), (True,) * len(names), base)
+    own = dataset.sel(contact_model=[study.contact_model])
+    return _Runs(LAW, names, tuple(dataset.sel(contact_model=[name]) for name in names), (True,) * len(names), own)
 
 
 def _other_laws(study: Scene) -> tuple[str, ...]:
@@ -421,12 +423,15 @@ def _not_applicable(study: Scene) -> dict[str, str]:
     return sentences
 
 
-def _counts_of(study: Scene, skipped: dict[str, str]) -> dict[str, int]:
+def _scan_counts(study: Scene) -> dict[str, int]:
     """Number of scans of each factor."""
-    yields = any(min(one.yield_force, one.column_yield_force) < inf for one in study.interfaces)
-    counts = {STIFFNESS: len(MULTIPLES) - 1, RESTITUTION: len(RESTITUTIONS), LAW: 1}
-    counts[FORCE] = len(FORCE_MULTIPLES if yields else FORCE_SHARES)
-    return {factor: count for factor, count in counts.items() if factor not in skipped}
+    forces = len(FORCE_MULTIPLES if _yields(study) else FORCE_SHARES)
+    return {STIFFNESS: len(MULTIPLES) - 1, RESTITUTION: len(RESTITUTIONS), FORCE: forces, LAW: 1, PROPOSED: 1}
+
+
+def _yields(study: Scene) -> bool:
+    """Whether an interface has a yield force that is finite."""
+    return any(min(one.yield_force, one.column_yield_force) < inf for one in study.interfaces)
 
 
 def _has_stiffness(study: Scene, place: int) -> bool:
@@ -553,6 +558,18 @@ def _assumptions(
             )
     if study.effects:
         yield "effects: they act in the runs, not in the isolated impact from which the range follows"
+
+
+def _notes_on_runs(study: Scene, base: xr.Dataset, runs: Sequence[_Runs]) -> Iterator[str]:
+    """What is to be known of the runs themselves."""
+    if LAW in {run.factor for run in runs} and any(known_law(name).capped for name in study.model_names):
+        yield "law: set side by side without yielding, which most laws do not have; see F_E for what that changes"
+    if not _touched(base).any() and any(_has_stiffness(study, place) for place in range(len(study.interfaces))):
+        yield f"approach speed: {USUAL_TERMS.speed:g} m/s is assumed, for want of a contact"
+    datasets = [base, *(dataset for run in runs for dataset in run.datasets if dataset is not base)]
+    failed = sum(int((dataset["status"] != COMPLETE).sum()) for dataset in datasets)
+    if failed:
+        yield f"runs: {failed} of {sum(dataset['status'].size for dataset in datasets)} failed and count nowhere"
 
 
 def _yielding_duration(study: Scene, one: StiffnessRange) -> float:
