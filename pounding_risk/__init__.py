@@ -24,6 +24,7 @@ _HOMES = {
     "rerun": "studies.rerun",
     "histories": "studies.histories",
     "compare": "studies.compare",
+    "advise": "studies.advice",
     "accuracy": "studies.accuracy",
     "stability": "studies.stability",
     "verify": "studies.verification",

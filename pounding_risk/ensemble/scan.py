@@ -34,6 +34,7 @@ from pounding_risk.scene.scene import Scene
 
 if TYPE_CHECKING:
     from pounding_risk.ensemble.checkpoint.folder import Checkpoint
+    from pounding_risk.motions.ensemble import MotionEnsemble
 
 LAZY = 1e8  # bytes; a larger dataset is returned lazily
 
@@ -48,7 +49,10 @@ class ShardDone(NamedTuple):
 
 
 class Scan:
-    """A scan that is ready to run: its job, the attributes of its dataset, and its executor."""
+    """A scan that is ready to run: its job, the attributes of its dataset, and its executor.
+
+    The ``ensemble`` of motions is that of the scene, unless one is given.
+    """
 
     def __init__(
         self,
@@ -58,11 +62,12 @@ class Scan:
         check_fraction: float,
         executor: Executor,
         progress: Progress | None,
-        command: str,
+        command: str = "",
+        ensemble: MotionEnsemble | None = None,
     ):
         check_fraction = check_share(check_fraction)
         self.study = as_scene(study)
-        ensemble = gathered(self.study)
+        ensemble = gathered(self.study) if ensemble is None else ensemble
         motions = len(ensemble.motions)
         shape = (motions, len(self.study.records.polarities), *map(len, self.study.grid))
         self.bytes = grid_bytes(self.study, motions)
@@ -117,6 +122,15 @@ class Scan:
             for batch, patch in finish.patches:
                 store.write(range(batch, batch + 1), patch)
             store.finish(finish.attrs | self.attrs | created(self.command or "pounding_risk.scan", begun))
+
+    def in_memory(self) -> xr.Dataset:
+        """Solve every batch and return the dataset, without a file."""
+        check_held(self.study, self.bytes)
+        held = ChunksInMemory()
+        self.work([range(self.job.batches)], [], held.keep)
+        made = Memory(self.job.template)  # after the runs, which have found the peaks without contact that are in it
+        self.assemble(held.chunks, made)
+        return made.dataset()
 
     def checkpoint(self, target: Path, *, new: bool, shared: bool) -> Checkpoint:
         """Open the checkpoint beside the results."""
@@ -213,20 +227,14 @@ def scan(
         progress=progress,
         command=command,
     )
-    whole = [range(one.job.batches)]
     if target is None:
-        check_held(one.study, one.bytes)
-        held = ChunksInMemory()
-        one.work(whole, [], held.keep)
-        made = Memory(one.job.template)  # after the runs, which have found the peaks without contact that are in it
-        one.assemble(held.chunks, made)
-        return made.dataset()
+        return one.in_memory()
     one.check_room(target)
     with one.checkpoint(target, new=new, shared=False) as checkpoint:
         for path in remove_leftovers(target):  # the holder of the checkpoint is alone at the target
             checkpoint.log("removed", file=path.name, why="a process was killed while it wrote this")
         with stoppable(checkpoint):
-            one.fill(checkpoint, whole)
+            one.fill(checkpoint, [range(one.job.batches)])
             one.assemble(checkpoint.chunks, store_of(one.job.template, target), checkpoint.begun)
         checkpoint.clear()
     template = one.job.template

@@ -1,0 +1,117 @@
+"""Figure of advice on a contact: how the main outputs change with its stiffness, with the range to take shaded."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk._common.counted import counted
+from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, plain, title
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pounding_risk.studies.advice import Advice, Influence
+    from pounding_risk.studies.advice_stiffness import StiffnessRange
+
+MOST_PANELS = 3  # interfaces that are drawn, the first ones
+BAND = "#009E73"
+# Words, marker, colour and dash of each output that is drawn.
+DRAWN = {
+    "peak_contact_force": ("peak contact force", "o", *STYLES[0]),
+    "peak_floor_acceleration": ("peak floor acceleration", "s", *STYLES[1]),
+    "impulse": ("impulse", "^", *STYLES[2]),
+    "impact_count": ("impact count", "D", *STYLES[3]),
+    "peak_displacement": ("peak displacement", "v", "#000000", "-"),
+}
+
+
+def advice_figure(advice: Advice, note: str = "") -> Figure:
+    """Median outputs against the contact stiffness, over those with the scene's, a panel for each interface.
+
+    Parameters
+    ----------
+    advice : Advice
+        Advice on a scene whose contact has a stiffness.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The recommended range is shaded, the scene's stiffness a dotted line, published rules ticks at the foot. Of the
+        two buildings at an interface the one is drawn whose output changes more. Without any contact, or any
+        stiffness, the panel says so.
+    """
+    ranges = advice.ranges[:MOST_PANELS]
+    figure, axes = blank(1, max(len(ranges), 1), size=(5.4 + 4.2 * max(len(ranges), 1), 5.4), sharey=True)
+    if not ranges or not advice.influences:
+        reason = "no contact in any case" if ranges else "the contact model has no stiffness"
+        axes[0, 0].text(0.5, 0.5, reason, ha="center", color=QUIET, transform=axes[0, 0].transAxes)
+    reach = [1.0]
+    for axis, one in zip(axes.flat, ranges, strict=False):
+        reach += _panel(axis, advice, one)
+    axes[0, 0].set_ylim(min(0.5, 0.8 * min(reach)), max(2.0, 1.25 * max(reach)))
+    axes[0, 0].set_ylabel("median over that with the scene's stiffness [-]")
+    left_out = len(advice.ranges) - len(ranges)
+    more = f"; {counted(left_out, 'more interface')} not drawn" if left_out else ""
+    condition = (
+        f"{plain(advice.scene)}; gap {advice.gap}; {advice.touched} of {counted(advice.cases, 'case')} with contact; "
+        "shaded: contacts longer than a wave's passage through a floor and shorter than a tenth of the shorter "
+        f"period; dotted: the scene's stiffness; ticks at the foot: published rules{more}"
+    )
+    title(figure, plain(advice.finding), condition, note)
+    handles = axes[0, 0].get_legend_handles_labels()[0]
+    if handles:
+        legend_below(figure, handles, len(handles))
+    return figure
+
+
+def _panel(axis: Any, advice: Advice, one: StiffnessRange) -> list[float]:
+    """The curves of one interface; the values drawn."""
+    _frame(axis, one)
+    drawn: list[float] = []
+    for output, (words, marker, colour, dash) in DRAWN.items():
+        curve = _widest(advice, one, output)
+        if curve is None:
+            continue
+        ratios = 1.0 + np.array(curve.medians)
+        ratios[~(ratios > 0.0)] = np.nan  # none at all has no place on an axis of powers of ten
+        stiffnesses = one.own * np.array([float(text.removeprefix("× ")) for text in curve.tried])
+        axis.plot(stiffnesses, ratios, dash, color=colour, marker=marker, markersize=5, label=words)
+        drawn += ratios[np.isfinite(ratios)].tolist()
+        if curve.place != one.interface and np.isfinite(ratios[-1]):
+            beside = {"xytext": (5, 0), "textcoords": "offset points", "va": "center"}
+            axis.annotate(plain(curve.place), (stiffnesses[-1], ratios[-1]), fontsize=7.5, color=colour, **beside)
+    return drawn
+
+
+def _frame(axis: Any, one: StiffnessRange) -> None:
+    """Axes with the range, the scene's stiffness and the published rules."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.set_title(plain(one.interface), fontsize=10, loc="left")
+    axis.set_xlabel(f"contact stiffness [{one.unit.replace('^1.5', '$^{1.5}$')}]")
+    axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.yaxis.set_minor_formatter(NullFormatter())
+    axis.set_xlim(one.own / 200.0, one.own * 400.0)
+    if not one.is_empty:
+        axis.axvspan(one.low, one.high, color=BAND, alpha=0.15, linewidth=0)
+    axis.axvline(one.own, color=QUIET, linestyle=":", linewidth=1.2)
+    low, high = axis.get_xlim()
+    for rule in one.rules:
+        if low < rule.equivalent < high:
+            ends = [rule.equivalent, rule.equivalent], [0.0, 0.03]
+            axis.plot(*ends, color="black", linewidth=1.4, transform=axis.get_xaxis_transform())
+
+
+def _widest(advice: Advice, one: StiffnessRange, output: str) -> Influence | None:
+    """The curve of an output: at the interface, or of that building beside it, no wall, whose values change most."""
+    places = [one.interface, *(name for name in one.buildings if name != one.wall)]
+    curves = [advice.influence("stiffness", output, place) for place in places]
+    defined = [curve for curve in curves if curve is not None and curve.verdict]
+    return max(defined, key=lambda curve: float(np.nanmax(np.abs(curve.medians))), default=None)

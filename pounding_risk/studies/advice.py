@@ -1,0 +1,699 @@
+"""Which contact to write into a scene: what depends on its stiffness, restitution, yield force and law, and what not.
+
+One value at a time is changed around the scene, over few motions: enough to tell what decides an answer from what does
+not, not to assess it. `advice_stiffness` has the range of stiffness and the published rules.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from math import inf, isfinite, isnan
+from os import cpu_count
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from pounding_risk._common.counted import counted
+from pounding_risk._common.progress import Progress
+from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk.ensemble.scan import Scan
+from pounding_risk.ensemble.threads import Threads
+from pounding_risk.models.contact.impulsive import is_instant, needs_floors
+from pounding_risk.models.contact.relation import AS_PUBLISHED
+from pounding_risk.models.restitution import constant
+from pounding_risk.models.structures.contact_points import FLOOR
+from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.motions.ensemble import MotionEnsemble
+from pounding_risk.results.summary import COMPLETE
+from pounding_risk.scene.interfaces import NO_RESTITUTION, GivenRestitution, known_law
+from pounding_risk.scene.motions import gathered
+from pounding_risk.scene.reader import as_scene
+from pounding_risk.scene.scene import Scene
+from pounding_risk.studies.advice_stiffness import USUAL_FLOOR_LENGTH, StiffnessRange, ms, stiffness_range
+from pounding_risk.studies.compare import USUAL_TERMS, on_equal_terms, runnable, with_relation
+from pounding_risk.studies.impact import impact
+from pounding_risk.units import FLOOR_LENGTH, GAP, YIELD_FORCE, Quantity, say, shown, si
+
+MOST_MOTIONS = 4  # records that are run, evenly spaced over those of the scene
+MULTIPLES = (0.01, 0.1, 1.0, 10.0, 100.0)  # of the scene's stiffness that are run
+JUDGED = 10.0  # multiples up to this one, up and down, count for the verdict
+RESTITUTIONS = (0.5, 0.65, 0.8)  # the usual 0.5 to 0.75 of concrete and a little beyond
+FORCE_SHARES = (0.5, 0.25)  # of the median peak contact force, where the scene's contact does not yield
+FORCE_MULTIPLES = (0.5, 2.0, inf)  # of the scene's yield force, where it does
+# Laws that dissipate, so that all return the same e; elastic ones differ by that, and jumps have no force.
+LAWS = ("kelvin_voigt_tension_cut", "modified_kelvin_voigt", "hertz_damp_exact", "jankowski")
+LITTLE, MUCH = 0.05, 0.25  # change of a median from which an output depends somewhat, and depends
+NOT, SOMEWHAT, DEPENDS = "does not depend", "somewhat", "depends"
+STIFFNESS, RESTITUTION, FORCE, LAW = FACTORS = ("stiffness", "restitution", "F_E", "law")
+PROPOSED = "proposed stiffness"  # of all interfaces together, where another one than the scene's is proposed
+
+
+class Output(NamedTuple):
+    """An output that is judged: where it lives, its unit and its words."""
+
+    place: str  # "building" or "interface"
+    unit: str
+    words: str
+
+
+OUTPUTS = {
+    "peak_displacement": Output("building", "m", "peak displacement"),
+    "peak_storey_shear": Output("building", "N", "peak storey shear"),
+    "peak_floor_acceleration": Output("building", "m/s^2", "peak floor acceleration"),
+    "peak_contact_force": Output("interface", "N", "peak contact force"),
+    "impulse": Output("interface", "N s", "impulse"),
+    "impact_count": Output("interface", "1", "impact count"),
+}
+SAME_AS_DISPLACEMENT = "peak_storey_shear"  # of a single mass
+
+
+@dataclass(frozen=True, repr=False)
+class Influence(ShortRepr):
+    """Change of one output at one place by one factor, over the cases with contact there."""
+
+    factor: str  # one of `FACTORS`, or `PROPOSED`
+    output: str  # one of `OUTPUTS`
+    place: str  # building, or "left | right"
+    tried: tuple[str, ...]  # the values of the factor, in words
+    medians: tuple[float, ...]  # median change of the cases by each, relative to the scene's; NaN where none is defined
+    largest: float  # largest change, up or down, of a single case by a value that counts
+    counts: tuple[bool, ...]  # which values count for the verdict
+
+    @property
+    def _judged(self) -> list[float]:
+        """The median changes by the values that count, where they are defined."""
+        return [one for one, counts in zip(self.medians, self.counts, strict=True) if counts and not isnan(one)]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Smallest and largest median change by the values that count, 0 among them, as the scene's own is."""
+        return min(0.0, *self._judged, 0.0), max(0.0, *self._judged, 0.0)
+
+    @property
+    def verdict(self) -> str:
+        """`NOT` below 5 %, `SOMEWHAT` up to 25 %, `DEPENDS` above; "" where no change is defined."""
+        if not self._judged:
+            return ""
+        most = max(map(abs, self.ends))
+        return NOT if most < LITTLE else SOMEWHAT if most <= MUCH else DEPENDS
+
+    @property
+    def range_words(self) -> str:
+        """The median changes in per cent: "-60 to +151 %"."""
+        low, high = map(_percent, self.ends)
+        return "0 %" if low == high == "0" else f"{low} to {high} %"
+
+    @property
+    def words(self) -> str:
+        """The verdict with the changes, and the largest of a single case where that is another class."""
+        if not self.verdict:
+            return "–"
+        stands_out = self.largest > 2.0 * max(*map(abs, self.ends), MUCH)
+        alone = f", one case by {100.0 * self.largest:.0f} %" if stands_out else ""
+        return f"{self.verdict}, {self.range_words}{alone}"
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """Factor, output and verdict."""
+        yield "factor", self.factor
+        yield "output", f"{OUTPUTS[self.output].words}, {self.place}"
+        yield "verdict", self.words
+
+
+def _percent(change: float) -> str:
+    """A relative change in per cent, with its sign; to a tenth below 10 %."""
+    value = round(100.0 * change, 1 if abs(change) < 0.0995 else 0)
+    return "0" if value == 0.0 else f"{value:+g}".replace("-", "−")
+
+
+class Line(NamedTuple):
+    """What to write for one key of an [[interface]], and why; an empty line where it is only told."""
+
+    interface: str  # "" for all
+    line: str
+    why: str
+
+
+@dataclass(frozen=True, repr=False)
+class Advice(ShortRepr):
+    """Advice on the contact of a scene: see `advise`."""
+
+    scene: str
+    gap: str  # in words
+    motions: tuple[str, ...]  # that were run
+    cases: int
+    touched: int  # cases with contact anywhere
+    lines: tuple[Line, ...]
+    ranges: tuple[StiffnessRange, ...]  # of each interface whose law has a stiffness
+    influences: tuple[Influence, ...]
+    now: dict[tuple[str, str], float]  # median of each output at each place with the scene's contact, where defined
+    left_out: tuple[str, ...]  # what does not apply, was not run, or is assumed
+    finding: str
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """The finding and the lines to write."""
+        yield "scene", self.scene
+        yield "cases", f"{self.cases}, {self.touched} with contact, at a gap of {self.gap}"
+        for line in self.lines:
+            if not (line.line or line.interface):
+                continue
+            yield "write", f"{line.line or 'nothing'}{f' ({line.interface})' if line.interface else ''}"
+        yield "finding", self.finding
+
+    def influence(self, factor: str, output: str, place: str) -> Influence | None:
+        """That of one factor on one output at one place; None where it was not run."""
+        wanted = (factor, output, place)
+        return next((one for one in self.influences if (one.factor, one.output, one.place) == wanted), None)
+
+
+class _Runs(NamedTuple):
+    """One factor's runs: in words what each has in place of the scene's own, the dataset, and if it counts."""
+
+    factor: str
+    tried: tuple[str, ...]
+    datasets: tuple[xr.Dataset, ...]
+    counts: tuple[bool, ...]
+    base: xr.Dataset
+
+
+def advise(
+    study: Scene | str | Path,
+    *,
+    gap: float | str | None = None,
+    floor_length: float | str = USUAL_FLOOR_LENGTH,
+    progress: Progress | None = None,
+) -> Advice:
+    """Advise on the contact of a scene: what to write, and which outputs depend on it.
+
+    Stiffness, restitution, yield force and contact law are changed one at a time, under four records at most, in every
+    polarity, at the largest amplitude of the grid and at one gap.
+
+    Parameters
+    ----------
+    study : Scene or path
+        A scene, or the path of its TOML file.
+    gap : float or str, optional
+        The gap, a number in m or a text with a unit; the scene's own by default.
+    floor_length : float or str
+        Length of the floors of buildings that give none, of storeys for example: a number in m or a text with a unit.
+    progress : callable, optional
+        Called with the number of scans done and of all scans.
+
+    Returns
+    -------
+    Advice
+        Lines to write, the range of stiffness of each interface with the published rules, the influences, and what was
+        left out.
+
+    Raises
+    ------
+    PoundingError
+        As `scan`, and for a gap or length that cannot be read.
+    """
+    length = si(floor_length, FLOOR_LENGTH, "advise: floor_length")
+    study = _one_case(as_scene(study), gap)
+    ensemble = gathered(study)
+    chosen = ensemble._replace(motions=_thinned(ensemble.motions))
+    scanner = _Scanner(chosen, progress)
+    base = scanner.run(study)
+    touched = _touched(base)
+    speeds = [_approach(base, study, place) for place in range(len(study.interfaces))]
+    ranges = tuple(
+        stiffness_range(study, place, study.points[point], speed, length)
+        for place, (point, speed) in enumerate(speeds)
+        if _has_stiffness(study, place)
+    )
+    skipped = _not_applicable(study)
+    runs = _varied(study, scanner, base, ranges, skipped) if touched.any() else []
+    influences = tuple(one for run in runs for one in _influences(study, run, touched))
+    walls = {one.wall for one in ranges}  # what moves a wall is next to nothing, however much of it
+    notes = [*skipped.values(), *_assumptions(study, ensemble, chosen, ranges), *_notes_on_runs(study, base, runs)]
+    return Advice(
+        scene=study.name,
+        gap=_gap_words(study),
+        motions=tuple(motion.name for motion in chosen.motions),
+        cases=int(base["status"].size),
+        touched=int(touched.any(axis=-1).sum()),
+        lines=tuple(_lines(study, ranges, influences)),
+        ranges=ranges,
+        influences=influences,
+        now=_medians(study, base, touched),
+        left_out=tuple(dict.fromkeys(notes)),
+        finding=_finding(study, base, [one for one in influences if one.place not in walls]),
+    )
+
+
+def _varied(
+    study: Scene, scanner: _Scanner, base: xr.Dataset, ranges: Sequence[StiffnessRange], skipped: dict[str, str]
+) -> list[_Runs]:
+    """The runs of every factor that applies, and of the stiffness that is proposed where it is another one."""
+    varied: dict[str, Callable[[], _Runs]] = {
+        STIFFNESS: lambda: _stiffnesses(study, scanner, base),
+        RESTITUTION: lambda: _restitutions(study, scanner, base),
+        FORCE: lambda: _yield_forces(study, scanner, base),
+        LAW: lambda: _laws(study, scanner, base),
+        PROPOSED: lambda: _proposed(study, scanner, base, ranges),
+    }
+    left_out = set(skipped)
+    if all(one.recommended in (None, one.own) for one in ranges):
+        left_out.add(PROPOSED)
+    scanner.total = 1 + sum(count for factor, count in _scan_counts(study).items() if factor not in left_out)
+    return [run() for factor, run in varied.items() if factor not in left_out]
+
+
+# ------------------------------------------------------------------------------------------------ the runs
+
+
+class _Scanner:
+    """Runs scenes under the same motions, and reports how many are done."""
+
+    def __init__(self, ensemble: MotionEnsemble, progress: Progress | None):
+        self.ensemble, self.progress = ensemble, progress
+        self.done, self.total = 0, 1
+
+    def run(self, study: Scene) -> xr.Dataset:
+        """The dataset of a scene."""
+        executor = Threads(cpu_count() or 1)
+        options: dict[str, Any] = {"screening": True, "check_fraction": 0.0, "executor": executor, "progress": None}
+        dataset = Scan(study, **options, ensemble=self.ensemble).in_memory()
+        self.done += 1
+        if self.progress:
+            self.progress(self.done, self.total)
+        return dataset
+
+
+def _one_case(study: Scene, gap: float | str | None) -> Scene:
+    """The scene at one gap and one amplitude, with its own contact."""
+    own = study.interfaces[0]
+    if gap is None:
+        named = study.interface_names[0] if len(study.interfaces) > 1 else study.gridded_interface
+        study = study.updated(gridded_interface=named)  # each interface keeps its gap
+        gaps = (own.gap,)
+    else:
+        gaps = (si(gap, GAP, "advise: gap"),)
+    amplitudes = [pga for pga in study.grid.pgas if pga is not None]
+    asked = study.records.pga
+    largest = asked if asked in amplitudes else max(amplitudes, default=None)
+    axes = study.grid._replace(
+        gaps=gaps,
+        yield_forces=(own.yield_force,),
+        contact_models=(study.contact_model,),
+        pgas=(largest,),
+    )
+    if gap is not None:
+        if study.gridded_interface is None:
+            study = study.updated(gap=gaps[0])
+        else:
+            place = study.interface_names.index(study.gridded_interface)
+            between = list(study.interfaces)
+            between[place] = between[place]._replace(gap=gaps[0])
+            study = study.updated(interfaces=tuple(between))
+    return study.updated(grid=axes)
+
+
+def _thinned(motions: Sequence[Any]) -> tuple[Any, ...]:
+    """At most `MOST_MOTIONS` of the motions, evenly spaced."""
+    count = min(len(motions), MOST_MOTIONS)
+    return tuple(motions[round(place)] for place in np.linspace(0, len(motions) - 1, count))
+
+
+def _stiffnesses(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
+    datasets = []
+    for multiple in MULTIPLES:
+        interfaces = tuple(
+            one if one.stiffness is None else one._replace(stiffness=multiple * one.stiffness)
+            for one in study.interfaces
+        )
+        datasets.append(base if multiple == 1.0 else scanner.run(study.updated(interfaces=interfaces)))
+    judged = tuple(1.0 / JUDGED <= multiple <= JUDGED for multiple in MULTIPLES)
+    return _Runs(STIFFNESS, tuple(f"× {multiple:g}" for multiple in MULTIPLES), tuple(datasets), judged, base)
+
+
+def _proposed(study: Scene, scanner: _Scanner, base: xr.Dataset, ranges: Sequence[StiffnessRange]) -> _Runs:
+    """The scene with the stiffness that is proposed at each interface."""
+    stiffnesses = {one.interface: one.recommended or one.own for one in ranges}
+    interfaces = tuple(
+        one._replace(stiffness=stiffnesses.get(name, one.stiffness))
+        for name, one in zip(study.interface_names, study.interfaces, strict=True)
+    )
+    dataset = scanner.run(study.updated(interfaces=interfaces))
+    return _Runs(PROPOSED, ("as proposed",), (dataset,), (True,), base)
+
+
+def _restitutions(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
+    scenes = [study.updated(restitution=constant(e), restitution_words=f"{e!r}") for e in RESTITUTIONS]
+    datasets = tuple(scanner.run(scene) for scene in scenes)
+    return _Runs(RESTITUTION, tuple(f"{e:g}" for e in RESTITUTIONS), datasets, (True,) * len(datasets), base)
+
+
+def _yield_forces(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
+    """Multiples of the scene's yield forces; where it has none, shares of the median peak force of each interface."""
+    peaks = _cases(base, "peak_contact_force")
+    touched = _touched(base)
+    usual = [float(np.median(peaks[hit, place])) if hit.any() else inf for place, hit in enumerate(touched.T)]
+    yields = _yields(study)
+    scenes = []
+    for multiple in FORCE_MULTIPLES if yields else FORCE_SHARES:
+        interfaces = tuple(
+            one._replace(
+                yield_force=multiple * (one.yield_force if yields else peak),
+                column_yield_force=multiple * (one.column_yield_force if yields else peak),
+            )
+            for one, peak in zip(study.interfaces, usual, strict=True)
+        )
+        axes = study.grid._replace(yield_forces=(interfaces[0].yield_force,))
+        scenes.append(study.updated(interfaces=interfaces, grid=axes))
+    words = (
+        ["none" if one == inf else f"× {one:g}" for one in FORCE_MULTIPLES]
+        if yields
+        else [f"{one:g} of the peak" for one in FORCE_SHARES]
+    )
+    datasets = tuple(scanner.run(scene) for scene in scenes)
+    return _Runs(FORCE, tuple(words), datasets, (True,) * len(datasets), base)
+
+
+def _laws(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
+    """Other laws on equal terms, at the approach speed of the interface that is struck fastest, without yielding."""
+    fastest = max(_approach(base, study, place)[1] for place in range(len(study.interfaces)))
+    asked = study.equal_terms
+    study = study.updated(yield_force=inf, column_yield_force=inf, grid=study.grid._replace(yield_forces=(inf,)))
+    alike = on_equal_terms(study, _other_laws(study), None, (None, None if asked else fastest))
+    alike, _ = with_relation(alike, None)
+    dataset = scanner.run(alike)
+    names = tuple(name for name in alike.grid.contact_models if name != study.contact_model)
+    own = dataset.sel(contact_model=[study.contact_model])
+    return _Runs(LAW, names, tuple(dataset.sel(contact_model=[name]) for name in names), (True,) * len(names), own)
+
+
+def _other_laws(study: Scene) -> tuple[str, ...]:
+    """Those of `LAWS` that can stand in for the scene's own."""
+    able = runnable(study)
+    return tuple(name for name in LAWS if name in able and name != study.contact_model)
+
+
+def _not_applicable(study: Scene) -> dict[str, str]:
+    """The factors that are not varied, each with the sentence that says why."""
+    laws = {name: known_law(name) for name in study.models_of(study.contact_model)}
+    names = ", ".join(laws)
+    jumps = [name for name, law in laws.items() if is_instant(law)]
+    sentences = {}
+    if jumps and len(jumps) == len(laws):
+        finite = all(needs_floors(law) for law in laws.values())
+        sentences[STIFFNESS] = f"stiffness: {names} has none, " + (
+            "its force is that of waves in the floors"
+            if finite
+            else "its velocities jump, so that forces and accelerations of a touch are not finite; write "
+            'contact_model = "jankowski" and a stiffness to have them'
+        )
+        sentences[LAW] = f"law: {names} cannot be calibrated to others, for want of a stiffness; see compare"
+    if not any(law.needs_restitution for law in laws.values()):
+        elastic = "" if jumps else "; it returns all energy of a touch below yielding"
+        sentences[RESTITUTION] = f"restitution: {names} takes none{elastic}"
+    if not any(law.capped for law in laws.values()):
+        sentences[FORCE] = (
+            f"F_E: {names} has no cap, so that F_E does not act; viscous_elastoplastic and van_mier yield"
+        )
+    if LAW not in sentences and any(one.restitution_words == NO_RESTITUTION for one in study.interfaces):
+        sentences[LAW] = "law: the scene gives no restitution, which the laws that dissipate need to be compared"
+    if LAW not in sentences and (jumps or not _other_laws(study)):
+        sentences[LAW] = "law: no other law that dissipates can be calibrated to this scene's; see compare"
+    return sentences
+
+
+def _scan_counts(study: Scene) -> dict[str, int]:
+    """Number of scans of each factor."""
+    forces = len(FORCE_MULTIPLES if _yields(study) else FORCE_SHARES)
+    return {STIFFNESS: len(MULTIPLES) - 1, RESTITUTION: len(RESTITUTIONS), FORCE: forces, LAW: 1, PROPOSED: 1}
+
+
+def _yields(study: Scene) -> bool:
+    """Whether an interface has a yield force that is finite."""
+    return any(min(one.yield_force, one.column_yield_force) < inf for one in study.interfaces)
+
+
+def _has_stiffness(study: Scene, place: int) -> bool:
+    here = study.interfaces[place]
+    return here.stiffness is not None and not is_instant(known_law(here.contact_model))
+
+
+# ------------------------------------------------------------------------------------------------ what they say
+
+
+def _cases(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
+    """Values of a variable (cases, places); NaN where a run failed or a count is not defined."""
+    one = dataset[name].isel(contact_model=0, gap=0, yield_force=0)
+    status = dataset["status"].isel(contact_model=0, gap=0, yield_force=0).values.ravel()
+    values = one.values.astype(float).reshape(status.size, -1)
+    counts = np.issubdtype(one.dtype, np.integer)
+    return np.where((status == COMPLETE)[:, None] & ~(counts & (values < 0.0)), values, np.nan)
+
+
+def _touched(dataset: xr.Dataset) -> NDArray[np.bool_]:
+    """True for the cases with contact at each interface (cases, interfaces)."""
+    return _cases(dataset, "impact_count") > 0.0
+
+
+def _approach(dataset: xr.Dataset, study: Scene, place: int) -> tuple[int, float]:
+    """The contact point of an interface that is struck hardest, floors first, and the median approach speed [m/s].
+
+    That of the fastest touch of each case with contact; without any the speed is that of equal terms.
+    """
+    points = [at for at, point in enumerate(study.points) if point.interface == place]
+    points = [at for at in points if study.points[at].kind == FLOOR] or points
+    hardest = points[-1]
+    if len(points) > 1:
+        forces = np.nan_to_num(_cases(dataset, "contact_point_peak_contact_force"))
+        hardest = max(reversed(points), key=lambda at: float(np.median(forces[:, at])))
+    speeds = _cases(dataset, "peak_approach_speed")[:, place]
+    fast = speeds[speeds > 0.0]
+    return hardest, float(np.median(fast)) if fast.size else USUAL_TERMS.speed
+
+
+def _places(study: Scene, output: str) -> list[tuple[str, list[int]]]:
+    """The name of each place of an output that is judged, with the interfaces whose contact counts there."""
+    if OUTPUTS[output].place == "interface":
+        return [(name, [place]) for place, name in enumerate(study.interface_names)]
+    last = len(study.interfaces)
+    return [
+        (building.name, [place for place in (at - 1, at) if 0 <= place < last])
+        for at, building in enumerate(study.buildings)
+    ]
+
+
+def _judged(study: Scene) -> Iterator[tuple[str, int, str, list[int]]]:
+    """Output, index and name of its place, and the interfaces that count, without what says nothing new."""
+    for output in OUTPUTS:
+        for at, (name, beside) in enumerate(_places(study, output)):
+            if OUTPUTS[output].place == "building":
+                building = study.buildings[at]
+                if building.is_rigid or (output == SAME_AS_DISPLACEMENT and not isinstance(building, Storeys)):
+                    continue
+            yield output, at, name, beside
+
+
+def _influences(study: Scene, runs: _Runs, touched: NDArray[np.bool_]) -> Iterator[Influence]:
+    for output, at, name, beside in _judged(study):
+        hit = touched[:, beside].any(axis=-1)
+        before = _cases(runs.base, output)[hit, at]
+        changes = [_relative(before, _cases(dataset, output)[hit, at]) for dataset in runs.datasets]
+        medians = tuple(float(np.median(change)) if change.size else np.nan for change in changes)
+        judged = [change for change, counts in zip(changes, runs.counts, strict=True) if counts and change.size]
+        largest = max((float(np.abs(change).max()) for change in judged), default=0.0)
+        yield Influence(runs.factor, output, name, runs.tried, medians, largest, runs.counts)
+
+
+def _relative(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Relative changes of the cases in which both are defined."""
+    known = np.isfinite(before) & np.isfinite(after) & (before > 0.0)
+    return after[known] / before[known] - 1.0
+
+
+def _medians(study: Scene, base: xr.Dataset, touched: NDArray[np.bool_]) -> dict[tuple[str, str], float]:
+    medians = {}
+    for output, at, name, beside in _judged(study):
+        values = _cases(base, output)[touched[:, beside].any(axis=-1), at]
+        values = values[np.isfinite(values)]
+        if values.size:
+            medians[output, name] = float(np.median(values))
+    return medians
+
+
+# ------------------------------------------------------------------------------------------------ in words
+
+
+def _gap_words(study: Scene) -> str:
+    gaps = study.interface_gaps(study.grid.gaps[0])
+    return ", ".join(dict.fromkeys(say(gap, GAP) for gap in gaps))
+
+
+def _assumptions(
+    study: Scene, ensemble: MotionEnsemble, chosen: MotionEnsemble, ranges: Sequence[StiffnessRange]
+) -> Iterator[str]:
+    """What was not run and what is assumed."""
+    count, used = len(ensemble.motions), len(chosen.motions)
+    if used < count:
+        names = ", ".join(motion.name for motion in chosen.motions)
+        yield f"records: {used} of {count} were run, {names}; the others, gaps and amplitudes are for scan"
+    assumed = {name: one.assumed_length for one in ranges for name in one.assumed}
+    if assumed:
+        single = [b.name for b in study.buildings if b.name in assumed and not isinstance(b, Storeys)]
+        where = f"; write floor_length in [[building]] {' and '.join(single)}" if single else ""
+        length = next(iter(assumed.values()))
+        yield (
+            f"floors of {', '.join(assumed)}: a length of {length:g} m is assumed, and waves of 3500 m/s, concrete; "
+            f'give another one with --floor-length "15 m"{where}'
+        )
+    for one in ranges:
+        if one.is_column:
+            yield f"{one.interface}: floors meet columns only, which bend; E A / L of the floors says nothing of them"
+        if lasts := _yielding_duration(study, one):
+            yield f"{one.interface}: yielding makes the contact of the scene's stiffness longer, {ms(lasts)}"
+        if one.wall:
+            yield (
+                f"{one.interface}: {one.wall} vibrates so fast that no contact is short beside its period; it counts "
+                "as a wall, and the range is that of its neighbour"
+            )
+    if study.effects:
+        yield "effects: they act in the runs, not in the isolated impact from which the range follows"
+
+
+def _notes_on_runs(study: Scene, base: xr.Dataset, runs: Sequence[_Runs]) -> Iterator[str]:
+    """What is to be known of the runs themselves."""
+    if LAW in {run.factor for run in runs} and any(known_law(name).capped for name in study.model_names):
+        yield "law: set side by side without yielding, which most laws do not have; see F_E for what that changes"
+    if not _touched(base).any() and any(_has_stiffness(study, place) for place in range(len(study.interfaces))):
+        yield f"approach speed: {USUAL_TERMS.speed:g} m/s is assumed, for want of a contact"
+    datasets = [base, *(dataset for run in runs for dataset in run.datasets if dataset is not base)]
+    failed = sum(int((dataset["status"] != COMPLETE).sum()) for dataset in datasets)
+    if failed:
+        yield f"runs: {failed} of {sum(dataset['status'].size for dataset in datasets)} failed and count nowhere"
+
+
+def _yielding_duration(study: Scene, one: StiffnessRange) -> float:
+    """Duration of the isolated impact under the scene's own law, where it yields in it [s]; else 0."""
+    here = study.at(study.interface_names.index(one.interface))
+    own = here.interfaces[0]
+    force = own.column_yield_force if one.is_column else own.yield_force
+    if not known_law(own.contact_model).capped or force == inf:
+        return 0.0
+    blow = impact(here.law(), one.speed, one.mass, restitution=own.restitution, yield_force=force)
+    return blow.duration if blow.peak_force >= force * (1.0 - 1e-9) else 0.0
+
+
+def _lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[Influence]) -> Iterator[Line]:
+    """What to write, key by key."""
+    own, walls = study.interfaces[0], {one.wall for one in ranges}
+    for one in ranges:
+        beside = {one.interface, *one.buildings} - walls
+        judged = [
+            other for other in influences if other.factor == STIFFNESS and other.verdict and other.place in beside
+        ]
+        yield Line(one.interface, one.line, f"{one.why}. {_verdict_words(judged, '')}" if judged else one.why)
+    if written := [one for one in influences if one.factor == PROPOSED and one.verdict and one.place not in walls]:
+        yield Line("", "", _consequence_words(written))
+    laws = [known_law(name) for name in study.models_of(study.contact_model)]
+    for factor, key, consequence in (
+        (
+            RESTITUTION,
+            "restitution",
+            'run the scene with 0.5 and 0.75 too, or write "concrete", which falls with speed',
+        ),
+        (FORCE, "yield_force", "take it from the crushing of the floor's end, or the shear strength of the column"),
+        (LAW, "contact_model", "set the laws side by side with compare"),
+    ):
+        judged = [one for one in influences if one.factor == factor and one.verdict and one.place not in walls]
+        if not judged:
+            continue
+        values = {
+            "restitution": _restitution_words(own.restitution_words, own.restitution, own.relation),
+            "yield_force": f'"{say(own.yield_force, YIELD_FORCE)}"' if isfinite(own.yield_force) else '"inf"',
+            "contact_model": shown(own.contact_model),
+        }
+        line = "" if len({getattr(one, key) for one in study.interfaces}) > 1 else f"{key} = {values[key]}"
+        why = _verdict_words(judged, consequence)
+        yield Line("", line, why if line else f"{key}, each interface's own: {why}")
+    if laws and all(is_instant(law) for law in laws):
+        yield Line("", f"contact_model = {shown(own.contact_model)}", "an instant impact takes no stiffness")
+
+
+def _restitution_words(words: str, rule: Any, relation: str) -> str:
+    written = GivenRestitution(rule, words, relation).written()
+    return shown(written) if relation == AS_PUBLISHED else f'{{value = {shown(written["value"])}, relation = "exact"}}'
+
+
+def _verdict_words(judged: Sequence[Influence], consequence: str) -> str:
+    """Which outputs depend on a factor, somewhat and not; what follows where one depends."""
+    groups = {word: _listed(judged, word) for word in (DEPENDS, SOMEWHAT, NOT)}
+    first = judged[0]
+    tried = ", ".join(value for value, counts in zip(first.tried, first.counts, strict=True) if counts)
+    if not groups[DEPENDS] and not groups[SOMEWHAT]:
+        return f"Keep it: no output changes by {100 * LITTLE:.0f} % or more with {tried}"
+    parts = []
+    if groups[DEPENDS]:
+        parts.append(f"it decides {groups[DEPENDS]}{f': {consequence}' if consequence else ''}")
+    if groups[SOMEWHAT]:
+        parts.append(f"it moves {groups[SOMEWHAT]} somewhat")
+    if groups[NOT]:
+        parts.append(f"it does not move {groups[NOT]}")
+    return f"Tried {tried}: {'; '.join(parts)}"
+
+
+def _consequence_words(influences: Sequence[Influence]) -> str:
+    """What the proposed stiffness changes, each output where it changes most."""
+    widest = _widest(influences)
+    changes = [
+        f"{OUTPUTS[one.output].words} by {_percent(one.medians[0])} % ({one.place})"
+        for one in widest
+        if one.verdict != NOT
+    ]
+    steady = ", ".join(OUTPUTS[one.output].words for one in widest if one.verdict == NOT)
+    rest = f"by less than {100 * LITTLE:.0f} %: {steady}" if steady else ""
+    return f"The proposed stiffness changes {'; '.join(filter(None, [', '.join(changes), rest]))}"
+
+
+def _widest(influences: Sequence[Influence]) -> list[Influence]:
+    """Of each output the influence at the place where it is largest, largest first."""
+    widest: dict[str, Influence] = {}
+    for one in sorted(influences, key=lambda one: -max(map(abs, one.ends))):
+        widest.setdefault(one.output, one)
+    return list(widest.values())
+
+
+def _listed(influences: Sequence[Influence], verdict: str) -> str:
+    """The outputs of a verdict with their changes, each judged where it changes most."""
+    chosen = [one for one in _widest(influences) if one.verdict == verdict]
+    return ", ".join(f"{OUTPUTS[one.output].words} ({one.place}: {one.range_words})" for one in chosen)
+
+
+def _finding(study: Scene, base: xr.Dataset, influences: Sequence[Influence]) -> str:
+    """What the stiffness decides and what not, or the restitution where there is no stiffness; and the required gap."""
+    if not _touched(base).any():
+        needed = say(float(np.nanmax(base["peak_closing_free"].values)), GAP, 3)
+        return (
+            f"No contact at a gap of {_gap_words(study)} in any of {counted(int(base['status'].size), 'case')}; "
+            f"nothing here depends on the contact; the largest closing is {needed}: to see contact, give a smaller gap"
+        )
+    alone = len(study.interfaces) == 1
+    gap = f"the {'required gap' if alone else 'gap that motion without contact needs'} does not depend on the contact"
+    judged = [one for one in influences if one.verdict]
+    factor = judged[0].factor if judged else ""
+    judged = [one for one in judged if one.factor == factor]
+    if factor not in (STIFFNESS, RESTITUTION):
+        return f"{study.contact_model} has no stiffness and no restitution to choose; {gap}"
+    span = "A stiffness from a tenth to ten times the scene's" if factor == STIFFNESS else "A restitution of 0.5 to 0.8"
+    most = max(judged, key=lambda one: max(map(abs, one.ends)))
+    least = f"{100 * LITTLE:.0f} %"
+    if most.verdict == NOT:
+        return f"{span} changes no output by {least}; {gap}"
+    steady = _listed(judged, NOT)
+    rest = f"it does not change {steady}" if steady else f"every output changes by {least} or more somewhere"
+    return f"{span} changes {OUTPUTS[most.output].words} by {most.range_words} ({most.place}); {rest}; {gap}"
+
+
+def said(value: float, output: str) -> str:
+    """A value of an output with its unit."""
+    unit = OUTPUTS[output].unit
+    return f"{value:.3g}" if unit == "1" else say(value, Quantity(unit, -inf, inf, ""), 3)
