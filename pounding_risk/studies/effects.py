@@ -161,7 +161,7 @@ def _unsuited(study: Scene, effect: str) -> str:
             chain_of(building, (_example(effect),))
     except PoundingError as error:
         return str(error)
-    return ""
+    return _refused(study, effect)  # as soil is where velocities jump
 
 
 def _refused(study: Scene, effect: str) -> str:

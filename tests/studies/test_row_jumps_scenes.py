@@ -87,6 +87,13 @@ def test_a_yield_force_plays_no_part():
     assert np.all(found["yield_count"].isel(gap=0) == -1)
 
 
+def test_the_comparison_of_effects_leaves_soil_out():
+    """A foundation is a mass of its own, on which velocities do not jump; the command ended in a traceback."""
+    compared = pr.effects(scene_of(tables()))
+    assert list(compared["effects"].values) == ["none", "wave_passage"]
+    assert "soil_flexibility gives each a foundation of its own mass" in compared.attrs["left_out"]
+
+
 def test_effects_of_a_row_with_jumps():
     """A wave changes the answer; P-Δ of single masses with a height, too."""
     given = tables()
