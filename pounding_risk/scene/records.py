@@ -381,7 +381,7 @@ class Records(Table):
     ] = ()
 
     def request(self) -> RecordRequest:
-        """What `motions.ensemble.read_ensemble` takes."""
+        """The request of ground motions that `motions.ensemble.read_ensemble` takes, in SI."""
         return RecordRequest(**{RENAMED.get(key, key): getattr(self, key) for key in type(self).model_fields})
 
 

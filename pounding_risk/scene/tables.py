@@ -37,7 +37,7 @@ _RANGE = "a list in ascending order, or {start, stop, num}; a dimension of the d
 
 
 class Title(Table):
-    """The table [scene]."""
+    """The table [scene] of a scene file: its name."""
 
     name: Annotated[
         str, text("What reports and figures call the study.", "Frame beside masonry", "the file's name")

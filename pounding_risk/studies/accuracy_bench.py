@@ -66,7 +66,7 @@ class Bench(Protocol):
 
     @property
     def labels(self) -> Sequence[str]:
-        """Of the cases."""
+        """What tables call each case: motion, contact model, gap and yield force."""
 
     @property
     def size(self) -> int:

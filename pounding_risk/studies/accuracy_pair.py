@@ -75,7 +75,7 @@ class PairBench:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Of the cases."""
+        """What tables call each case: motion, contact model, gap and yield force."""
         return tuple(label for batch in self.batches for label in batch.labels)
 
     @property

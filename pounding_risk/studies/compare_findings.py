@@ -117,7 +117,7 @@ def outputs_of(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def by_case(values: xr.DataArray) -> Array:
-    """Values as (laws, cases)."""
+    """Values of a variable as an array (laws, cases)."""
     axes = [axis for axis in CASES if axis in values.dims]
     ordered = values.transpose("contact_model", *axes).values
     return np.asarray(ordered.reshape(len(ordered), -1), dtype=float)

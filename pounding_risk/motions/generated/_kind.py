@@ -134,7 +134,7 @@ def closed(
 
 
 def largest_in_g(samples: Samples) -> float:
-    """max|a| [g]."""
+    """Largest size of the samples [g], of samples in m/s²."""
     return float(np.abs(samples).max()) / STANDARD_GRAVITY
 
 

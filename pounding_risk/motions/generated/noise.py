@@ -156,7 +156,7 @@ class Noise(Form):
             )
 
     def density(self, step: float) -> float:
-        """S₀ [m²/s³]."""
+        """Spectral density S₀ of the white noise [m²/s³] for samples ``step`` [s] apart."""
         return self.rms**2 / self._variance(step) if self.rms is not None else float(self.psd or 0.0)
 
     def _variance(self, step: float) -> float:

@@ -132,7 +132,7 @@ class Curve(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Verification(ShortRepr):
-    """Published cases beside ours."""
+    """Published cases with the values that this program gives, and how far they are apart."""
 
     checks: tuple[Check, ...]
     cases: tuple[Case, ...]
