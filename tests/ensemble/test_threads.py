@@ -326,7 +326,7 @@ def test_what_is_finished_is_kept_when_a_run_is_interrupted():
     assert np.array_equal(kept.value[found], serial(scan_input)[found])
 
 
-IN_A_KERNEL = """
+IN_A_KERNEL = r"""
 import sys, time
 import numba
 import numpy as np
@@ -344,7 +344,8 @@ spin(1)  # compiled
 class Job:
     scan_input = None
     def solve(self, batches, stop):
-        print("in", flush=True)
+        sys.stdout.write("in\n")  # one write: two threads do this at once
+        sys.stdout.flush()
         spin(60_000_000_000)  # minutes
         return {}
 
