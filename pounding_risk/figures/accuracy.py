@@ -61,28 +61,28 @@ def _draw(axis: Any, dataset: xr.Dataset, which: tuple[str, str], style: tuple[s
     middle, worst = np.array([summed_up(error) for error in settings["error"].values]).T
     if output in WHOLE:
         middle = worst  # right or wrong: what counts is whether every case is right
-    known = ~np.isnan(middle) & (middle < WORST)
+    is_known = ~np.isnan(middle) & (middle < WORST)
     line = {"color": colour, "linewidth": 2.2 if solver == EVENT else 1.2, "zorder": 4 if solver == EVENT else 3}
     # The legend's entry, with line and marker, whether or not there is anything to draw.
     axis.plot([], [], label=solver, marker=marker, markersize=5, **line)
     if output not in WHOLE:
-        axis.plot(times[known], np.maximum(middle[known], FLOOR), **line)
-        axis.plot(times[known], np.clip(worst[known], FLOOR, WORST), linestyle=":", color=colour, linewidth=0.9)
-    exact = known & (middle <= FLOOR)
-    for some, face in ((known & ~exact, colour), (exact, "white")):
+        axis.plot(times[is_known], np.maximum(middle[is_known], FLOOR), **line)
+        axis.plot(times[is_known], np.clip(worst[is_known], FLOOR, WORST), linestyle=":", color=colour, linewidth=0.9)
+    exact = is_known & (middle <= FLOOR)
+    for some, face in ((is_known & ~exact, colour), (exact, "white")):
         errors = np.maximum(middle[some], FLOOR)
         axis.plot(times[some], errors, marker, color=colour, markerfacecolor=face, markersize=5, zorder=5)
     if output == "peak_relative_displacement" and solver in (EVENT, "Runge-Kutta 4"):
-        _name_settings(axis, settings, middle, known)
+        _name_settings(axis, settings, middle, is_known)
 
 
-def _name_settings(axis: Any, settings: xr.Dataset, middle: np.ndarray, known: np.ndarray) -> None:
+def _name_settings(axis: Any, settings: xr.Dataset, middle: np.ndarray, is_known: np.ndarray) -> None:
     """Write the setting beside a few markers of the first panel."""
     values = settings["parameter"].values
     tolerance = "rtol" in str(settings["setting"].values[0])
-    for wanted in (1e-3, 1e-6, 1e-9) if tolerance else (1e-2, 1e-3, 1e-4, 1e-5):
-        index = int(np.argmin(np.abs(np.log(values / wanted))))
-        if known[index] and np.isclose(values[index], wanted):
+    for target in (1e-3, 1e-6, 1e-9) if tolerance else (1e-2, 1e-3, 1e-4, 1e-5):
+        index = int(np.argmin(np.abs(np.log(values / target))))
+        if is_known[index] and np.isclose(values[index], target):
             axis.annotate(
                 str(settings["setting"].values[index]).split(", ")[1],
                 (settings["time"].values[index], max(middle[index], FLOOR)),
@@ -94,14 +94,14 @@ def _name_settings(axis: Any, settings: xr.Dataset, middle: np.ndarray, known: n
             )
 
 
-def _frame(axis: Any, words: str, one: xr.Dataset) -> None:
+def _frame(axis: Any, words: str, settings: xr.Dataset) -> None:
     axis.set_xscale("log")
     axis.set_yscale("log")
     axis.set_ylim(FLOOR / 3.0, WORST)
     axis.set_title(words, fontsize=10)
     axis.set_xlabel("processor time per run [s]")
     axis.set_ylabel("error against the reference")
-    times = one["time"].values
+    times = settings["time"].values
     axis.set_xlim(0.2 * times.min(), 3.0 * times.max())
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
@@ -109,7 +109,7 @@ def _frame(axis: Any, words: str, one: xr.Dataset) -> None:
         axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.xaxis.set_major_formatter(FuncFormatter(lambda seconds, _: f"{seconds:g}"))
         axis.xaxis.set_minor_formatter(NullFormatter())
-    errors = one["error"].values
+    errors = settings["error"].values
     if np.isnan(errors).all():
         excuse = "the gap is closed at rest:\nthe first touch has no meaningful time"
         axis.text(0.5, 0.5, excuse, transform=axis.transAxes, ha="center", va="center", color=QUIET)

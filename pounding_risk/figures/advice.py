@@ -50,8 +50,8 @@ def advice_figure(advice: Advice, note: str = "") -> Figure:
         reason = "no contact in any case" if ranges else "the contact model has no stiffness"
         axes[0, 0].text(0.5, 0.5, reason, ha="center", color=QUIET, transform=axes[0, 0].transAxes)
     reach = [1.0]
-    for axis, one in zip(axes.flat, ranges, strict=False):
-        reach += _panel(axis, advice, one)
+    for axis, stiffness_range in zip(axes.flat, ranges, strict=False):
+        reach += _panel(axis, advice, stiffness_range)
     axes[0, 0].set_ylim(min(0.5, 0.8 * min(reach)), max(2.0, 1.25 * max(reach)))
     axes[0, 0].set_ylabel("median over that with the scene's stiffness [-]")
     left_out = len(advice.ranges) - len(ranges)
@@ -68,50 +68,50 @@ def advice_figure(advice: Advice, note: str = "") -> Figure:
     return figure
 
 
-def _panel(axis: Any, advice: Advice, one: StiffnessRange) -> list[float]:
+def _panel(axis: Any, advice: Advice, stiffness_range: StiffnessRange) -> list[float]:
     """The curves of one interface; the values drawn."""
-    _frame(axis, one)
+    _frame(axis, stiffness_range)
     drawn: list[float] = []
     for output, (words, marker, colour, dash) in DRAWN.items():
-        curve = _widest(advice, one, output)
+        curve = _widest(advice, stiffness_range, output)
         if curve is None:
             continue
         ratios = 1.0 + np.array(curve.medians)
         ratios[~(ratios > 0.0)] = np.nan  # none at all has no place on an axis of powers of ten
-        stiffnesses = one.own * np.array([float(text.removeprefix("× ")) for text in curve.tried])
+        stiffnesses = stiffness_range.own * np.array([float(text.removeprefix("× ")) for text in curve.tried])
         axis.plot(stiffnesses, ratios, dash, color=colour, marker=marker, markersize=5, label=words)
         drawn += ratios[np.isfinite(ratios)].tolist()
-        if curve.place != one.interface and np.isfinite(ratios[-1]):
+        if curve.place != stiffness_range.interface and np.isfinite(ratios[-1]):
             beside = {"xytext": (5, 0), "textcoords": "offset points", "va": "center"}
             axis.annotate(plain(curve.place), (stiffnesses[-1], ratios[-1]), fontsize=7.5, color=colour, **beside)
     return drawn
 
 
-def _frame(axis: Any, one: StiffnessRange) -> None:
+def _frame(axis: Any, stiffness_range: StiffnessRange) -> None:
     """Axes with the range, the scene's stiffness and the published rules."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axis.set_xscale("log")
     axis.set_yscale("log")
-    axis.set_title(plain(one.interface), fontsize=10, loc="left")
-    axis.set_xlabel(f"contact stiffness [{one.unit.replace('^1.5', '$^{1.5}$')}]")
+    axis.set_title(plain(stiffness_range.interface), fontsize=10, loc="left")
+    axis.set_xlabel(f"contact stiffness [{stiffness_range.unit.replace('^1.5', '$^{1.5}$')}]")
     axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.yaxis.set_minor_formatter(NullFormatter())
-    axis.set_xlim(one.own / 200.0, one.own * 400.0)
-    if not one.is_empty:
-        axis.axvspan(one.low, one.high, color=BAND, alpha=0.15, linewidth=0)
-    axis.axvline(one.own, color=QUIET, linestyle=":", linewidth=1.2)
+    axis.set_xlim(stiffness_range.own / 200.0, stiffness_range.own * 400.0)
+    if not stiffness_range.is_empty:
+        axis.axvspan(stiffness_range.low, stiffness_range.high, color=BAND, alpha=0.15, linewidth=0)
+    axis.axvline(stiffness_range.own, color=QUIET, linestyle=":", linewidth=1.2)
     low, high = axis.get_xlim()
-    for rule in one.rules:
+    for rule in stiffness_range.rules:
         if low < rule.equivalent < high:
             ends = [rule.equivalent, rule.equivalent], [0.0, 0.03]
             axis.plot(*ends, color="black", linewidth=1.4, transform=axis.get_xaxis_transform())
 
 
-def _widest(advice: Advice, one: StiffnessRange, output: str) -> Influence | None:
+def _widest(advice: Advice, stiffness_range: StiffnessRange, output: str) -> Influence | None:
     """The curve of an output: at the interface, or of that building beside it, no wall, whose values change most."""
-    places = [one.interface, *(name for name in one.buildings if name != one.wall)]
+    places = [stiffness_range.interface, *(name for name in stiffness_range.buildings if name != stiffness_range.wall)]
     curves = [advice.influence("stiffness", output, place) for place in places]
     defined = [curve for curve in curves if curve is not None and curve.verdict]
     return max(defined, key=lambda curve: float(np.nanmax(np.abs(curve.medians))), default=None)

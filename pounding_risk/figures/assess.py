@@ -49,14 +49,14 @@ def assessment_figure(assessment: Assessment, note: str = "") -> Figure:
     """
     rows = len(assessment.interfaces)
     figure, axes = blank(rows, 2, (13.0, 1.0 + 5.0 * rows))
-    for row, one in enumerate(assessment.interfaces):
-        _adequacy(axes[row, 0], one, assessment)
-        _fragilities(axes[row, 1], one, assessment)
+    for row, interface in enumerate(assessment.interfaces):
+        _adequacy(axes[row, 0], interface, assessment)
+        _fragilities(axes[row, 1], interface, assessment)
         if rows > 1:
-            axes[row, 0].set_title(one.name, fontsize=10, loc="left")
+            axes[row, 0].set_title(interface.name, fontsize=10, loc="left")
     first = assessment.interfaces[0]
     finding = (
-        "; ".join(_finding(one, rows > 1) for one in assessment.interfaces)
+        "; ".join(_finding(interface, rows > 1) for interface in assessment.interfaces)
         if rows <= MOST_NAMED
         else _counted(assessment)
     )
@@ -69,42 +69,42 @@ def assessment_figure(assessment: Assessment, note: str = "") -> Figure:
 
 def _counted(assessment: Assessment) -> str:
     """Sentence on how many gaps of a row have which verdict, and where contact is most likely."""
-    words = [one.verdict.word for one in assessment.interfaces]
+    words = [interface.verdict.word for interface in assessment.interfaces]
     counts = ", ".join(f"{words.count(word)} {VERDICT_WORDS.get(word, word)}" for word in dict.fromkeys(words))
-    worst = max(assessment.interfaces, key=lambda one: one.contact_at_gap().probability)
+    worst = max(assessment.interfaces, key=lambda interface: interface.contact_at_gap().probability)
     share = worst.contact_at_gap()
     return (
         f"Of {len(words)} gaps {counts}; most contact at {worst.name}: {share.count} of {counted(share.runs, 'motion')}"
     )
 
 
-def _finding(one: InterfaceAssessment, named: bool) -> str:
-    share, name = one.contact_at_gap(), f"{one.name}: " if named else ""
-    word = VERDICT_WORDS.get(one.verdict.word, one.verdict.word)
-    return f"{name}{own(one.gap, GAP)} is {word}: {share.count} of {counted(share.runs, 'motion')} close it"
+def _finding(interface: InterfaceAssessment, named: bool) -> str:
+    share, name = interface.contact_at_gap(), f"{interface.name}: " if named else ""
+    word = VERDICT_WORDS.get(interface.verdict.word, interface.verdict.word)
+    return f"{name}{own(interface.gap, GAP)} is {word}: {share.count} of {counted(share.runs, 'motion')} close it"
 
 
-def _adequacy(axis: Any, one: InterfaceAssessment, assessment: Assessment) -> None:
+def _adequacy(axis: Any, interface: InterfaceAssessment, assessment: Assessment) -> None:
     """Draw the exact share of the motions that close each gap, its bounds, target, gap, required gap and code rules."""
-    closing = np.array(one.closing)
-    asked = _asked(one)
-    widest = _widest(one, asked)
+    closing = np.array(interface.closing)
+    separations = _asked(interface)
+    widest = _widest(interface, separations)
     gaps = np.linspace(0.0, widest, POINTS)
     count = (closing[:, None] > gaps).sum(axis=0)
-    weight = one.verdict.independent / closing.size
+    weight = interface.verdict.independent / closing.size
     low, high = exact_bounds(weight * count, weight * np.full(POINTS, closing.size), assessment.confidence)
     # The step curve falls at each motion's own closing.
     steps, heights = np.concatenate([[0.0], closing, [widest]]), 1.0 - np.arange(closing.size + 1) / closing.size
-    bounds = f"{100 * assessment.confidence:g} % bounds, {one.verdict.independent:.0f} independent motions"
+    bounds = f"{100 * assessment.confidence:g} % bounds, {interface.verdict.independent:.0f} independent motions"
     axis.fill_between(1e3 * gaps, low, high, color=BLUE, alpha=0.15, linewidth=0.0, label=bounds)
     axis.stairs(heights, 1e3 * steps, baseline=None, color=BLUE, linewidth=1.8, label="motions that close the gap")
     axis.axhline(assessment.target, color=QUIET, linestyle=":", linewidth=1.2, label=f"target {assessment.target:g}")
-    axis.axvline(1e3 * one.gap, color="black", linewidth=1.4, label=f"the gap, {own(one.gap, GAP)}")
-    needed = next(required for required in one.required if required.percentile == assessment.percentile)
+    axis.axvline(1e3 * interface.gap, color="black", linewidth=1.4, label=f"the gap, {own(interface.gap, GAP)}")
+    needed = next(required for required in interface.required if required.percentile == assessment.percentile)
     words = f"required by {needed.percentile:g} %: {say_in(needed.gap, 'mm', 3)} (bar: bounds)"
     axis.axvline(1e3 * needed.gap, color=ORANGE, linestyle="--", linewidth=1.4, label=words)
     axis.plot([1e3 * needed.low, 1e3 * needed.high], [1.04, 1.04], color=ORANGE, linewidth=3.0, solid_capstyle="butt")
-    _rules(axis, asked, widest)
+    _rules(axis, separations, widest)
     axis.set(xlabel="gap [mm]", ylabel="P(contact) [1]", xlim=(0.0, 1e3 * widest), ylim=(0.0, 1.12))
     _legend(axis, 2)
 
@@ -115,35 +115,39 @@ def _legend(axis: Any, columns: int) -> None:
     axis.legend(fontsize=8, frameon=False, handlelength=2.6, columnspacing=1.2, **position)
 
 
-def _asked(one: InterfaceAssessment) -> dict[str, float]:
+def _asked(interface: InterfaceAssessment) -> dict[str, float]:
     """Separations of the combinations [m], by their names."""
     rules = {
-        comparison.row.rule: comparison.upper for comparison in one.separations if comparison.row.rule in COMBINATIONS
+        comparison.row.rule: comparison.upper
+        for comparison in interface.separations
+        if comparison.row.rule in COMBINATIONS
     }
     return {name: upper for name in COMBINATIONS if (upper := rules.get(name)) is not None}
 
 
-def _widest(one: InterfaceAssessment, asked: dict[str, float]) -> float:
+def _widest(interface: InterfaceAssessment, separations: dict[str, float]) -> float:
     """End of the axis of gaps [m]: beyond all that motions and rules need, as far as the motions stay in sight."""
-    motions = max(one.closing[-1], one.gap, 1e-6)
-    rules = [upper for upper in asked.values() if upper <= MOST_EMPTY * motions]
+    motions = max(interface.closing[-1], interface.gap, 1e-6)
+    rules = [upper for upper in separations.values() if upper <= MOST_EMPTY * motions]
     return ROOM * max([motions, *rules])
 
 
-def _rules(axis: Any, asked: dict[str, float], widest: float) -> None:
+def _rules(axis: Any, separations: dict[str, float], widest: float) -> None:
     """Draw the combinations as marks along the top; an arrow at the end stands for one beyond the axis."""
-    for marker, (name, upper) in zip("v^D", asked.items(), strict=False):
+    for marker, (name, upper) in zip("v^D", separations.items(), strict=False):
         beyond = upper > widest
         label = f"{name.upper()}: {say_in(upper, 'mm', 3)}" + (", beyond the axis" if beyond else "")
         position, shape = (widest, ">") if beyond else (upper, marker)
         axis.plot(1e3 * position, 1.08, shape, color=GREEN, markersize=6, clip_on=False, label=label)
 
 
-def _fragilities(axis: Any, one: InterfaceAssessment, assessment: Assessment) -> None:
-    contact = next(curve for curve in one.fragility if curve.what == "contact" and curve.gap == one.gap)
-    yields = _some([curve for curve in one.fragility if curve.what == "yield" and not curve.fault], one.own_model)
+def _fragilities(axis: Any, interface: InterfaceAssessment, assessment: Assessment) -> None:
+    contact = next(curve for curve in interface.fragility if curve.what == "contact" and curve.gap == interface.gap)
+    yields = _some(
+        [curve for curve in interface.fragility if curve.what == "yield" and not curve.fault], interface.own_model
+    )
     if yields:
-        axis.set_title(_yield_words(yields, one), fontsize=9.5)
+        axis.set_title(_yield_words(yields, interface), fontsize=9.5)
     drawn = [curve for curve in (contact, *yields) if not curve.fault]
     axis.set(xlabel=f"{intensity_words(assessment.intensity)} [g]", ylabel="P(failure) [1]", ylim=(-0.03, 1.12))
     if not drawn:
@@ -156,26 +160,26 @@ def _fragilities(axis: Any, one: InterfaceAssessment, assessment: Assessment) ->
     im = np.linspace(most / POINTS, most, POINTS)
     for (colour, dash), curve in zip(STYLES, drawn, strict=False):
         _curve(axis, im, curve, (colour, dash))
-    _capacities(axis, one, contact)
-    _hazard(axis, one, assessment)
+    _capacities(axis, interface, contact)
+    _hazard(axis, interface, assessment)
     axis.set_xlim(0.0, most / STANDARD_GRAVITY)
     _legend(axis, 1)
 
 
-def _yield_words(drawn: list[Fragility], one: InterfaceAssessment) -> str:
+def _yield_words(drawn: list[Fragility], interface: InterfaceAssessment) -> str:
     """Contact model of the drawn curves of yielding, and their number where not all are drawn."""
-    whole = sum(curve.what == "yield" and not curve.fault for curve in one.fragility)
-    some = f", {len(drawn)} of {whole} curves" if whole > len(drawn) else ""
+    curve_count = sum(curve.what == "yield" and not curve.fault for curve in interface.fragility)
+    some = f", {len(drawn)} of {curve_count} curves" if curve_count > len(drawn) else ""
     return f"yielding: {law_words(str(drawn[0].contact_model))}{some}"
 
 
-def _hazard(axis: Any, one: InterfaceAssessment, assessment: Assessment) -> None:
+def _hazard(axis: Any, interface: InterfaceAssessment, assessment: Assessment) -> None:
     """Draw the range of the hazard curve, with the probability of contact in 50 years by motions of that range."""
     if not assessment.hazard_rows:
         return
     ends = [assessment.hazard_rows[end][0] / STANDARD_GRAVITY for end in (0, -1)]
-    pairs = zip(one.fragility, one.rates, strict=True)
-    here = [rate for curve, rate in pairs if curve.what == "contact" and curve.gap == one.gap and not rate.fault]
+    pairs = zip(interface.fragility, interface.rates, strict=True)
+    here = [rate for curve, rate in pairs if curve.what == "contact" and curve.gap == interface.gap and not rate.fault]
     words = f"hazard curve, {ends[0]:.3g} to {ends[1]:.3g} g"
     for rate in here:
         least = "at least " if rate.at_least else ""
@@ -226,10 +230,10 @@ def _band(im: Array, curve: Fragility) -> tuple[Array, Array]:
     return low, high
 
 
-def _capacities(axis: Any, one: InterfaceAssessment, contact: Fragility) -> None:
+def _capacities(axis: Any, interface: InterfaceAssessment, contact: Fragility) -> None:
     """Draw the intensities at which scaled motions close the gap, as a step curve, where the curve is from scaling."""
-    if contact.method != SCALED or contact.fault or contact.intensity != "pga" or one.amplitude is None:
+    if contact.method != SCALED or contact.fault or contact.intensity != "pga" or interface.amplitude is None:
         return
-    reach = np.sort(one.amplitude * one.gap / np.array(one.closing)) / STANDARD_GRAVITY
+    reach = np.sort(interface.amplitude * interface.gap / np.array(interface.closing)) / STANDARD_GRAVITY
     shares = np.arange(1, reach.size + 1) / reach.size
     axis.plot(reach, shares, ".", color=BLUE, markersize=6, label="motions, scaled until they close the gap")

@@ -59,8 +59,8 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     matplotlib.figure.Figure
         Four panels of ratios, one of conclusions, one of ranks; the history below.
     """
-    place = place_of_interface(dataset, interface)
-    which, dataset = which_interface(dataset, place), of_interface(dataset, place)
+    index = place_of_interface(dataset, interface)
+    which, dataset = which_interface(dataset, index), of_interface(dataset, index)
     laws = _laws(dataset)
     height = ROW_HEIGHT * max(len(laws), FEWEST_ROWS)
     figure, axes = blank(2, 6, (15.0, 3.6 + height), height_ratios=(height, 2.4))
@@ -96,9 +96,9 @@ def _laws(dataset: xr.Dataset) -> Laws:
     laws = []
     names = map(str, dataset["contact_model"].values)
     facts = dataset["dissipates"].values, dataset["capped"].values, with_terms_of_its_own(dataset)
-    for name, damped, capped, own in zip(names, *facts, strict=True):
+    for name, damped, capped, is_own in zip(names, *facts, strict=True):
         kind = "elastic" if not damped else "dissipates, yields" if capped else "dissipates"
-        laws.append((name, "e and force its own" if own else kind))
+        laws.append((name, "e and force its own" if is_own else kind))
     return sorted(laws, key=lambda law: (law[0] != baseline, list(KINDS).index(law[1])))
 
 
@@ -145,8 +145,8 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple
     for row, (name, kind) in enumerate(laws):
         colour, marker, _ = KINDS[kind]
         for number, output in enumerate(outputs):
-            one = dataset.sel(output=output, contact_model=name)
-            low, middle, high = (float(one[f"ratio_{part}"]) for part in ("low", "median", "high"))
+            cell = dataset.sel(output=output, contact_model=name)
+            low, middle, high = (float(cell[f"ratio_{part}"]) for part in ("low", "median", "high"))
             if np.isnan(middle):
                 continue
             height = row + (number - 0.5 * (len(outputs) - 1)) * 0.32
@@ -194,11 +194,11 @@ def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
         heights = np.arange(len(laws)) + (number - 0.5) * 0.3
         face = ("black", "white")[number]
         axis.plot(values, heights, "od"[number], color="black", markerfacecolor=face, markersize=5.5, label=words)
-    known = dataset["rank_agreement"].sel(output=[output for output, _ in RANKED]).values
-    if np.isnan(known).all():
+    ranks = dataset["rank_agreement"].sel(output=[output for output, _ in RANKED]).values
+    if np.isnan(ranks).all():
         words = "not ranked:\nfewer than\nthree motions\nwith contact"
         axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", color=QUIET)
-    lowest = min(0.8, float(np.nanmin(known, initial=1.0)) - 0.05)
+    lowest = min(0.8, float(np.nanmin(ranks, initial=1.0)) - 0.05)
     axis.set_xlim(lowest, 1.0 + 0.05 * (1.0 - lowest))
     _legend_below(axis, len(laws))
 
@@ -266,11 +266,11 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
         drawn = [index for index in range(len(names)) if dataset["stiffness_unit"].values[index] == unit]
         widths = np.linspace(3.2, 1.4, len(drawn))  # lines that lie on one another show: the first is the widest
         for index, width, (colour, dash) in zip(drawn, widths, styles(len(drawn)), strict=True):
-            one = dataset.isel(contact_model=index)
+            law = dataset.isel(contact_model=index)
             look = {"color": colour, "linestyle": dash, "linewidth": width}
-            force = one["impact_force"].values / 1e6
-            axes[row, 0].plot(one["impact_time"].values * 1e3, force, label=_label(one, unit), **look)
-            axes[row, 1].plot(one["impact_penetration"].values * 1e3, force, **look)
+            force = law["impact_force"].values / 1e6
+            axes[row, 0].plot(law["impact_time"].values * 1e3, force, label=_label(law, unit), **look)
+            axes[row, 1].plot(law["impact_penetration"].values * 1e3, force, **look)
         axes[row, 0].set_ylabel("contact force [MN]")
         axes[row, 1].legend(*axes[row, 0].get_legend_handles_labels(), fontsize=8, loc="center left",
                             bbox_to_anchor=(1.01, 0.5), frameon=False, handlelength=3.0)  # fmt: skip
@@ -284,11 +284,11 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     return figure
 
 
-def _label(one: xr.Dataset, unit: str) -> str:
+def _label(law: xr.Dataset, unit: str) -> str:
     letter, scale, shown = FAMILIES[unit]
-    stiffness, e = float(one["stiffness"]) / scale, float(one["reference_restitution"])
-    elastic = "" if int(one["dissipates"]) else ", elastic"
-    return f"{one['contact_model'].values}{elastic}\n{letter} = {stiffness:.4g} {shown}, e {e:.3f}"
+    stiffness, e = float(law["stiffness"]) / scale, float(law["reference_restitution"])
+    elastic = "" if int(law["dissipates"]) else ", elastic"
+    return f"{law['contact_model'].values}{elastic}\n{letter} = {stiffness:.4g} {shown}, e {e:.3f}"
 
 
 def _reference_finding(dataset: xr.Dataset) -> str:
@@ -302,7 +302,7 @@ def _reference_finding(dataset: xr.Dataset) -> str:
     finding = f"Same {dataset.attrs['same']}, but {words} from {low:.3g} to {high:.3g} {unit}"
     if not damped.sizes["contact_model"]:
         return finding
-    e, asked = damped["reference_restitution"].values, float(damped["reference_restitution_asked"].max())
-    if np.nanmax(np.abs(e - asked)) < 5e-4:
-        return f"{finding}; e {asked:.3g}, as asked for, of all laws that take one"
-    return f"{finding}; e achieved {np.nanmin(e):.3f} to {np.nanmax(e):.3f} where {asked:.3g} is asked for"
+    e, asked_e = damped["reference_restitution"].values, float(damped["reference_restitution_asked"].max())
+    if np.nanmax(np.abs(e - asked_e)) < 5e-4:
+        return f"{finding}; e {asked_e:.3g}, as asked for, of all laws that take one"
+    return f"{finding}; e achieved {np.nanmin(e):.3f} to {np.nanmax(e):.3f} where {asked_e:.3g} is asked for"

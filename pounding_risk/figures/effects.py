@@ -112,8 +112,8 @@ def _beyond(axis: Any, row: int, values: np.ndarray, unit: str) -> None:
         if beyond.any():
             far = values[beyond].min() if side == "left" else values[beyond].max()
             words, inside = f"{beyond.sum()} beyond, to {far:+.0f} {unit}", 3 if side == "left" else -3
-            place = {"xytext": (inside, 0), "textcoords": "offset points", "ha": side, "va": "center"}
-            axis.annotate(words, (edge, row + 0.42), fontsize=8, color="black", **place)
+            look = {"xytext": (inside, 0), "textcoords": "offset points", "ha": side, "va": "center"}
+            axis.annotate(words, (edge, row + 0.42), fontsize=8, color="black", **look)
 
 
 def _dots(dataset: xr.Dataset) -> str:

@@ -87,8 +87,8 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> F
 def heading(figure: Figure, finding: str, cases: Sequence[RowCase], note: str = "") -> None:
     """Title and caption of a figure of one row or several, with the cell of the grid."""
     every = cases[0]._replace(gaps=tuple(gap for case in cases for gap in case.gaps))
-    what = f"{len(cases)} rows" if len(cases) > 1 else every.results.attrs["title"]
-    sentences = (finding, f"{what}: {where_words(every)}", note)
+    subject = f"{len(cases)} rows" if len(cases) > 1 else every.results.attrs["title"]
+    sentences = (finding, f"{subject}: {where_words(every)}", note)
     title(figure, *(plain(words).replace("F_E", "$F_E$") for words in sentences))
 
 
@@ -120,28 +120,33 @@ def elevation_finding(case: RowCase) -> str:
 
 def where_words(case: RowCase) -> str:
     """Gap, yield force, contact model, motions and amplitude of the cell, in words."""
-    one = case.results
+    results = case.results
     gaps = sorted(set(np.round(case.gaps, 9)))
     ends = " to ".join(f"{1e3 * gap:.6g}" for gap in dict.fromkeys((gaps[0], gaps[-1])))
     gap_words = f"gap{'s' * (len(gaps) > 1)} {ends} mm"
-    force = force_words(float(one["yield_force"])).replace("$F_E$", "F_E")
+    force = force_words(float(results["yield_force"])).replace("$F_E$", "F_E")
     words = [
         gap_words,
-        f"{force}{_column_words(one)}",
-        law_words(str(one["contact_model"].values)),
+        f"{force}{_column_words(results)}",
+        law_words(str(results["contact_model"].values)),
         f"{case.motions} motion{'s' if case.motions > 1 else ''}",
     ]
-    if "pga" in one.coords and np.isfinite(float(one["pga"])):
-        words.append(own(float(one["pga"]), PGA))
+    if "pga" in results.coords and np.isfinite(float(results["pga"])):
+        words.append(own(float(results["pga"]), PGA))
     return ", ".join(words)
 
 
-def _column_words(one: xr.Dataset) -> str:
+def _column_words(results: xr.Dataset) -> str:
     """Words on the F_E of columns, where columns are met and have another than the floors."""
-    if "contact_point_yield_force" not in one.variables:
+    if "contact_point_yield_force" not in results.variables:
         return ""
-    own = one["contact_point_yield_force"].values[one["contact_point_kind"].values == "column"]
-    forces = sorted({round(force / 1e3) for force in own[np.isfinite(own) & (own != float(one["yield_force"]))]})
+    yield_forces = results["contact_point_yield_force"].values[results["contact_point_kind"].values == "column"]
+    forces = sorted(
+        {
+            round(force / 1e3)
+            for force in yield_forces[np.isfinite(yield_forces) & (yield_forces != float(results["yield_force"]))]
+        }
+    )
     if not forces:
         return ""
     return f" (of columns {forces[0]}{f' to {forces[-1]}' if len(forces) > 1 else ''} kN)"

@@ -58,9 +58,9 @@ def _shapes(axis: Any, building: Modes) -> None:
         axis.set_yticks([])
         axis.text(0.5, 0.5, "rigid", ha="center", color=QUIET, transform=axis.transAxes)
         return
-    known = not np.isnan(building.levels).any()
-    levels = building.levels if known else np.ones(building.levels.size)
-    if not known:
+    has_levels = not np.isnan(building.levels).any()
+    levels = building.levels if has_levels else np.ones(building.levels.size)
+    if not has_levels:
         axis.set_yticks([0.0, 1.0], ["ground", "mass"])
     shown = min(MOST_MODES, building.periods.size)
     for mode, (colour, dash) in enumerate(styles(shown)):

@@ -131,8 +131,8 @@ def histories_figure(motions: Sequence[Motion], *, note: str = "") -> Figure:
 def origin_words(motion: Motion) -> str:
     """Event, date, station and component of a motion, as far as they are known."""
     record = motion.record
-    known = [str(record[key]) for key in ("event", "date", "station") if record.get(key)]
-    return ", ".join([*known, *([f"component {record['component']}"] if record.get("component") else [])])
+    facts = [str(record[key]) for key in ("event", "date", "station") if record.get(key)]
+    return ", ".join([*facts, *([f"component {record['component']}"] if record.get("component") else [])])
 
 
 def _histories(motion: Motion) -> tuple[History, History, History]:
@@ -240,15 +240,15 @@ def fourier_amplitude(samples: Samples, dt: float) -> tuple[Samples, Samples]:
     bins = np.floor(BINS_PER_DECADE * np.log10(frequency)).astype(int)
     bins -= bins.min()
     counts = np.bincount(bins)
-    known = counts > 0
-    means = [np.bincount(bins, weights)[known] / counts[known] for weights in (frequency, amplitude**2)]
+    is_filled = counts > 0
+    means = [np.bincount(bins, weights)[is_filled] / counts[is_filled] for weights in (frequency, amplitude**2)]
     return means[0], np.sqrt(means[1])
 
 
 def corners(motion: Motion) -> tuple[float, ...]:
     """Corners [Hz] of the filter that a motion went through, here or before it was distributed."""
-    known = [motion.record.get(key) for key in ("low_corner", "high_corner")]
-    return tuple(float(corner) for corner in known if corner)
+    frequencies = [motion.record.get(key) for key in ("low_corner", "high_corner")]
+    return tuple(float(corner) for corner in frequencies if corner)
 
 
 def longest_usable(motion: Motion) -> float | None:
@@ -338,12 +338,12 @@ def spectra_figure(
 
 def _spectra(axis: Axes, ensemble: Ensemble, target: Target | None, percentiles: tuple[float, float]) -> None:
     periods, values = ensemble.periods, ensemble.acceleration / STANDARD_GRAVITY
-    many = len(values) > 1
-    look: dict[str, Any] = {"color": "#b0b0b0", "linewidth": 0.6} if many else {"color": AFTER, "linewidth": 1.8}
+    is_ensemble = len(values) > 1
+    look: dict[str, Any] = {"color": "#b0b0b0", "linewidth": 0.6} if is_ensemble else {"color": AFTER, "linewidth": 1.8}
     for index, spectrum in enumerate(values):
-        words = f"{len(values)} records" if many else "the record"
+        words = f"{len(values)} records" if is_ensemble else "the record"
         axis.plot(periods, spectrum, label="" if index else words, **look)
-    if many:
+    if is_ensemble:
         axis.plot(periods, ensemble.median / STANDARD_GRAVITY, color=AFTER, linewidth=2.4, label="median")
     if len(values) > 2:
         _percentiles(axis, ensemble, percentiles)
@@ -397,26 +397,26 @@ def selection_figure(
     matplotlib.figure.Figure
         Spectra on the left, misfits on the right.
     """
-    rows, wanted = selection.rows, selection.wanted
+    rows, target = selection.rows, selection.wanted
     figure, axes = blank(1, 2, (14.0, max(6.0, 1.6 + 0.28 * len(rows))), width_ratios=(1.5, 1.0))
     left, right = axes[0]
     periods = ensemble_periods(selection.motions())
     ensemble = Ensemble(periods, selection.spectra_at(periods), selection.target.damping)
-    what = "components" if wanted.spectrum == "component" else f"pairs ({wanted.spectrum})"
-    left.axvspan(*wanted.periods, color="#eeeeee", linewidth=0.0, zorder=0, label="range that is compared")
+    noun = "components" if target.spectrum == "component" else f"pairs ({target.spectrum})"
+    left.axvspan(*target.periods, color="#eeeeee", linewidth=0.0, zorder=0, label="range that is compared")
     for index, spectrum in enumerate(ensemble.acceleration / STANDARD_GRAVITY):
-        words = "" if index else f"{len(rows)} {what}, scaled"
+        words = "" if index else f"{len(rows)} {noun}, scaled"
         left.plot(ensemble.periods, spectrum, color="#b0b0b0", linewidth=0.6, label=words)
     if len(rows) > 2:
-        _percentiles(left, ensemble, percentiles, f" of the {what}")
+        _percentiles(left, ensemble, percentiles, f" of the {noun}")
     mean = selection.median_ratio * selection.target.at(selection.periods) / STANDARD_GRAVITY
-    left.plot(selection.periods, mean, color=AFTER, linewidth=2.6, label=f"geometric mean of {len(rows)} {what}")
+    left.plot(selection.periods, mean, color=AFTER, linewidth=2.6, label=f"geometric mean of {len(rows)} {noun}")
     _target(left, selection.target, ensemble.periods)
     _usable(left, selection.motions())
     left.legend(fontsize=9, loc="lower left")
     _misfits(right, selection)
     low, high = (float(spectrum) for spectrum in (selection.median_ratio.min(), selection.median_ratio.max()))
-    range_words = f"{wanted.periods[0]:g} to {wanted.periods[1]:g} s"
+    range_words = f"{target.periods[0]:g} to {target.periods[1]:g} s"
     finding = f"{len(rows)} of {selection.considered} candidates: their geometric mean is {low:.2f} to {high:.2f} times"
     factors = [row.factor for row in rows]
     terms = f"damping {100.0 * selection.target.damping:g} %; factors {min(factors):.2f} to {max(factors):.2f}"
@@ -457,12 +457,12 @@ def at_periods(target: Target, periods: Samples) -> Samples:
 
 
 def _spectra_finding(motions: Sequence[Motion], ensemble: Ensemble, target: Target | None) -> str:
-    many = len(motions) > 1
-    who = f"{len(motions)} records: their median is" if many else f"{motions[0].name} is"
+    is_ensemble = len(motions) > 1
+    who = f"{len(motions)} records: their median is" if is_ensemble else f"{motions[0].name} is"
     if target is None:
         at = [int(np.abs(ensemble.periods - period).argmin()) for period in NAMED]
         parts = [f"{say_in(ensemble.median[k], 'g', 3)} at {ensemble.periods[k]:.2g} s" for k in at]
-        return f"{who if many else f'{motions[0].name}: Sa is'} {' and '.join(parts)}"
+        return f"{who if is_ensemble else f'{motions[0].name}: Sa is'} {' and '.join(parts)}"
     ratio = ensemble.median / at_periods(target, ensemble.periods)
     if np.isnan(ratio).all():
         return f"{who} nowhere beside {target.name}, whose periods are others"

@@ -84,20 +84,22 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
         For a dataset without figures, a name or an option that it has not, and as the functions named.
     """
     made_by = kind_of(results)
-    known = [name for name, figure in KINDS.items() if made_by in figure.of]
-    if not known:
-        what = f"a dataset of {made_by}" if made_by else "a dataset that pounding_risk did not make"
-        raise PoundingError(f"{what} has no figure here; draw its variables with their own method plot")
-    name = known[0] if kind is None else kind
-    if name not in known:
-        meant = nearest(str(name), known)
-        raise PoundingError(f"figure: {shown(name)} is none of this dataset{meant}; it has {', '.join(known)}")
+    kinds = [name for name, figure in KINDS.items() if made_by in figure.of]
+    if not kinds:
+        subject = f"a dataset of {made_by}" if made_by else "a dataset that pounding_risk did not make"
+        raise PoundingError(f"{subject} has no figure here; draw its variables with their own method plot")
+    name = kinds[0] if kind is None else kind
+    if name not in kinds:
+        meant = nearest(str(name), kinds)
+        raise PoundingError(f"figure: {shown(name)} is none of this dataset{meant}; it has {', '.join(kinds)}")
     figure = KINDS[name]
-    own = {key: value for key, value in options.items() if key in _options(figure.draw)}
-    rest = {key: value for key, value in options.items() if key not in own}
-    _check_options(name, rest, () if figure.made_by is None else _options(figure.made_by))
-    whole = with_axes(results) if made_by == "scan" else results
-    return figure.draw(whole if figure.made_by is None else figure.made_by(whole, **rest), note=note, **own)
+    draw_options = {key: value for key, value in options.items() if key in _options(figure.draw)}
+    other_options = {key: value for key, value in options.items() if key not in draw_options}
+    _check_options(name, other_options, () if figure.made_by is None else _options(figure.made_by))
+    dataset = with_axes(results) if made_by == "scan" else results
+    return figure.draw(
+        dataset if figure.made_by is None else figure.made_by(dataset, **other_options), note=note, **draw_options
+    )
 
 
 def _options(function: Callable[..., Any]) -> tuple[str, ...]:
@@ -106,8 +108,10 @@ def _options(function: Callable[..., Any]) -> tuple[str, ...]:
 
 
 def _check_options(name: str, options: Iterable[str], known: tuple[str, ...]) -> None:
-    taken = [option for option in (*known, *_options(KINDS[name].draw)) if option != "note"]
+    allowed = [option for option in (*known, *_options(KINDS[name].draw)) if option != "note"]
     for option in options:
         if option not in known:
-            has = f"takes {', '.join(taken)}" if taken else "takes none"
-            raise PoundingError(f"figure: {name} has no option {option}{nearest(option, taken)}; it {has} beside note")
+            has = f"takes {', '.join(allowed)}" if allowed else "takes none"
+            raise PoundingError(
+                f"figure: {name} has no option {option}{nearest(option, allowed)}; it {has} beside note"
+            )

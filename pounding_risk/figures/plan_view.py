@@ -87,14 +87,14 @@ def plan_finding(cases: Sequence[RowCase]) -> str:
         for number, case in enumerate(cases)
         for at, building in enumerate(case.buildings)
     }
-    known = {name: share for name, share in shares.items() if np.isfinite(share)}
-    if not known:
+    finite_shares = {name: share for name, share in shares.items() if np.isfinite(share)}
+    if not finite_shares:
         return f"No run of {counted(cases[0].motions, 'motion')} is complete"
-    if not any(share > 0.0 for share in known.values()):
+    if not any(share > 0.0 for share in finite_shares.values()):
         return f"No building touches a neighbour in {counted(cases[0].motions, 'motion')}"
-    often = sum(share > 0.5 for share in known.values())
-    highest = max(known.values())
-    most = [name for (_, name), share in known.items() if share == highest]
+    often = sum(share > 0.5 for share in finite_shares.values())
+    highest = max(finite_shares.values())
+    most = [name for (_, name), share in finite_shares.items() if share == highest]
     who = most[0] if len(most) == 1 else f"{len(most)} of them"
     return (
         f"{often} of {len(shares)} buildings touch a neighbour in more than half of the motions; "
@@ -116,13 +116,13 @@ def _of_rows(cases: Sequence[RowCase]) -> dict[Key, Rings]:
 
 def _checked(footprints: Mapping[str, ArrayLike | Sequence[ArrayLike]], cases: Sequence[RowCase]) -> dict[Key, Rings]:
     """Rings of every building by its row, the largest first; buildings in no row by `NO_ROW`."""
-    given = {str(name): _rings(str(name), corners) for name, corners in footprints.items()}
+    rings = {str(name): _rings(str(name), corners) for name, corners in footprints.items()}
     inside = [(number, building.name) for number, case in enumerate(cases) for building in case.buildings]
-    missing = [name for _, name in inside if name not in given]
+    missing = [name for _, name in inside if name not in rings]
     if missing:
         raise PoundingError(f"no footprint of {', '.join(missing)}; give one, or none at all for a plain row")
-    alone = set(given) - {name for _, name in inside}
-    return {(number, name): given[name] for number, name in inside} | {(NO_ROW, name): given[name] for name in alone}
+    alone = set(rings) - {name for _, name in inside}
+    return {(number, name): rings[name] for number, name in inside} | {(NO_ROW, name): rings[name] for name in alone}
 
 
 def _rings(name: str, corners: Any) -> Rings:

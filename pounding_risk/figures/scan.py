@@ -107,14 +107,13 @@ def _one_law(results: xr.Dataset) -> xr.Dataset:
 
     Of several interfaces the one whose gap alone the grid varies, or the largest of all.
     """
-    own = own_case(results)
-    chosen = results.isel({axis: own.get(axis, -1) for axis in ("pga", "contact_model") if axis in results.dims})
-    shown = ["peak_relative_displacement", "impact_count", "yield_exceedance"]
-    one = chosen[shown]
-    if "interface" in one.dims:
+    case = own_case(results)
+    chosen = results.isel({axis: case.get(axis, -1) for axis in ("pga", "contact_model") if axis in results.dims})
+    outputs = chosen[["peak_relative_displacement", "impact_count", "yield_exceedance"]]
+    if "interface" in outputs.dims:
         at = _varied(results)
-        one = one.max("interface", keep_attrs=True) if at is None else one.isel(interface=at)
-    return one.assign_attrs(results.attrs).sortby(["gap", "yield_force"])
+        outputs = outputs.max("interface", keep_attrs=True) if at is None else outputs.isel(interface=at)
+    return outputs.assign_attrs(results.attrs).sortby(["gap", "yield_force"])
 
 
 def _varied(results: xr.Dataset) -> int | None:
@@ -130,8 +129,8 @@ def _whose(results: xr.Dataset, shown: xr.Dataset) -> str:
         parts.append(law_words(str(shown["contact_model"].values)))
     if (count := results.sizes.get("interface", 1)) > 1:
         at = _varied(results)
-        one = results["interface"].values[at or 0]
-        parts.append(f"the largest of {count} interfaces" if at is None else f"{one}, whose gap varies")
+        interface = results["interface"].values[at or 0]
+        parts.append(f"the largest of {count} interfaces" if at is None else f"{interface}, whose gap varies")
     parts.append(f"motions {amplitude_words(shown)}")
     return ", ".join(parts)
 
@@ -274,9 +273,9 @@ def _headings(results: xr.Dataset) -> list[str]:
     facts = {entry.get("name"): entry for entry in json.loads(results.attrs.get("records", "[]"))}
     headings = []
     for name in map(str, results["record"].values):
-        one = facts.get(name, {})
-        event = (one.get("event") or "").partition(",")[0]
-        headings.append(f"{name}\n{event} {str(one.get('date') or '')[:4]}".strip())
+        fact = facts.get(name, {})
+        event = (fact.get("event") or "").partition(",")[0]
+        headings.append(f"{name}\n{event} {str(fact.get('date') or '')[:4]}".strip())
     return headings
 
 

@@ -50,9 +50,9 @@ def _by_motion(axis: Any, table: CodeTable) -> None:
     order = np.argsort(table.closing)
     positions = np.arange(order.size)
     for (mark, dash), name in zip(cycle(MARKS), COMBINATIONS, strict=False):
-        asked = 1e3 * np.array(table.asked[name])[order]
+        separations = 1e3 * np.array(table.asked[name])[order]
         look: dict[str, Any] = {"color": MEANING["rule"], "linestyle": dash, "linewidth": 0.8, "markersize": 4.5}
-        axis.plot(positions, asked, mark, label=name.upper(), **look)
+        axis.plot(positions, separations, mark, label=name.upper(), **look)
     needed = 1e3 * np.array(table.closing)[order]
     axis.plot(positions, needed, "o", color=MEANING["motions"], markersize=5.0, label="gap needed")
     label = f"required by {table.percentile:g} %: {1e3 * table.demand:.1f} mm"

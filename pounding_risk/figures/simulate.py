@@ -59,16 +59,16 @@ def impact_figure(impacts: Sequence[Any], note: str = "") -> Figure:
 
 def _impact_finding(impacts: Sequence[Any]) -> str:
     flat = [impact for impact in impacts if plateau(impact) > 0.0]
-    rest = [impact for impact in impacts if plateau(impact) == 0.0]
+    elastic = [impact for impact in impacts if plateau(impact) == 0.0]
     if len(flat) < 2 or len({round(impact.peak_force) for impact in flat}) > 1:
         forces = [f"{impact.peak_force / 1e3:.0f}" for impact in impacts if np.isfinite(impact.peak_force)]
         return f"Peak force {', '.join(forces)} kN" if forces else "Instant jumps: no finite force, no penetration"
     lengths = " and ".join(f"{plateau(impact) * 1e3:.1f} ms ({impact.mass:.0f} kg)" for impact in flat)
     finding = f"Equal plateaus of {flat[0].peak_force / 1e3:.0f} kN for {lengths}"
-    if not rest:
+    if not elastic:
         return finding
-    speeds = " and ".join(f"{speed:g}" for speed in sorted({impact.approach_speed for impact in rest}))
-    peaks = " and ".join(f"{impact.peak_force / 1e3:.0f}" for impact in rest)
+    speeds = " and ".join(f"{speed:g}" for speed in sorted({impact.approach_speed for impact in elastic}))
+    peaks = " and ".join(f"{impact.peak_force / 1e3:.0f}" for impact in elastic)
     return f"{finding}; none at {speeds} m/s ({peaks} kN)"
 
 
@@ -87,8 +87,10 @@ def _impact_label(impact: Any, impacts: Sequence[Any]) -> str:
         parts.append(f"{impact.mass:.0f} kg")
     if len({other.approach_speed for other in impacts}) > 1 or len(parts) < 2:
         parts.append(f"{impact.approach_speed:g} m/s")
-    asked = "e" if np.isnan(impact.restitution_asked) else f"e asked {impact.restitution_asked:.2f}, achieved"
-    return f"{', '.join(parts)}: {asked} {impact.restitution:.2f}"
+    restitution_words = (
+        "e" if np.isnan(impact.restitution_asked) else f"e asked {impact.restitution_asked:.2f}, achieved"
+    )
+    return f"{', '.join(parts)}: {restitution_words} {impact.restitution:.2f}"
 
 
 def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
@@ -251,8 +253,12 @@ def _mark_parting(panels: Sequence[Axes], parted: float) -> None:
 def parting(first: xr.Dataset, second: xr.Dataset) -> float:
     """Last time up to which two runs have the same relative displacements [s]; NaN where they never part."""
     times, here, there = np.intersect1d(first["time"].values, second["time"].values, return_indices=True)
-    one, other = (run["relative_displacement"].transpose("time", "contact_point").values for run in (first, second))
-    apart = np.abs(one[here] - other[there]).max(axis=1) > SAME * max(np.abs(one).max(), np.abs(other).max())
+    first_distance, second_distance = (
+        run["relative_displacement"].transpose("time", "contact_point").values for run in (first, second)
+    )
+    apart = np.abs(first_distance[here] - second_distance[there]).max(axis=1) > SAME * max(
+        np.abs(first_distance).max(), np.abs(second_distance).max()
+    )
     return float(times[max(int(apart.argmax()) - 1, 0)]) if apart.any() else float("nan")
 
 
@@ -378,13 +384,13 @@ def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: li
     yields = _at_points(run, "yield_exceedance") == 1
     written: list[tuple[int, float]] = []
     for at in np.lexsort((-counts, -peaks)):
-        one = run.isel(contact_point=at)
-        interface, level = int(one["contact_point_interface"]), float(one["contact_point_level"])
+        point = run.isel(contact_point=at)
+        interface, level = int(point["contact_point_interface"]), float(point["contact_point_level"])
         level = level if np.isfinite(level) else min(heights[interface : interface + 2])
         # What touches with no force that lasts, where velocities jump, has the colour of the least.
         share = max(peaks[at] / (peaks.max() or 1.0), 1e-9) if counts[at] > 0 else 0.0
         look = _point_look(share, bool(yields[at]))
-        marker = MARKERS[str(one["contact_point_kind"].values)]
+        marker = MARKERS[str(point["contact_point_kind"].values)]
         axis.scatter(middles[interface], level, marker=marker, zorder=5, **look)
         is_near = any(other == interface and abs(level - there) < APART * max(heights) for other, there in written)
         if counts[at] > 0 and not is_near:

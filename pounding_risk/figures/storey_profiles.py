@@ -104,9 +104,9 @@ def profiles_finding(case: RowCase) -> str:
             for at, shape in enumerate(case.buildings)
             if shape.position == position and _storeys(case, at)
         ]
-        known = [ratio for ratio in ratios if np.isfinite(ratio)]
-        if known:
-            parts.append(f"{np.median(known):.2f} times {where}")
+        finite_ratios = [ratio for ratio in ratios if np.isfinite(ratio)]
+        if finite_ratios:
+            parts.append(f"{np.median(finite_ratios):.2f} times {where}")
     if not parts:
         return f"No building with storeys touches a neighbour in {counted(case.motions, 'motion')}"
     return f"With contact the largest storey drift is {' and '.join(parts)} what it is without, in the median"
@@ -135,8 +135,8 @@ def amplification(case: RowCase, building: int, name: str = "peak_drift") -> flo
         for output in (name, f"{name}_free")
     ]
     ratio = np.divide(both[0], both[1], out=np.full(both[0].shape, np.nan), where=both[1] > 0.0)
-    known = ratio[np.isfinite(ratio)]
-    return float(np.median(known)) if known.size else float("nan")
+    finite_ratios = ratio[np.isfinite(ratio)]
+    return float(np.median(finite_ratios)) if finite_ratios.size else float("nan")
 
 
 def profile(case: RowCase, building: int, name: str) -> Profile:
@@ -147,14 +147,14 @@ def profile(case: RowCase, building: int, name: str) -> Profile:
     answers = any_of_building(case, "impact_count", building)
     touched = answers == 1.0
     motions = int(touched.sum())
-    taken = touched if motions else np.isfinite(answers)
+    is_drawn = touched if motions else np.isfinite(answers)
     count = len(case.buildings[building].levels)
     spreads = []
     for suffix in ("_free", ""):
         values = (
             case.results[f"{name}{suffix}"].isel(building=building).transpose("record", "polarity", "storey").values
         )
-        spreads.append(_spread(_in_units(case, building, name, values.reshape(-1, values.shape[-1])[taken, :count])))
+        spreads.append(_spread(_in_units(case, building, name, values.reshape(-1, values.shape[-1])[is_drawn, :count])))
     return Profile(spreads[0], spreads[1], motions)
 
 
@@ -177,13 +177,13 @@ def _storeys(case: RowCase, building: int) -> int:
 
 
 def _chosen(case: RowCase, names: Sequence[str]) -> list[int]:
-    known = [building.name for building in case.buildings]
+    building_names = [building.name for building in case.buildings]
     for name in names:
-        if name not in known:
-            raise PoundingError(f"building {name!r} is not in the row, which has {', '.join(known)}")
+        if name not in building_names:
+            raise PoundingError(f"building {name!r} is not in the row, which has {', '.join(building_names)}")
     if names:
-        return [at for at in map(known.index, names) if _storeys(case, at)]
-    some = [at for at in range(len(known)) if _storeys(case, at)]
+        return [at for at in map(building_names.index, names) if _storeys(case, at)]
+    some = [at for at in range(len(building_names)) if _storeys(case, at)]
     most = sorted(some, key=lambda at: -np.nan_to_num(amplification(case, at)))[:MOST_BUILDINGS]
     return sorted(most)
 

@@ -90,9 +90,9 @@ def title(figure: Figure, finding: str, condition: str, note: str = "") -> None:
         Words of the user, such as what is assumed.
     """
     letters = int(figure.get_figwidth() * LETTERS_AN_INCH)
-    headline, rest = _in_two_lines(finding, letters)
+    headline, subline = _in_two_lines(finding, letters)
     figure.suptitle(headline, fontsize=11, linespacing=1.25)
-    caption = [part for part in (rest, condition, note) if part]
+    caption = [part for part in (subline, condition, note) if part]
     most = int(letters * 11.0 / CAPTION_SIZE)
     figure.supxlabel("\n".join(in_lines(part, most) for part in caption), fontsize=CAPTION_SIZE, linespacing=1.25)
 

@@ -98,8 +98,8 @@ def check(
     """Enter a function in the registry: it returns what it found, what is allowed and whether that is met, or None."""
 
     def enter(function: Callable[[CheckedRecord], Result]) -> Callable[[CheckedRecord], Finding | None]:
-        def finding(seen: CheckedRecord) -> Finding | None:
-            result = function(seen)
+        def finding(record: CheckedRecord) -> Finding | None:
+            result = function(record)
             return None if result is None else Finding(name, *result)
 
         finding.__doc__ = function.__doc__
@@ -144,11 +144,11 @@ def quality(
     tuple of Finding
         One for each check that applies.
     """
-    seen = CheckedRecord(np.asarray(samples, dtype=np.float64), dt, shortest_period, longest_period, usable)
-    if seen.peak == 0.0:
+    record = CheckedRecord(np.asarray(samples, dtype=np.float64), dt, shortest_period, longest_period, usable)
+    if record.peak == 0.0:
         return (Finding("motion", "every sample is the same", "a motion", False),)
     names = CHECKS if checks is None else checks
-    findings = (CHECKS[name].function(seen) for name in names if state in CHECKS[name].states)
+    findings = (CHECKS[name].function(record) for name in names if state in CHECKS[name].states)
     return tuple(finding for finding in findings if finding is not None)
 
 
@@ -158,47 +158,51 @@ def failed(findings: tuple[Finding, ...]) -> tuple[str, ...]:
 
 
 @check("time step")
-def _time_step(seen: CheckedRecord) -> tuple[str, str, bool]:
+def _time_step(record: CheckedRecord) -> tuple[str, str, bool]:
     """Peaks of acceleration lie between samples that are too far apart."""
-    return f"{seen.dt:g} s", f"at most {LONGEST_STEP:g} s", seen.dt <= LONGEST_STEP * (1.0 + 1e-9)
+    return f"{record.dt:g} s", f"at most {LONGEST_STEP:g} s", record.dt <= LONGEST_STEP * (1.0 + 1e-9)
 
 
 @check("time step of the stiffest building")
-def _stiffest(seen: CheckedRecord) -> Result:
+def _stiffest(record: CheckedRecord) -> Result:
     """dt <= T/10: straight lines between samples keep sinc²(dt/T) of a wave of period T, 97 % then and 87 % at T/5."""
-    if seen.shortest_period is None:
+    if record.shortest_period is None:
         return None
-    longest = seen.shortest_period / STEPS_A_PERIOD
-    words = f"{seen.dt:g} s, {seen.shortest_period / seen.dt:.3g} in a period of {seen.shortest_period:g} s"
-    return words, f"at most {longest:.3g} s", seen.dt <= longest * (1.0 + 1e-9)
+    longest = record.shortest_period / STEPS_A_PERIOD
+    words = f"{record.dt:g} s, {record.shortest_period / record.dt:.3g} in a period of {record.shortest_period:g} s"
+    return words, f"at most {longest:.3g} s", record.dt <= longest * (1.0 + 1e-9)
 
 
 @check("period of the softest building")
-def _softest(seen: CheckedRecord) -> Result:
+def _softest(record: CheckedRecord) -> Result:
     """The filter of a record takes out the motion that drives a building of a longer period."""
-    if seen.longest_period is None or not seen.usable:
+    if record.longest_period is None or not record.usable:
         return None
-    return f"{seen.longest_period:g} s", f"at most {1.0 / seen.usable:.3g} s", seen.longest_period <= 1.0 / seen.usable
+    return (
+        f"{record.longest_period:g} s",
+        f"at most {1.0 / record.usable:.3g} s",
+        record.longest_period <= 1.0 / record.usable,
+    )
 
 
 @check("duration")
-def _duration(seen: CheckedRecord) -> tuple[str, str, bool]:
+def _duration(record: CheckedRecord) -> tuple[str, str, bool]:
     """Time from the arrival of the earthquake to the end of the record."""
-    length = (len(seen.samples) - 1) * seen.dt - seen.quiet
+    length = (len(record.samples) - 1) * record.dt - record.quiet
     return f"{length:.3g} s after the arrival", f"{SHORTEST_SHAKING:g} s or more", length >= SHORTEST_SHAKING
 
 
 @check("quiet before", (RAW,))
-def _quiet(seen: CheckedRecord) -> tuple[str, str, bool]:
+def _quiet(record: CheckedRecord) -> tuple[str, str, bool]:
     """Time before the earthquake, in which offset and noise of the instrument are seen."""
-    return f"{seen.quiet:.3g} s", f"{SHORTEST_PRE_EVENT:g} s or more", seen.quiet >= SHORTEST_PRE_EVENT
+    return f"{record.quiet:.3g} s", f"{SHORTEST_PRE_EVENT:g} s or more", record.quiet >= SHORTEST_PRE_EVENT
 
 
 @check("signal-to-noise", (RAW,))
-def _noise(seen: CheckedRecord) -> Result:
+def _noise(record: CheckedRecord) -> Result:
     """The least ratio of Fourier amplitudes within the frequencies of buildings; needs 3 s before the earthquake."""
     try:
-        spectra = signal_to_noise(seen.centred, seen.dt)
+        spectra = signal_to_noise(record.centred, record.dt)
     except RecordError:
         return None
     within = (spectra.frequency >= BAND[0]) & (spectra.frequency <= BAND[1])
@@ -209,68 +213,70 @@ def _noise(seen: CheckedRecord) -> Result:
 
 
 @check("clipping")
-def _clipping(seen: CheckedRecord) -> tuple[str, str, bool]:
+def _clipping(record: CheckedRecord) -> tuple[str, str, bool]:
     """Several samples in a row at the extreme. 118 good records have one sample at each extreme."""
-    room = SAME * float(np.ptp(seen.samples))
-    longest = max(_longest_run(np.abs(seen.samples - top) <= room) for top in (seen.samples.min(), seen.samples.max()))
+    room = SAME * float(np.ptp(record.samples))
+    longest = max(
+        _longest_run(np.abs(record.samples - top) <= room) for top in (record.samples.min(), record.samples.max())
+    )
     rows = "1 sample" if longest == 1 else f"{longest} samples in a row"
     return f"{rows} at the extreme", f"at most {LONGEST_FLAT}", longest <= LONGEST_FLAT
 
 
 @check("spikes")
-def _spikes(seen: CheckedRecord) -> tuple[str, str, bool]:
+def _spikes(record: CheckedRecord) -> tuple[str, str, bool]:
     """Single samples that stick out of both neighbours by 2 % of the range and four times the sharpest bend near them.
 
     118 good records have none above 3.5 times, sharp arrivals near the source included; the test of gmprocess, a jump
     of a part of the range alone, takes records of 50 samples a second for spiked.
     """
-    index = _sharpest(seen.samples, seen.dt)
+    index = _sharpest(record.samples, record.dt)
     if index is None:
         return "none", "none", True
-    return f"a single sample sticks out at {index * seen.dt:.4g} s", "none", False
+    return f"a single sample sticks out at {index * record.dt:.4g} s", "none", False
 
 
 @check("offset")
-def _offset(seen: CheckedRecord) -> tuple[str, str, bool]:
+def _offset(record: CheckedRecord) -> tuple[str, str, bool]:
     """The mean of the samples, which integrates to a ramp of velocity."""
-    share = abs(float(seen.samples.mean())) / float(np.abs(seen.samples).max())
+    share = abs(float(record.samples.mean())) / float(np.abs(record.samples).max())
     return f"mean of {_percent(share)} of PGA", f"at most {100 * OFFSET_OF_PEAK:g} %", share <= OFFSET_OF_PEAK
 
 
 @check("late trigger")
-def _first(seen: CheckedRecord) -> tuple[str, str, bool]:
+def _first(record: CheckedRecord) -> tuple[str, str, bool]:
     """The first sample: a record that starts in motion lacks what came before."""
-    share = abs(float(seen.centred[0])) / seen.peak
+    share = abs(float(record.centred[0])) / record.peak
     return f"starts at {_percent(share)} of PGA", f"at most {100 * FIRST_OF_PEAK:g} %", share <= FIRST_OF_PEAK
 
 
 @check("zero crossings")
-def _crossings(seen: CheckedRecord) -> tuple[str, str, bool]:
+def _crossings(record: CheckedRecord) -> tuple[str, str, bool]:
     """The rate of zero crossings, low for an instrument that stuck and for a drift larger than the motion."""
-    signs = np.sign(seen.centred[seen.centred != 0.0])
-    rate = float(np.count_nonzero(np.diff(signs))) / ((len(seen.samples) - 1) * seen.dt)
+    signs = np.sign(record.centred[record.centred != 0.0])
+    rate = float(np.count_nonzero(np.diff(signs))) / ((len(record.samples) - 1) * record.dt)
     return f"{rate:.2g} a second", f"more than {FEWEST_CROSSINGS:g}", rate > FEWEST_CROSSINGS
 
 
 @check("velocity at the end", (RAW, PROCESSED, GENERATED))
-def _velocity(seen: CheckedRecord) -> tuple[str, str, bool]:
+def _velocity(record: CheckedRecord) -> tuple[str, str, bool]:
     """The velocity at the end, where the ground is at rest after an earthquake."""
-    return _end(seen.integrals[0])
+    return _end(record.integrals[0])
 
 
 @check("displacement at the end", (RAW, PROCESSED, GENERATED))
-def _displacement(seen: CheckedRecord) -> tuple[str, str, bool]:
+def _displacement(record: CheckedRecord) -> tuple[str, str, bool]:
     """The displacement at the end: drift, or a permanent displacement that was left in on purpose."""
-    return _end(seen.integrals[1])
+    return _end(record.integrals[1])
 
 
 @check("tail")
-def _tail(seen: CheckedRecord) -> Result:
+def _tail(record: CheckedRecord) -> Result:
     """The motion in the last seconds, large where the record ends before the shaking; None for a shorter record."""
-    count = round(TAIL / seen.dt)
-    if count >= len(seen.samples):
+    count = round(TAIL / record.dt)
+    if count >= len(record.samples):
         return None
-    velocity, displacement = (_share(trace[-count:], trace) for trace in seen.integrals)
+    velocity, displacement = (_share(trace[-count:], trace) for trace in record.integrals)
     words = f"last {TAIL:g} s reach {_percent(velocity)} of PGV and {_percent(displacement)} of PGD"
     allowed = f"at most {100 * TAIL_VELOCITY:g} % and {100 * TAIL_DISPLACEMENT:g} %"
     return words, allowed, velocity <= TAIL_VELOCITY and displacement <= TAIL_DISPLACEMENT
@@ -286,8 +292,8 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"
 
 
-def _share(part: Samples, whole: Samples) -> float:
-    peak = float(np.abs(whole).max())
+def _share(part: Samples, trace: Samples) -> float:
+    peak = float(np.abs(trace).max())
     return float(np.abs(part).max()) / peak if peak > 0.0 else 0.0
 
 

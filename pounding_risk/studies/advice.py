@@ -86,7 +86,9 @@ class Influence(ShortRepr):
     @property
     def _judged(self) -> list[float]:
         """The median changes by the values that count, where they are defined."""
-        return [one for one, counts in zip(self.medians, self.counts, strict=True) if counts and not isnan(one)]
+        return [
+            median for median, counts in zip(self.medians, self.counts, strict=True) if counts and not isnan(median)
+        ]
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -165,8 +167,15 @@ class Advice(ShortRepr):
 
     def influence(self, factor: str, output: str, place: str) -> Influence | None:
         """That of one factor on one output at one place; None where it was not run."""
-        wanted = (factor, output, place)
-        return next((one for one in self.influences if (one.factor, one.output, one.place) == wanted), None)
+        key = (factor, output, place)
+        return next(
+            (
+                influence
+                for influence in self.influences
+                if (influence.factor, influence.output, influence.place) == key
+            ),
+            None,
+        )
 
 
 class _Runs(NamedTuple):
@@ -220,11 +229,11 @@ def advise(
     scanner = _Scanner(chosen, progress)
     base = scanner.run(study)
     touched = _touched(base)
-    speeds = [_approach(base, study, place) for place in range(len(study.interfaces))]
+    speeds = [_approach(base, study, index) for index in range(len(study.interfaces))]
     ranges = tuple(
-        stiffness_range(study, place, study.points[point], speed, length)
-        for place, (point, speed) in enumerate(speeds)
-        if _has_stiffness(study, place)
+        stiffness_range(study, index, study.points[point], speed, length)
+        for index, (point, speed) in enumerate(speeds)
+        if _has_stiffness(study, index)
     )
     skipped = _not_applicable(study)
     runs = _varied(study, scanner, base, ranges, skipped) if touched.any() else []
@@ -287,19 +296,19 @@ class _Scanner:
 
 def _one_case(study: Scene, gap: float | str | None) -> Scene:
     """The scene at one gap and one amplitude, with its own contact."""
-    own = study.interfaces[0]
+    first_interface = study.interfaces[0]
     if gap is None:
         named = study.interface_names[0] if len(study.interfaces) > 1 else study.gridded_interface
         study = study.updated(gridded_interface=named)  # each interface keeps its gap
-        gaps = (own.gap,)
+        gaps = (first_interface.gap,)
     else:
         gaps = (si(gap, GAP, "advise: gap"),)
     amplitudes = [pga for pga in study.grid.pgas if pga is not None]
-    asked = study.records.pga
-    largest = asked if asked in amplitudes else max(amplitudes, default=None)
+    scene_pga = study.records.pga
+    largest = scene_pga if scene_pga in amplitudes else max(amplitudes, default=None)
     axes = study.grid._replace(
         gaps=gaps,
-        yield_forces=(own.yield_force,),
+        yield_forces=(first_interface.yield_force,),
         contact_models=(study.contact_model,),
         pgas=(largest,),
     )
@@ -307,9 +316,9 @@ def _one_case(study: Scene, gap: float | str | None) -> Scene:
         if study.gridded_interface is None:
             study = study.updated(gap=gaps[0])
         else:
-            place = study.interface_names.index(study.gridded_interface)
+            index = study.interface_names.index(study.gridded_interface)
             between = list(study.interfaces)
-            between[place] = between[place]._replace(gap=gaps[0])
+            between[index] = between[index]._replace(gap=gaps[0])
             study = study.updated(interfaces=tuple(between))
     return study.updated(grid=axes)
 
@@ -317,15 +326,15 @@ def _one_case(study: Scene, gap: float | str | None) -> Scene:
 def _thinned(motions: Sequence[Any]) -> tuple[Any, ...]:
     """At most `MOST_MOTIONS` of the motions, evenly spaced."""
     count = min(len(motions), MOST_MOTIONS)
-    return tuple(motions[round(place)] for place in np.linspace(0, len(motions) - 1, count))
+    return tuple(motions[round(position)] for position in np.linspace(0, len(motions) - 1, count))
 
 
 def _stiffnesses(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
     datasets = []
     for multiple in MULTIPLES:
         interfaces = tuple(
-            one if one.stiffness is None else one._replace(stiffness=multiple * one.stiffness)
-            for one in study.interfaces
+            interface if interface.stiffness is None else interface._replace(stiffness=multiple * interface.stiffness)
+            for interface in study.interfaces
         )
         datasets.append(base if multiple == 1.0 else scanner.run(study.updated(interfaces=interfaces)))
     judged = tuple(1.0 / JUDGED <= multiple <= JUDGED for multiple in MULTIPLES)
@@ -334,10 +343,10 @@ def _stiffnesses(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
 
 def _proposed(study: Scene, scanner: _Scanner, base: xr.Dataset, ranges: Sequence[StiffnessRange]) -> _Runs:
     """The scene with the stiffness that is proposed at each interface."""
-    stiffnesses = {one.interface: one.recommended or one.own for one in ranges}
+    stiffnesses = {interface.interface: interface.recommended or interface.own for interface in ranges}
     interfaces = tuple(
-        one._replace(stiffness=stiffnesses.get(name, one.stiffness))
-        for name, one in zip(study.interface_names, study.interfaces, strict=True)
+        interface._replace(stiffness=stiffnesses.get(name, interface.stiffness))
+        for name, interface in zip(study.interface_names, study.interfaces, strict=True)
     )
     dataset = scanner.run(study.updated(interfaces=interfaces))
     return _Runs(PROPOSED, ("as proposed",), (dataset,), (True,), base)
@@ -353,7 +362,7 @@ def _yield_forces(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
     """Multiples of the scene's yield forces; where it has none, shares of the median peak force of each interface."""
     peaks = _cases(base, "peak_contact_force")
     touched = _touched(base)
-    usual = [float(np.median(peaks[hit, place])) if hit.any() else inf for place, hit in enumerate(touched.T)]
+    usual = [float(np.median(peaks[hit, index])) if hit.any() else inf for index, hit in enumerate(touched.T)]
     yields = _yields(study)
     scenes = []
     for multiple in FORCE_MULTIPLES if yields else FORCE_SHARES:
@@ -377,15 +386,15 @@ def _yield_forces(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
 
 def _laws(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
     """Other laws on equal terms, at the approach speed of the interface that is struck fastest, without yielding."""
-    fastest = max(_approach(base, study, place)[1] for place in range(len(study.interfaces)))
-    asked = study.equal_terms
+    fastest = max(_approach(base, study, index)[1] for index in range(len(study.interfaces)))
+    has_equal_terms = study.equal_terms
     study = study.updated(yield_force=inf, column_yield_force=inf, grid=study.grid._replace(yield_forces=(inf,)))
-    alike = on_equal_terms(study, _other_laws(study), None, (None, None if asked else fastest))
+    alike = on_equal_terms(study, _other_laws(study), None, (None, None if has_equal_terms else fastest))
     alike, _ = with_relation(alike, None)
     dataset = scanner.run(alike)
     names = tuple(name for name in alike.grid.contact_models if name != study.contact_model)
-    own = dataset.sel(contact_model=[study.contact_model])
-    return _Runs(LAW, names, tuple(dataset.sel(contact_model=[name]) for name in names), (True,) * len(names), own)
+    own_law = dataset.sel(contact_model=[study.contact_model])
+    return _Runs(LAW, names, tuple(dataset.sel(contact_model=[name]) for name in names), (True,) * len(names), own_law)
 
 
 def _other_laws(study: Scene) -> tuple[str, ...]:
@@ -416,7 +425,7 @@ def _not_applicable(study: Scene) -> dict[str, str]:
         sentences[FORCE] = (
             f"F_E: {names} has no cap, so that F_E does not act; viscous_elastoplastic and van_mier yield"
         )
-    if LAW not in sentences and any(one.restitution_words == NO_RESTITUTION for one in study.interfaces):
+    if LAW not in sentences and any(interface.restitution_words == NO_RESTITUTION for interface in study.interfaces):
         sentences[LAW] = "law: the scene gives no restitution, which the laws that dissipate need to be compared"
     if LAW not in sentences and (jumps or not _other_laws(study)):
         sentences[LAW] = "law: no other law that dissipates can be calibrated to this scene's; see compare"
@@ -431,11 +440,11 @@ def _scan_counts(study: Scene) -> dict[str, int]:
 
 def _yields(study: Scene) -> bool:
     """Whether an interface has a yield force that is finite."""
-    return any(min(one.yield_force, one.column_yield_force) < inf for one in study.interfaces)
+    return any(min(interface.yield_force, interface.column_yield_force) < inf for interface in study.interfaces)
 
 
-def _has_stiffness(study: Scene, place: int) -> bool:
-    here = study.interfaces[place]
+def _has_stiffness(study: Scene, index: int) -> bool:
+    here = study.interfaces[index]
     return here.stiffness is not None and not is_instant(known_law(here.contact_model))
 
 
@@ -444,10 +453,10 @@ def _has_stiffness(study: Scene, place: int) -> bool:
 
 def _cases(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
     """Values of a variable (cases, places); NaN where a run failed or a count is not defined."""
-    one = dataset[name].isel(contact_model=0, gap=0, yield_force=0)
+    variable = dataset[name].isel(contact_model=0, gap=0, yield_force=0)
     status = dataset["status"].isel(contact_model=0, gap=0, yield_force=0).values.ravel()
-    values = one.values.astype(float).reshape(status.size, -1)
-    counts = np.issubdtype(one.dtype, np.integer)
+    values = variable.values.astype(float).reshape(status.size, -1)
+    counts = np.issubdtype(variable.dtype, np.integer)
     return np.where((status == COMPLETE)[:, None] & ~(counts & (values < 0.0)), values, np.nan)
 
 
@@ -456,18 +465,18 @@ def _touched(dataset: xr.Dataset) -> NDArray[np.bool_]:
     return _cases(dataset, "impact_count") > 0.0
 
 
-def _approach(dataset: xr.Dataset, study: Scene, place: int) -> tuple[int, float]:
+def _approach(dataset: xr.Dataset, study: Scene, interface: int) -> tuple[int, float]:
     """The contact point of an interface that is struck hardest, floors first, and the median approach speed [m/s].
 
     That of the fastest touch of each case with contact; without any the speed is that of equal terms.
     """
-    points = [at for at, point in enumerate(study.points) if point.interface == place]
+    points = [at for at, point in enumerate(study.points) if point.interface == interface]
     points = [at for at in points if study.points[at].kind == FLOOR] or points
     hardest = points[-1]
     if len(points) > 1:
         forces = np.nan_to_num(_cases(dataset, "contact_point_peak_contact_force"))
         hardest = max(reversed(points), key=lambda at: float(np.median(forces[:, at])))
-    speeds = _cases(dataset, "peak_approach_speed")[:, place]
+    speeds = _cases(dataset, "peak_approach_speed")[:, interface]
     fast = speeds[speeds > 0.0]
     return hardest, float(np.median(fast)) if fast.size else USUAL_TERMS.speed
 
@@ -475,10 +484,10 @@ def _approach(dataset: xr.Dataset, study: Scene, place: int) -> tuple[int, float
 def _places(study: Scene, output: str) -> list[tuple[str, list[int]]]:
     """The name of each place of an output that is judged, with the interfaces whose contact counts there."""
     if OUTPUTS[output].place == "interface":
-        return [(name, [place]) for place, name in enumerate(study.interface_names)]
+        return [(name, [index]) for index, name in enumerate(study.interface_names)]
     last = len(study.interfaces)
     return [
-        (building.name, [place for place in (at - 1, at) if 0 <= place < last])
+        (building.name, [index for index in (at - 1, at) if 0 <= index < last])
         for at, building in enumerate(study.buildings)
     ]
 
@@ -507,8 +516,8 @@ def _influences(study: Scene, runs: _Runs, touched: NDArray[np.bool_]) -> Iterat
 
 def _relative(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
     """Relative changes of the cases in which both are defined."""
-    known = np.isfinite(before) & np.isfinite(after) & (before > 0.0)
-    return after[known] / before[known] - 1.0
+    is_known = np.isfinite(before) & np.isfinite(after) & (before > 0.0)
+    return after[is_known] / before[is_known] - 1.0
 
 
 def _medians(study: Scene, base: xr.Dataset, touched: NDArray[np.bool_]) -> dict[tuple[str, str], float]:
@@ -564,7 +573,7 @@ def _notes_on_runs(study: Scene, base: xr.Dataset, runs: Sequence[_Runs]) -> Ite
     """What is to be known of the runs themselves."""
     if LAW in {run.factor for run in runs} and any(known_law(name).capped for name in study.model_names):
         yield "law: set side by side without yielding, which most laws do not have; see F_E for what that changes"
-    if not _touched(base).any() and any(_has_stiffness(study, place) for place in range(len(study.interfaces))):
+    if not _touched(base).any() and any(_has_stiffness(study, index) for index in range(len(study.interfaces))):
         yield f"approach speed: {USUAL_TERMS.speed:g} m/s is assumed, for want of a contact"
     datasets = [base, *(dataset for run in runs for dataset in run.datasets if dataset is not base)]
     failed = sum(int((dataset["status"] != COMPLETE).sum()) for dataset in datasets)
@@ -572,14 +581,16 @@ def _notes_on_runs(study: Scene, base: xr.Dataset, runs: Sequence[_Runs]) -> Ite
         yield f"runs: {failed} of {sum(dataset['status'].size for dataset in datasets)} failed and count nowhere"
 
 
-def _yielding_duration(study: Scene, one: StiffnessRange) -> float:
+def _yielding_duration(study: Scene, stiffness_range: StiffnessRange) -> float:
     """Duration of the isolated impact under the scene's own law, where it yields in it [s]; else 0."""
-    here = study.at(study.interface_names.index(one.interface))
-    own = here.interfaces[0]
-    force = own.column_yield_force if one.is_column else own.yield_force
-    if not known_law(own.contact_model).capped or force == inf:
+    here = study.at(study.interface_names.index(stiffness_range.interface))
+    interface = here.interfaces[0]
+    force = interface.column_yield_force if stiffness_range.is_column else interface.yield_force
+    if not known_law(interface.contact_model).capped or force == inf:
         return 0.0
-    blow = impact(here.law(), one.speed, one.mass, restitution=own.restitution, yield_force=force)
+    blow = impact(
+        here.law(), stiffness_range.speed, stiffness_range.mass, restitution=interface.restitution, yield_force=force
+    )
     return blow.duration if blow.peak_force >= force * (1.0 - 1e-9) else 0.0
 
 
@@ -645,27 +656,29 @@ def _consequence_words(influences: Sequence[Influence]) -> str:
     """What the proposed stiffness changes, each output where it changes most."""
     widest = _widest(influences)
     changes = [
-        f"{OUTPUTS[one.output].words} by {_percent(one.medians[0])} % ({one.place})"
-        for one in widest
-        if one.verdict != NOT
+        f"{OUTPUTS[influence.output].words} by {_percent(influence.medians[0])} % ({influence.place})"
+        for influence in widest
+        if influence.verdict != NOT
     ]
-    steady = ", ".join(OUTPUTS[one.output].words for one in widest if one.verdict == NOT)
-    rest = f"by less than {100 * LITTLE:.0f} %: {steady}" if steady else ""
-    return f"The proposed stiffness changes {'; '.join(filter(None, [', '.join(changes), rest]))}"
+    steady = ", ".join(OUTPUTS[influence.output].words for influence in widest if influence.verdict == NOT)
+    small_changes = f"by less than {100 * LITTLE:.0f} %: {steady}" if steady else ""
+    return f"The proposed stiffness changes {'; '.join(filter(None, [', '.join(changes), small_changes]))}"
 
 
 def _widest(influences: Sequence[Influence]) -> list[Influence]:
     """Of each output the influence at the place where it is largest, largest first."""
     widest: dict[str, Influence] = {}
-    for one in sorted(influences, key=lambda one: -max(map(abs, one.ends))):
-        widest.setdefault(one.output, one)
+    for influence in sorted(influences, key=lambda influence: -max(map(abs, influence.ends))):
+        widest.setdefault(influence.output, influence)
     return list(widest.values())
 
 
 def _listed(influences: Sequence[Influence], verdict: str) -> str:
     """The outputs of a verdict with their changes, each judged where it changes most."""
-    chosen = [one for one in _widest(influences) if one.verdict == verdict]
-    return ", ".join(f"{OUTPUTS[one.output].words} ({one.place}: {one.range_words})" for one in chosen)
+    chosen = [influence for influence in _widest(influences) if influence.verdict == verdict]
+    return ", ".join(
+        f"{OUTPUTS[influence.output].words} ({influence.place}: {influence.range_words})" for influence in chosen
+    )
 
 
 def _finding(study: Scene, base: xr.Dataset, influences: Sequence[Influence]) -> str:
@@ -678,19 +691,19 @@ def _finding(study: Scene, base: xr.Dataset, influences: Sequence[Influence]) ->
         )
     alone = len(study.interfaces) == 1
     gap = f"the {'required gap' if alone else 'gap that motion without contact needs'} does not depend on the contact"
-    judged = [one for one in influences if one.verdict]
+    judged = [influence for influence in influences if influence.verdict]
     factor = judged[0].factor if judged else ""
-    judged = [one for one in judged if one.factor == factor]
+    judged = [influence for influence in judged if influence.factor == factor]
     if factor not in (STIFFNESS, RESTITUTION):
         return f"{study.contact_model} has no stiffness and no restitution to choose; {gap}"
     span = "A stiffness from a tenth to ten times the scene's" if factor == STIFFNESS else "A restitution of 0.5 to 0.8"
-    most = max(judged, key=lambda one: max(map(abs, one.ends)))
+    most = max(judged, key=lambda influence: max(map(abs, influence.ends)))
     least = f"{100 * LITTLE:.0f} %"
     if most.verdict == NOT:
         return f"{span} changes no output by {least}; {gap}"
     steady = _listed(judged, NOT)
-    rest = f"it does not change {steady}" if steady else f"every output changes by {least} or more somewhere"
-    return f"{span} changes {OUTPUTS[most.output].words} by {most.range_words} ({most.place}); {rest}; {gap}"
+    unchanged = f"it does not change {steady}" if steady else f"every output changes by {least} or more somewhere"
+    return f"{span} changes {OUTPUTS[most.output].words} by {most.range_words} ({most.place}); {unchanged}; {gap}"
 
 
 def said(value: float, output: str) -> str:

@@ -180,12 +180,12 @@ def stiffness_for(duration: float, unit: str, mass: float, speed: float) -> floa
     return float(mass * speed**2 * (HERTZ_TIME / (speed * duration)) ** 2.5)
 
 
-def stiffness_range(scene: Scene, place: int, point: Point, speed: float, floor_length: float) -> StiffnessRange:
+def stiffness_range(scene: Scene, index: int, point: Point, speed: float, floor_length: float) -> StiffnessRange:
     """The range at interface ``place``, of the floors at a contact ``point`` that meet at ``speed`` [m/s].
 
     ``floor_length`` [m] is for buildings that give none. The interface has a stiffness.
     """
-    here = scene.at(place)
+    here = scene.at(index)
     left, right = here.buildings
     floors = (floor_at(left, point.left_floor, floor_length), floor_at(right, point.right_floor, floor_length))
     shortest = max(floor.passage for floor in floors)
@@ -197,24 +197,24 @@ def stiffness_range(scene: Scene, place: int, point: Point, speed: float, floor_
     mass = 1.0 / sum(1.0 / floor.mass for floor in counted)
     longest = SHARE_OF_PERIOD * min(floor.period for floor in counted)
     unit = stiffness_quantity(known_law(here.stiff_name)).unit
-    own = float(here.stiffness or 0.0)
+    own_stiffness = float(here.stiffness or 0.0)
     low, high = (stiffness_for(lasts, unit, mass, speed) for lasts in (longest, shortest))
     assumed = tuple(dict.fromkeys(floor.building for floor in moving if floor.is_assumed))
     rules = []
-    for name, value, rule_unit, source, known in _published(floors):
+    for name, value, rule_unit, source, basis in _published(floors):
         lasts = contact_duration(value, rule_unit, mass, speed)
         same = value if rule_unit == unit else stiffness_for(lasts, unit, mass, speed)
         verdict = "" if low > high else _verdict(same, low, high)
-        rules.append(Rule(name, value, rule_unit, source, known, same, lasts, verdict))
+        rules.append(Rule(name, value, rule_unit, source, basis, same, lasts, verdict))
     return StiffnessRange(
-        interface=scene.interface_names[place],
+        interface=scene.interface_names[index],
         buildings=(left.name, right.name),
         contact_model=here.stiff_name,
         unit=unit,
-        own=own,
+        own=own_stiffness,
         speed=speed,
         mass=mass,
-        duration=contact_duration(own, unit, mass, speed),
+        duration=contact_duration(own_stiffness, unit, mass, speed),
         longest=longest,
         shortest=shortest,
         low=low,
@@ -235,9 +235,15 @@ def floor_at(building: Building | Storeys, floor: float, floor_length: float) ->
     if isinstance(building, Building):
         length = building.floor_length or floor_length
         mass = inf if building.is_rigid else building.mass
-        given = building.is_rigid or building.floor_length > 0.0
+        is_given = building.is_rigid or building.floor_length > 0.0
         return Floor(
-            building.name, mass, building.stiffness, building.period, length, building.wave_speed, is_assumed=not given
+            building.name,
+            mass,
+            building.stiffness,
+            building.period,
+            length,
+            building.wave_speed,
+            is_assumed=not is_given,
         )
     below = int(floor)
     up = floor - below

@@ -134,8 +134,8 @@ def compare(
         "same": terms.same,
         "speed": terms.speed,
     }
-    place = widest_interface(dataset)
-    shown_case = Shown(typical_case(at_interface(dataset, place), baseline), place)
+    interface = widest_interface(dataset)
+    shown_case = Shown(typical_case(at_interface(dataset, interface), baseline), interface)
     dataset = dataset.assign(histories_of_laws(study, shown_case, baseline))
     dataset.attrs |= {"left_out": without, "unequal_e": unequal, "finding": finding(dataset)}
     dataset.attrs |= created("pounding_risk.compare")
@@ -160,10 +160,12 @@ def on_equal_terms(
             raise PoundingError(f"compare: {name}: {why}; leave it out")
     if len(names) < 2:
         raise PoundingError(f"compare: {names[0]} alone is no comparison; name another law, or none to run them all")
-    if own := [name for name in study.models_of(study.contact_model) if "stiffness" not in known_law(name)._fields]:
+    if without_stiffness := [
+        name for name in study.models_of(study.contact_model) if "stiffness" not in known_law(name)._fields
+    ]:
         raise PoundingError(
-            f"compare: {own[0]} has no stiffness to which other laws could be calibrated; give the interface "
-            "a contact_model that has one, and name this one as the baseline"
+            f"compare: {without_stiffness[0]} has no stiffness to which other laws could be calibrated; give the "
+            "interface a contact_model that has one, and name this one as the baseline"
         )
     _check_restitution(study, names)
     scene_terms = study.equal_terms or USUAL_TERMS
@@ -265,15 +267,17 @@ def _impacts(study: Scene, dataset: xr.Dataset) -> dict[str, Any]:
     """Calibrated stiffness, restitution achieved, and the curves of the reference impacts, padded with NaN."""
     names, places = study.grid.contact_models, range(len(interface_names(dataset)))
     # A law without a stiffness may have none there.
-    given = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
-    stiffnesses = [{name: float(np.atleast_1d(k)[place]) for name, k in given.items()} for place in places]
-    impacts = [reference_impacts(study.at(place), stiffnesses[place]) for place in places]
-    elastic = [all(one.restitution > 1.0 - ELASTIC for one in of_law) for of_law in zip(*impacts, strict=True)]
+    stiffness_lists = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
+    stiffnesses = [
+        {name: float(np.atleast_1d(k)[interface]) for name, k in stiffness_lists.items()} for interface in places
+    ]
+    impacts = [reference_impacts(study.at(interface), stiffnesses[interface]) for interface in places]
+    elastic = [all(blow.restitution > 1.0 - ELASTIC for blow in of_law) for of_law in zip(*impacts, strict=True)]
     capped = np.array([_capped(study, label) for label in names], dtype=np.int8)
     of_laws: dict[str, tuple[Any, str]] = {
         "stiffness_unit": ([_units(study, label) for label in names], "unit of stiffness, several by interface"),
         "dissipates": (
-            np.array([not one for one in elastic], dtype=np.int8),
+            np.array([not blow for blow in elastic], dtype=np.int8),
             "0 where the law is elastic, and without yielding returns all energy",
         ),
         "capped": (
@@ -294,14 +298,14 @@ def _impacts(study: Scene, dataset: xr.Dataset) -> dict[str, Any]:
     calibrated = [[of_one.get(name, nan) for name in names] for of_one in stiffnesses]
     words = "calibrated stiffness of the contact law, in the unit of stiffness_unit"
     variables["stiffness"] = ((*axes, "contact_model"), laid(calibrated), {"long_name": words})
-    masses = [study.at(place).striking_mass for place in places]
+    masses = [study.at(interface).striking_mass for interface in places]
     variables["reduced_mass"] = (axes, laid(masses), described("kg", "reduced mass of the reference impact"))
     for name, (unit, words) in IMPACT_COLUMNS.items():
-        values = [[getattr(one, name) for one in of_one] for of_one in impacts]
+        values = [[getattr(blow, name) for blow in of_one] for of_one in impacts]
         variables[f"reference_{name}"] = ((*axes, "contact_model"), laid(values), described(unit, words))
-    longest = max(len(one.time) for of_one in impacts for one in of_one)
+    longest = max(len(blow.time) for of_one in impacts for blow in of_one)
     for name, (unit, words) in CURVES.items():
-        rows = [[_padded(getattr(one, name), longest) for one in of_one] for of_one in impacts]
+        rows = [[_padded(getattr(blow, name), longest) for blow in of_one] for of_one in impacts]
         about = described(unit, f"{words}, reference impact; NaN after the parting")
         variables[f"impact_{name}"] = ((*axes, "contact_model", "impact_step"), laid(rows), about)
     return variables
@@ -320,7 +324,11 @@ def _capped(study: Scene, label: str) -> int:
 
 def _units(study: Scene, label: str) -> str:
     """Unit of the stiffness of a model of the grid, "" where it has none; of each interface where theirs differ."""
-    units = [_unit(label)] if label != OF_EACH_INTERFACE else [_unit(one.contact_model) for one in study.interfaces]
+    units = (
+        [_unit(label)]
+        if label != OF_EACH_INTERFACE
+        else [_unit(interface.contact_model) for interface in study.interfaces]
+    )
     return units[0] if len(set(units)) == 1 else APART.join(units)
 
 

@@ -64,25 +64,27 @@ def interface_names(dataset: xr.Dataset) -> list[str]:
     return [" | ".join(str(name) for name in dataset["building"].values[:2])]
 
 
-def at_interface(dataset: xr.Dataset, place: int) -> xr.Dataset:
+def at_interface(dataset: xr.Dataset, index: int) -> xr.Dataset:
     """The dataset of interface ``place`` alone, from 0, with all buildings; without the dimension `interface`."""
-    return dataset.isel(interface=place, drop=True) if "interface" in dataset.dims else dataset
+    return dataset.isel(interface=index, drop=True) if "interface" in dataset.dims else dataset
 
 
-def of_interface(dataset: xr.Dataset, place: int) -> xr.Dataset:
+def of_interface(dataset: xr.Dataset, index: int) -> xr.Dataset:
     """What a comparison says of interface ``place``: its own outputs and those of its two buildings, under one name."""
     names = interface_names(dataset)
-    buildings = [str(name) for name in dataset["building"].values[place : place + 2]]
-    own = {_at(words, names[place], names): words for words in RUN_OUTPUTS.values()}
-    own |= {(name := f"{words}, {building}"): name for words in SIDE_OUTPUTS.values() for building in buildings}
-    part = at_interface(dataset, place)
+    buildings = [str(name) for name in dataset["building"].values[index : index + 2]]
+    names_of_outputs = {_at(words, names[index], names): words for words in RUN_OUTPUTS.values()}
+    names_of_outputs |= {
+        (name := f"{words}, {building}"): name for words in SIDE_OUTPUTS.values() for building in buildings
+    }
+    part = at_interface(dataset, index)
     if "interface_contact_model" in dataset:
-        part["interface_contact_model"] = str(dataset["interface_contact_model"].values[place])
+        part["interface_contact_model"] = str(dataset["interface_contact_model"].values[index])
     if "stiffness_unit" in part:
         units = [str(unit).split(APART) for unit in part["stiffness_unit"].values]
-        part["stiffness_unit"] = "contact_model", [unit[place] if len(unit) > 1 else unit[0] for unit in units]
-    part = part.sel(output=[name for name in map(str, dataset["output"].values) if name in own])
-    return part.assign_coords(output=[own[str(name)] for name in part["output"].values])
+        part["stiffness_unit"] = "contact_model", [unit[index] if len(unit) > 1 else unit[0] for unit in units]
+    part = part.sel(output=[name for name in map(str, dataset["output"].values) if name in names_of_outputs])
+    return part.assign_coords(output=[names_of_outputs[str(name)] for name in part["output"].values])
 
 
 def _at(words: str, interface: str, interfaces: list[str]) -> str:
@@ -98,8 +100,8 @@ def outputs_of(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
     """
     interfaces = interface_names(dataset)
     outputs = {
-        _at(words, interface, interfaces): at_interface(dataset, place)[name]
-        for place, interface in enumerate(interfaces)
+        _at(words, interface, interfaces): at_interface(dataset, index)[name]
+        for index, interface in enumerate(interfaces)
         for name, words in RUN_OUTPUTS.items()
     }
     for name, words in SIDE_OUTPUTS.items():
@@ -139,10 +141,10 @@ def touching_by_output(dataset: xr.Dataset, baseline: str) -> dict[str, NDArray[
     A building that touches neither neighbour moves as it does alone, whatever the rest of the row does.
     """
     interfaces = interface_names(dataset)
-    touched = [touching(at_interface(dataset, place), baseline) for place in range(len(interfaces))]
+    touched = [touching(at_interface(dataset, index), baseline) for index in range(len(interfaces))]
     cases = {
-        _at(words, interface, interfaces): touched[place]
-        for place, interface in enumerate(interfaces)
+        _at(words, interface, interfaces): touched[index]
+        for index, interface in enumerate(interfaces)
         for words in RUN_OUTPUTS.values()
     }
     for words in SIDE_OUTPUTS.values():
@@ -184,15 +186,15 @@ def rank_agreement(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]
     return np.array(agreements)
 
 
-def _spearman(one: Array, other: Array) -> float:
+def _spearman(first: Array, second: Array) -> float:
     from scipy.stats import ConstantInputWarning, spearmanr
 
-    defined = ~np.isnan(one) & ~np.isnan(other)
+    defined = ~np.isnan(first) & ~np.isnan(second)
     if defined.sum() < FEWEST_TO_RANK:
         return nan
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConstantInputWarning)  # its answer, NaN, is the one wanted
-        return float(spearmanr(one[defined], other[defined]).statistic)
+        return float(spearmanr(first[defined], second[defined]).statistic)
 
 
 def is_varied(dataset: xr.Dataset) -> bool:
@@ -209,21 +211,21 @@ def gap_without_contact(dataset: xr.Dataset) -> xr.DataArray:
     return dataset["gap"].where(open_ & is_varied(dataset)).min("gap")
 
 
-def can_yield(dataset: xr.Dataset, place: int = 0) -> xr.DataArray:
+def can_yield(dataset: xr.Dataset, index: int = 0) -> xr.DataArray:
     """True for the yield forces of the grid at which a contact point of interface ``place`` has a finite one."""
     if "contact_point_yield_force" not in dataset.coords:
         return dataset["yield_force"] < np.inf
     at_points = dataset["contact_point_yield_force"] < np.inf
-    return at_points.isel(contact_point=dataset["contact_point_interface"].values == place).any("contact_point")
+    return at_points.isel(contact_point=dataset["contact_point_interface"].values == index).any("contact_point")
 
 
-def flips(dataset: xr.Dataset, baseline: str, place: int = 0) -> dict[str, tuple[Array, Array]]:
+def flips(dataset: xr.Dataset, baseline: str, index: int = 0) -> dict[str, tuple[Array, Array]]:
     """By conclusion of `CONCLUSIONS`: in how many cases each law disagrees with the baseline, and of how many.
 
     At interface ``place``. Contact is judged in every case; the yield exceedance where F_E is finite and the
     displacement, both where the baseline has contact; the gap once a motion, where the grid varies this interface's.
     """
-    strengths, dataset = can_yield(dataset, place), at_interface(dataset, place)
+    strengths, dataset = can_yield(dataset, index), at_interface(dataset, index)
     at, cases = place_of(dataset, baseline), touching(dataset, baseline)
     count, exceeds = by_case(dataset["impact_count"]), by_case(dataset["yield_exceedance"])
     strong = by_case(strengths.broadcast_like(dataset["impact_count"]))[at] > 0.0
@@ -284,8 +286,8 @@ def peers(dataset: xr.Dataset) -> list[str]:
     damped = dataset["dissipates"].values
     alike = (damped == damped[place_of(dataset, baseline)]) & ~with_terms_of_its_own(dataset)
     if "reference_restitution_asked" in dataset:
-        asked = _anywhere(dataset["reference_restitution_asked"]).values
-        alike &= asked == asked[place_of(dataset, baseline)]
+        asked_e = _anywhere(dataset["reference_restitution_asked"]).values
+        alike &= asked_e == asked_e[place_of(dataset, baseline)]
     names = [str(name) for name, same in zip(dataset["contact_model"].values, alike, strict=True) if same]
     return [name for name in names if name != baseline]
 
@@ -311,8 +313,8 @@ def finding(dataset: xr.Dataset) -> str:
         if apart:
             yields = int(dataset["capped"].sel(contact_model=baseline))
             parts.append(f"{'without' if yields else 'with'} yielding, {_moves(apart)}")
-        what = "The model matters here" if by_model else "Yielding matters here, which is F_E and not the model"
-        sentence = f"{what}: against {baseline}, {'; '.join(parts)}"
+        cause = "The model matters here" if by_model else "Yielding matters here, which is F_E and not the model"
+        sentence = f"{cause}: against {baseline}, {'; '.join(parts)}"
     else:
         sentence = (
             "The model hardly matters here: in the middle 68 % of the cases every output of every law stays within "
@@ -344,7 +346,7 @@ def _by_cap(dataset: xr.Dataset, names: list[str]) -> tuple[list[str], list[str]
     """
     capped = dict(zip(map(str, dataset["contact_model"].values), dataset["capped"].values, strict=True))
     baseline = capped[str(dataset.attrs["baseline"])]
-    strong = not any(can_yield(dataset, place).any() for place in range(len(interface_names(dataset))))
+    strong = not any(can_yield(dataset, index).any() for index in range(len(interface_names(dataset))))
     alike = [name for name in names if strong or baseline == AT_SOME or capped[name] == baseline]
     return alike, [name for name in names if name not in alike]
 
@@ -391,8 +393,8 @@ def _flipping(shares: dict[str, Array], names: list[str], interfaces: list[str])
         share = shares[conclusion].reshape(len(names), len(interfaces))
         if np.isnan(share).all():
             continue
-        law, place = np.unravel_index(int(np.nanargmax(share)), share.shape)
-        most, where = float(share[law, place]), _at(names[law], interfaces[place], interfaces)
+        law, interface = np.unravel_index(int(np.nanargmax(share)), share.shape)
+        most, where = float(share[law, interface]), _at(names[law], interfaces[interface], interfaces)
         yield f"{words} in {f'up to {percent(most)} of the cases ({where})' if most > 0.0 else 'none'}"
 
 
@@ -403,9 +405,11 @@ def percent(share: float) -> str:
 
 def flip_share(dataset: xr.Dataset, conclusion: str, names: list[str]) -> Array:
     """The share of the judged cases in which each of the laws disagrees, by interface; NaN where none is judged."""
-    one = dataset.sel(conclusion=conclusion, contact_model=names)
-    judged = one["judged"].values.astype(float)
-    return np.asarray(np.divide(one["flips"].values, judged, out=np.full(judged.shape, nan), where=judged > 0.0))
+    conclusions = dataset.sel(conclusion=conclusion, contact_model=names)
+    judged = conclusions["judged"].values.astype(float)
+    return np.asarray(
+        np.divide(conclusions["flips"].values, judged, out=np.full(judged.shape, nan), where=judged > 0.0)
+    )
 
 
 def widest_interface(dataset: xr.Dataset) -> int:
@@ -427,18 +431,18 @@ def place_of_interface(dataset: xr.Dataset, interface: str | None = None) -> int
 def index_of_interface(names: Sequence[str], interface: str) -> int:
     """Index of an interface by its name; raises PoundingError for a name that none of them has."""
     if interface not in names:
-        known = " or ".join(f'"{name}"' for name in names)
-        raise PoundingError(f'"{interface}" is not an interface{nearest(interface, names)}; it may be {known}')
+        choices = " or ".join(f'"{name}"' for name in names)
+        raise PoundingError(f'"{interface}" is not an interface{nearest(interface, names)}; it may be {choices}')
     return list(names).index(interface)
 
 
-def which_interface(dataset: xr.Dataset, place: int) -> str:
+def which_interface(dataset: xr.Dataset, index: int) -> str:
     """Words for interface ``place``, with the rule if `widest_interface` has it; "" where there is one interface."""
     names = interface_names(dataset)
     if len(names) < 2:
         return ""
-    rule = ", where the laws move the peak relative displacement most" if place == widest_interface(dataset) else ""
-    return f"interface {names[place]} of {len(names)}{rule}"
+    rule = ", where the laws move the peak relative displacement most" if index == widest_interface(dataset) else ""
+    return f"interface {names[index]} of {len(names)}{rule}"
 
 
 def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
@@ -448,8 +452,8 @@ def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
     spreads = np.array([spread(ratios(values, at, cases[name])) for name, values in outputs.items()])
     ranks = np.array([rank_agreement(values, at, cases[name]) for name, values in outputs.items()])
     interfaces = range(len(interface_names(dataset)))
-    judged = [flips(dataset, baseline, place) for place in interfaces]
-    gaps = [gap_without_contact(at_interface(dataset, place)) for place in interfaces]
+    judged = [flips(dataset, baseline, index) for index in interfaces]
+    gaps = [gap_without_contact(at_interface(dataset, index)) for index in interfaces]
     law = ("output", "contact_model")
     percentiles = zip(("low", "median", "high"), (LOW, MIDDLE, HIGH), strict=True)
     over = f"of the ratio to {baseline}'s, over the cases with contact under {baseline}"

@@ -38,7 +38,7 @@ def histories_of_laws(study: Scene, shown: Shown, baseline: str) -> dict[str, An
     values = np.array(
         [_closing(study, Case(motion, law, gap, force, gaps, forces), samples) for law in grid.contact_models]
     )
-    here = [place for place, point in enumerate(study.points) if point.interface == shown.place]
+    here = [index for index, point in enumerate(study.points) if point.interface == shown.place]
     baselines = np.abs(values[grid.contact_models.index(baseline)][here])
     point = here[int(np.nanmax(baselines, axis=-1).argmax())]
     about: dict[str, Any] = described("m", "relative displacement of a case of median spread") | {"record": motion.name}

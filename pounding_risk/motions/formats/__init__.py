@@ -121,8 +121,12 @@ def read_components(path: Path, *, unit: str | None = None, dt: float | None = N
     traces = _whole(stream, str(path))
     digest = sha256(raw).hexdigest()
     names = _component_names(traces)
-    given = [word for word, value in (("unit", unit), ("dt", dt)) if value is not None and word not in kind.takes]
-    unused = f"; the file states its own, the {' and '.join(given)} given went unused" if given else ""
+    unused_options = [
+        word for word, value in (("unit", unit), ("dt", dt)) if value is not None and word not in kind.takes
+    ]
+    unused = (
+        f"; the file states its own, the {' and '.join(unused_options)} given went unused" if unused_options else ""
+    )
     return tuple(
         FileRead(trace, trace.stats.record.state, kind.name, digest, trace.stats.record.units + unused, name)
         for trace, name in zip(traces, names, strict=True)
@@ -134,12 +138,12 @@ def is_record(path: Path) -> bool:
 
     Names of plain columns are names of any text or table, so that such a file starts as plain columns do, or is empty.
     """
-    known, suffix = formats(), path.suffix.lower()
+    kinds, suffix = formats(), path.suffix.lower()
     columns = _columns()
-    if any(suffix in kind.suffixes for kind in known if kind is not columns.FORMAT):
+    if any(suffix in kind.suffixes for kind in kinds if kind is not columns.FORMAT):
         return True
     with path.open("rb") as opened:
-        if any(kind.recognises(opened) for kind in known):
+        if any(kind.recognises(opened) for kind in kinds):
             return True
         return suffix in columns.FORMAT.suffixes and (not path.stat().st_size or columns.fits(opened))
 

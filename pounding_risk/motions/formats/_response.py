@@ -33,14 +33,14 @@ def to_acceleration(trace: Trace, name: str, folder: Path | None, unit: str | No
     if not trace.id.isprintable() or set("/\\") & set(trace.stats.network + trace.stats.station):
         raise unreadable(name, kind, "its station and channel are no plain letters")
     beside, azimuth = _beside(trace, name, folder), None
-    whole = trace.data.dtype.kind == "i"
+    is_counts = trace.data.dtype.kind == "i"
     samples = trace.data.astype(np.float64)
     if beside is not None:
         counts, units, azimuth = _sensitivity(trace, beside)
         trace.data, state = samples / counts, "raw"
     elif unit is not None:
         size = size_of(unit, f"{name}: unit as given")
-        units, state = sentence(unit, size), "raw" if whole else "processed"
+        units, state = sentence(unit, size), "raw" if is_counts else "processed"
         with np.errstate(over="ignore"):
             trace.data = samples * size
         if not np.isfinite(trace.data).all():

@@ -96,8 +96,8 @@ def text_of(file: Any, name: str, kind: str) -> tuple[str, str]:
     read, is too large or is blank.
     """
     if hasattr(file, "read"):
-        given = getattr(file, "name", None)
-        name = name or (str(given) if isinstance(given, str | Path) else f"{kind} record")
+        file_name = getattr(file, "name", None)
+        name = name or (str(file_name) if isinstance(file_name, str | Path) else f"{kind} record")
         raw = file.read(LARGEST + 1)
     else:
         name = name or str(file)
@@ -112,8 +112,8 @@ def text_of(file: Any, name: str, kind: str) -> tuple[str, str]:
         )
     text = raw.decode("latin-1") if isinstance(raw, bytes) else str(raw)
     if not text.strip():
-        what = "is blank" if text else "is empty (0 bytes)"
-        raise RecordError(f"{name}: {what}; a {kind} file has a header and samples: fetch it again")
+        state = "is blank" if text else "is empty (0 bytes)"
+        raise RecordError(f"{name}: {state}; a {kind} file has a header and samples: fetch it again")
     return name, text
 
 

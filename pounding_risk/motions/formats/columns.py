@@ -271,9 +271,9 @@ def _last_digit(times: NDArray[np.float64], words: list[str]) -> NDArray[np.floa
     decimals, digits = 0, 1
     for word in words:
         mantissa, _, exponent = word.lower().replace("d", "e").partition("e")
-        whole, _, fraction = mantissa.lstrip("+-").partition(".")
+        integer_part, _, fraction = mantissa.lstrip("+-").partition(".")
         decimals = max(decimals, len(fraction) - int(exponent or 0))
-        digits = max(digits, len((whole + fraction).lstrip("0")))
+        digits = max(digits, len((integer_part + fraction).lstrip("0")))
     leading = np.floor(np.log10(np.maximum(np.abs(times), 1e-12))) + 1.0
     return np.asarray(10.0 ** np.maximum(-min(decimals, 20), leading - digits), dtype=np.float64)
 
@@ -372,32 +372,33 @@ def _unicode(text: str) -> str:
         return text
 
 
-def _unit(name: str, head: Head, given: str | None, dt: float | None) -> tuple[float, str]:
+def _unit(name: str, head: Head, stated: str | None, dt: float | None) -> tuple[float, str]:
     """How many m/s² one unit of the samples is, with the sentence; the caller, a comment and a head must agree."""
-    said: list[_Said] = []
+    statements: list[_Said] = []
     if "unit" in head.statements:
-        said.append(_Said(head.statements["unit"].value, f"{name}, line {head.statements['unit'].line}"))
+        statements.append(_Said(head.statements["unit"].value, f"{name}, line {head.statements['unit'].line}"))
     if head.titles and head.titles[-1].unit is not None:
-        said.append(_Said(head.titles[-1].unit, f"{name}, line {head.title_line}"))
-    if given is not None:
-        said.append(_Said(given, f"{name}: unit as given"))
-    if not said:
+        statements.append(_Said(head.titles[-1].unit, f"{name}, line {head.title_line}"))
+    if stated is not None:
+        statements.append(_Said(stated, f"{name}: unit as given"))
+    if not statements:
         stepless = head.columns == 1 and dt is None and "dt" not in head.statements
         raise _unstated(name, "unit", *(["dt"] if stepless else []))
-    sizes = [size_of(statement.value, statement.place) for statement in said]
-    for other, size in zip(said[1:], sizes[1:], strict=True):
+    sizes = [size_of(statement.value, statement.place) for statement in statements]
+    for other, size in zip(statements[1:], sizes[1:], strict=True):
         if size != sizes[0]:
             raise RecordError(
-                f"{other.place}: the unit is {quoted(other.value)}, {said[0].place.removeprefix(name).strip(', ')} "
-                f"says {quoted(said[0].value)}; keep the right one"
+                f"{other.place}: the unit is {quoted(other.value)}, "
+                f"{statements[0].place.removeprefix(name).strip(', ')} "
+                f"says {quoted(statements[0].value)}; keep the right one"
             )
-    return sizes[0], sentence(str(said[0].value), sizes[0])
+    return sizes[0], sentence(str(statements[0].value), sizes[0])
 
 
 def _unstated(name: str, *missing: str) -> RecordError:
-    what = " nor ".join(TO_STATE[key][0] for key in missing)
+    nouns = " nor ".join(TO_STATE[key][0] for key in missing)
     repair = "; ".join(TO_STATE[key][1] for key in missing)
-    return RecordError(f"{name}: {'says neither' if len(missing) > 1 else 'does not say'} {what}; {repair}")
+    return RecordError(f"{name}: {'says neither' if len(missing) > 1 else 'does not say'} {nouns}; {repair}")
 
 
 def _state(name: str, head: Head) -> str:
@@ -483,25 +484,27 @@ def _words(name: str, lines: Sequence[str], head: Head) -> list[list[str]]:
 
 def _time_step(name: str, words: list[list[str]], head: Head, given: float | None) -> float:
     """The time step [s] that the caller, a comment and a column of times agree upon."""
-    said = _stated_step(name, head)
+    statement = _stated_step(name, head)
     if given is not None:
         check_step(f"{name}: dt as given", given, f"{given:g}", "dt")
-        if said is not None and abs(said.value - given) > TIGHTEST * given:
-            raise RecordError(f"{said.place}: dt is {said.value:g} s, as given it is {given:g} s; keep the right one")
-        said = said or _Said(given, f"{name}: dt as given")
+        if statement is not None and abs(statement.value - given) > TIGHTEST * given:
+            raise RecordError(
+                f"{statement.place}: dt is {statement.value:g} s, as given it is {given:g} s; keep the right one"
+            )
+        statement = statement or _Said(given, f"{name}: dt as given")
     if head.columns == 1:
-        if said is None:
+        if statement is None:
             raise _unstated(name, "dt")
-        return float(said.value)
+        return float(statement.value)
     _check_seconds(name, head)
     step, drift = step_of_times(name, head.first, [row[0] for row in words])
-    if said is None:
+    if statement is None:
         return step
-    if abs(said.value - step) * (len(words) - 1) > drift:
+    if abs(statement.value - step) * (len(words) - 1) > drift:
         raise RecordError(
-            f"{said.place}: dt is {said.value:g} s, but the times rise by {step:g} s; correct one of them"
+            f"{statement.place}: dt is {statement.value:g} s, but the times rise by {step:g} s; correct one of them"
         )
-    return float(said.value)
+    return float(statement.value)
 
 
 def _check_seconds(name: str, head: Head) -> None:

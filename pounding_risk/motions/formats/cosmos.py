@@ -139,15 +139,15 @@ def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
     channels: list[Channel] = []
     while not lines.ended() or not channels:
         channels.extend(_channels(lines, headonly))
-    wanted = [channel for channel in channels if _of_acceleration(channel)]
-    if not wanted:
+    acceleration_channels = [channel for channel in channels if _of_acceleration(channel)]
+    if not acceleration_channels:
         code = float(channels[0].codes[1])
         quantity = QUANTITIES.get(int(code), channels[0].words or f"quantity {code:g}")
         raise RecordError(
             f"{channels[0].place}: holds {quantity}, no acceleration; take the file of acceleration of this record"
         )
-    numbers = [match[1] if (match := _ORIENTATION.search(channel.text[8])) else "" for channel in wanted]
-    traces = [_trace(channel) for channel in wanted]
+    numbers = [match[1] if (match := _ORIENTATION.search(channel.text[8])) else "" for channel in acceleration_channels]
+    traces = [_trace(channel) for channel in acceleration_channels]
     note_missing_channels(traces, channels[0].text[6], len(channels))
     return Stream(numbered(traces, numbers))
 
@@ -274,9 +274,9 @@ def _trace(channel: Channel) -> Trace:
     start = _start(channel)
     peak = channel.real(PEAK)
     if channel.samples.size and peak is not None:
-        word, place = channel.peak
+        word, line_words = channel.peak
         unit = words.partition(",")[0]
-        check_peak(channel.samples, stated_peak(word, unit, 1.0, place))
+        check_peak(channel.samples, stated_peak(word, unit, 1.0, line_words))
     record = record_facts(
         state=STATES[stage],
         units=f"units: {words}",
@@ -364,8 +364,8 @@ def _place(channel: Channel) -> dict[str, Any]:
     """Station and orientation: degrees from north as the header's number or text has them, or its words."""
     station = _STATION.search(channel.text[4])
     name = channel.text[4][40:].strip() or (station[2] if station else "")
-    found, code = _ORIENTATION.search(channel.text[8]), channel.code(54)
-    words = found[2].strip() if found else ""
+    match, code = _ORIENTATION.search(channel.text[8]), channel.code(54)
+    words = match[2].strip() if match else ""
     degrees = re.match(r"(\d{1,3})\s*deg", words, re.I)
     if code is not None and 1 <= code <= 360:
         return {"station": name, "component": f"{code:g}", "azimuth": float(code)}
@@ -386,8 +386,8 @@ def _codes(channel: Channel, dt: float, azimuth: float | None) -> dict[str, str]
     scnl = _scnl(channel)
     if scnl:
         return {"station": scnl[1], "channel": scnl[2], "network": scnl[3], "location": scnl[4].strip("-")}
-    found = _STATION.search(channel.text[4])
-    network, station = (found[1].strip(" -"), found[2]) if found else ("", "")
+    match = _STATION.search(channel.text[4])
+    network, station = (match[1].strip(" -"), match[2]) if match else ("", "")
     vertical = channel.code(54) in VERTICAL
     return {"network": network, "station": station, "channel": channel_code(dt, azimuth, vertical)}
 

@@ -211,10 +211,10 @@ def _check_length(where: str, text: list[str], count: int, dt: float) -> None:
     """Raise RecordError where the stated length does not agree with number and step to 1 %."""
     if count < 2:
         raise RecordError(f"{where}: {count} samples are promised; a record needs at least 2: fetch the file again")
-    found = _LENGTH.search(text[10])
-    if found and abs(float(found[1]) - count * dt) > dt + 0.01 * count * dt:
+    match = _LENGTH.search(text[10])
+    if match and abs(float(match[1]) - count * dt) > dt + 0.01 * count * dt:
         raise RecordError(
-            f"{where}: {count} samples every {dt:g} s last {count * dt:g} s, the text says {found[1]} s; correct the "
+            f"{where}: {count} samples every {dt:g} s last {count * dt:g} s, the text says {match[1]} s; correct the "
             "wrong one, or fetch the file again"
         )
 

@@ -66,16 +66,16 @@ class Header(dict[str, str]):
         self.name = name
         self.lines: dict[str, int] = {}
         for line in lines:
-            found = _LINE.match(line)
-            if not found:
+            match = _LINE.match(line)
+            if not match:
                 break
-            if found[1] in self:
+            if match[1] in self:
                 raise RecordError(
-                    f"{name}, line {len(self) + 1}: {found[1]} is there a second time, after line "
-                    f"{self.lines[found[1]]}; remove the wrong one, or fetch the file again"
+                    f"{name}, line {len(self) + 1}: {match[1]} is there a second time, after line "
+                    f"{self.lines[match[1]]}; remove the wrong one, or fetch the file again"
                 )
-            self[found[1]] = found[2].strip()
-            self.lines[found[1]] = len(self)
+            self[match[1]] = match[2].strip()
+            self.lines[match[1]] = len(self)
 
     def __missing__(self, key: str) -> str:
         return ""

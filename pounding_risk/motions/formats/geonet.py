@@ -110,22 +110,22 @@ def _read_geonet(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
 
 def _components(name: str, lines: list[str]) -> list[tuple[Heading, NDArray]]:
     """Heading and acceleration [mm/s²] of each component; every other block is checked on the way."""
-    found: list[tuple[Heading, NDArray]] = []
+    components: list[tuple[Heading, NDArray]] = []
     at = 0
-    while len(found) < COMPONENTS:
+    while len(components) < COMPONENTS:
         heading = _heading(name, lines, at)
         at += HEADING_LINES
         blocks = []
         for count, quantity in zip(heading.counts, ("acceleration", "velocity", "displacement"), strict=True):
             blocks.append(_block(name, lines, at, count, quantity))
             at += ceil(count / COLUMNS)
-        found.append((heading, blocks[0]))
+        components.append((heading, blocks[0]))
     if at < len(lines):
         raise RecordError(
             f"{name}, line {at + 1}: {quoted(lines[at])} follows the third component, with which a GeoNet file ends; "
             "remove it, or fetch the file again"
         )
-    return found
+    return components
 
 
 def _stated_peak(name: str, heading: Heading) -> StatedPeak | None:
@@ -136,23 +136,23 @@ def _stated_peak(name: str, heading: Heading) -> StatedPeak | None:
 
 def _heading(name: str, lines: list[str], at: int) -> Heading:
     """The heading of the component that begins at line ``at``, checked."""
-    found = lines[at : at + HEADING_LINES]
-    if len(found) < HEADING_LINES:
+    heading_lines = lines[at : at + HEADING_LINES]
+    if len(heading_lines) < HEADING_LINES:
         raise RecordError(
             f"{name}: ends with line {len(lines)}, before the end of the heading due from line {at + 1} on; a GeoNet "
             f"file has {COMPONENTS} components: the file is cut short, fetch it again"
         )
-    text, places = found[:TEXT_LINES], [f"{name}, line {at + row + 1}" for row in range(len(found))]
+    text, places = heading_lines[:TEXT_LINES], [f"{name}, line {at + row + 1}" for row in range(len(heading_lines))]
     _check_text(places, text)
     _check_unit(name, text, at)
-    numbers = [_table_row(places[row], found[row]) for row in range(TEXT_LINES, len(found))]
-    for place, values in zip(places[TEXT_LINES:], numbers[:WHOLE_LINES], strict=False):
-        _check_whole(place, values)
-    whole = [int(value) for row in numbers[:WHOLE_LINES] for value in row]
+    numbers = [_table_row(places[row], heading_lines[row]) for row in range(TEXT_LINES, len(heading_lines))]
+    for line_words, values in zip(places[TEXT_LINES:], numbers[:WHOLE_LINES], strict=False):
+        _check_whole(line_words, values)
+    integers = [int(value) for row in numbers[:WHOLE_LINES] for value in row]
     real = [value for row in numbers[WHOLE_LINES:] for value in row]
     dt = check_step(places[22], real[STEP], f"{real[STEP]:g}", "the time step (the sixth number)")
     label = _COMPONENT.match(text[12])[1]  # type: ignore[index]
-    heading = Heading(text, whole, real, at, label, dt, _counts(name, whole, at))
+    heading = Heading(text, integers, real, at, label, dt, _counts(name, integers, at))
     _check_points(name, heading)
     return heading
 
@@ -196,14 +196,14 @@ def _check_whole(where: str, row: list[float]) -> None:
 def _check_unit(name: str, text: list[str], at: int) -> None:
     """Raise RecordError where the heading says no unit, or another than mm/s/s."""
     readings, peak = _READINGS.search(text[10]), _PEAKS[0].match(text[13])
-    said = [(10, 1.0 if number(readings[1]) == 1.0 else None, readings[2])] if readings else []
-    said += [(13, 1.0, peak[2])] if peak else []
-    if not said:
+    statements = [(10, 1.0 if number(readings[1]) == 1.0 else None, readings[2])] if readings else []
+    statements += [(13, 1.0, peak[2])] if peak else []
+    if not statements:
         raise RecordError(
             f"{name}, line {at + 14}: found {quoted(text[13])}, and no unit of the samples in the heading; a GeoNet "
             f'file says "Acceleration: Peak 399.7 {UNIT} at 115.37 s": restore that line, or fetch the file again'
         )
-    for row, factor, unit in said:
+    for row, factor, unit in statements:
         if factor is None or unit.lower() != UNIT:
             raise RecordError(
                 f"{name}, line {at + row + 1}: the unit of the samples is told by {quoted(text[row])}; a GeoNet file "
@@ -211,16 +211,16 @@ def _check_unit(name: str, text: list[str], at: int) -> None:
             )
 
 
-def _counts(name: str, whole: list[int], at: int) -> tuple[int, int, int]:
+def _counts(name: str, integers: list[int], at: int) -> tuple[int, int, int]:
     """The number of samples of acceleration, velocity and displacement."""
-    acceleration, velocity, displacement = whole[COUNTS]
+    acceleration, velocity, displacement = integers[COUNTS]
     where = f"{name}, line {at + TEXT_LINES + WHOLE_LINES}"
     if acceleration < 2:
         raise RecordError(f"{where}: the number of acceleration samples is {acceleration}; a record needs at least 2")
-    if min(velocity, displacement, whole[PREPENDED]) < 0 or whole[PREPENDED] > acceleration:
+    if min(velocity, displacement, integers[PREPENDED]) < 0 or integers[PREPENDED] > acceleration:
         raise RecordError(
-            f"{where}: {velocity} samples of velocity, {displacement} of displacement and {whole[PREPENDED]} prepended "
-            f"ones do not go with {acceleration} of acceleration; restore that line, or fetch the file again"
+            f"{where}: {velocity} samples of velocity, {displacement} of displacement and {integers[PREPENDED]} "
+            f"prepended ones do not go with {acceleration} of acceleration; restore that line, or fetch the file again"
         )
     return acceleration, velocity, displacement
 
@@ -306,14 +306,19 @@ def _azimuth(name: str, heading: Heading) -> float | None:
 
 def _stats(name: str, heading: Heading, code: str) -> dict[str, Any]:
     """ObsPy statistics from the heading."""
-    text, whole, real = heading.text, heading.whole, heading.real
+    text, integers, real = heading.text, heading.whole, heading.real
     title, site = _TITLE.match(text[0]), _SITE.match(text[1])
     assert title and site
     location = _LOCATION.search(title["id"])
     pga, pgv, pgd = map(_peak, _PEAKS, text[13:16], (UNIT, "mm/s", "mm"))
     low, high = (tuple(real[edge] for edge in edges) for edges in (LOW_EDGES, HIGH_EDGES))
-    origin = _time(name, heading.line + 17, (*whole[ORIGIN], 0, 0, 0.0))
-    buffer = (*whole[START_YEAR], *whole[START_DAY], whole[START_MINUTE][0], whole[START_MINUTE][1] / 1000.0)
+    origin = _time(name, heading.line + 17, (*integers[ORIGIN], 0, 0, 0.0))
+    buffer = (
+        *integers[START_YEAR],
+        *integers[START_DAY],
+        integers[START_MINUTE][0],
+        integers[START_MINUTE][1] / 1000.0,
+    )
     start = _time(name, heading.line + 17, buffer)
     record = record_facts(
         **({} if start else {"timed": False}),
@@ -322,7 +327,7 @@ def _stats(name: str, heading: Heading, code: str) -> dict[str, Any]:
         event=text[6].strip(),
         magnitude=real[MAGNITUDE] or None,
         date=str(origin.date) if origin else "",
-        distance_km=float(whole[DISTANCE]) or None,
+        distance_km=float(integers[DISTANCE]) or None,
         station=site[1],
         component=heading.label,
         azimuth=_azimuth(name, heading),
@@ -334,17 +339,17 @@ def _stats(name: str, heading: Heading, code: str) -> dict[str, Any]:
     )
     stats: dict[str, Any] = {"delta": heading.dt, "calib": 1.0, "network": NETWORK, "station": site[1], "channel": code}
     stats |= {"location": location[1] if location else "", "record": record}
-    own = {"title": title["id"], "site": text[2].strip(), "latitude": -real[LATITUDE], "longitude": real[LONGITUDE]}
+    facts = {"title": title["id"], "site": text[2].strip(), "latitude": -real[LATITUDE], "longitude": real[LONGITUDE]}
     filtered = {"low_transition": low, "high_transition": high} if any((*low, *high)) else {}
-    stats["geonet"] = AttribDict({**own, **filtered})
-    begins = start - whole[PREPENDED] * heading.dt if start else origin
+    stats["geonet"] = AttribDict({**facts, **filtered})
+    begins = start - integers[PREPENDED] * heading.dt if start else origin
     return {**stats, "starttime": begins} if begins else stats
 
 
 def _peak(pattern: re.Pattern[str], line: str, unit: str) -> float | None:
     """The peak in a line of the heading, from millimetres to metres; None where it was not evaluated."""
-    found = pattern.match(line)
-    value = number(found[1]) if found and found[2].lower() == unit else None
+    match = pattern.match(line)
+    value = number(match[1]) if match and match[2].lower() == unit else None
     return None if value is None else abs(value) * MILLIMETRE
 
 

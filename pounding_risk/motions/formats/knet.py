@@ -83,10 +83,10 @@ def _numbers(name: str, lines: list[str], label: str) -> tuple[float, ...]:
     line = next((candidate for candidate in lines if candidate.startswith(label)), None)
     if line is None:
         raise RecordError(f'{name}: has no line "{label}" in its header; fetch the record again')
-    found = _LINES[label].fullmatch(line[len(label) :].strip())
-    if found is None or len(line) > 200:
+    match = _LINES[label].fullmatch(line[len(label) :].strip())
+    if match is None or len(line) > 200:
         raise RecordError(f"{name}: {quoted(line)} does not say what a {KIND} header says there; fetch it again")
-    return tuple(float(word) for word in found.groups())
+    return tuple(float(word) for word in match.groups())
 
 
 FORMAT = Format(

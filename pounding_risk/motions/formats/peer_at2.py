@@ -109,9 +109,9 @@ def _header(name: str, lines: list[str]) -> Header:
     _check_unit(name, at_unit + 1, head[at_unit])
     at_count = next((at for at, line in enumerate(head) if at > at_unit and "NPTS" in line.upper()), None)
     if at_count is None:
-        found = quoted(lines[at_unit + 1]) if at_unit + 1 < len(lines) else "the end of the file"
+        next_line = quoted(lines[at_unit + 1]) if at_unit + 1 < len(lines) else "the end of the file"
         raise RecordError(
-            f"{name}: no line with NPTS and DT after line {at_unit + 1}, found {found}; a PEER AT2 file has "
+            f"{name}: no line with NPTS and DT after line {at_unit + 1}, found {next_line}; a PEER AT2 file has "
             '"NPTS= 4000, DT= .0100 SEC" there: restore that line, or fetch the file again'
         )
     count, dt = _count_and_step(f"{name}, line {at_count + 1}", head[at_count])

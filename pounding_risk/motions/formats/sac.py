@@ -63,18 +63,19 @@ def _read_sac(
     if order is None:
         raise RecordError(f"{name}: has no header of a binary SAC file; check that this is one, or fetch it again")
     (step,) = struct.unpack_from(f"{order}f", raw, 4 * STEP)
-    whole = struct.unpack_from(f"{order}40i", raw, 4 * FIRST_WHOLE)
-    if whole[TYPE] not in (TIME_SERIES, UNSET) or raw[4 * FIRST_FLAG : 4 * FIRST_FLAG + 4] == bytes(4):
+    integers = struct.unpack_from(f"{order}40i", raw, 4 * FIRST_WHOLE)
+    if integers[TYPE] not in (TIME_SERIES, UNSET) or raw[4 * FIRST_FLAG : 4 * FIRST_FLAG + 4] == bytes(4):
         raise RecordError(f"{name}: is no time series with equal steps, by its SAC header; resample it to equal steps")
-    if whole[DEPENDENT] in OTHERS:
+    if integers[DEPENDENT] in OTHERS:
         raise RecordError(
-            f"{name}: its SAC header says that it holds {OTHERS[whole[DEPENDENT]]}; take the file of the acceleration"
+            f"{name}: its SAC header says that it holds {OTHERS[integers[DEPENDENT]]}; take the file of the "
+            "acceleration"
         )
-    size = HEAD + 4 * whole[COUNT]
-    if whole[COUNT] < 0 or len(raw) != size + FOOT[whole[VERSION]]:
+    size = HEAD + 4 * integers[COUNT]
+    if integers[COUNT] < 0 or len(raw) != size + FOOT[integers[VERSION]]:
         raise RecordError(
-            f"{name}: has {len(raw)} bytes, the SAC header promises {whole[COUNT]} samples, which take "
-            f"{size + FOOT[whole[VERSION]]}; fetch the record again"
+            f"{name}: has {len(raw)} bytes, the SAC header promises {integers[COUNT]} samples, which take "
+            f"{size + FOOT[integers[VERSION]]}; fetch the record again"
         )
     # The header has 7 digits: 0.01 is meant where the float nearest to it is written.
     dt = check_step(name, float(str(np.float32(step))), f"{step:g}", "DELTA")

@@ -217,9 +217,9 @@ def _peak(lines: Lines, at: int, reals: NDArray[np.float64]) -> StatedPeak | Non
         stated_peak(word, "cm/s²", UNIT, place)
         for word, place in (lines.word(at, REAL_COLUMNS, number) for number in EXTREMES)
     ]
-    known = [peak for peak in extremes if peak is not None and peak.value not in (reals[0], -reals[0])]
-    known = [peak for peak in known if peak.value <= LARGEST]
-    return max(known) if len(known) == len(EXTREMES) else None
+    stated_peaks = [peak for peak in extremes if peak is not None and peak.value not in (reals[0], -reals[0])]
+    stated_peaks = [peak for peak in stated_peaks if peak.value <= LARGEST]
+    return max(stated_peaks) if len(stated_peaks) == len(EXTREMES) else None
 
 
 def _start(header: Header) -> UTCDateTime | None:

@@ -135,31 +135,31 @@ class Notes(NamedTuple):
 
 def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
     """The building of an entry, the ``number``-th of its file, with missing values filled in."""
-    given = entry.values
-    name, street = given.get("name", f"building {number}"), given.get("street", "")
+    values = entry.values
+    name, street = values.get("name", f"building {number}"), values.get("street", "")
     where = f"{entry.place}, {name}"
 
     def fill(column: str, value: str, rule: str) -> None:
         notes.filled.append(Filled(street, name, column, value, rule))
 
-    if "name" not in given:
+    if "name" not in values:
         fill("name", name, "its place in the file")
-    height, storeys = _size(where, given, rules, notes, fill)
-    typology = "_".join(given.get("typology", rules.typology).lower().split())  # "Concrete frame" is concrete_frame
-    damping = given.get("damping", rules.damping)
-    _check_typology(where, typology, height, "period" in given, notes)
-    if "typology" not in given:
+    height, storeys = _size(where, values, rules, notes, fill)
+    typology = "_".join(values.get("typology", rules.typology).lower().split())  # "Concrete frame" is concrete_frame
+    damping = values.get("damping", rules.damping)
+    _check_typology(where, typology, height, "period" in values, notes)
+    if "typology" not in values:
         fill("typology", typology, STATED)
-    if "damping" not in given:
+    if "damping" not in values:
         fill("damping", say(damping, DAMPING), STATED)
-    walls = given.get("left wall", nan), given.get("right wall", nan)
+    walls = values.get("left wall", nan), values.get("right wall", nan)
     if walls[0] >= walls[1]:
         notes.faults.append(f"{where}, right wall: is not to the right of its left wall; exchange the two")
     mass = _floor_mass(where, entry, rules, notes, fill)
-    depth = given.get("floor depth", rules.floor_depth)
-    if "floor depth" not in given:
+    depth = values.get("floor depth", rules.floor_depth)
+    if "floor depth" not in values:
         fill("floor depth", say(depth, FLOOR_DEPTH), STATED)
-    facts = (height, storeys, typology, mass, damping, given.get("period"), depth, given.get("gap", nan))
+    facts = (height, storeys, typology, mass, damping, values.get("period"), depth, values.get("gap", nan))
     return House(name, street, *facts, walls, entry.footprint)
 
 
@@ -173,25 +173,25 @@ def _check_typology(where: str, name: str, height: float, has_period: bool, note
         notes.faults.append(f"{where}, typology: {error}")
 
 
-def _size(where: str, given: Mapping[str, Any], rules: Rules, notes: Notes, fill: Fill) -> tuple[float, int]:
+def _size(where: str, values: Mapping[str, Any], rules: Rules, notes: Notes, fill: Fill) -> tuple[float, int]:
     """Height and number of storeys; where one is missing it follows from the other."""
     usual = rules.storey_height
-    if "height" not in given and "storeys" not in given:
+    if "height" not in values and "storeys" not in values:
         notes.faults.append(f"{where}: gives neither height nor storeys; write one of the two")
         return nan, 1
-    if "height" not in given:
-        height = given["storeys"] * usual
+    if "height" not in values:
+        height = values["storeys"] * usual
         fill("height", f"{height:g} m", f"its storeys at {usual:g} m each")
-        return height, given["storeys"]
-    height = given["height"]
-    if "storeys" not in given:
+        return height, values["storeys"]
+    height = values["height"]
+    if "storeys" not in values:
         storeys = max(round(height / usual), 1)
         if storeys > MOST_STOREYS:
             words = f"{height:g} m would be {storeys} storeys of {usual:g} m, {MOST_STOREYS} are the most"
             notes.faults.append(f"{where}, height: {words}; check its unit")
         fill("storeys", str(storeys), f"its height at {usual:g} m a storey")
         return height, storeys
-    storeys = given["storeys"]
+    storeys = values["storeys"]
     if not LOWEST_STOREY <= height / storeys <= HIGHEST_STOREY:
         words = f"{storeys} storeys in {height:g} m are {height / storeys:.2g} m each"
         notes.doubts.append(f"{where}: {words}; check both, and the unit of the height")
@@ -200,13 +200,13 @@ def _size(where: str, given: Mapping[str, Any], rules: Rules, notes: Notes, fill
 
 def _floor_mass(where: str, entry: Entry, rules: Rules, notes: Notes, fill: Fill) -> float:
     """Mass of each floor: as given, or of its area under a load."""
-    given = entry.values
-    if "floor mass" in given:
+    values = entry.values
+    if "floor mass" in values:
         for column in ("floor area", "floor load"):
-            if column in given:
+            if column in values:
                 notes.doubts.append(f"{where}: its {column} is not used, as its floor mass is given")
-        return float(given["floor mass"])
-    size = given.get("floor area")
+        return float(values["floor mass"])
+    size = values.get("floor area")
     if size is None and entry.footprint is not None:
         size = round(area(entry.footprint), 2)
         fill("floor area", f"{size:g} m²", "that of its footprint")
@@ -218,8 +218,8 @@ def _floor_mass(where: str, entry: Entry, rules: Rules, notes: Notes, fill: Fill
             f"{where}: gives neither floor mass nor floor area; write one, or state an area for all such"
         )
         return nan
-    load = given.get("floor load", rules.floor_load)
-    if "floor load" not in given:
+    load = values.get("floor load", rules.floor_load)
+    if "floor load" not in values:
         fill("floor load", f"{load / 1e3:g} kN/m²", STATED)
     mass = float(round(size * load / STANDARD_GRAVITY))
     fill("floor mass", say(mass, MASS, 6), "floor area × floor load / g")

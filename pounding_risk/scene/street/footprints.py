@@ -83,11 +83,11 @@ def centre(footprint: Footprint) -> Array:
     """Centroid of the area within the outer rings."""
     weights, centres = [], []
     for ring in footprint.rings:
-        own = ring - ring[0]
-        after = np.roll(own, -1, axis=0)
-        crossed = own[:, 0] * after[:, 1] - after[:, 0] * own[:, 1]
+        relative = ring - ring[0]
+        after = np.roll(relative, -1, axis=0)
+        crossed = relative[:, 0] * after[:, 1] - after[:, 0] * relative[:, 1]
         weights.append(abs(0.5 * crossed.sum()))
-        centres.append(ring[0] + ((own + after) * crossed[:, None]).sum(axis=0) / (3.0 * crossed.sum()))
+        centres.append(ring[0] + ((relative + after) * crossed[:, None]).sum(axis=0) / (3.0 * crossed.sum()))
     return np.average(centres, axis=0, weights=weights)
 
 
@@ -104,8 +104,8 @@ def crosses_itself(ring: Array) -> bool:
         near = np.all((low <= high[group].max(axis=0)) & (high >= low[group].min(axis=0)), axis=1)
         for others in np.array_split(np.flatnonzero(near), max(1, near.sum() // WALLS)):
             walls = start[group], end[group]
-            rest = start[others], end[others]
-            if np.any(straddles(walls, rest) & straddles(rest, walls).T):
+            other_walls = start[others], end[others]
+            if np.any(straddles(walls, other_walls) & straddles(other_walls, walls).T):
                 return True
     return False
 
@@ -165,8 +165,8 @@ def facing(footprints: Sequence[Footprint], farthest: float, tolerance: float) -
     apart = low[None, :, 0] - high[:, None, 0]  # from one to the next at larger u
     near = (over > tolerance) & (np.maximum(apart, apart.T) < farthest)
     pairs_facing = []
-    for one, other in zip(*np.nonzero(np.triu(near, 1)), strict=True):
-        pairs = ((int(one), int(other)), (int(other), int(one)))
+    for first, second in zip(*np.nonzero(np.triu(near, 1)), strict=True):
+        pairs = ((int(first), int(second)), (int(second), int(first)))
         nearest = [Facing(*pair, clear_distance(*(footprints[number] for number in pair))) for pair in pairs]
         best = max(nearest, key=lambda facing_pair: facing_pair.gap)
         if best.gap < farthest:
@@ -239,12 +239,12 @@ def close_pairs(footprints: Sequence[Footprint], reach: float, metres: bool) -> 
         In the order of the places; 0 m where two footprints touch or overlap.
     """
     close = []
-    for one, other in sorted(_near_boxes(footprints, reach, metres)):
-        pair = [footprints[one], footprints[other]]
+    for first, second in sorted(_near_boxes(footprints, reach, metres)):
+        pair = [footprints[first], footprints[second]]
         flat = pair if metres else local(pair, middle(pair))
         distance = clear_between(flat[0], flat[1], reach)
         if distance < reach:
-            close.append((one, other, distance))
+            close.append((first, second, distance))
     return close
 
 
@@ -262,11 +262,11 @@ def _near_boxes(footprints: Sequence[Footprint], reach: float, metres: bool) -> 
     low, high = boxes[:, 0], boxes[:, 1] + margin
     order = np.argsort(low[:, 1], kind="stable")
     ends = np.searchsorted(low[order, 1], high[order, 1], side="right")
-    for number, (one, end) in enumerate(zip(order, ends, strict=True)):
+    for number, (index, end) in enumerate(zip(order, ends, strict=True)):
         others = order[number + 1 : end]
         # Both margins, as a building farther from the equator has the larger one.
-        beside = (low[others, 0] <= high[one, 0]) & (low[one, 0] <= high[others, 0])
-        yield from ((min(int(one), int(other)), max(int(one), int(other))) for other in others[beside])
+        beside = (low[others, 0] <= high[index, 0]) & (low[index, 0] <= high[others, 0])
+        yield from ((min(int(index), int(other)), max(int(index), int(other))) for other in others[beside])
 
 
 def _box(footprint: Footprint) -> tuple[Array, Array]:
@@ -274,14 +274,14 @@ def _box(footprint: Footprint) -> tuple[Array, Array]:
     return corners.min(axis=0), corners.max(axis=0)
 
 
-def clear_between(one: Footprint, other: Footprint, reach: float = inf) -> float:
+def clear_between(first: Footprint, second: Footprint, reach: float = inf) -> float:
     """The least distance [m] between two footprints in metres, in any direction.
 
     0 where they touch or overlap; inf where it is more than ``reach``. A court is outside of its building.
     """
-    walls, others = (_walls(footprint, _box(beside), reach) for footprint, beside in ((one, other), (other, one)))
+    walls, others = (_walls(footprint, _box(beside), reach) for footprint, beside in ((first, second), (second, first)))
     nearest = min((_squared(*block) for block in _blocks(walls, others)), default=inf)
-    if nearest == 0.0 or _holds(one, other) or _holds(other, one):
+    if nearest == 0.0 or _holds(first, second) or _holds(second, first):
         return 0.0
     return sqrt(nearest)
 
@@ -312,8 +312,8 @@ def _squared(walls: Array, others: Array) -> float:
 
 def _cross(walls: Array, others: Array) -> bool:
     """True where a wall crosses another: each ends on both sides of the other's line."""
-    one, other = (walls[:, 0], walls[:, 1]), (others[:, 0], others[:, 1])
-    return bool(np.any(straddles(one, other) & straddles(other, one).T))
+    first, second = (walls[:, 0], walls[:, 1]), (others[:, 0], others[:, 1])
+    return bool(np.any(straddles(first, second) & straddles(second, first).T))
 
 
 def _from_corners(corners: Array, walls: Array) -> float:

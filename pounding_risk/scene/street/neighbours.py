@@ -104,8 +104,8 @@ def neighbours_csv(rows: Iterable[tuple[str, Sequence[Neighbours]]], close: Iter
     return text.getvalue()
 
 
-def _who(one: House, other: House) -> tuple[str, str, str, str]:
-    return one.street, one.name, other.street, other.name
+def _who(first: House, second: House) -> tuple[str, str, str, str]:
+    return first.street, first.name, second.street, second.name
 
 
 FINEST_GAP = 4  # decimals of a metre: no survey resolves less than 0.1 mm
@@ -155,10 +155,10 @@ class Street(NamedTuple):
         along = self._axis(footprints)
         flat = turned(footprints, along)
         reasons: dict[frozenset[int], str] = {}
-        held = self._held(self._beside(flat, reasons), reasons)
-        rows = list(self._rows(held, azimuth(along)))
+        adjacent = self._held(self._beside(flat, reasons), reasons)
+        rows = list(self._rows(adjacent, azimuth(along)))
         self._note_partial(each for row in rows for each in row.pairs if each.is_partial)
-        return LinedUp(rows, list(self._close(flat, held, reasons)))
+        return LinedUp(rows, list(self._close(flat, adjacent, reasons)))
 
     def _axis(self, footprints: Sequence[Footprint]) -> np.ndarray:
         """The unit vector along the street (east, north), as stated or by its walls."""
@@ -186,25 +186,25 @@ class Street(NamedTuple):
 
     def _held(self, beside: Iterable[Beside], reasons: dict[frozenset[int], str]) -> list[Beside]:
         """The pairs that are neighbours: at most one on each side of a building, with the gap that holds."""
-        limit, held = self.rules.limit, []
+        limit, adjacent = self.rules.limit, []
         # A wall that is a rounding error beyond another does not overlap it.
         rounded = [candidate._replace(pair=_rounded(candidate.pair)) for candidate in beside]
         self._check_overlaps(candidate.pair for candidate in rounded)
         for candidate in _in_line(rounded, limit):
             gap = self._gap(candidate.pair)
             if gap < limit:
-                held.append(candidate._replace(pair=candidate.pair._replace(gap=gap)))
+                adjacent.append(candidate._replace(pair=candidate.pair._replace(gap=gap)))
             else:
-                given = isfinite(self.houses[candidate.pair.left].gap)
+                is_given = isfinite(self.houses[candidate.pair.left].gap)
                 words = f"{say(gap, GAP)} apart along the street"
-                reasons[frozenset(candidate.pair[:2])] = f"{words}, as given" if given else words
-        onward = {candidate.pair.left: candidate.pair.right for candidate in held}
+                reasons[frozenset(candidate.pair[:2])] = f"{words}, as given" if is_given else words
+        onward = {candidate.pair.left: candidate.pair.right for candidate in adjacent}
         before = {right: left for left, right in onward.items()}
         for left, right, _ in (candidate.pair for candidate in rounded):
             if onward.get(left) != right:
                 reasons.setdefault(frozenset((left, right)), self._second(left, right, onward, before))
         self._check_gaps(onward)
-        return held
+        return adjacent
 
     def _second(self, left: int, right: int, onward: Mapping[int, int], before: Mapping[int, int]) -> str:
         """The reason why two that face each other are no neighbours: another neighbour on that side."""
@@ -214,28 +214,28 @@ class Street(NamedTuple):
             return f"{self.houses[right].name} has {self.houses[before[right]].name} as its neighbour on that side"
         return "in a ring of buildings, which is no line"
 
-    def _rows(self, held: Sequence[Beside], direction: float) -> Iterator[BlockRow]:
-        after = {each.pair.left: each for each in held}
-        for first in sorted(set(range(len(self.houses))) - {each.pair.right for each in held}):
+    def _rows(self, adjacent: Sequence[Beside], direction: float) -> Iterator[BlockRow]:
+        after = {neighbour.pair.left: neighbour for neighbour in adjacent}
+        for first in sorted(set(range(len(self.houses))) - {neighbour.pair.right for neighbour in adjacent}):
             pairs, last = [], first
             while last in after:
                 (left, right, gap), length, share = after[last]
                 pairs.append(Neighbours(self.houses[left], self.houses[right], gap, length, share))
                 last = right
-            buildings = (self.houses[first], *(each.right for each in pairs))
-            gaps = tuple(each.gap for each in pairs)
+            buildings = (self.houses[first], *(neighbour.right for neighbour in pairs))
+            gaps = tuple(neighbour.gap for neighbour in pairs)
             yield BlockRow("", self.houses[first].street, buildings, gaps, direction, tuple(pairs))
 
     def _close(
-        self, flat: Sequence[Footprint], held: Sequence[Beside], reasons: Mapping[frozenset[int], str]
+        self, flat: Sequence[Footprint], adjacent: Sequence[Beside], reasons: Mapping[frozenset[int], str]
     ) -> Iterator[ClosePair]:
         """The pairs closer than the limit that are no neighbours in a row, each with the reason."""
-        neighbours = {frozenset(neighbour.pair[:2]) for neighbour in held}
-        for one, other, distance in close_pairs(flat, self.rules.limit, metres=True):
-            key = frozenset((one, other))
+        neighbours = {frozenset(neighbour.pair[:2]) for neighbour in adjacent}
+        for first, second, distance in close_pairs(flat, self.rules.limit, metres=True):
+            key = frozenset((first, second))
             if key not in neighbours:
-                reason = reasons.get(key) or _where(flat[one], flat[other])
-                yield ClosePair(self.houses[one], self.houses[other], round(distance, FINEST_GAP), reason)
+                reason = reasons.get(key) or _where(flat[first], flat[second])
+                yield ClosePair(self.houses[first], self.houses[second], round(distance, FINEST_GAP), reason)
 
     def _note_partial(self, pairs: Iterable[Neighbours]) -> None:
         """A note on neighbours that face each other over a part of their fronts."""
@@ -324,9 +324,9 @@ def _leads(onward: Mapping[int, int], start: int, goal: int) -> bool:
     return start == goal
 
 
-def _where(one: Footprint, other: Footprint) -> str:
+def _where(first: Footprint, second: Footprint) -> str:
     """The position of two that do not face each other along the street, in words."""
-    corners = [np.concatenate(each.rings) for each in (one, other)]
+    corners = [np.concatenate(each.rings) for each in (first, second)]
     lows, highs = ([end(each, axis=0) for each in corners] for end in (np.min, np.max))
     shared = np.minimum(*highs) - np.maximum(*lows)
     return ACROSS if shared[0] > 0.0 else CORNER

@@ -257,14 +257,14 @@ def read_block(path: str | Path, rules: Rules | None = None) -> Block:
     close: list[ClosePair] = []
     every: list[tuple[House, Entry]] = []
     for street in dict.fromkeys(entry.values.get("street", "") for entry in table.entries):
-        given = [entry for entry in table.entries if entry.values.get("street", "") == street]
-        entries = given if rules.metres else _in_metres(given, origin, notes.faults)
+        entries_of_street = [entry for entry in table.entries if entry.values.get("street", "") == street]
+        entries = entries_of_street if rules.metres else _in_metres(entries_of_street, origin, notes.faults)
         houses = [house(numbers[entry.place], entry, rules, notes) for entry in entries]
-        found = Street(houses, [entry.place for entry in entries], rules, notes).lined_up()
-        in_no_row += [row.buildings[0] for row in found.rows if not row.gaps]
-        rows += _named(street or source.stem, [row for row in found.rows if row.gaps])
-        close += found.close
-        every += zip(houses, given, strict=True)
+        lined_up = Street(houses, [entry.place for entry in entries], rules, notes).lined_up()
+        in_no_row += [row.buildings[0] for row in lined_up.rows if not row.gaps]
+        rows += _named(street or source.stem, [row for row in lined_up.rows if row.gaps])
+        close += lined_up.close
+        every += zip(houses, entries_of_street, strict=True)
     if notes.faults:
         raise BlockError(str(source), notes.faults)
     close += _between_streets(every, rules)
@@ -277,9 +277,9 @@ def _between_streets(every: Sequence[tuple[House, Entry]], rules: Rules) -> list
     outlined = [(house, entry.footprint) for house, entry in every if entry.footprint is not None]
     pairs = close_pairs([footprint for _, footprint in outlined], rules.limit, rules.metres)
     return [
-        ClosePair(outlined[one][0], outlined[other][0], round(distance, FINEST_GAP), STREETS)
-        for one, other, distance in pairs
-        if outlined[one][0].street != outlined[other][0].street
+        ClosePair(outlined[first][0], outlined[second][0], round(distance, FINEST_GAP), STREETS)
+        for first, second, distance in pairs
+        if outlined[first][0].street != outlined[second][0].street
     ]
 
 

@@ -126,18 +126,21 @@ def scene_text(
 
     Raises PoundingError for a section of ``tables`` that is not one of effects, records, grid and solver.
     """
-    given = dict(tables or {})
-    for name in given:
+    own_tables = dict(tables or {})
+    for name in own_tables:
         if name not in SECTIONS:
             raise PoundingError(f"tables: {shown(name)} cannot be given; it may be {', '.join(SECTIONS)}")
-    asked = {**given, "records": {**_records(records, given.get("records", {})), **given.get("records", {})}}
-    whole = {
+    tables_with_records = {
+        **own_tables,
+        "records": {**_records(records, own_tables.get("records", {})), **own_tables.get("records", {})},
+    }
+    document = {
         "scene": {"name": f"{row.name}, {row.buildings[0].name} to {row.buildings[-1].name}"},
         "building": [_building(house) for house in row.buildings],
         "interface": [_interface(gap, contact) for gap in row.gaps],
-        **{name: asked[name] for name in SECTIONS if name in asked},
+        **{name: tables_with_records[name] for name in SECTIONS if name in tables_with_records},
     }
-    return "".join(f"# {line}\n" for line in _origin(row, filled, close, source)) + "\n" + write_toml(whole)
+    return "".join(f"# {line}\n" for line in _origin(row, filled, close, source)) + "\n" + write_toml(document)
 
 
 def _origin(row: BlockRow, filled: Sequence[Filled], close: Sequence[ClosePair], source: str) -> list[str]:
@@ -158,9 +161,9 @@ def _origin(row: BlockRow, filled: Sequence[Filled], close: Sequence[ClosePair],
     return lines
 
 
-def _records(names: Sequence[str] | None, given: Mapping[str, Any]) -> dict[str, Any]:
+def _records(names: Sequence[str] | None, own_table: Mapping[str, Any]) -> dict[str, Any]:
     """Keys of [records] beside those given: names, where no other source is given, and both polarities."""
-    if names is None and any(key in given for key in SOURCES):
+    if names is None and any(key in own_table for key in SOURCES):
         return {"polarity": POLARITIES}
     return {"names": horizontal_records() if names is None else list(names), "polarity": POLARITIES}
 

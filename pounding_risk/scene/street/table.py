@@ -92,13 +92,13 @@ def read_table(path: Path, metres: bool = False) -> Table:
         ".geojson": lambda text, faults: _read_geojson(text, faults, metres),
         ".json": lambda text, faults: _read_geojson(text, faults, metres),
     }
-    read = kinds.get(path.suffix.lower())
-    if read is None:
+    reader = kinds.get(path.suffix.lower())
+    if reader is None:
         raise BlockError(str(path), [f'"{path.suffix}" is no table of a street; give a .csv or a .geojson file'])
     if metres and path.suffix.lower() == ".csv":
         raise BlockError(str(path), ["a CSV has no coordinates to be in metres; leave the option out"])
     faults: list[str] = []
-    table = read(_text(path), faults)
+    table = reader(_text(path), faults)
     if not faults and not table.entries:
         faults.append(f"has no building; {HEAD}")
     if faults:
@@ -218,19 +218,19 @@ def _value(cell: Any, unit: str, quantity: Quantity | None) -> Any:
 def _read_geojson(text: str, faults: list[str], metres: bool) -> Table:
     """The features of a collection (RFC 7946), each a polygon or several with the columns as properties."""
     try:
-        whole = json.loads(text)
+        document = json.loads(text)
     except (ValueError, RecursionError) as error:
         faults.append(f"is not JSON ({error}); export the footprints again as GeoJSON")
         return Table([], [])
-    features = whole.get("features") if isinstance(whole, dict) else None
-    if not isinstance(features, list) or whole.get("type") != "FeatureCollection":
+    features = document.get("features") if isinstance(document, dict) else None
+    if not isinstance(features, list) or document.get("type") != "FeatureCollection":
         faults.append('is no GeoJSON of footprints; write {"type": "FeatureCollection", "features": [...]}')
         return Table([], [])
-    system = str(whole.get("crs", "CRS84")).lower()
-    if not metres and not any(known in system for known in WORLD):
+    system = str(document.get("crs", "CRS84")).lower()
+    if not metres and not any(name in system for name in WORLD):
         faults.append(
-            f"crs: {shown(whole['crs'])} is not longitude and latitude, which GeoJSON has (RFC 7946); export the file "
-            "in WGS 84, or where its coordinates are metres say so with --metres (metres=True in Python)"
+            f"crs: {shown(document['crs'])} is not longitude and latitude, which GeoJSON has (RFC 7946); export the "
+            "file in WGS 84, or where its coordinates are metres say so with --metres (metres=True in Python)"
         )
         return Table([], [])
     properties = [each.get("properties") if isinstance(each, dict) else None for each in features]
@@ -243,13 +243,13 @@ def _read_geojson(text: str, faults: list[str], metres: bool) -> Table:
     left_out += _osm_notes(tables) if is_osm else []
     entries = []
     for number, (feature, table) in enumerate(zip(features, tables, strict=True), start=1):
-        place = f"feature {number}"
-        _check_twins(place, table, columns, faults)
-        values = _values(place, table.items(), columns, faults)
+        where = f"feature {number}"
+        _check_twins(where, table, columns, faults)
+        values = _values(where, table.items(), columns, faults)
         geometry = feature.get("geometry") if isinstance(feature, dict) else None
-        footprint = _footprint(place, geometry, metres, faults)
+        footprint = _footprint(where, geometry, metres, faults)
         if footprint is not None:
-            entries.append(Entry(place, values, footprint))
+            entries.append(Entry(where, values, footprint))
     footprints = [each.footprint for each in entries if each.footprint is not None]
     if not faults:
         faults += _other_coordinates(footprints, metres)
@@ -258,15 +258,15 @@ def _read_geojson(text: str, faults: list[str], metres: bool) -> Table:
 
 def _in_metres_of_osm(tags: Mapping[str, Any]) -> dict[str, Any]:
     """The tags of a building, its height with its unit: a plain number is in metres, 12'6" in feet and inches."""
-    read = dict(tags)
+    values = dict(tags)
     for key, unit in OSM_UNITS.items():
         text = str(tags.get(key, "")).strip()
         feet = OSM_FEET.fullmatch(text)
         if feet:
-            read[key] = f"{float(feet[1]) + float(feet[2] or 0.0) / 12.0!r} ft"
+            values[key] = f"{float(feet[1]) + float(feet[2] or 0.0) / 12.0!r} ft"
         elif re.fullmatch(r"[0-9]+(\.[0-9]+)?", text):
-            read[key] = f"{text} {unit}"
-    return read
+            values[key] = f"{text} {unit}"
+    return values
 
 
 def _osm_notes(tables: Sequence[Mapping[str, Any]]) -> Iterator[str]:
