@@ -47,37 +47,52 @@ def print_advice(advice: Advice) -> None:
         if line.line or where:
             print(f"{line.line or '# nothing'}{where}")
         print(f"    {line.why}")
-    for one in advice.ranges:
-        _print_range(one)
+    for stiffness_range in advice.ranges:
+        _print_range(stiffness_range)
     if advice.influences:
         _print_influences(advice)
     print()
     print_pairs([*(("told", words) for words in advice.left_out), ("finding", advice.finding)])
 
 
-def _print_range(one: StiffnessRange) -> None:
+def _print_range(stiffness_range: StiffnessRange) -> None:
     """Print the range of one interface, and where the published rules lie."""
     from pounding_risk.studies.advice_stiffness import ms, stiffness_words
     from pounding_risk.units import MASS, say
 
-    print(f"\n{one.interface}: a reduced mass of {say(one.mass, MASS, 3)} strikes at {one.speed:.2g} m/s")
-    limits = f"a contact of {ms(one.shortest)} (wave through a floor) to {ms(one.longest)} (T/10), undamped"
-    if one.is_empty:
+    print(
+        f"\n{stiffness_range.interface}: a reduced mass of {say(stiffness_range.mass, MASS, 3)} strikes at "
+        f"{stiffness_range.speed:.2g} m/s"
+    )
+    shortest, longest = ms(stiffness_range.shortest), ms(stiffness_range.longest)
+    limits = f"a contact of {shortest} (wave through a floor) to {longest} (T/10), undamped"
+    if stiffness_range.is_empty:
         print(f"  no stiffness gives {limits}\n")
     else:
-        low, high = (stiffness_words(value, one.unit, 3) for value in (one.low, one.high))
+        low, high = (
+            stiffness_words(value, stiffness_range.unit, 3) for value in (stiffness_range.low, stiffness_range.high)
+        )
         print(f"  {low} to {high} give {limits}\n")
-    rows = [("the scene's", "", stiffness_words(one.own, one.unit), ms(one.duration), one.verdict or "–", "")]
+    rows = [
+        (
+            "the scene's",
+            "",
+            stiffness_words(stiffness_range.own, stiffness_range.unit),
+            ms(stiffness_range.duration),
+            stiffness_range.verdict or "–",
+            "",
+        )
+    ]
     rows += [
         (
             rule.name,
             stiffness_words(rule.published, rule.unit, 3),
-            stiffness_words(rule.equivalent, one.unit, 3),
+            stiffness_words(rule.equivalent, stiffness_range.unit, 3),
             ms(rule.duration),
             rule.verdict or "–",
             f"{rule.source} ({rule.known})",
         )
-        for rule in one.rules
+        for rule in stiffness_range.rules
     ]
     print_table(("rule", "published", "here, as long a contact", "lasts", "verdict", "source"), rows, "lrrrll")
 

@@ -188,8 +188,8 @@ def _print_response(interface: InterfaceAssessment) -> None:
         values = (engineering(of_force[output].median, of_force[output].unit, 3) for output in words)
         rows.append((_level(force), str(max(median.motions for median in of_force.values())), *values))
     print_table(("F_E", "contact in", *words.values()), rows, "r" * (2 + len(words)))
-    own = _level(interface.own_force)
-    print(f"medians over the motions with contact, the larger of both buildings; the scene's own F_E: {own}\n")
+    own_force = _level(interface.own_force)
+    print(f"medians over the motions with contact, the larger of both buildings; the scene's own F_E: {own_force}\n")
 
 
 def _print_sensitivity(interface: InterfaceAssessment) -> None:

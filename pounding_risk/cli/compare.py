@@ -71,20 +71,20 @@ def compare(
         raise typer.Exit(RUN_FAILED)
 
 
-def print_comparison(whole: Any, interface: str | None = None) -> None:
+def print_comparison(comparison: Any, interface: str | None = None) -> None:
     """Print three tables of one line a law, of a row those of one interface and one of all, and the finding."""
     from pounding_risk.results.summary import failures
     from pounding_risk.results.tolerance_check import findings
     from pounding_risk.studies.compare_findings import of_interface, place_of_interface, which_interface
 
-    place = place_of_interface(whole, interface)
-    which, dataset = which_interface(whole, place), of_interface(whole, place)
+    index = place_of_interface(comparison, interface)
+    which, dataset = which_interface(comparison, index), of_interface(comparison, index)
     facts = dataset.attrs
     also = ", and the same e" if facts["restitution_relation"] == "exact" else ""
     terms = f"the same {facts['same']} as {facts['reference_law']} in an impact at {facts['speed']:g} m/s{also}"
     print(f"Equal terms: {terms}\n")
     if which:
-        _print_interfaces(whole)
+        _print_interfaces(comparison)
         print(f'\n{which[0].upper()}{which[1:]}; another one: --interface "LEFT | RIGHT"\n')
     _print_terms(dataset)
     print(f"\nRatio to {facts['baseline']}: median (16-84 %) over the cases with contact\n")
@@ -92,10 +92,10 @@ def print_comparison(whole: Any, interface: str | None = None) -> None:
     print(f"\nCases in which a law disagrees with {facts['baseline']}, and whether it ranks the motions alike\n")
     _print_disagreements(dataset)
     print()
-    failed = [("failed", f"{count}: {name}") for name, count in failures(whole).items()]
+    failed = [("failed", f"{count}: {name}") for name, count in failures(comparison).items()]
     without = [("left out", facts["left_out"])] if facts["left_out"] else []
     unequal = [("e", f"as published, not equal: {facts['unequal_e']}")] if facts["unequal_e"] else []
-    pairs = [*findings(whole), *failed, *without, *unequal, *_approach_speeds(dataset), *_gap_adequacy(whole)]
+    pairs = [*findings(comparison), *failed, *without, *unequal, *_approach_speeds(dataset), *_gap_adequacy(comparison)]
     print_pairs([*pairs, ("finding", facts["finding"])])
 
 
@@ -106,12 +106,14 @@ def _print_interfaces(dataset: Any) -> None:
 
     names, heads = peers(dataset), list(HEADS)[:2]
     rows = []
-    for place, interface in enumerate(interface_names(dataset)):
-        one = of_interface(dataset, place)
-        touched = int(one["judged"].sel(conclusion="displacement", contact_model=one.attrs["baseline"]))
-        mass = say_in(float(one["reduced_mass"]), "t")
-        cells = [_range_words(*furthest(one, output, names)) if names else "–" for output in heads]
-        rows.append((interface, mass, f"{touched} of {one['impact_count'].size // one.sizes['contact_model']}", *cells))
+    for index, interface in enumerate(interface_names(dataset)):
+        part = of_interface(dataset, index)
+        touched = int(part["judged"].sel(conclusion="displacement", contact_model=part.attrs["baseline"]))
+        mass = say_in(float(part["reduced_mass"]), "t")
+        cells = [_range_words(*furthest(part, output, names)) if names else "–" for output in heads]
+        rows.append(
+            (interface, mass, f"{touched} of {part['impact_count'].size // part.sizes['contact_model']}", *cells)
+        )
     print_table(("interface", "reduced mass", "cases with contact", *(HEADS[head] for head in heads)), rows, "lrrll")
 
 

@@ -126,9 +126,9 @@ def contact_laws(
     if fault:
         raise PoundingError(f"--relation: {fault}")
     classes = {name: related(law, relation) for name, law in classes.items()}
-    given = _stiffnesses(stiffnesses)
+    stiffness_values = _stiffnesses(stiffnesses)
     with_stiffness = {name: law for name, law in classes.items() if not is_instant(law)}
-    if with_stiffness and not given:
+    if with_stiffness and not stiffness_values:
         raise PoundingError(f'{next(iter(with_stiffness))} needs a stiffness; write --stiffness "2.75e9 N/m^1.5"')
     laws, notes = [], []
     for name, law in classes.items():
@@ -141,10 +141,10 @@ def contact_laws(
             notes.append(f"{name}: an instant jump, which has no force history and no stiffness")
             continue
         quantity = stiffness_quantity(law)
-        if quantity.unit in given:
-            laws.append(law(given[quantity.unit]))
+        if quantity.unit in stiffness_values:
+            laws.append(law(stiffness_values[quantity.unit]))
             continue
-        ((unit, value),) = given.items()
+        ((unit, value),) = stiffness_values.items()
         same_unit = (other for other in with_stiffness if stiffness_quantity(with_stiffness[other]).unit == unit)
         reference = next(same_unit, USUAL_LAW[unit][1])
         reference_law = related(known_law(reference), relation)(value)

@@ -53,9 +53,9 @@ def print_rerun(comparison: Rerun) -> None:
         print_table(heads, (_row(difference, comparison) for difference in comparison.differences), "lrrrrl")
         n_same = comparison.compared - len(comparison.differences) - len(comparison.missing)
         print(f"the other {n_same} variables and coordinates are the same to the last bit")
-    for what, names in (("missing", comparison.missing), ("new", comparison.new)):
+    for heading, names in (("missing", comparison.missing), ("new", comparison.new)):
         if names:
-            print(f"{what}: {', '.join(names)}")
+            print(f"{heading}: {', '.join(names)}")
     for name, (was, now) in comparison.versions.items():
         print(f"version: {name} is {now}, was {was}")
     print_notes(comparison.notes)

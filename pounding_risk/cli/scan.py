@@ -159,7 +159,7 @@ def command_line(excluded: Mapping[str, bool]) -> str:
 
 def _without(words: Sequence[str], excluded: Mapping[str, bool]) -> list[str]:
     """Words of a command without some options and their values."""
-    rest, is_value = [], False
+    remaining, is_value = [], False
     for word in words:
         option, equals, _ = word.partition("=")
         if is_value:
@@ -167,5 +167,5 @@ def _without(words: Sequence[str], excluded: Mapping[str, bool]) -> list[str]:
         elif option in excluded:
             is_value = excluded[option] and not equals
         else:
-            rest.append(word)
-    return rest
+            remaining.append(word)
+    return remaining

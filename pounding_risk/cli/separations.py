@@ -86,8 +86,8 @@ def _chosen(parts: list[tuple[str, Any]], name: str | None) -> list[tuple[str, A
     """The part of the dataset of the interface of this name, or all; raises PoundingError for an unknown name."""
     chosen = [part for part in parts if name in (None, part[0])]
     if not chosen:
-        known = ", ".join(part[0] for part in parts)
-        raise PoundingError(f"--interface: {name!r} is not in the dataset, which has {known}")
+        names = ", ".join(part[0] for part in parts)
+        raise PoundingError(f"--interface: {name!r} is not in the dataset, which has {names}")
     return chosen
 
 

@@ -44,7 +44,7 @@ def print_stability(rows: Sequence[Row]) -> bool:
     for number in numbers:
         of_case = [row for row in rows if row.case.number == number]
         worst = max(of_case, key=_badness)
-        beside = [one for one in in_row if one.case.number == number]
+        beside = [outcome for outcome in in_row if outcome.case.number == number]
         lines.append(
             (
                 number,

@@ -20,7 +20,7 @@ _OTHERS = {"amplification": "storey_profiles"}  # by the module that has it
 
 def _find_figures() -> dict[str, Any]:
     """Every public function of the folder that makes a figure, by its name."""
-    modules = [import_module(f"{__name__}.{found.name}") for found in iter_modules(__path__)]
+    modules = [import_module(f"{__name__}.{module_info.name}") for module_info in iter_modules(__path__)]
     return {
         name: value
         for module in modules

@@ -112,6 +112,6 @@ def _frame(axis: Any, stiffness_range: StiffnessRange) -> None:
 def _widest(advice: Advice, stiffness_range: StiffnessRange, output: str) -> Influence | None:
     """The curve of an output: at the interface, or of that building beside it, no wall, whose values change most."""
     places = [stiffness_range.interface, *(name for name in stiffness_range.buildings if name != stiffness_range.wall)]
-    curves = [advice.influence("stiffness", output, place) for place in places]
+    curves = [advice.influence("stiffness", output, candidate) for candidate in places]
     defined = [curve for curve in curves if curve is not None and curve.verdict]
     return max(defined, key=lambda curve: float(np.nanmax(np.abs(curve.medians))), default=None)

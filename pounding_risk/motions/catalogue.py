@@ -104,12 +104,12 @@ def entries() -> list[Entry]:
 
 def entry(id: str, also: Iterable[str] = ()) -> Entry:
     """The record of an id; raises RecordError for another id, with the nearest ones, those of ``also`` included."""
-    known = _catalogue()
-    if id not in known:
+    entries_by_id = _catalogue()
+    if id not in entries_by_id:
         near = similar(id, also)
-        meant = f"did you mean {' or '.join(near)}?" if near else f"the catalogue has {', '.join(known)}"
+        meant = f"did you mean {' or '.join(near)}?" if near else f"the catalogue has {', '.join(entries_by_id)}"
         raise RecordError(f'"{id}" is not a record of the catalogue; {meant}')
-    return known[id]
+    return entries_by_id[id]
 
 
 def path(id: str) -> Path:
@@ -193,8 +193,8 @@ def _catalogue() -> dict[str, Entry]:
         shared = {key: value for key, value in recording.items() if key not in ("component", "source")}
         source = tables["source"][recording["source"]]
         for component in recording["component"]:
-            made = _entry({**source, **shared, **component})
-            records[made.id] = made
+            record = _entry({**source, **shared, **component})
+            records[record.id] = record
     return records
 
 
@@ -206,22 +206,22 @@ def _entry(facts: dict[str, Any]) -> Entry:
     return Entry(**facts)
 
 
-def similar(asked: str, also: Iterable[str] = ()) -> list[str]:
+def similar(name_asked: str, also: Iterable[str] = ()) -> list[str]:
     """Ids near to the one asked for, best first: of the same letters, then similar, then by earthquake or station.
 
     Ids of the same recording come alone where there are any; ``also`` are ids beside those of the catalogue.
     """
-    known = [*_catalogue(), *also]
-    same = [name for name in known if name.lower() == asked.lower()]
-    sisters = [name for name in known if name.lower().partition("-")[0] == asked.lower().partition("-")[0]]
-    folded = {name.lower(): name for name in sisters or known}
-    near = same or [folded[name] for name in get_close_matches(asked.lower(), list(folded), NEAREST, 0.6)]
-    return near or _by_place(asked)[:NEAREST]
+    names = [*_catalogue(), *also]
+    same = [name for name in names if name.lower() == name_asked.lower()]
+    sisters = [name for name in names if name.lower().partition("-")[0] == name_asked.lower().partition("-")[0]]
+    folded = {name.lower(): name for name in sisters or names}
+    near = same or [folded[name] for name in get_close_matches(name_asked.lower(), list(folded), NEAREST, 0.6)]
+    return near or _by_place(name_asked)[:NEAREST]
 
 
-def _by_place(asked: str) -> list[str]:
+def _by_place(name_asked: str) -> list[str]:
     """Horizontal records whose earthquake or station contains the letters asked for."""
-    word = _letters(asked)
+    word = _letters(name_asked)
     if len(word) < SHORTEST_WORD:
         return []
     return [

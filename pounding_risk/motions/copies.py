@@ -98,28 +98,28 @@ def copies(records: Sequence[tuple[Samples, float]]) -> tuple[Copy, ...]:
     tuple of Copy
         One for each record that is a copy; ``original`` is the first of its kind.
     """
-    seen = [_Record(samples, dt) for samples, dt in records]
+    prepared = [_Record(samples, dt) for samples, dt in records]
     copy_of: dict[int, Copy] = {}
-    for original, number in combinations(range(len(seen)), 2):
+    for original, number in combinations(range(len(prepared)), 2):
         if number in copy_of or original in copy_of:
             continue
-        copy = _copy(seen[original], seen[number])
+        copy = _copy(prepared[original], prepared[number])
         if copy is not None:
             copy_of[number] = Copy(number, original, *copy)
     return tuple(copy_of[number] for number in sorted(copy_of))
 
 
-def _copy(one: _Record, other: _Record) -> tuple[float, bool] | None:
+def _copy(first: _Record, second: _Record) -> tuple[float, bool] | None:
     """The factor from one record to the other, and whether both are at the same times; None where it is no copy."""
-    finer = one.dt / other.dt
+    finer = first.dt / second.dt
     step = round(max(finer, 1.0 / finer))
     if step > FINER or abs(max(finer, 1.0 / finer) / step - 1.0) > SAME_STEP:
         return None
-    one, other = (one, other.every(step)) if finer > 1.0 else (one.every(step), other)
-    for lag in dict.fromkeys((0, other.peak - one.peak)):
-        factor = _factor(one, other, lag)
+    first, second = (first, second.every(step)) if finer > 1.0 else (first.every(step), second)
+    for lag in dict.fromkeys((0, second.peak - first.peak)):
+        factor = _factor(first, second, lag)
         if factor is not None:
-            return factor, step == 1 and lag == 0 and _is_quiet_outside(one, other)
+            return factor, step == 1 and lag == 0 and _is_quiet_outside(first, second)
     return None
 
 

@@ -102,7 +102,7 @@ def _of_sources(request: RecordRequest, folder: Path, left_out: list[str]) -> It
     """Every record that the request names; a sentence for each one left out is added to ``left_out``."""
     stated: dict[str, Any] = {"unit": request.unit or None, "dt": request.dt}
     if request.generated:
-        sources = [source for asked in request.generated for source in generated(asked)]
+        sources = [source for recipe in request.generated for source in generated(recipe)]
     elif request.set:
         sources = [open_source(record_sets.load(member), **stated) for member in record_sets.members(request.set)]
     else:
@@ -129,25 +129,25 @@ def _each_once(chosen: list[_Chosen], one_size: bool) -> tuple[list[_Chosen], li
 
 def _repetition(copy: Copy, chosen: Sequence[_Chosen]) -> str:
     """The sentence for a copy that is left out."""
-    one, other = (chosen[number].source for number in (copy.original, copy.place))
-    same_file = one.record["file"] != other.record["file"] and one.record["sha256"] == other.record["sha256"]
+    first, second = (chosen[number].source for number in (copy.original, copy.place))
+    same_file = first.record["file"] != second.record["file"] and first.record["sha256"] == second.record["sha256"]
     words = "is a copy of the file" if same_file else "holds the same motion as"
-    return f"{other.name} {words} {one.name}, which is used once"
+    return f"{second.name} {words} {first.name}, which is used once"
 
 
 def _in_one_recording(copy: Copy, chosen: list[_Chosen]) -> str:
     """Assign a copy, and what shares its recording, to the recording of its original; returns the sentence about it."""
-    one, other = (chosen[place].source for place in (copy.original, copy.place))
+    first, second = (chosen[index].source for index in (copy.original, copy.place))
     keys = [recording(record.source.record, record.source.name) for record in chosen]
     stated = recording_words(keys[copy.original])
-    for place, key in enumerate(keys):
+    for index, key in enumerate(keys):
         if key in (keys[copy.original], keys[copy.place]):
-            record = {**chosen[place].source.record, STATED: stated}
-            chosen[place] = chosen[place]._replace(source=chosen[place].source._replace(record=record))
-    doubt = f"the record {one.name} {copy.words()}: one recording, counted as one"
+            record = {**chosen[index].source.record, STATED: stated}
+            chosen[index] = chosen[index]._replace(source=chosen[index].source._replace(record=record))
+    doubt = f"the record {first.name} {copy.words()}: one recording, counted as one"
     source = chosen[copy.place].source
     chosen[copy.place] = chosen[copy.place]._replace(source=source._replace(doubts=(*source.doubts, doubt)))
-    return f"{other.name} is {doubt}"
+    return f"{second.name} is {doubt}"
 
 
 def sources_named(

@@ -313,14 +313,14 @@ def _checked_periods(periods: ArrayLike, damping: float, dt: float) -> Samples:
         raise PoundingError(
             f"damping {damping:g} is out of range: a damping ratio must be {bounds(DAMPING)}; 5 % is 0.05"
         )
-    asked = np.atleast_1d(np.array(periods, dtype=np.float64))
-    for period in asked:
+    values = np.atleast_1d(np.array(periods, dtype=np.float64))
+    for period in values:
         if not (isfinite(period) and period >= LEAST_PERIOD * dt):
             raise PoundingError(
                 f"period {period:g} s is out of range: with a time step of {dt:g} s it must be at least "
                 f"{LEAST_PERIOD * dt:g} s and finite; stiffer oscillators move with the ground, Sa = PGA"
             )
-    return asked
+    return values
 
 
 def _peaks_of_motion(a: Samples, dt: float) -> tuple[float, float]:

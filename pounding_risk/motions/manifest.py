@@ -59,7 +59,7 @@ CHECKED = ("sha256", "dt [s]", "npts", "PGA [m/s2]", "processing")
 
 def manifest(motions: Iterable[Motion]) -> list[dict[str, Any]]:
     """One row for each motion, with the columns of ``COLUMNS``; None where a record does not state a value."""
-    return [{name: _value(read(motion)) for name, (read, _) in COLUMNS.items()} for motion in motions]
+    return [{name: _value(value_of(motion)) for name, (value_of, _) in COLUMNS.items()} for motion in motions]
 
 
 def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
@@ -202,16 +202,17 @@ def _differences(stated: Mapping[str, Any], actual: Mapping[str, Any]) -> list[s
     """The differences between two rows, in words."""
     words = []
     for key in CHECKED:
-        one, other = stated[key], actual[key]
-        numbers = isinstance(one, float) and isinstance(other, float)
-        if one == other or (numbers and isclose(one, other, rel_tol=SAME)):
+        expected, found_value = stated[key], actual[key]
+        numbers = isinstance(expected, float) and isinstance(found_value, float)
+        if expected == found_value or (numbers and isclose(expected, found_value, rel_tol=SAME)):
             continue
         if key == "sha256":
             words.append(
-                f"the file has sha256 {str(other)[:12]}..., the manifest says {str(one)[:12]}...: it was changed"
+                f"the file has sha256 {str(found_value)[:12]}..., the manifest says {str(expected)[:12]}...: "
+                "it was changed"
             )
         elif key == "processing":
             words.append("it was processed otherwise")
         else:
-            words.append(f"{key} is {other}, the manifest says {one}")
+            words.append(f"{key} is {found_value}, the manifest says {expected}")
     return words

@@ -157,8 +157,8 @@ def _corners(record: dict[str, Any], low: float, high: float) -> dict[str, float
     return facts
 
 
-def span_of(given: Any) -> tuple[float, float]:
+def span_of(window: Any) -> tuple[float, float]:
     """Start and end [s] of a window, numbers or text with a unit; raises RecordError for anything else."""
-    if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2:
-        raise RecordError(f"window: {shown(given)} is not a start and an end; give two times such as (0.0, 6.0)")
-    return in_si("window", given[0], TIME), in_si("window", given[1], TIME)
+    if isinstance(window, str) or not isinstance(window, Sequence) or len(window) != 2:
+        raise RecordError(f"window: {shown(window)} is not a start and an end; give two times such as (0.0, 6.0)")
+    return in_si("window", window[0], TIME), in_si("window", window[1], TIME)

@@ -196,8 +196,8 @@ def _treatment(
     tail: float | str,
 ) -> Treatment:
     """The treatment that `read_motion` is asked for, in SI; raises RecordError for values out of range and rivals."""
-    given = [key for key, value in (("pga", pga), ("scale", scale)) if value is not None]
-    for _, sentence in conflicts(given):
+    keys = [key for key, value in (("pga", pga), ("scale", scale)) if value is not None]
+    for _, sentence in conflicts(keys):
         raise RecordError(sentence)
     if polarity not in (AS_RECORDED, REVERSED):
         raise RecordError(f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"')

@@ -326,10 +326,10 @@ def _spectra(file: SetFile) -> dict[tuple[int, str], tuple[Samples, Samples]]:
         columns = _columns(opened["spectra/table"])
     by_component = {}
     for member in _members(file):
-        own = (columns["record"] == member.number) & (columns["component"] == member.letter.encode())
-        order = np.argsort(columns["period"][own])
+        is_own = (columns["record"] == member.number) & (columns["component"] == member.letter.encode())
+        order = np.argsort(columns["period"][is_own])
         by_component[member.number, member.letter] = (
-            columns["period"][own][order],
-            columns["pseudo_accel"][own][order],
+            columns["period"][is_own][order],
+            columns["pseudo_accel"][is_own][order],
         )
     return by_component

@@ -92,7 +92,7 @@ class RecordRequest(NamedTuple):
         return tuple(key for key in keys if getattr(self, key) not in (None, "", ()))
 
 
-def conflicts(given: Collection[str], *, grid_pga: bool = False) -> Iterator[tuple[str, str]]:
+def conflicts(keys: Collection[str], *, grid_pga: bool = False) -> Iterator[tuple[str, str]]:
     """Keys of [records] that exclude each other: the key that is to go, and a sentence.
 
     Parameters
@@ -102,26 +102,26 @@ def conflicts(given: Collection[str], *, grid_pga: bool = False) -> Iterator[tup
     grid_pga : bool
         Whether the grid has amplitudes of its own.
     """
-    sources = [key for key in SOURCES if key in given]
+    sources = [key for key in SOURCES if key in keys]
     if len(sources) > 1:
         hint = " (the file of a record in the catalogue can stand in files)" if sources == ["names", "files"] else ""
         yield sources[-1], f"{' and '.join(sources)} are both given; keep one{hint}"
-    if "manifest" in given and "direction" in given:
+    if "manifest" in keys and "direction" in keys:
         yield "direction", "a manifest names single components; remove direction, or name the files"
-    if "generated" in given and "direction" in given:
+    if "generated" in keys and "direction" in keys:
         yield "direction", "a generated motion has one component, along the row; remove direction"
-    amplitudes = [key for key in AMPLITUDES if key in given]
+    amplitudes = [key for key in AMPLITUDES if key in keys]
     if len(amplitudes) > 1:
         several = "both" if len(amplitudes) == 2 else "all"
         words = " and ".join(amplitudes)
         yield amplitudes[-1], f"{words} are {several} given, and each sets the amplitude; keep one"
     # A common factor may follow the median or a choice: that is how a normalised set is scaled.
     rivals = [key for key in amplitudes if key in ("pga", "sa")]
-    if rivals and "scale" in given:
+    if rivals and "scale" in keys:
         yield "scale", f"{rivals[0]} and scale are both given, and each sets the amplitude; remove one"
     elif grid_pga:
         for key in ("scale", "sa", "to_median", "manifest"):
-            if key in given:
+            if key in keys:
                 yield key, f"the grid has a pga, which sets the amplitude; remove {key}, or pga from [grid]"
 
 

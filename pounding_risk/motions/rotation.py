@@ -79,29 +79,28 @@ def rotated(first: Motion, second: Motion, direction: float, *, azimuths: tuple[
             f"{first.name} has a time step of {first.dt:g} s, {second.name} of {second.dt:g} s; both must have the "
             "same: resample one of them"
         )
-    known = _azimuths(first, second, azimuths)
+    azimuth_pair = _azimuths(first, second, azimuths)
     samples, words, doubts = _aligned(first, second)
-    along, angle = _weights(float(direction), *(known or (0.0, 90.0)))
+    along, angle = _weights(float(direction), *(azimuth_pair or (0.0, 90.0)))
     if abs(sin(radians(angle))) < sin(radians(LEAST_ANGLE)):
         raise RecordError(
             f"{first.name} and {second.name} are {angle:g}° apart, almost along one line; two horizontal components "
             "that cross are needed: check the azimuths"
         )
-    made = samples[0] * along[0] + samples[1] * along[1]
-    sentence = (
-        f"rotation: {first.name} times {along[0]:.6g} and {second.name} times {along[1]:.6g}, {_to(direction, known)}"
-    )
+    turned = samples[0] * along[0] + samples[1] * along[1]
+    weights = f"{first.name} times {along[0]:.6g} and {second.name} times {along[1]:.6g}"
+    sentence = f"rotation: {weights}, {_to(direction, azimuth_pair)}"
     if not _is_square(angle):
         sentence += f"; the components are {angle:g}° apart and were solved for as such"
     if recording(first.record, "") != recording(second.record, ""):
         doubts += (f"{first.name} and {second.name} are not of one event, date and station",)
-    if not known:
+    if not azimuth_pair:
         doubts += (f"the azimuths are unknown: {direction:g}° counts from {first.name}",)
     return Motion(
         f"{first.name}+{second.name}@{direction:g}",
-        made,
+        turned,
         first.dt,
-        _record(first, second, direction if known else None),
+        _record(first, second, direction if azimuth_pair else None),
         processing=(*_told(first, first.processing), *_told(second, second.processing), *words, sentence),
         flags=tuple(dict.fromkeys((*_told(first, first.flags), *_told(second, second.flags), *doubts))),
     )
@@ -125,13 +124,13 @@ def _azimuths(first: Motion, second: Motion, given: tuple[float, float] | None) 
     return float(azimuth_pair[0]), float(azimuth_pair[1])  # type: ignore[arg-type]
 
 
-def _weights(direction: float, one: float, other: float) -> tuple[tuple[float, float], float]:
+def _weights(direction: float, first: float, second: float) -> tuple[tuple[float, float], float]:
     """Weight of each component along ``direction``, and the angle between them, from 0 to 360 [degrees]."""
-    angle = (other - one) % 360.0
+    angle = (second - first) % 360.0
     if _is_square(angle):
-        return (cos(radians(direction - one)), cos(radians(direction - other))), angle
-    whole = sin(radians(angle)) or 1.0  # components along one line are refused
-    return (sin(radians(other - direction)) / whole, sin(radians(direction - one)) / whole), angle
+        return (cos(radians(direction - first)), cos(radians(direction - second))), angle
+    scale = sin(radians(angle)) or 1.0  # components along one line are refused
+    return (sin(radians(second - direction)) / scale, sin(radians(direction - first)) / scale), angle
 
 
 def _is_square(angle: float) -> bool:
@@ -178,10 +177,10 @@ def _span(motion: Motion) -> str:
     return f"{motion.duration:g} s from {start}" if start else f"{motion.duration:g} s"
 
 
-def _to(direction: float, known: tuple[float, float] | None) -> str:
-    if known is None:
+def _to(direction: float, azimuth_pair: tuple[float, float] | None) -> str:
+    if azimuth_pair is None:
         return f"to {direction:g}° clockwise from the first"
-    return f"to {direction:g}° clockwise from north, from {known[0]:g}° and {known[1]:g}°"
+    return f"to {direction:g}° clockwise from north, from {azimuth_pair[0]:g}° and {azimuth_pair[1]:g}°"
 
 
 def _told(motion: Motion, sentences: tuple[str, ...]) -> tuple[str, ...]:

@@ -254,27 +254,27 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
     the same ``rsn``, or else of the same event, date and station; a recording with one, or with more than two, is
     left out. So are records without a fact that a criterion needs, copies, and records whose spectrum is zero.
     """
-    wanted = _criteria(choices)
-    periods = np.geomspace(*wanted.periods, NODES)
+    criteria = _criteria(choices)
+    periods = np.geomspace(*criteria.periods, NODES)
     goal = target.at(periods)
     left_out: Counter[str] = Counter()
-    candidates = _candidates(list(motions), wanted, left_out)
+    candidates = _candidates(list(motions), criteria, left_out)
     considered = len(candidates) + sum(left_out.values())
-    candidates = [candidate for candidate in candidates if _passes(candidate, wanted, left_out)]
-    spectra = SPECTRA[wanted.spectrum](candidates, periods, target.damping) if candidates else np.empty((0, NODES))
+    candidates = [candidate for candidate in candidates if _passes(candidate, criteria, left_out)]
+    spectra = SPECTRA[criteria.spectrum](candidates, periods, target.damping) if candidates else np.empty((0, NODES))
     rows = []
     for parts, spectrum in zip(candidates, spectra, strict=True):
         if not (np.isfinite(spectrum).all() and (spectrum > 0.0).all()):
             left_out["a spectrum of zero"] += 1
             continue
-        best = fit(spectrum, goal, wanted.limits)
-        rows.append(Row(parts, best.factor, best.misfit, best.limited, spectrum, _doubts(parts, wanted)))
+        best = fit(spectrum, goal, criteria.limits)
+        rows.append(Row(parts, best.factor, best.misfit, best.limited, spectrum, _doubts(parts, criteria)))
     rows.sort(key=lambda row: (row.misfit, row.name))
-    chosen = _first(rows, wanted, left_out)
+    chosen = _first(rows, criteria, left_out)
     if not chosen:
         why = ", ".join(f"{count} for {reason}" for reason, count in left_out.items()) or "none was given"
         raise RecordError(f"no record is left of {considered}: {why}; widen the choice")
-    return Selection(target, wanted, periods, tuple(chosen), considered, dict(left_out))
+    return Selection(target, criteria, periods, tuple(chosen), considered, dict(left_out))
 
 
 def _criteria(choices: dict[str, Any]) -> Criteria:
@@ -294,7 +294,7 @@ def _check_bounds(key: str, bounds: Any) -> None:
         raise RecordError(f"{key}: {shown(bounds)} is no range; give the smallest and the largest, such as (0.25, 4.0)")
 
 
-def _candidates(motions: list[Motion], wanted: Criteria, left_out: Counter[str]) -> list[tuple[Motion, ...]]:
+def _candidates(motions: list[Motion], criteria: Criteria, left_out: Counter[str]) -> list[tuple[Motion, ...]]:
     """Components, or pairs of them, in an order that does not depend on the one given."""
     level = [motion for motion in motions if not is_vertical(motion.record)]
     if len(level) < len(motions):
@@ -304,7 +304,7 @@ def _candidates(motions: list[Motion], wanted: Criteria, left_out: Counter[str])
     if again:
         left_out["being a copy of another candidate"] += len(again)
     level = [motion for number, motion in enumerate(level) if number not in again]
-    if wanted.spectrum == "component":
+    if criteria.spectrum == "component":
         return [(motion,) for motion in level]
     groups: dict[Any, list[Motion]] = {}
     for motion in level:
@@ -321,10 +321,10 @@ def _known(parts: tuple[Motion, ...], key: str) -> Any:
     return next((motion.record[key] for motion in parts if motion.record.get(key) not in (None, "")), None)
 
 
-def _passes(parts: tuple[Motion, ...], wanted: Criteria, left_out: Counter[str]) -> bool:
+def _passes(parts: tuple[Motion, ...], criteria: Criteria, left_out: Counter[str]) -> bool:
     """True for a candidate that passes every filter; the first filter that it fails is counted."""
     for key in FILTERS:
-        bounds = getattr(wanted, key)
+        bounds = getattr(criteria, key)
         if bounds is None:
             continue
         value = _known(parts, key)
@@ -334,35 +334,35 @@ def _passes(parts: tuple[Motion, ...], wanted: Criteria, left_out: Counter[str])
         if not bounds[0] <= float(value) <= bounds[1]:
             left_out[f"{key} outside {bounds[0]:g} to {bounds[1]:g}"] += 1
             return False
-    if wanted.per_event is not None and _known(parts, "event") is None:
+    if criteria.per_event is not None and _known(parts, "event") is None:
         left_out["event unknown"] += 1
         return False
     return True
 
 
-def _first(rows: list[Row], wanted: Criteria, left_out: Counter[str]) -> list[Row]:
+def _first(rows: list[Row], criteria: Criteria, left_out: Counter[str]) -> list[Row]:
     """The closest candidates, no more of one earthquake than allowed."""
     chosen: list[Row] = []
     events: Counter[tuple[Any, Any]] = Counter()
     for row in rows:
         event = row.known("event"), row.known("date")
-        if len(chosen) == wanted.count:
+        if len(chosen) == criteria.count:
             break
-        if wanted.per_event is not None and events[event] >= wanted.per_event:
-            left_out[f"more than {wanted.per_event} of one event"] += 1
+        if criteria.per_event is not None and events[event] >= criteria.per_event:
+            left_out[f"more than {criteria.per_event} of one event"] += 1
         else:
             chosen.append(row)
             events[event] += 1
     return chosen
 
 
-def _doubts(parts: tuple[Motion, ...], wanted: Criteria) -> tuple[str, ...]:
+def _doubts(parts: tuple[Motion, ...], criteria: Criteria) -> tuple[str, ...]:
     """A flag for a record that is compared at periods beyond its usable ones."""
     lowest = max(lowest_usable(motion.record) or 0.0 for motion in parts)
-    if wanted.periods[1] * lowest <= 1.0:
+    if criteria.periods[1] * lowest <= 1.0:
         return ()
     longest = f"{1.0 / lowest:.3g} s"
-    return (f"compared up to {wanted.periods[1]:g} s, and usable up to {longest} ({lowest:.4g} Hz) only",)
+    return (f"compared up to {criteria.periods[1]:g} s, and usable up to {longest} ({lowest:.4g} Hz) only",)
 
 
 def _doubted(motion: Motion, doubts: tuple[str, ...]) -> Motion:

@@ -52,21 +52,21 @@ def open_source(source: Any, *, unit: str | None = None, dt: float | None = None
 
 def components(path: Path, *, unit: str | None = None, dt: float | None = None) -> tuple[Source, ...]:
     """Every component of a file, as `open_source` gives one."""
-    return tuple(_checked(_of_file(path, read), unit, dt) for read in read_components(path, unit=unit, dt=dt))
+    return tuple(_checked(_of_file(path, file_read), unit, dt) for file_read in read_components(path, unit=unit, dt=dt))
 
 
 def generated(source: str | Recipe) -> tuple[Source, ...]:
     """Every motion of a recipe or of its text, one for each seed, as `open_source` gives one."""
-    asked = source if isinstance(source, Recipe) else recipe_of(source)
-    return tuple(_checked(each, None, None) for each in asked.sources())
+    recipe = source if isinstance(source, Recipe) else recipe_of(source)
+    return tuple(_checked(opened, None, None) for opened in recipe.sources())
 
 
 def _one(source: str | Recipe) -> Source:
     """The only motion of a recipe; raises RecordError where it asks for several."""
-    asked = source if isinstance(source, Recipe) else recipe_of(source)
-    if dict(asked.options).get("count", 1) > 1:
-        raise RecordError(f"{asked.kind}, count: several motions, where one is asked for; leave count out")
-    return asked.sources()[0]
+    recipe = source if isinstance(source, Recipe) else recipe_of(source)
+    if dict(recipe.options).get("count", 1) > 1:
+        raise RecordError(f"{recipe.kind}, count: several motions, where one is asked for; leave count out")
+    return recipe.sources()[0]
 
 
 def split_component(source: str | Path) -> tuple[Path, str]:
@@ -111,11 +111,11 @@ def _unused(source: Source, unit: str | None, dt: float | None) -> tuple[str, ..
     """A sentence for a ``unit``, and for a time step ``dt`` [s], that the user gives and the record overrides."""
     sentences = []
     if unit is not None and not source.units.startswith(sentence(unit, size_of(unit, "unit"))):
-        own = source.units.partition(";")[0].removeprefix("units: ")
-        sentences.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({own})')
+        stated = source.units.partition(";")[0].removeprefix("units: ")
+        sentences.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({stated})')
     if dt is not None and dt != source.trace.stats.delta:
-        own = f"{source.trace.stats.delta:g} s"
-        sentences.append(f"the time step {dt:g} s that is given changes nothing: the record states its own ({own})")
+        stated = f"{source.trace.stats.delta:g} s"
+        sentences.append(f"the time step {dt:g} s that is given changes nothing: the record states its own ({stated})")
     return tuple(sentences)
 
 
@@ -146,15 +146,15 @@ def _of_catalogue(id: str) -> Source:
     return Source(id, trace, record, f"units: {units}")
 
 
-def _of_file(path: Path, read: FileRead) -> Source:
-    name = f"{path}{COMPONENT}{read.component}" if read.component else str(path)
-    facts = _told(read.trace)
-    id = f"{path.stem}{COMPONENT}{read.component}" if read.component else path.stem
+def _of_file(path: Path, file_read: FileRead) -> Source:
+    name = f"{path}{COMPONENT}{file_read.component}" if file_read.component else str(path)
+    facts = _told(file_read.trace)
+    id = f"{path.stem}{COMPONENT}{file_read.component}" if file_read.component else path.stem
     if path.suffix and path.suffix[1:].lower() == str(facts["component"] or "").lower():
         id = path.name  # K-NET names its files by their components
-    record = {**facts, "id": id, "state": read.state, "format": read.format}
-    record.update(file=str(path), sha256=read.sha256, origin="a file of the user", terms="")
-    return Source(name, read.trace, record, read.units)
+    record = {**facts, "id": id, "state": file_read.state, "format": file_read.format}
+    record.update(file=str(path), sha256=file_read.sha256, origin="a file of the user", terms="")
+    return Source(name, file_read.trace, record, file_read.units)
 
 
 def _of_trace(source: Any) -> Source:

@@ -129,8 +129,8 @@ def nodes(ground, parts, workspace, marks):
                 workspace[PEAK * LANES + lane] = larger(abs(u), workspace[PEAK * LANES + lane])
                 workspace[(PEAK + 1) * LANES + lane] = larger(abs(v), workspace[(PEAK + 1) * LANES + lane])
                 workspace[(PEAK + 2) * LANES + lane] = larger(abs(total), workspace[(PEAK + 2) * LANES + lane])
-        for place in range(3 * LANES):
-            marks[i // BLOCK, 2 * LANES + place] = workspace[PEAK * LANES + place]
+        for slot in range(3 * LANES):
+            marks[i // BLOCK, 2 * LANES + slot] = workspace[PEAK * LANES + slot]
 
 
 @small
@@ -198,14 +198,12 @@ def crests(ground, parts, h, lane, block, desks, marks):
             total, bend, turn = watched(lane, u, v, here, finer)
             next_u, next_v = advance(lane, u, v, here, rise, finer)
             next_total, next_bend, next_turn = watched(lane, next_u, next_v, here + rise, finer)
-            place = PEAK * LANES + lane
-            workspace[place] = crest(larger(abs(next_u), workspace[place]), (u, next_u), (v, next_v), h)
-            place += LANES
-            workspace[place] = crest(larger(abs(next_v), workspace[place]), (v, next_v), (bend, next_bend), h)
-            place += LANES
-            workspace[place] = crest(
-                larger(abs(next_total), workspace[place]), (total, next_total), (turn, next_turn), h
-            )
+            slot = PEAK * LANES + lane
+            workspace[slot] = crest(larger(abs(next_u), workspace[slot]), (u, next_u), (v, next_v), h)
+            slot += LANES
+            workspace[slot] = crest(larger(abs(next_v), workspace[slot]), (v, next_v), (bend, next_bend), h)
+            slot += LANES
+            workspace[slot] = crest(larger(abs(next_total), workspace[slot]), (total, next_total), (turn, next_turn), h)
             u, v = next_u, next_v
 
 
@@ -255,25 +253,25 @@ def spectra(grounds, starts, steps, periods, damping):
     ``steps[k]`` [s]. ``periods`` [s] are in rising order.
     """
     # Record by record, so that what is handed over has one layout in memory whatever its size.
-    found = np.empty((steps.size, 3, periods.size))
+    peaks = np.empty((steps.size, 3, periods.size))
     desks = np.empty(ROWS * LANES), np.empty(ROWS * LANES)
     for record in range(steps.size):
         ground = grounds[starts[record] : starts[record + 1]]
         marks = np.empty(((ground.size - 1 + BLOCK - 1) // BLOCK, MARKS * LANES))
         shaking = float(np.abs(ground).max()), float(np.abs(np.diff(ground)).max() / steps[record])
-        peaks_of_record(ground, float(steps[record]), periods, damping, shaking, desks, marks, found[record])
-    return np.ascontiguousarray(found.transpose(1, 0, 2))
+        peaks_of_record(ground, float(steps[record]), periods, damping, shaking, desks, marks, peaks[record])
+    return np.ascontiguousarray(peaks.transpose(1, 0, 2))
 
 
 @kernel
-def peaks_of_record(ground, dt, periods, damping, shaking, desks, marks, found):
+def peaks_of_record(ground, dt, periods, damping, shaking, desks, marks, peaks):
     """As `spectra`, of one record; ``shaking`` as `sum_up`, the desks and marks are room to work in."""
     for first in range(0, periods.size, LANES):
         few = periods[first : first + LANES]
         peaks_of_eight(ground, dt, few, damping, shaking, desks, marks)
         for lane in range(few.size):
             for which in range(3):
-                found[which, first + lane] = desks[0][(PEAK + which) * LANES + lane]
+                peaks[which, first + lane] = desks[0][(PEAK + which) * LANES + lane]
 
 
 @kernel
@@ -346,7 +344,7 @@ def directions(first, second, dt, periods, damping, turns):
     ``first`` and ``second`` are two perpendicular components of a_g [m/s²] at the same times; ``turns`` the cosines and
     sines of the angles from the first towards the second. The oscillators are linear: each answers once to each.
     """
-    found = np.empty((periods.size, turns.shape[1]))
+    peaks = np.empty((periods.size, turns.shape[1]))
     workspace = np.empty(ROWS * LANES)
     shaking = np.sqrt((first * first + second * second).max())
     for k in range(periods.size):
@@ -356,5 +354,5 @@ def directions(first, second, dt, periods, damping, turns):
         follow(first, parts, 0, workspace, paths[0])
         follow(second, parts, 0, workspace, paths[1])
         bend = bend_of_both(paths, workspace[TWO_ZETA_OMEGA * LANES], workspace[OMEGA2 * LANES], shaking)
-        turn_around(paths, dt / parts, bend, turns, found[k])
-    return found
+        turn_around(paths, dt / parts, bend, turns, peaks[k])
+    return peaks

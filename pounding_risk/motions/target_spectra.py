@@ -145,9 +145,9 @@ def read_target(text: str | Path, *, damping: float = 0.05) -> Target:
         For what cannot be read, with the repair.
     """
     name = str(text)
-    kind, _, rest = name.partition(":")
+    kind, _, parameters = name.partition(":")
     if kind.strip().lower() in SHAPES and isinstance(text, str):
-        return _shape(name, kind.strip().lower(), rest)
+        return _shape(name, kind.strip().lower(), parameters)
     if name in record_sets.SETS:
         carried = record_sets.carried_spectra(name)
         return Target(name, carried.periods, np.exp(np.log(carried.pseudo_acceleration).mean(axis=0)))
@@ -259,12 +259,12 @@ def _tabulated(
     return Target(name, periods, shape(periods), damping, shape)
 
 
-def _asce7_of(given: Mapping[str, Any]) -> Target:
-    return asce7(given["sds"], given["sd1"], given["tl"])
+def _asce7_of(values: Mapping[str, Any]) -> Target:
+    return asce7(values["sds"], values["sd1"], values["tl"])
 
 
-def _ec8_of(given: Mapping[str, Any]) -> Target:
-    return eurocode8(given["ag"], given["ground"].upper(), given["type"], given.get("damping", 0.05))
+def _ec8_of(values: Mapping[str, Any]) -> Target:
+    return eurocode8(values["ag"], values["ground"].upper(), values["type"], values.get("damping", 0.05))
 
 
 def _number(text: str) -> float:
@@ -286,23 +286,23 @@ SHAPES: dict[str, tuple[Callable[[Mapping[str, Any]], Target], dict[str, Callabl
 }
 
 
-def _shape(name: str, kind: str, rest: str) -> Target:
+def _shape(name: str, kind: str, parameters: str) -> Target:
     make, readers, example = SHAPES[kind]
-    given: dict[str, Any] = {}
-    for part in rest.split(","):
+    values: dict[str, Any] = {}
+    for part in parameters.split(","):
         key, equals, value = (word.strip() for word in part.partition("="))
-        if not equals or key.lower() not in readers or key.lower() in given:
+        if not equals or key.lower() not in readers or key.lower() in values:
             raise RecordError(
                 f'{name}: "{part.strip()}" is not one of {", ".join(readers)}, once each; write "{example}"'
             )
         try:
-            given[key.lower()] = readers[key.lower()](value)
+            values[key.lower()] = readers[key.lower()](value)
         except (ValueError, QuantityError) as error:
             raise RecordError(f'{name}: {key} cannot be "{value}" ({error}); write "{example}"') from None
-    absent = [key for key in readers if key not in given and key != "damping"]
+    absent = [key for key in readers if key not in values and key != "damping"]
     if absent:
         raise RecordError(f'{name}: says nothing of {" and ".join(absent)}; write "{example}"')
-    return make(given)
+    return make(values)
 
 
 def _file(path: Path, damping: float) -> Target:

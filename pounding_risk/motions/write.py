@@ -77,9 +77,9 @@ def write_columns(source: Motion | Trace, path: str | Path) -> Path:
     """
     from pounding_risk.motions.formats.columns import FACTS  # imports ObsPy, and reading a manifest needs none of it
 
-    samples, dt, known, history = _of_motion(source) if hasattr(source, "acceleration") else _of_trace(source)
+    samples, dt, stated, history = _of_motion(source) if hasattr(source, "acceleration") else _of_trace(source)
     lines = ["# ground acceleration", "# unit = m/s^2", f"# dt = {dt!r} s", f"# samples = {len(samples)}"]
-    facts = {key: known.get(key) for key in ("state", "starttime", *FACTS, "source")}
+    facts = {key: stated.get(key) for key in ("state", "starttime", *FACTS, "source")}
     lines += [f"# {key} = {_one_line(value)}" for key, value in facts.items() if value not in (None, "")]
     lines += [f"# processing: {_one_line(step)}" for step in history]
     lines += ["time [s], acceleration [m/s^2]"]

@@ -24,7 +24,7 @@ def report(
     author: str = "",
     revision: str = "",
     date: str = "",
-    **asked: Any,
+    **options: Any,
 ) -> Path:
     """Write the report of a scan, as one HTML file or as PDF by the suffix of ``out``.
 
@@ -48,7 +48,7 @@ def report(
         Revision, for the head of the report.
     date : str
         Date, for the head of the report. What is not given is left out; no date is made up.
-    **asked
+    **options
         Other options of `assess`, such as gap [m], target and percentile.
 
     Returns
@@ -71,7 +71,7 @@ def report(
     signature = signed(project, author, revision, date)
     dataset, checksum = opened(results)
     others = companions(also)
-    model = build(ReportData(dataset, assess(dataset, hazard=hazard, **asked), others, checksum, signature))
+    model = build(ReportData(dataset, assess(dataset, hazard=hazard, **options), others, checksum, signature))
     if target.suffix.lower() == ".pdf":
         from pounding_risk.reports.pdf import document
 

@@ -61,11 +61,11 @@ def between(low: float, high: float, unit: str, digits: int = 4) -> Cell:
 
 def percentiles(values: Any) -> tuple[float, float, float]:
     """The 16th, 50th and 84th percentile of what is finite; NaN where nothing is."""
-    known = np.asarray(values, dtype=float)
-    known = known[np.isfinite(known)]
-    if not known.size:
+    finite = np.asarray(values, dtype=float)
+    finite = finite[np.isfinite(finite)]
+    if not finite.size:
         return nan, nan, nan
-    low, median, high = np.percentile(known, (16.0, 50.0, 84.0)).tolist()
+    low, median, high = np.percentile(finite, (16.0, 50.0, 84.0)).tolist()
     return low, median, high
 
 

@@ -162,8 +162,8 @@ def signed(project: str = "", author: str = "", revision: str = "", date: str = 
     PoundingError
         For what is no text, is longer than a line, or holds line breaks or other letters that are not printed.
     """
-    given = Signature(project, author, revision, date)
-    for name, words in given._asdict().items():
+    signature = Signature(project, author, revision, date)
+    for name, words in signature._asdict().items():
         if not isinstance(words, str):
             raise PoundingError(f"{name}: {shown(words)} is no text; write it in quotes")
         if not words.isprintable():
@@ -172,7 +172,7 @@ def signed(project: str = "", author: str = "", revision: str = "", date: str = 
             )
         if len(words) > LONGEST:
             raise PoundingError(f"{name}: has {len(words)} letters; the head has room for {LONGEST}: shorten it")
-    return Signature(*(words.strip() for words in given))
+    return Signature(*(words.strip() for words in signature))
 
 
 def opened(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:

@@ -45,10 +45,10 @@ def build(data: ReportData) -> Document:
         blocks = write(data)
         if blocks:
             sections.append({"name": name, "title": title, "blocks": blocks})
-    whole = _shortened(sections)
-    if whole:
+    full_tables = _shortened(sections)
+    if full_tables:
         explained = paragraph("Tables of which the text above shows some rows.")
-        sections.append({"name": "appendix", "title": APPENDIX, "blocks": [explained, *whole]})
+        sections.append({"name": "appendix", "title": APPENDIX, "blocks": [explained, *full_tables]})
     number_blocks(sections)
     return {
         "title": str(data.results.attrs.get("title") or "Pounding of adjacent buildings"),
@@ -62,20 +62,20 @@ def build(data: ReportData) -> Document:
 
 def _shortened(sections: list[dict[str, Any]]) -> list[Block]:
     """Cut long tables to the rows that stay in the text, in place; returns the whole ones in order."""
-    whole: list[Block] = []
+    full_tables: list[Block] = []
     for section in sections:
         for block in section["blocks"]:
             if block["kind"] != "table" or len(block["rows"]) <= LONG:
                 continue
-            anchor = f"whole-{len(whole) + 1}"
-            whole.append({**block, "anchor": anchor, "whole": True})
+            anchor = f"whole-{len(full_tables) + 1}"
+            full_tables.append({**block, "anchor": anchor, "whole": True})
             which = f": {block['note']}" if block["note"] else ""
             block["more"] = {
                 "anchor": anchor,
                 "text": f"{len(block['keep'])} of {len(block['rows'])} rows{which}; all stand in the appendix.",
             }
             block["rows"] = [block["rows"][index] for index in block["keep"]]
-    return whole
+    return full_tables
 
 
 def number_blocks(sections: list[dict[str, Any]]) -> None:

@@ -67,8 +67,8 @@ def draw(
     PoundingError
         For what cannot be drawn and for a target that cannot be written, before anything is.
     """
-    wanted = {"elevation": elevation, "plan": plan, "profiles": profiles}
-    targets = {name: check_target(path, FIGURES) for name, path in wanted.items() if path is not None}
+    paths = {"elevation": elevation, "plan": plan, "profiles": profiles}
+    targets = {name: check_target(path, FIGURES) for name, path in paths.items() if path is not None}
     moving = None if animation is None else check_target(animation, (".html",))
     if not targets and moving is None:
         raise PoundingError("nothing to draw; name a file for elevation, plan, profiles or animation")

@@ -95,12 +95,12 @@ def check_scan(dataset: xr.Dataset, source: str) -> None:
     form.check_scan(dataset, source, names=(*form.AXES_OF_CASES, "simulated", "building"), attrs=("rtol",))
 
 
-def chosen(dataset: xr.Dataset, wanted: Mapping[str, Sequence[Any]], source: str) -> xr.Dataset:
+def chosen(dataset: xr.Dataset, selection: Mapping[str, Sequence[Any]], source: str) -> xr.Dataset:
     """The part of a dataset with these values along these axes, the axes kept; all of an axis where none is given.
 
     Raises PoundingError for a value that is not there.
     """
-    for axis, values in wanted.items():
+    for axis, values in selection.items():
         if len(values) == 0:
             continue
         labels = np.atleast_1d(dataset[axis].values) if axis in dataset.coords else np.empty(0)
@@ -116,12 +116,12 @@ def _place(axis: str, value: Any, labels: np.ndarray, source: str) -> int:
     equal = np.isclose(labels.astype(float), value, rtol=1e-6, atol=0.0) if number and labels.size else labels == value
     if np.any(equal):
         return int(np.argmax(equal))
-    known = [label_words(axis, label) for label in labels]
-    near = [] if number else get_close_matches(str(value), known, 1, 0.6)
+    names = [label_words(axis, label) for label in labels]
+    near = [] if number else get_close_matches(str(value), names, 1, 0.6)
     meant = f"; did you mean {near[0]}?" if near else ""
-    there = ", ".join(known[:8]) + (f" and {len(known) - 8} more" if len(known) > 8 else "") or "none"
-    asked = label_words(axis, value)
-    raise PoundingError(f"{source}: holds no {TITLES.get(axis, axis)} {asked}; it holds {there}{meant}")
+    there = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "") or "none"
+    value_words = label_words(axis, value)
+    raise PoundingError(f"{source}: holds no {TITLES.get(axis, axis)} {value_words}; it holds {there}{meant}")
 
 
 def _check_size(dataset: xr.Dataset, source: str) -> None:

@@ -104,10 +104,10 @@ def driven_motions(study: Scene) -> list[Driven]:
     """The motions of a study in each polarity and amplitude."""
     listed = []
     axes = (motions_of(study), study.records.polarities, study.grid.pgas)
-    for place in np.ndindex(tuple(len(axis) for axis in axes)):
-        motion, sense, pga = (axis[index] for axis, index in zip(axes, place, strict=True))
+    for indices in np.ndindex(tuple(len(axis) for axis in axes)):
+        motion, sense, pga = (axis[index] for axis, index in zip(axes, indices, strict=True))
         name = f"{motion.name} {sense}" + ("" if pga is None else f" {pga:.4g} m/s2")
-        listed.append(Driven((place[0], place[1], place[2]), driven(motion, sense, pga), name))
+        listed.append(Driven((indices[0], indices[1], indices[2]), driven(motion, sense, pga), name))
     return listed
 
 

@@ -98,8 +98,8 @@ def _dashpots(chain: Chain) -> tuple[Array, Array]:
     matrix, beside = chain.damping, np.diag(chain.damping, -1)
     storeys = np.append(0.0, -beside)[: chain.mass.size]  # the lowest is one to the ground
     to_ground = np.diag(matrix) - storeys - np.append(storeys[1:], 0.0)[: chain.mass.size]
-    made = np.diag(np.diag(matrix)) + np.diag(beside, 1) + np.diag(beside, -1)
-    if not np.allclose(made, matrix, rtol=1e-12, atol=1e-12 * np.abs(matrix).max(initial=0.0)):
+    assembled = np.diag(np.diag(matrix)) + np.diag(beside, 1) + np.diag(beside, -1)
+    if not np.allclose(assembled, matrix, rtol=1e-12, atol=1e-12 * np.abs(matrix).max(initial=0.0)):
         raise PoundingError(
             'it has dashpots between neighbouring floors only (damping_rule = "rayleigh" or "stiffness")'
         )
@@ -183,8 +183,8 @@ class OpenSeesRow:
         with TemporaryDirectory() as folder, _silenced():
             elements = self._build(acceleration, dt)
             files = [os.path.join(folder, name) for name in ("reach", "force")]
-            for file, what in zip(files, (("deformation",), ("material", 1, "stress")), strict=True):
-                ops.recorder("EnvelopeElement", "-file", file, "-precision", 17, "-ele", *elements, *what)
+            for file, response in zip(files, (("deformation",), ("material", 1, "stress")), strict=True):
+                ops.recorder("EnvelopeElement", "-file", file, "-precision", 17, "-ele", *elements, *response)
             begun = process_time()
             failed = ops.analyze(round(duration / h), h)
             seconds = process_time() - begun
@@ -249,13 +249,13 @@ def _silenced() -> Iterator[None]:
     """No output from compiled code: both streams go nowhere at the level of the operating system."""
     sys.stdout.flush()
     sys.stderr.flush()
-    kept, nowhere = (os.dup(1), os.dup(2)), os.open(os.devnull, os.O_WRONLY)
+    streams, nowhere = (os.dup(1), os.dup(2)), os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
         yield
     finally:
-        os.dup2(kept[0], 1)
-        os.dup2(kept[1], 2)
-        for stream in (*kept, nowhere):
+        os.dup2(streams[0], 1)
+        os.dup2(streams[1], 2)
+        for stream in (*streams, nowhere):
             os.close(stream)

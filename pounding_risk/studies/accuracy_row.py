@@ -170,12 +170,12 @@ class RowBench:
         required = {}
         for driven, law in self.batches:
             if driven.place not in required:
-                free, taken = self._by_steps(method, (driven.motion, law, open_limits), dt)
+                free, run_seconds = self._by_steps(method, (driven.motion, law, open_limits), dt)
                 required[driven.place] = self._gathered(np.maximum, free[:, fixed_step.CLOSING])
-                free_seconds += taken
+                free_seconds += run_seconds
             for limits in self.limits:
-                raw, taken = self._by_steps(method, (driven.motion, law, limits), dt)
-                seconds, steps = seconds + taken, steps + raw[:, fixed_step.TOUCHING].sum()
+                raw, run_seconds = self._by_steps(method, (driven.motion, law, limits), dt)
+                seconds, steps = seconds + run_seconds, steps + raw[:, fixed_step.TOUCHING].sum()
                 points = {
                     "peak_relative_displacement": raw[:, fixed_step.REACH],
                     "peak_contact_force": raw[:, fixed_step.FORCE],

@@ -200,7 +200,7 @@ def _timer(scene: Scene) -> Callable[[], float]:
 def _dataset(scenes: list[tuple[str, Scene]], scans: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
     names = [name for name, _ in scenes]
     variables = [*COMPARED, "yield_exceedance", "status"]
-    dataset = xr.concat([one[variables] for one in scans], dim="effects", combine_attrs="override")
+    dataset = xr.concat([scan[variables] for scan in scans], dim="effects", combine_attrs="override")
     dataset = dataset.assign_coords(effects=("effects", names, {"long_name": "effects that act"}))
     medians = np.array([median(row) for row in times])
     dataset["time"] = ("effects", medians, described("s", "processor time of one run"))
@@ -214,7 +214,7 @@ def _dataset(scenes: list[tuple[str, Scene]], scans: list[xr.Dataset], times: np
     }
     dataset.attrs |= {
         "scene": scans[0].attrs["scene"],
-        "references": "; ".join(dict.fromkeys(one.attrs["references"] for one in scans)),
+        "references": "; ".join(dict.fromkeys(scan.attrs["references"] for scan in scans)),
     }
     return dataset
 
@@ -306,11 +306,11 @@ def _cases(dataset: xr.Dataset) -> int:
 def rows(dataset: xr.Dataset) -> Iterator[tuple[str, int, float, float, dict[str, tuple[float, float, float]]]]:
     """For every line but the first: effects, cases changed, time, ratio, and smallest, median, largest change."""
     for name in map(str, dataset["effects"].values):
-        one = dataset.sel(effects=name)
+        of_effects = dataset.sel(effects=name)
         spread = {}
         for output in COMPARED:
             change = changes(dataset, name, output)
             change = change[np.isfinite(change)]
             low, middle, high = (change.min(), float(np.median(change)), change.max()) if change.size else (0.0,) * 3
             spread[output] = (low, middle, high)
-        yield name, changed_cases(dataset, name), float(one["time"]), float(one["time_ratio"]), spread
+        yield name, changed_cases(dataset, name), float(of_effects["time"]), float(of_effects["time_ratio"]), spread

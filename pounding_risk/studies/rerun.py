@@ -49,7 +49,11 @@ class Rerun(ShortRepr):
         """Whether all is the same, and what differs, as pairs of a name and words."""
         yield "compared", counted(self.compared, "variable")
         yield "the same to the last bit", "yes" if self.same else "no"
-        names = {"differ": [one.name for one in self.differences], "missing": self.missing, "new": self.new}
+        names = {
+            "differ": [difference.name for difference in self.differences],
+            "missing": self.missing,
+            "new": self.new,
+        }
         yield from ((what, ", ".join(which)) for what, which in names.items() if which)
         yield from ((name, f"was {was}, is {now}") for name, (was, now) in self.versions.items())
         yield from (("note", note) for note in self.notes)
@@ -148,26 +152,32 @@ def _changed_versions(before: xr.Dataset) -> dict[str, tuple[str, str]]:
 
 def _difference(name: str, before: xr.DataArray, after: xr.DataArray) -> Difference | None:
     """How two arrays differ; None where they are the same to the last bit."""
-    one, other = before.values, after.values
+    old_values, new_values = before.values, after.values
     shapes = [f"({', '.join(map(str, array.dims))}) of {array.shape}" for array in (before, after)]
     if shapes[0] != shapes[1]:
-        return Difference(name, one.size, one.size, np.nan, np.nan, f"{shapes[1]}, was {shapes[0]}")
-    numbers = [values.dtype.kind in "biuf" for values in (one, other)]
+        return Difference(name, old_values.size, old_values.size, np.nan, np.nan, f"{shapes[1]}, was {shapes[0]}")
+    numbers = [values.dtype.kind in "biuf" for values in (old_values, new_values)]
     if numbers[0] != numbers[1]:
-        return Difference(name, one.size, one.size, np.nan, np.nan, f"{other.dtype}, was {one.dtype}")
+        return Difference(
+            name, old_values.size, old_values.size, np.nan, np.nan, f"{new_values.dtype}, was {old_values.dtype}"
+        )
     if not numbers[0]:
-        apart = one.astype(str) != other.astype(str)
+        apart = old_values.astype(str) != new_values.astype(str)
         return Difference(name, *_counted(before, apart), np.nan, np.nan) if apart.any() else None
-    words = "" if one.dtype == other.dtype else f"{other.dtype}, was {one.dtype}"
-    apart = ~_same_bits(one.astype(np.float64), other.astype(np.float64))
+    words = "" if old_values.dtype == new_values.dtype else f"{new_values.dtype}, was {old_values.dtype}"
+    apart = ~_same_bits(old_values.astype(np.float64), new_values.astype(np.float64))
     if not apart.any() and not words:
         return None
-    return Difference(name, *_counted(before, apart), *_sizes(one[apart], other[apart]), words)
+    return Difference(name, *_counted(before, apart), *_sizes(old_values[apart], new_values[apart]), words)
 
 
-def _same_bits(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _same_bits(old_values: np.ndarray, new_values: np.ndarray) -> np.ndarray:
     """Where two arrays hold the same number; NaN is NaN, and 0 is not −0."""
-    return np.where(np.isnan(one), np.isnan(other), (one == other) & (np.signbit(one) == np.signbit(other)))
+    return np.where(
+        np.isnan(old_values),
+        np.isnan(new_values),
+        (old_values == new_values) & (np.signbit(old_values) == np.signbit(new_values)),
+    )
 
 
 def _counted(array: xr.DataArray, apart: np.ndarray) -> tuple[int, int]:
@@ -179,12 +189,12 @@ def _counted(array: xr.DataArray, apart: np.ndarray) -> tuple[int, int]:
     return int(cases.sum()), cases.size
 
 
-def _sizes(one: np.ndarray, other: np.ndarray) -> tuple[float, float]:
+def _sizes(old_values: np.ndarray, new_values: np.ndarray) -> tuple[float, float]:
     """The largest difference and the largest relative to the first; NaN where none is a number."""
-    one, other = one.astype(np.float64), other.astype(np.float64)
-    finite = np.isfinite(one) & np.isfinite(other)
+    old_values, new_values = old_values.astype(np.float64), new_values.astype(np.float64)
+    finite = np.isfinite(old_values) & np.isfinite(new_values)
     if not finite.any():
         return np.nan, np.nan
-    away, size = np.abs(other[finite] - one[finite]), np.abs(one[finite])
+    away, size = np.abs(new_values[finite] - old_values[finite]), np.abs(old_values[finite])
     relative = np.divide(away, size, out=np.where(away > 0.0, np.inf, 0.0), where=size > 0.0)
     return float(away.max()), float(relative.max())

@@ -100,12 +100,12 @@ def case_of(study: Scene, motion: Motion, law: str, gap: float | None, yield_for
     A gap is that of all interfaces, but of the only one that the grid varies where it names one.
     """
     varied = study.gridded_interface if len(study.grid.gaps) > 1 else None
-    own = {name: interface.gap for name, interface in zip(study.interface_names, study.interfaces, strict=True)}
-    gaps = [here if gap is None or varied not in (None, name) else gap for name, here in own.items()]
+    own_gaps = {name: interface.gap for name, interface in zip(study.interface_names, study.interfaces, strict=True)}
+    gaps = [here if gap is None or varied not in (None, name) else gap for name, here in own_gaps.items()]
     return Case(
         motion,
         law,
-        own[study.gridded_interface or study.interface_names[0]] if gap is None else gap,
+        own_gaps[study.gridded_interface or study.interface_names[0]] if gap is None else gap,
         study.yield_force if yield_force is None else yield_force,
         gaps,
         study.point_yield_forces(yield_force),
@@ -135,10 +135,10 @@ def _notes(run: xr.Dataset, study: Scene, motion: Motion) -> str:
     return as_text([*of_input(study, (motion,)), *of_run(run, study)])
 
 
-def _chosen(what: str, asked: str | None, known: tuple[str, ...]) -> str:
-    if asked is None:
-        return known[0]
-    if asked not in known:
-        sentence = f"{what} {asked!r} is not in the scene{nearest(asked, known)}, which has {', '.join(known)}"
+def _chosen(noun: str, name: str | None, names: tuple[str, ...]) -> str:
+    if name is None:
+        return names[0]
+    if name not in names:
+        sentence = f"{noun} {name!r} is not in the scene{nearest(name, names)}, which has {', '.join(names)}"
         raise PoundingError(f"{sentence}; name one of these")
-    return asked
+    return name

@@ -27,7 +27,7 @@ def option(help: str, absence: str | None = None, **settings: Any) -> Any:
     return typer.Option(help=help, show_default=absence or True, **settings)
 
 
-def file_option(what: str, suffixes: tuple[str, ...], *names: str, absence: str | None = None) -> Any:
+def file_option(description: str, suffixes: tuple[str, ...], *names: str, absence: str | None = None) -> Any:
     """An option that takes a file to write. The file is checked before the command runs; the help lists the suffixes.
 
     An error names the option by the shortest of its ``names``; the help shows what holds in its ``absence``.
@@ -38,12 +38,12 @@ def file_option(what: str, suffixes: tuple[str, ...], *names: str, absence: str 
 
     *most, last = suffixes
     kinds = f"{', '.join(most)} or {last}" if most else last
-    return typer.Option(*names, help=f"{what} ({kinds}).", show_default=absence or True, callback=check)
+    return typer.Option(*names, help=f"{description} ({kinds}).", show_default=absence or True, callback=check)
 
 
-def out_option(what: str, *suffixes: str, absence: str | None = None) -> Any:
+def out_option(description: str, *suffixes: str, absence: str | None = None) -> Any:
     """The option ``--out``, see `file_option`."""
-    return file_option(what, suffixes, "--out", "-o", absence=absence)
+    return file_option(description, suffixes, "--out", "-o", absence=absence)
 
 
 Scene = Annotated[Path, argument("SCENE", "Scene file (TOML).")]

@@ -89,7 +89,7 @@ def print_selection(selection: Selection) -> None:
     print_table(("record", "factor", "misfit", "magnitude", "distance", "event"), rows, "lrrrrl")
     print()
     pairs = (sentence.partition(": ") for sentence in selection.words())
-    print_pairs((what, words) for what, _, words in pairs)
+    print_pairs((heading, words) for heading, _, words in pairs)
     print_notes(f"{row.name}: {doubt}" for row in selection.rows for doubt in row.doubts)
 
 

@@ -55,8 +55,8 @@ class Recipe(NamedTuple):
 
     def written(self) -> dict[str, Any]:
         """The table as a scene file has it: quantities as text, exact."""
-        known = motion_kinds()[self.kind].options
-        return {"kind": self.kind, **{key: known[key].written(value) for key, value in self.options}}
+        options = motion_kinds()[self.kind].options
+        return {"kind": self.kind, **{key: options[key].written(value) for key, value in self.options}}
 
     def text(self) -> str:
         """The recipe as one line, from which `recipe_of` reads it back."""
@@ -64,9 +64,9 @@ class Recipe(NamedTuple):
 
     def form(self) -> Form:
         """The motion at any time step; raises Unfit where values of keys do not go together."""
-        asked, kind = dict(self.options), motion_kinds()[self.kind]
+        values, kind = dict(self.options), motion_kinds()[self.kind]
         common = {"step", "name", "seed", "count"}
-        keys = {key: asked.get(key) for key in kind.options if key not in common}
+        keys = {key: values.get(key) for key in kind.options if key not in common}
         return kind.function(**keys)
 
     def check(self) -> None:
@@ -87,50 +87,54 @@ class Recipe(NamedTuple):
 
     def _seeds(self) -> range:
         """The seeds asked for; one place for a motion that has none."""
-        asked = dict(self.options)
-        first = asked.get("seed", 0)
-        return range(first, first + asked.get("count", 1))
+        values = dict(self.options)
+        first = values.get("seed", 0)
+        return range(first, first + values.get("count", 1))
 
     def _opened(self, form: Form, step: float, seed: int, several: bool) -> Source:
         from obspy import Trace  # takes 0.2 s
 
-        own = self._of_seed(seed)
-        made = form.sampled(step, seed)
-        velocity, displacement = velocity_displacement(made.samples, step)
+        recipe = self._of_seed(seed)
+        motion = form.sampled(step, seed)
+        velocity, displacement = velocity_displacement(motion.samples, step)
         last = _near(velocity[-1], velocity, "m/s"), _near(displacement[-1], displacement, "m")
         ends = f"the ground ends with the velocity {last[0]} at the displacement {last[1]}"
-        trace = Trace(made.samples, {"delta": step})
-        trace.stats.processing = [f"generated {own.text()}", *made.sentences, ends]
-        facts: dict[str, Any] = {"id": own.name(several), "event": f"generated: {own._title()}", "date": ""}
+        trace = Trace(motion.samples, {"delta": step})
+        trace.stats.processing = [f"generated {recipe.text()}", *motion.sentences, ends]
+        facts: dict[str, Any] = {"id": recipe.name(several), "event": f"generated: {recipe._title()}", "date": ""}
         facts |= {"station": "", "component": "", "state": GENERATED, "format": GENERATED, "file": ""}
-        facts |= {"sha256": sha256(own.text().encode()).hexdigest(), "origin": f"generated {own.text()}", "terms": ""}
+        facts |= {
+            "sha256": sha256(recipe.text().encode()).hexdigest(),
+            "origin": f"generated {recipe.text()}",
+            "terms": "",
+        }
         if motion_kinds()[self.kind].is_random:
             facts[STATED] = f"generated: {self.kind}, seed {seed}"  # one stream of random numbers, whatever the filter
-        if not made.samples.any():
+        if not motion.samples.any():
             facts[STILL] = True
-        if made.error is not None:
-            facts["interpolation_error"] = made.error
-        return Source(own.text(), trace, facts, "units: m/s², as generated", made.doubts)
+        if motion.error is not None:
+            facts["interpolation_error"] = motion.error
+        return Source(recipe.text(), trace, facts, "units: m/s², as generated", motion.doubts)
 
     def _of_seed(self, seed: int) -> Recipe:
         """The recipe of one motion of several."""
         if "seed" not in motion_kinds()[self.kind].options:
             return self
-        rest = {key: value for key, value in self.options if key != "count"}
-        return Recipe(self.kind, _ordered(motion_kinds()[self.kind], rest | {"seed": seed}))
+        options = {key: value for key, value in self.options if key != "count"}
+        return Recipe(self.kind, _ordered(motion_kinds()[self.kind], options | {"seed": seed}))
 
     def name(self, several: bool = False) -> str:
         """The name of a motion in results: that of the recipe, or its kind and what tells it from others."""
-        asked = dict(self.options)
-        if "name" not in asked:
+        values = dict(self.options)
+        if "name" not in values:
             return self._title()
-        return f"{asked['name']}-seed{asked['seed']}" if several else str(asked["name"])
+        return f"{values['name']}-seed{values['seed']}" if several else str(values["name"])
 
     def _title(self) -> str:
         """The kind, and what tells this motion of it from others."""
-        kind, asked = motion_kinds()[self.kind], dict(self.options)
-        parts = [kind.options[key].said(asked[key]).replace(" ", "") for key in kind.named_by if key in asked]
-        return "-".join([self.kind, *parts, *([f"seed{asked['seed']}"] if kind.is_random else [])])
+        kind, values = motion_kinds()[self.kind], dict(self.options)
+        parts = [kind.options[key].said(values[key]).replace(" ", "") for key in kind.named_by if key in values]
+        return "-".join([self.kind, *parts, *([f"seed{values['seed']}"] if kind.is_random else [])])
 
 
 def motion_kinds() -> Mapping[str, Kind]:
@@ -163,9 +167,9 @@ def known_kind(name: Any) -> Kind:
 def made(kind: Kind, values: Mapping[str, Any]) -> Recipe:
     """The recipe of values that have been read, with defaults in it and checked as a whole; raises Unfit."""
     stated = {key: option.default for key, option in kind.options.items() if option.default not in (REQUIRED, None)}
-    asked = Recipe(kind.name, _ordered(kind, stated | dict(values)))
-    asked.check()
-    return asked
+    recipe = Recipe(kind.name, _ordered(kind, stated | dict(values)))
+    recipe.check()
+    return recipe
 
 
 def recipe(kind: str, /, **keys: Any) -> Recipe:
@@ -212,8 +216,8 @@ def is_recipe(text: str) -> bool:
 
 def recipe_of(text: str) -> Recipe:
     """The recipe of a line such as "ricker: pga=0.4 g, period=0.8 s"; raises RecordError as `recipe`."""
-    kind, _, rest = text.partition(":")
-    pairs = [part.partition("=") for part in rest.split(",") if part.strip()]
+    kind, _, parameters = text.partition(":")
+    pairs = [part.partition("=") for part in parameters.split(",") if part.strip()]
     if any(not key.strip() or not value.strip() for key, _, value in pairs):
         raise RecordError(f'{shown(text)}: keys have values; write one such as "ricker: pga=0.4 g, period=0.8 s"')
     return recipe(kind.strip(), **{key.strip(): value.strip() for key, _, value in pairs})

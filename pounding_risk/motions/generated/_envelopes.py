@@ -49,10 +49,10 @@ def read_envelope(
     t₁ is ``rise`` and t₂ − t₁ is ``level`` [s]; c, α and β, and b follow from ``last``, the value at ``duration`` [s].
     Raises Unfit for keys that the envelope does not have, and for times that do not fit.
     """
-    given = {"rise": rise, "level": level, "last": last}
-    taken = {NONE: (), TRAPEZOID: tuple(given)}.get(envelope, ("rise", "last"))
-    for key, value in given.items():
-        if value is not None and key not in taken:
+    times = {"rise": rise, "level": level, "last": last}
+    allowed = {NONE: (), TRAPEZOID: tuple(times)}.get(envelope, ("rise", "last"))
+    for key, value in times.items():
+        if value is not None and key not in allowed:
             raise Unfit(key, f'envelope "{envelope}" has no {key}; remove it, or choose another envelope')
     if envelope == NONE:
         return Envelope(np.ones_like, "envelope: none, stationary from its first sample to its last")

@@ -53,10 +53,10 @@ class Option(NamedTuple):
                 words = " or ".join(map(shown, self.allowed))
                 raise QuantityError(f"{shown(value)} is not one of its words{hint}; it may be {words}")
             return value
-        read = number(value, self.allowed)
-        if self.whole and read != int(read):
+        parsed = number(value, self.allowed)
+        if self.whole and parsed != int(parsed):
             raise QuantityError(f"{shown(value)} is not a whole number; write one such as {self.example}")
-        return int(read) if self.whole else read
+        return int(parsed) if self.whole else parsed
 
     def written(self, value: Any) -> Any:
         """A value in SI as a scene file has it; the very same number is read back."""

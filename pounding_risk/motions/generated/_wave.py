@@ -65,14 +65,14 @@ class Wave(Form):
         error = self._error(step)
         if error <= MOST_ERROR:
             return
-        found = (
+        fault = (
             f"straight lines between samples every {step:g} s are up to {_percent(error)} of the peak from the motion"
         )
         fitting = self.default_step()
         if self._error(fitting) > MOST_ERROR:
-            raise Unfit("step", f"{found}, and a finer step makes more than {MOST} samples; write a shorter motion")
+            raise Unfit("step", f"{fault}, and a finer step makes more than {MOST} samples; write a shorter motion")
         raise Unfit(
-            "step", f'{found}, {_percent(MOST_ERROR)} is allowed; write a step such as "{fitting:g} s", or leave it out'
+            "step", f'{fault}, {_percent(MOST_ERROR)} is allowed; write a step such as "{fitting:g} s", or leave it out'
         )
 
     def _steps(self, step: float) -> int:
@@ -114,9 +114,9 @@ class Wave(Form):
             digit * 10.0**power for power in (decade, decade - 1) for digit in (5.0, 4.0, 2.5, 2.0, 1.25, 1.0)
         ):
             step = float(f"{step:.3g}")
-            if step <= longest * (1.0 + SAME) and all(_divides(step, place) for place in places):
+            if step <= longest * (1.0 + SAME) and all(_divides(step, time) for time in places):
                 return step
-        first = min(place for place in places if place > 0.0)
+        first = min(time for time in places if time > 0.0)
         return first / ceil(first / longest * (1.0 - SAME))
 
 

@@ -298,8 +298,8 @@ def _noise(
 ) -> Noise:
     """Noise of these keys; raises Unfit where its strength is not given, or twice."""
     if (rms is None) == (psd is None):
-        found = "missing" if rms is None else "rms and psd are both given, and each sets the strength"
-        raise Unfit("rms", f'{found}; write one of rms = "0.1 g" and psd = "0.01 m^2/s^3"')
+        fault = "missing" if rms is None else "rms and psd are both given, and each sets the strength"
+        raise Unfit("rms", f'{fault}; write one of rms = "0.1 g" and psd = "0.01 m^2/s^3"')
     shape = read_envelope(envelope, duration, rise, level, last)
     return Noise(through, rms, psd, duration, shape, ends, shortest_period)
 

@@ -94,12 +94,12 @@ def _import_steps() -> None:
         import_module(f"{__name__}.{module.name}")
 
 
-def read_steps(asked: Sequence[Mapping[str, Any]]) -> tuple[Step, ...]:
+def read_steps(tables: Sequence[Mapping[str, Any]]) -> tuple[Step, ...]:
     """Read the steps of a list of tables.
 
     Parameters
     ----------
-    asked : sequence of mapping
+    tables : sequence of mapping
         Tables with the key ``step``, and options as text with a unit or SI numbers.
 
     Returns
@@ -112,7 +112,7 @@ def read_steps(asked: Sequence[Mapping[str, Any]]) -> tuple[Step, ...]:
     RecordError
         For an unknown step or option, and for a value that an option cannot take.
     """
-    return tuple(_read_step(f"processing, step {number}", table) for number, table in enumerate(asked, start=1))
+    return tuple(_read_step(f"processing, step {number}", table) for number, table in enumerate(tables, start=1))
 
 
 def _read_step(where: str, table: Mapping[str, Any]) -> Step:
@@ -122,15 +122,17 @@ def _read_step(where: str, table: Mapping[str, Any]) -> Step:
     if not isinstance(name, str) or name not in steps:
         hint = nearest(name, steps) if isinstance(name, str) else ""
         raise RecordError(f"{where}: {shown(name)} is not a step{hint}; it may be {', '.join(steps)}")
-    known = steps[name].options
+    allowed_options = steps[name].options
     options = {}
     for key, value in table.items():
         if key == "step":
             continue
-        if key not in known:
-            allowed = f"it takes {', '.join(known)}" if known else "it takes none"
-            raise RecordError(f'{where}: "{name}" has no option {shown(key)}{nearest(str(key), known)}; {allowed}')
-        options[key] = _option(f"{where}, {key}", value, known[key])
+        if key not in allowed_options:
+            allowed = f"it takes {', '.join(allowed_options)}" if allowed_options else "it takes none"
+            raise RecordError(
+                f'{where}: "{name}" has no option {shown(key)}{nearest(str(key), allowed_options)}; {allowed}'
+            )
+        options[key] = _option(f"{where}, {key}", value, allowed_options[key])
     return Step(name, options)
 
 

@@ -135,9 +135,9 @@ def _line(samples: Samples, dt: float, settled: float) -> _Line:
     return _Line(float(velocity.mean()) - slope * middle, slope)
 
 
-def _times(given: tuple[float | None, float | None], strong: tuple[float, float]) -> tuple[float, float]:
+def _times(times: tuple[float | None, float | None], strong: tuple[float, float]) -> tuple[float, float]:
     """Start and end of the offsets: as given, or those of the strong shaking."""
-    start, end = (usual if time is None else time for time, usual in zip(given, strong, strict=True))
+    start, end = (usual if time is None else time for time, usual in zip(times, strong, strict=True))
     if end <= start:
         raise RecordError(
             f"offsets from {start:.4g} s to {end:.4g} s: the times do not rise; write an end after the start"

@@ -55,9 +55,9 @@ def bandpass(
     return Done(passed[pad : pad + len(samples)], words, flags, band=band)
 
 
-def _chosen(samples: Samples, dt: float, given: tuple[float | None, float | None], corners: str) -> Corners:
+def _chosen(samples: Samples, dt: float, corner_pair: tuple[float | None, float | None], corners: str) -> Corners:
     """The corners: as given, and from the noise or by default where one is not given."""
-    low, high = given
+    low, high = corner_pair
     if low is not None and high is not None:
         return Corners(low, high, "")
     usual = default_corners(dt, "by default") if corners == DEFAULT else corners_from_noise(samples, dt)

@@ -96,9 +96,9 @@ def cosine_rise(position: Samples) -> Samples:
 
 def _integral(samples: Samples, dt: float) -> Samples:
     """The integral from zero at the first sample, by the trapezoidal rule."""
-    whole = np.zeros(len(samples))
-    np.cumsum(0.5 * dt * (samples[1:] + samples[:-1]), out=whole[1:])
-    return whole
+    integral = np.zeros(len(samples))
+    np.cumsum(0.5 * dt * (samples[1:] + samples[:-1]), out=integral[1:])
+    return integral
 
 
 def _split(samples: Samples) -> int:

@@ -71,8 +71,8 @@ def _residuals(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
     """Energy that contacts leave unaccounted for, over the runs of their own that touched."""
     if "energy_residual" not in results:
         return []
-    own = ((results["simulated"] == 1) & (results["impact_count"] > 0)).values
-    values = results["energy_residual"].values[own]
+    has_contact = ((results["simulated"] == 1) & (results["impact_count"] > 0)).values
+    values = results["energy_residual"].values[has_contact]
     values = values[np.isfinite(values)]
     if not values.size:
         return []
@@ -107,10 +107,10 @@ def _settings(dataset: xr.Dataset) -> list[Block]:
     ]
     rows: list[list[Cell | str]] = []
     for setting in map(str, dataset["setting"].values):
-        one = dataset.sel(setting=setting)
+        of_setting = dataset.sel(setting=setting)
         outputs = ("peak_relative_displacement", "peak_contact_force")
-        time = float(one["time"].sel(output=outputs[0]))
-        errors = [one["error"].sel(output=name).values for name in outputs]
+        time = float(of_setting["time"].sel(output=outputs[0]))
+        errors = [of_setting["error"].sel(output=name).values for name in outputs]
         worst = [error[~np.isnan(error)].max(initial=-np.inf) for error in errors]
         if all(np.isfinite(worst)):
             rows.append([setting, milliseconds(time), *(number(error, digits=2) for error in worst)])

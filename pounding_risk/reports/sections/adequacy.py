@@ -410,9 +410,9 @@ def _drawn_curves(curves: Sequence[Fragility], law: str, gap: float) -> list[Fra
     """Some curves of contact, that of the assessed gap among them, and some of yielding under the scene's law."""
     touching = [curve for curve in curves if curve.what == "contact"]
     yields = [curve for curve in curves if curve.what != "contact" and curve.contact_model == law]
-    own = [curve for curve in touching if curve.gap == gap]
+    at_gap = [curve for curve in touching if curve.gap == gap]
     some = [touching[index] for index in evenly(len(touching), MOST_CURVES)] if touching else []
-    chosen = {id(curve) for curve in [*own, *some][:MOST_CURVES]}
+    chosen = {id(curve) for curve in [*at_gap, *some][:MOST_CURVES]}
     chosen |= {id(yields[index]) for index in evenly(len(yields), MOST_CURVES)}
     return [curve for curve in curves if id(curve) in chosen] or list(curves[:MOST_CURVES])
 

@@ -55,16 +55,16 @@ def _costs(dataset: xr.Dataset) -> list[Block]:
     yields = dataset["yield_exceedance"].sel(effects=EFFECTS_FREE).values == 1
     before = dataset[output].sel(effects=EFFECTS_FREE).values
     for name in map(str, dataset["effects"].values):
-        one = dataset.sel(effects=name)
-        acted = (yields | bool(one["acts_on_all"])) & (before > 0.0)
-        change = (one[output].values[acted] - before[acted]) / before[acted]
+        of_effects = dataset.sel(effects=name)
+        acted = (yields | bool(of_effects["acts_on_all"])) & (before > 0.0)
+        change = (of_effects[output].values[acted] - before[acted]) / before[acted]
         change = change[np.isfinite(change)]
         change_words = number(np.median(change), "%", 3) if name != EFFECTS_FREE and change.size else number(np.nan)
         rows.append(
             [
                 name_of(name),
-                milliseconds(float(one["time"])),
-                number(one["time_ratio"], digits=3),
+                milliseconds(float(of_effects["time"])),
+                number(of_effects["time_ratio"], digits=3),
                 change_words,
             ]
         )

@@ -68,14 +68,14 @@ def _by_model(data: ReportData, pair: Pair) -> list[Block]:
     rows: list[list[Cell | str]] = []
     spreads: dict[str, list[tuple[float, float, float]]] = {output: [] for output in BY_MODEL}
     for law in data.laws:
-        one, touched = here.sel(contact_model=law), touching.sel(contact_model=law).values
-        complete = one["impact_count"].values >= 0
+        of_law, touched = here.sel(contact_model=law), touching.sel(contact_model=law).values
+        complete = of_law["impact_count"].values >= 0
         cells: list[Cell | str] = [name_of(law), count(complete.sum()), count(touched.sum())]
         # An instant jump has no force that could reach F_E or not.
-        reached = one["yield_exceedance"].values
+        reached = of_law["yield_exceedance"].values
         cells.append(count((reached == 1).sum()) if (reached >= 0).any() else number(np.nan))
         for output, (_, unit) in BY_MODEL.items():
-            spreads[output].append(percentiles(one[output].values[touched]))
+            spreads[output].append(percentiles(of_law[output].values[touched]))
             cells.append(middle(spreads[output][-1], unit))
         rows.append(cells)
     note = f"All motions {where}; the spread is over those with contact."
@@ -122,9 +122,9 @@ def _compared(dataset: xr.Dataset) -> list[Block]:
     ratios: list[list[Cell | str]] = []
     differing: list[list[Cell | str]] = []
     for law in map(str, dataset["contact_model"].values):
-        one = dataset.sel(contact_model=law)
-        counts = [(one["flips"].sel(conclusion=name), one["judged"].sel(conclusion=name)) for name in conclusions]
-        ratios.append([name_of(law), *(_ratio(one.sel(output=name)) for name in outputs)])
+        of_law = dataset.sel(contact_model=law)
+        counts = [(of_law["flips"].sel(conclusion=name), of_law["judged"].sel(conclusion=name)) for name in conclusions]
+        ratios.append([name_of(law), *(_ratio(of_law.sel(output=name)) for name in outputs)])
         differing.append([name_of(law), *(_of(*count) for count in counts)])
     return [
         heading("On equal terms", "equal-terms"),
@@ -143,8 +143,8 @@ def _compared(dataset: xr.Dataset) -> list[Block]:
     ]
 
 
-def _ratio(one: xr.Dataset) -> Cell:
-    low, median, high = (float(one[f"ratio_{percentile}"]) for percentile in ("low", "median", "high"))
+def _ratio(cell: xr.Dataset) -> Cell:
+    low, median, high = (float(cell[f"ratio_{percentile}"]) for percentile in ("low", "median", "high"))
     return middle((low, median, high), "1")
 
 

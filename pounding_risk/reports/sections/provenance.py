@@ -37,11 +37,11 @@ def write(data: ReportData) -> list[Block]:
         listing(_steps(data)),
         source("The scene, every value stated.", str(attributes["scene_resolved"])),
     ]
-    asked = data.assessment
-    if asked.hazard_rows:
-        heads = [(head(intensity_words(asked.intensity), "m/s2"), "r"), ("exceeded a year", "r")]
-        rows = [[number(im, "m/s2"), number(rate)] for im, rate in asked.hazard_rows]
-        blocks.append(table(f"The hazard curve {asked.hazard}.", heads, rows))
+    assessment = data.assessment
+    if assessment.hazard_rows:
+        heads = [(head(intensity_words(assessment.intensity), "m/s2"), "r"), ("exceeded a year", "r")]
+        rows = [[number(im, "m/s2"), number(rate)] for im, rate in assessment.hazard_rows]
+        blocks.append(table(f"The hazard curve {assessment.hazard}.", heads, rows))
     written_from = [("results file, sha256", data.checksum)] if data.checksum else []
     written_from += [
         (f"{kind}: {other.attrs['file']}, sha256", str(other.attrs["sha256"]))
@@ -80,32 +80,32 @@ def _target(scan: str) -> str:
 
 def _asked(data: ReportData) -> list[str]:
     """Options of the report that differ from the defaults."""
-    asked, one = data.assessment, data.assessment.interfaces[0]
+    assessment, interface = data.assessment, data.assessment.interfaces[0]
     options = []
-    if one.gap != scene_gap(data.results, 0):
-        options += ["--gap", str(exact(one.gap, GAP))]
-    if asked.percentile != USUAL_PERCENTILE:
-        options += ["--percentile", f"{asked.percentile:.15g}"]
-    if asked.confidence != USUAL_CONFIDENCE:
-        options += ["--confidence", repr(asked.confidence)]
-    if asked.target != target_left_by(asked.percentile):
-        options += ["--target", repr(asked.target)]
-    if asked.intensity != usual_intensity(data.results):
-        options += ["--intensity", asked.intensity]
-    if "pga" in data.results.dims and one.amplitude != data.results["pga"].values[own_level(data.results)]:
-        options += ["--pga", str(exact(one.amplitude or 0.0, PGA))]
+    if interface.gap != scene_gap(data.results, 0):
+        options += ["--gap", str(exact(interface.gap, GAP))]
+    if assessment.percentile != USUAL_PERCENTILE:
+        options += ["--percentile", f"{assessment.percentile:.15g}"]
+    if assessment.confidence != USUAL_CONFIDENCE:
+        options += ["--confidence", repr(assessment.confidence)]
+    if assessment.target != target_left_by(assessment.percentile):
+        options += ["--target", repr(assessment.target)]
+    if assessment.intensity != usual_intensity(data.results):
+        options += ["--intensity", assessment.intensity]
+    if "pga" in data.results.dims and interface.amplitude != data.results["pga"].values[own_level(data.results)]:
+        options += ["--pga", str(exact(interface.amplitude or 0.0, PGA))]
     for name, words in data.signature.lines:
         options += [f"--{name}", words]
     for other in data.others.values():
         options += ["--with", str(other.attrs["file"])] if "file" in other.attrs else []
-    return [*options, "--hazard", asked.hazard] if asked.hazard else options
+    return [*options, "--hazard", assessment.hazard] if assessment.hazard else options
 
 
 def _files(data: ReportData) -> Block:
     heads = [(words, "l") for words in ("record", "file", "format", "sha256")]
     rows = [
-        [name, *(str(one.get(key) or MISSING) for key in ("file", "format", "sha256"))]
-        for name, one in data.records.items()
+        [name, *(str(record.get(key) or MISSING) for key in ("file", "format", "sha256"))]
+        for name, record in data.records.items()
     ]
     return table("Record files.", heads, rows)
 
@@ -113,8 +113,8 @@ def _files(data: ReportData) -> Block:
 def _origins(data: ReportData) -> list[str]:
     """Origin and terms of the records; those from one place share a line."""
     alike: dict[str, list[str]] = {}
-    for name, one in data.records.items():
-        origin = "; ".join(str(one[key]) for key in ("origin", "terms") if one.get(key))
+    for name, record in data.records.items():
+        origin = "; ".join(str(record[key]) for key in ("origin", "terms") if record.get(key))
         alike.setdefault(origin or "not told by the file", []).append(name)
     return [f"{_who(names, data)}: {origin}" for origin, names in alike.items()]
 

@@ -38,7 +38,7 @@ def write(data: ReportData) -> list[Block]:
     results = data.results
     spectra, periods = _spectra_felt(data), results["period"].values
     names = list(map(str, results["building"].values))
-    known = [
+    periods_of_buildings = [
         (name, float(period))
         for name, period in zip(names, results["building_period"].values, strict=True)
         if np.isfinite(period)
@@ -46,13 +46,13 @@ def write(data: ReportData) -> list[Block]:
     values = spectra.transpose("record", "period").values
     at = [
         f"{rounded(float(np.median(_at(values, periods, period))) / STANDARD_GRAVITY)} g at {period:.3g} s"
-        for _, period in known
+        for _, period in periods_of_buildings
     ]
     median = f" The median is {' and '.join(at)}." if at else ""
     blocks = [
         figure(
             "spectra",
-            svg_text(draw_spectra(periods, values, known)),
+            svg_text(draw_spectra(periods, values, periods_of_buildings)),
             f"Response spectra, damping 5 %, {_as_felt(data)}.",
             f"Spectral acceleration against period of {len(values)} records, with their median and the periods of the "
             f"buildings.{median}",
@@ -75,12 +75,12 @@ def draw_spectra(periods: np.ndarray, spectra: np.ndarray, buildings: Sequence[t
     """Each record's Sa [m/s²], (records, periods), median, 16th and 84th percentile, and the buildings' periods."""
     drawn, axes = blank(1, 1, DRAWN)
     axis, values, blue = axes[0, 0], spectra / STANDARD_GRAVITY, MEANING["motions"]
-    many = len(values) > 1
-    words = f"{len(values)} records" if many else "the record"
-    look: dict[str, Any] = {"color": "#9a9a9a", "linewidth": 0.7} if many else {"color": blue, "linewidth": 2.0}
+    is_ensemble = len(values) > 1
+    words = f"{len(values)} records" if is_ensemble else "the record"
+    look: dict[str, Any] = {"color": "#9a9a9a", "linewidth": 0.7} if is_ensemble else {"color": blue, "linewidth": 2.0}
     for index, spectrum in enumerate(values):
         axis.plot(periods, spectrum, label="" if index else words, **look)
-    if many:
+    if is_ensemble:
         axis.plot(periods, np.median(values, axis=0), color=blue, linewidth=2.4, label="median")
     if len(values) > 2:
         for index, bound in enumerate(np.percentile(values, (16.0, 84.0), axis=0)):
@@ -148,16 +148,16 @@ def _records_table(data: ReportData) -> Block:
     heads += [(f"gap needed, {words} [mm]", "r") for words in polarities]
     rows = []
     for name in map(str, results["record"].values):
-        one = data.records.get(name, {})
-        event = [str(one.get(key) or "–") for key in ("event", "date")]
+        facts = data.records.get(name, {})
+        event = [str(facts.get(key) or "–") for key in ("event", "date")]
         rows.append(
             [
                 name,
                 *event,
-                number(one.get("magnitude") or np.nan),
-                str(one.get("station") or "–"),
-                str(one.get("state") or "–"),
-                number(one.get("dt", np.nan)),
+                number(facts.get("magnitude") or np.nan),
+                str(facts.get("station") or "–"),
+                str(facts.get("state") or "–"),
+                number(facts.get("dt", np.nan)),
                 *_amplitude_cells(data, name),
                 *(number(needed.sel(record=name, polarity=polarity), "m") for polarity in polarities),
             ]

@@ -24,7 +24,7 @@ def write(data: ReportData) -> list[Block]:
 def _rules() -> list[str]:
     rules = []
     for rule in RULES.values():
-        known = f"{rule.verification}: {rule.source}" if rule.source else rule.verification
+        basis = f"{rule.verification}: {rule.source}" if rule.source else rule.verification
         later = f"; superseded by {rule.superseded}" if rule.superseded else ""
-        rules.append(f"{rule.title}: {rule.clause}; {rule.formula}; {known}{later}.")
+        rules.append(f"{rule.title}: {rule.clause}; {rule.formula}; {basis}{later}.")
     return rules

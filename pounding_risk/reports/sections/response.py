@@ -69,8 +69,8 @@ def _row(pair: Pair, building: str, output: str, touching: Any, here: Any) -> li
         values.sel(building=building).transpose("record", "polarity").values[touching]
         for values in (pair.results[f"{output}_free"], here[output])
     ]
-    known = np.isfinite(both[0]) & np.isfinite(both[1])
-    free, with_contact = both[0][known], both[1][known]
+    is_known = np.isfinite(both[0]) & np.isfinite(both[1])
+    free, with_contact = both[0][is_known], both[1][is_known]
     ratio = np.divide(with_contact, free, out=np.full(free.shape, np.nan), where=free > 0.0)
     raised = count((with_contact > free).sum()) if free.size else number(np.nan)
     spreads = [middle(percentiles(values), unit) for values in (free, with_contact)]

@@ -135,5 +135,5 @@ def _of_runs(case: RowCase, name: str, unit: str) -> str:
     """Median of an output of the whole row, over the motions with contact anywhere."""
     touched = (case.results["impact_count"] > 0).any("interface")
     values = case.results[name].where(touched).values
-    known = values[np.isfinite(values)]
-    return f"{amount(np.median(known), unit)['text']} in the median" if known.size else "nothing"
+    finite = values[np.isfinite(values)]
+    return f"{amount(np.median(finite), unit)['text']} in the median" if finite.size else "nothing"

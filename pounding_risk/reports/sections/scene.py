@@ -46,9 +46,9 @@ def write(data: ReportData) -> list[Block]:
     sides += [("storeys", "r"), ("height [m]", "r"), ("in the row", "l")] if data.has_points else []
     rows = []
     for name in map(str, results["building"].values):
-        one = results.sel(building=name)
+        building = results.sel(building=name)
         values = [("building_mass", "kg"), ("building_period", "s"), ("building_damping", "%")]
-        rows.append([name, *(number(one[variable], unit) for variable, unit in values), *_stature(data, one)])
+        rows.append([name, *(number(building[variable], unit) for variable, unit in values), *_stature(data, building)])
     rigid = [
         str(row[0]) for row, period in zip(rows, results["building_period"].values, strict=True) if np.isnan(period)
     ]
@@ -64,12 +64,12 @@ def write(data: ReportData) -> list[Block]:
     ]
 
 
-def _stature(data: ReportData, one: Any) -> list[Cell | str]:
+def _stature(data: ReportData, building: Any) -> list[Cell | str]:
     """Cells of storeys, height and position of a building; none of two single masses."""
     if not data.has_points:
         return []
-    height = number(one["building_height"])
-    return [count(one["building_storeys"]), height, str(one["building_position"].values)]
+    height = number(building["building_height"])
+    return [count(building["building_storeys"]), height, str(building["building_position"].values)]
 
 
 def _interface(data: ReportData, index: int) -> list[tuple[str, Cell | str]]:
@@ -146,9 +146,10 @@ def _assumed(data: ReportData) -> list[str]:
             "Yielding leaves no dent: laws with a yield force retrace their plateau, as published, unless the effect "
             "permanent_set is named."
         )
-    held = int((data.results["restitution_held"] > 0).sum()) if "restitution_held" in data.results else 0
-    if held:
+    held_cases = int((data.results["restitution_held"] > 0).sum()) if "restitution_held" in data.results else 0
+    if held_cases:
         sentences.append(
-            f"In {held} cases contacts are faster than the range of the restitution relation, which is held at its end."
+            f"In {held_cases} cases contacts are faster than the range of the restitution relation, which is held at "
+            "its end."
         )
     return sentences

@@ -69,8 +69,8 @@ def _verdicts(data: ReportData) -> Block:
 
 
 def _numbers(data: ReportData, pair: Pair) -> list[tuple[str, Cell | str]]:
-    assessed, asked = pair.assessed, data.assessment
-    here, bounds = assessed.contact_at_gap(), f"{100 * asked.confidence:g} % bounds"
+    assessed, assessment = pair.assessed, data.assessment
+    here, bounds = assessed.contact_at_gap(), f"{100 * assessment.confidence:g} % bounds"
     rows: list[tuple[str, Cell | str]] = [
         ("gap assessed", amount(assessed.gap, "m")),
         ("motions with contact", count(here.count)),
@@ -78,24 +78,24 @@ def _numbers(data: ReportData, pair: Pair) -> list[tuple[str, Cell | str]]:
         ("probability of contact [%]", number(here.probability, "%", 3)),
         (f"its {bounds} by recording [%]", between(here.low_recordings, here.high_recordings, "%", 3)),
         (f"its {bounds}, were all motions independent [%]", between(here.low, here.high, "%", 3)),
-        ("probability allowed [%]", number(asked.target, "%", 3)),
-        *_required(assessed, asked.percentile),
-        *([] if asked.criterion.agrees else _required(assessed, asked.criterion.target_percentile)),
+        ("probability allowed [%]", number(assessment.target, "%", 3)),
+        *_required(assessed, assessment.percentile),
+        *([] if assessment.criterion.agrees else _required(assessed, assessment.criterion.target_percentile)),
         ("motions that need most", _governing(assessed.verdict)),
-        ("cases of the dataset", count(asked.cases)),
-        ("of these failed, left out of what contact does", count(asked.failed)),
-        ("made again at a tighter tolerance", count(asked.checked)),
-        ("of these sensitive", count(asked.sensitive)),
+        ("cases of the dataset", count(assessment.cases)),
+        ("of these failed, left out of what contact does", count(assessment.failed)),
+        ("made again at a tighter tolerance", count(assessment.checked)),
+        ("of these sensitive", count(assessment.sensitive)),
     ]
     return rows
 
 
 def _required(assessed: Any, percentile: float) -> list[tuple[str, Cell | str]]:
-    one = assessed.required_at(percentile)
-    ratio = assessed.gap / one.gap if one.gap > 0.0 else float("nan")
+    required = assessed.required_at(percentile)
+    ratio = assessed.gap / required.gap if required.gap > 0.0 else float("nan")
     return [
-        (f"gap that {percentile:g} % of the motions need", amount(one.gap, "m")),
-        ("its bounds [mm]", between(one.low, one.high, "m")),
+        (f"gap that {percentile:g} % of the motions need", amount(required.gap, "m")),
+        ("its bounds [mm]", between(required.low, required.high, "m")),
         ("gap over that", number(ratio, digits=3)),
     ]
 

@@ -96,12 +96,12 @@ def stability(
 
 def _numbered(numbers: Iterable[str] | None) -> tuple[Case, ...]:
     """The cases with these numbers, all by default; raises PoundingError for a number that no case has."""
-    known = {case.number: case for case in CASES}
-    wanted = tuple(known if numbers is None else dict.fromkeys(numbers))
-    missing = [number for number in wanted if number not in known]
+    cases_by_number = {case.number: case for case in CASES}
+    chosen_numbers = tuple(cases_by_number if numbers is None else dict.fromkeys(numbers))
+    missing = [number for number in chosen_numbers if number not in cases_by_number]
     if missing:
-        raise PoundingError(f"{missing[0]!r} is not the number of a hard case; it may be {', '.join(known)}")
-    return tuple(known[number] for number in wanted)
+        raise PoundingError(f"{missing[0]!r} is not the number of a hard case; it may be {', '.join(cases_by_number)}")
+    return tuple(cases_by_number[number] for number in chosen_numbers)
 
 
 def measured(case: Case, law: str, rtol: float) -> Row:

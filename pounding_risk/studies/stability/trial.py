@@ -96,7 +96,9 @@ class Trial:
         if needs_floors(self.kind):
             pair = (scene.left, scene.right)
             kind: Any = self.kind
-            return kind.between(*(each._replace(floor_length=each.floor_length or USUAL_FLOOR) for each in pair))
+            return kind.between(
+                *(building._replace(floor_length=building.floor_length or USUAL_FLOOR) for building in pair)
+            )
         if is_instant(self.kind):
             return self.kind()
         return self.kind(scene.linear if self.is_linear else scene.hertz)
@@ -154,15 +156,15 @@ class Trial:
 
 
 def largest_difference(
-    one: dict[str, float], other: dict[str, float], only: tuple[str, ...] = (), but: tuple[str, ...] = ()
+    first: dict[str, float], second: dict[str, float], only: tuple[str, ...] = (), but: tuple[str, ...] = ()
 ) -> float:
     """The largest difference of two runs' outputs over the larger of the two; 0 where all bits agree, NaN with NaN.
 
     ``only`` names the outputs that count, all by default; ``but`` those that do not.
     """
     worst = 0.0
-    for name in set(only or one) - set(but):
-        a, b = one[name], other[name]
+    for name in set(only or first) - set(but):
+        a, b = first[name], second[name]
         if a == b or (isnan(a) and isnan(b)):
             continue
         difference = abs(a - b) / max(abs(a), abs(b))
