@@ -20,7 +20,8 @@ from pounding_risk.assessment import demands as data
 from pounding_risk.assessment import fragility as curves
 from pounding_risk.assessment.demands import Motions, interfaces
 from pounding_risk.assessment.fragility import Fragility
-from pounding_risk.assessment.hazard import Hazard, Rate, rate_of, read_hazard
+from pounding_risk.assessment.hazard import Hazard, Rate, rate_of
+from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
 from pounding_risk.assessment.proportions import Share, independent_motions, labels, shares
 from pounding_risk.assessment.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps

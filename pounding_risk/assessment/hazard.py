@@ -1,4 +1,4 @@
-"""Hazard curves from a table, and the annual rate of contact or yielding that follows with a fragility.
+"""Hazard curves, and the annual rate of contact or yielding that follows with a fragility.
 
 The annual rate of failure is ∫ P(failure | im) |dλ(im)|, λ the annual rate at which an intensity is exceeded; in 50
 years the probability is 1 − exp(−50 λ_f), events being independent of each other (Poisson).
@@ -6,18 +6,13 @@ years the probability is 1 − exp(−50 λ_f), events being independent of each
 
 from __future__ import annotations
 
-import csv
-import re
 from dataclasses import dataclass, field
-from math import inf, nan
-from pathlib import Path
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.assessment.fragility import Fragility, fragility_curve
-from pounding_risk.errors import PoundingError
-from pounding_risk.units import PGA, Quantity, QuantityError, parse
 
 Array = NDArray[np.float64]
 
@@ -26,10 +21,6 @@ DRAWS, SEED = 400, 20110314
 WIDEST = 6.0  # of ln θ and ln β about the fit: a factor of 400, beyond every hazard curve
 LARGEST = 700.0  # exponent of a number that there is
 COVERED = 0.05  # the share of the failures that a table may leave out and its rate be called the rate
-LONGEST = 1000  # letters of a line of a table, which holds two numbers
-RATE = Quantity("1", 0.0, inf, "annual rate", open_low=True, open_high=True, example="0.002")
-HEAD = "write a table with the head 'pga [g],annual rate [1/year]' and a row for each intensity"
-A_YEAR = r".*\b(rate|frequency)\b[^\[]*(\[ *((1 */|per) *(year|yr|a)|(year|yr|a) *\^? *-1) *\])?\s*"
 
 
 @dataclass(frozen=True)
@@ -66,90 +57,6 @@ class Rate:
     fault: str = ""
     missing: float = nan
     at_least: bool = False
-
-
-def read_hazard(path: str | Path) -> Hazard:
-    """Read a hazard curve from a CSV file.
-
-    The head names the intensity with its unit and the annual rate; each row below has an intensity and its rate. Lines
-    that start with # are left out.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file, such as ``pga [g],annual rate [1/year]`` above rows like ``0.1,0.02``.
-
-    Returns
-    -------
-    Hazard
-        Intensities [m/s2] in rising order and annual rates [1/year].
-
-    Raises
-    ------
-    PoundingError
-        With the line, for what is no such table, where the second column is no annual rate, and where intensities do
-        not rise or rates do not fall.
-    """
-    source = Path(path)
-    try:
-        lines = source.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise PoundingError(f"{source}: cannot be read ({getattr(error, 'strerror', error)}); {HEAD}") from None
-    rows = [(at, line) for at, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
-    for at, line in rows:
-        if len(line) > LONGEST:
-            raise PoundingError(f"{source}, line {at}: has {len(line):,} letters, and a row is two numbers; {HEAD}")
-    if len(rows) < 3:
-        raise PoundingError(f"{source}: has {max(len(rows) - 1, 0)} rows below its head, two are the least; {HEAD}")
-    name, unit = _head(source, *rows[0])
-    table = np.array([_row(source, at, line, unit) for at, line in rows[1:]])
-    for row in range(1, len(table)):
-        if not (table[row, 0] > table[row - 1, 0] and table[row, 1] < table[row - 1, 1]):
-            raise PoundingError(
-                f"{source}, line {rows[row + 1][0]}: intensities must rise and annual rates fall from row to row; "
-                "sort the table, and leave out rows that repeat one"
-            )
-    return Hazard(name, table[:, 0], table[:, 1], source.name)
-
-
-def _head(source: Path, at: int, line: str) -> tuple[str, str]:
-    """Name and unit of the intensity, from the head of a table."""
-    cells = _cells(line)
-    match = re.fullmatch(r"\s*(.+?)\s*\[(.+)\]\s*", cells[0])
-    if len(cells) != 2 or match is None:
-        raise PoundingError(f"{source}, line {at}: {_shown(line)} names no intensity with its unit; {HEAD}")
-    if not re.fullmatch(A_YEAR, cells[1].strip(), re.IGNORECASE):
-        raise PoundingError(
-            f"{source}, line {at}: the second column is {_shown(cells[1])}; it must be an annual rate or frequency. "
-            "A probability p in t years is a rate of -ln(1 - p) / t, a return period T one of 1 / T"
-        )
-    return match[1].lower(), match[2]
-
-
-def _row(source: Path, at: int, line: str, unit: str) -> tuple[float, float]:
-    """Intensity [m/s2] and annual rate [1/year] of one row."""
-    cells = _cells(line)
-    if len(cells) != 2:
-        raise PoundingError(
-            f"{source}, line {at}: {_shown(line)} has {len(cells)} cells; write two, the intensity and its annual rate"
-        )
-    if "%" in cells[1]:
-        raise PoundingError(f"{source}, line {at}: {_shown(line)} has a percentage; write a number a year; {HEAD}")
-    try:
-        return parse(f"{cells[0].strip()} {unit}", PGA), parse(cells[1].strip(), RATE)
-    except QuantityError as error:
-        raise PoundingError(f"{source}, line {at}: {_shown(line)} is no row of the table ({error}); {HEAD}") from None
-
-
-def _cells(line: str) -> list[str]:
-    """The cells of one line."""
-    return next(csv.reader([line]))
-
-
-def _shown(text: str) -> str:
-    """Text of a table for an error, at most 60 letters of it."""
-    text = text.strip()
-    return repr(text if len(text) <= 60 else f"{text[:57]}...")
 
 
 def annual_rate(hazard: Hazard, median: Array | float, dispersion: Array | float) -> Array:

@@ -8,7 +8,8 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from pounding_risk.assessment.fragility import Fragility
-from pounding_risk.assessment.hazard import Hazard, annual_rate, in_years, missing_share, rate_of, read_hazard
+from pounding_risk.assessment.hazard import Hazard, annual_rate, in_years, missing_share, rate_of
+from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.errors import PoundingError
 
 K0, K = 2e-3, 2.5
