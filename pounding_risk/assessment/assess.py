@@ -42,7 +42,7 @@ from pounding_risk.assessment.sensitivity import (
 from pounding_risk.assessment.separations.table import Comparison, code_table
 from pounding_risk.assessment.verdict import AssessedGap, Observations, Verdict, judge
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.amplitudes import amplitude_words, own, spectral, usual_intensity
+from pounding_risk.results.amplitudes import amplitude_words, intensity_words, own, spectral, usual_intensity
 from pounding_risk.results.attributes import told
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.own_case import own_amplitude, own_level, scene_force, scene_gap, scene_model
@@ -52,6 +52,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
+
+PERIOD_WORDS = {
+    "sa(longer)": ", at the longest period of the buildings",
+    "sa(shorter)": ", at the shortest period of the buildings",
+    "sa(mean)": ", at the geometric mean of the buildings' periods",
+}
 
 __all__ = ["Assessment", "InterfaceAssessment", "assess", "interfaces"]
 
@@ -231,6 +237,7 @@ def assess(
     pga = None if pga is None else si(pga, PGA, "pga")
     data.check_dataset(results, whose)
     rate = read_target_rate(target_rate, hazard is not None)
+    asked = intensity
     known = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
     criterion = read_criterion(target, percentile, confidence)
     intensity = _usual_intensity(results, known) if intensity is None else data.resolved_intensity(results, intensity)
@@ -251,10 +258,21 @@ def assess(
         interfaces=assessed,
         notes=of_results(results),
         unused_keys=tuple(map(str, data.told(results, "unused_keys", []))),
-        hazard_reading=curve.reading if curve else "",
+        hazard_reading=_reading(results, isinstance(known, HazardSpectrum), curve, asked),
         target_rate=rate.rate if rate else None,
         target_rate_words=rate.words if rate else "",
     )
+
+
+def _reading(results: xr.Dataset, is_spectrum: bool, curve: Hazard | None, asked: str | None) -> str:
+    """Sentences on how a hazard table was read; ``asked`` is the intensity that was asked for."""
+    if curve is None or not is_spectrum:
+        return curve.reading if curve else ""
+    usual = "sa(longer)" if usual_intensity(results) == "pga" else ""
+    why = PERIOD_WORDS.get(usual if asked is None else asked, "")
+    if asked is None and not usual:
+        why = ", which the motions are scaled to"
+    return f"{curve.reading} The curve is that of {intensity_words(curve.name)}{why}.".strip()
 
 
 def _usual_intensity(results: xr.Dataset, hazard: Hazard | HazardSpectrum | None) -> str:

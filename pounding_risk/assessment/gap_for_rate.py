@@ -7,9 +7,11 @@ is fitted at the gaps at which one motion less closes; the gap is the smallest b
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from math import nan
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +19,7 @@ from numpy.typing import NDArray
 from pounding_risk.assessment import fragility as curves
 from pounding_risk.assessment.annual_rates import AnnualRate, read_rate
 from pounding_risk.assessment.contact_fragility import ContactMotions
-from pounding_risk.assessment.hazard import COVERED, Hazard, draws, median_at_rate, missing_share, rate_of
+from pounding_risk.assessment.hazard import COVERED, Hazard, Rate, draws, median_at_rate, rate_of
 from pounding_risk.units import GAP, say
 
 Array = NDArray[np.float64]
@@ -31,7 +33,8 @@ class GapForRate:
     """The gap [m] at which contact has an annual rate, ``words`` as it was asked for.
 
     ``low`` and ``high`` are the gaps at which the bounds of the rate, which carry those of the fragility and nothing of
-    the hazard's own uncertainty, pass it; ``high`` is infinite where the motions give no upper bound. ``counted`` is
+    the hazard's own uncertainty, pass it; ``high`` is infinite where the motions give no upper bound. ``rate_low`` and
+    ``rate_high`` are those bounds at the gap. ``counted`` is
     the gap at which the motions, each scaled until it closes it, have that rate in the mean, without a lognormal
     distribution; NaN where scaling is not exact. ``missing`` and ``at_least`` as in `Rate`: where the hazard curve
     leaves out failures the gap must be wider. ``fault`` says why there is no gap (NaN).
@@ -42,6 +45,8 @@ class GapForRate:
     gap: float = nan
     low: float = nan
     high: float = nan
+    rate_low: float = nan
+    rate_high: float = nan
     counted: float = nan
     missing: float = nan
     at_least: bool = False
@@ -99,9 +104,10 @@ class RateOfGaps:
             tail = 50.0 * (1.0 - self.confidence)
             drawn = gap * median_at_rate(hazard, dispersions, rate) / medians
             low, high = np.percentile(drawn, (tail, 100.0 - tail), method="nearest").tolist()  # inf is no number to add
-        missing = missing_share(hazard, curve.median, curve.dispersion)
+        here = rate_of(hazard, curve, self.confidence)
         counted = _counted(hazard, self.motions.unit_capacities, rate)
-        return GapForRate(rate, target.words, gap, low, high, counted, missing, missing > COVERED)
+        bounds = (low, high, here.low, here.high)
+        return GapForRate(rate, target.words, gap, *bounds, counted, here.missing, here.at_least)
 
     def _by_steps(self, target: AnnualRate) -> GapForRate:
         gaps, rates, faults = self._steps
@@ -124,8 +130,8 @@ class RateOfGaps:
                 f"contact comes only {annual[0]:.3g} times a year: scan weaker motions",
             )
         low, high = (_first(gaps, bound <= target.rate) for bound in (lows, highs))
-        share = float(missing[at])
-        return GapForRate(*about, float(gaps[at]), low, high, nan, share, share > COVERED)
+        bounds, share = (low, high, float(lows[at]), float(highs[at])), float(missing[at])
+        return GapForRate(*about, float(gaps[at]), *bounds, nan, share, share > COVERED)
 
     @cached_property
     def _steps(self) -> tuple[Array, Array, list[str]]:
@@ -167,3 +173,23 @@ def _counted(hazard: Hazard, unit: Array, rate: float) -> float:
 
     low, high = np.log(hazard.im[0] / unit.max()), np.log(hazard.im[-1] / unit.min())
     return float(np.exp(brentq(lambda log_gap: often(log_gap) - rate, low, high)))
+
+
+class RateLines(NamedTuple):
+    """Annual rates of contact [1/year] with bounds at gaps [m]."""
+
+    gaps: Array
+    annual: Array
+    low: Array
+    high: Array
+
+
+def rate_lines(rates: Iterable[Rate], gaps_for_rates: Iterable[GapForRate]) -> RateLines:
+    """The annual rate of contact against the gap with its bounds, at the gaps of the grid and at those for rates."""
+    points = [
+        (rate.gap, rate.annual, rate.low, rate.high)
+        for rate in rates
+        if rate.what == "contact" and rate.gap > 0.0 and rate.annual > 0.0
+    ]
+    points += [(gap.gap, gap.rate, gap.rate_low, gap.rate_high) for gap in gaps_for_rates if not gap.fault]
+    return RateLines(*np.array(sorted(points)).reshape(-1, 4).T)

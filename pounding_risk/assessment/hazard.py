@@ -108,7 +108,7 @@ class HazardSpectrum:
 class Rate:
     """Annual rate and 50-year probability of a failure at one gap [m], over the intensities of the table.
 
-    ``low`` and ``high`` carry the fragility's standard errors, the larger ones, and nothing of the hazard's own
+    ``low`` and ``high`` carry what the motions leave open of the fragility (`draws`), and nothing of the hazard's own
     uncertainty. ``below`` is P(failure) at the table's weakest intensity: weaker motions are left out, and how many
     there are a table does not say. ``above`` is the rate of motions stronger than the table: they add at most that.
     ``missing`` is the share of the failures that the table leaves out, were it continued at both ends at the slope of

@@ -279,8 +279,8 @@ def _by_period(lines: list[Line]) -> HazardSpectrum:
 
 def _level_reading(levels: Sequence[AnnualRate]) -> str:
     """Sentence on how the levels in the head of spectra are read as annual rates."""
-    pairs = ", ".join(f"{level.words} as {level.rate:.3g} a year" for level in levels)
-    return f"Read are {pairs}, events being independent of each other (Poisson)."
+    words, rates = (", ".join(each) for each in zip(*((one.words, f"{one.rate:.3g}") for one in levels), strict=True))
+    return f"The columns {words} are read as annual rates of {rates}, events being independent of each other (Poisson)."
 
 
 def _period_name(line: Line, cell: str, head: str) -> str:

@@ -88,7 +88,9 @@ def _finding(here: Rate, target: AnnualRate, confidence: str) -> str:
     shares = [in_years(rate, target.years) for rate in (here.annual, here.low, here.high)]
     chance, *ends = (f"{100.0 * share:.2g} %" for share in shares)
     bounds = f" ({confidence} bounds {ends[0]} to {ends[1]})" if isfinite(here.low) else ""
-    return f"at a gap of {gap} contact in {target.years:g} years has a probability of {least}{chance}{bounds}"
+    often = return_period_words(here.annual) if here.annual > 0.0 else "never"
+    span = "1 year" if target.years == 1.0 else f"{target.years:g} years"
+    return f"at a gap of {gap} contact comes {least}{often}, {least}{chance} in {span}{bounds}"
 
 
 def _why(word: str, here: Rate, target: AnnualRate) -> str:

@@ -275,7 +275,7 @@ def _print_rates(interface: InterfaceAssessment, assessment: Assessment) -> None
         print(f"at least: {AT_LEAST}")
     print("left out: the share of failures beyond the curve's ends, were it continued at the slope of its last rows;")
     print(f"stronger motions add at most {rates[0].above:.2g} a year, of weaker ones a curve says nothing")
-    print("bounds carry the fragility's standard errors, the larger ones, and none of the hazard's\n")
+    print("bounds carry what the motions leave open of the fragility, and nothing of the hazard's own uncertainty\n")
 
 
 def _print_gaps_for_rates(interface: InterfaceAssessment, assessment: Assessment) -> None:
