@@ -280,9 +280,10 @@ def _usual_intensity(results: xr.Dataset, hazard: Hazard | HazardSpectrum | None
     usual = usual_intensity(results)
     if isinstance(hazard, HazardSpectrum):
         return data.resolved_intensity(results, "sa(longer)") if usual == "pga" else usual
-    if hazard is not None and (hazard.name == "pga" or spectral(hazard.name[3:-1]) is not None):
-        return hazard.name
-    return usual
+    if hazard is None:
+        return usual
+    one = spectral(hazard.name[3:-1]) if hazard.name.startswith("sa(") else None
+    return "pga" if hazard.name == "pga" else usual if one is None else one.intensity
 
 
 def _interface(name: str, results: xr.Dataset, index: int, options: _Options) -> InterfaceAssessment:

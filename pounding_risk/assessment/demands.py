@@ -274,9 +274,14 @@ def _of_records(results: xr.Dataset, asked: Spectral, intensity: str) -> Array:
         return np.full((results.sizes["record"] * results.sizes["polarity"], 1), known.value)
     if not has_spectrum_at(results, asked):
         span = spectral_range(results)
-        known_range = f"of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s" if span else "at no period"
+        if span is None:
+            raise PoundingError(
+                f"intensity {intensity!r}: the dataset has no spectra of its records, an older version wrote it; run "
+                "it again with `pounding-risk rerun`, or write pga"
+            )
         raise PoundingError(
-            f"intensity {intensity!r}: the dataset has spectra {known_range}; write a period among them, or pga"
+            f"intensity {intensity!r}: the dataset has spectra of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s; "
+            "write a period among them, or pga"
         )
     spectra, periods = results["record_spectral_acceleration"].transpose("record", "period").values, results["period"]
     at = [np.exp(np.interp(np.log(asked.period), np.log(periods.values), np.log(spectrum))) for spectrum in spectra]

@@ -25,6 +25,7 @@ from pounding_risk.units import GAP, say
 Array = NDArray[np.float64]
 
 USUAL = tuple(read_rate(f"{percent} % in 50 years") for percent in (20, 10, 5, 2, 1))
+DRAWN_HALVINGS = 28  # of bounds, which 400 draws do not tell to more digits
 MOST_GAPS = 100  # at which curves are fitted where capacities are not known
 
 
@@ -102,7 +103,7 @@ class RateOfGaps:
         low, high = nan, nan
         if medians.size:
             tail = 50.0 * (1.0 - self.confidence)
-            drawn = gap * median_at_rate(hazard, dispersions, rate) / medians
+            drawn = gap * median_at_rate(hazard, dispersions, rate, DRAWN_HALVINGS) / medians
             low, high = np.percentile(drawn, (tail, 100.0 - tail), method="nearest").tolist()  # inf is no number to add
         here = rate_of(hazard, curve, self.confidence)
         counted = _counted(hazard, self.motions.unit_capacities, rate)

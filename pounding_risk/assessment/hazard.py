@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 DRAWS, SEED = 400, 20110314
 WIDEST = 6.0  # of ln θ and ln β about the fit: a factor of 400, beyond every hazard curve
 LARGEST = 700.0  # exponent of a number that there is
-HALVINGS = 50  # of the range in which a median is looked for: 1e-15 of it
+HALVINGS = 50  # of the range in which a median is looked for: 1e-15 of it is left
 COVERED = 0.05  # the share of the failures that a table may leave out and its rate be called the rate
 
 
@@ -202,11 +202,11 @@ def rate_of(hazard: Hazard, fragility: Fragility, confidence: float) -> Rate:
     return Rate(*about, *numbers, missing=missing, at_least=missing > COVERED)
 
 
-def median_at_rate(hazard: Hazard, dispersion: Array | float, rate: float) -> Array:
+def median_at_rate(hazard: Hazard, dispersion: Array | float, rate: float, halvings: int = HALVINGS) -> Array:
     """The median at which fragilities of these dispersions fail at an annual rate; arrays give one median each.
 
-    The rate falls from λ(first row) − λ(last row) to 0 as the median grows: found by halving, in its logarithm. Raises
-    ValueError for a rate that no median has.
+    The rate falls from λ(first row) − λ(last row) to 0 as the median grows: found by ``halvings`` of the range of its
+    logarithm. Raises ValueError for a rate that no median has.
     """
     spread = np.asarray(dispersion, dtype=float)
     if not 0.0 < rate < hazard.rate[0] - hazard.rate[-1]:
@@ -214,7 +214,7 @@ def median_at_rate(hazard: Hazard, dispersion: Array | float, rate: float) -> Ar
     low = np.log(hazard.im[0]) - 40.0 * spread  # all fail
     high = np.log(hazard.im[-1]) + 40.0 * spread  # none does
     with np.errstate(over="ignore"):
-        for _ in range(HALVINGS):
+        for _ in range(halvings):
             middle = 0.5 * (low + high)
             often = annual_rate(hazard, np.exp(np.clip(middle, -LARGEST, LARGEST)), spread) > rate
             low, high = np.where(often, middle, low), np.where(often, high, middle)
