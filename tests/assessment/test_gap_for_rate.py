@@ -286,7 +286,7 @@ def test_a_dataset_without_spectra_says_how_to_get_them(tmp_path):
     file.write_text(UNIFORM)
     results = with_spectra().drop_vars("record_spectral_acceleration")
     with pytest.raises(
-        PoundingError, match="no spectra of its records.*run it again with `pounding-risk rerun`, or write"
+        PoundingError, match=r"no spectra of its records.*run it again with `pounding-risk rerun`, or write"
     ):
         assess(results, hazard=file)
     assert assess(results, hazard=file, intensity="pga").intensity == "pga"
