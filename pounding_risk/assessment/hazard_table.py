@@ -1,10 +1,11 @@
 """Hazard curves from a table in a CSV file: at one intensity, or spectra of several annual rates.
 
-Three shapes are read, told apart by the first line:
+Four shapes are read, told apart by the first line:
 
 - ``pga [g],annual rate [1/year]``: a row for each intensity of one curve;
 - ``return period [years],pga [g],sa(0.2 s) [g],sa(1 s) [g]``: a row for each return period, a uniform hazard spectrum;
-- ``period [s],475 years [g],2475 years [g]``: a row for each period of vibration, 0 for PGA.
+- ``period [s],475 years [g],2475 years [g]``: a row for each period of vibration, 0 for PGA;
+- ``sa [g],annual rate at 0.2 s [1/year],annual rate at 1 s [1/year]``: a row for each intensity of several curves.
 
 How often an intensity is exceeded may be an annual rate, a return period T [years], which is a rate of 1/T, or a
 probability p in t years, which is one of −ln(1 − p)/t.
@@ -37,6 +38,7 @@ PROBABILITY = Quantity("1", 0.0, 1.0, "probability of exceedance", open_low=True
 PERCENT = Quantity("1", 0.0, 100.0, "probability in %", open_low=True, open_high=True, example="10")
 HEAD = "write a table with the head 'pga [g],annual rate [1/year]' and a row for each intensity"
 SPECTRA = "write a table with the head 'return period [years],sa(0.2 s) [g],sa(1 s) [g]', or 'period [s],475 years [g]'"
+CURVES = "write a table with the head 'sa [g],annual rate at 0.2 s [1/year],annual rate at 1 s [1/year]'"
 A_YEAR = r".*\b(rate|frequency)\b[^\[]*(\[ *((1 */|per) *(year|yr|a)|(year|yr|a) *\^? *-1) *\])?\s*"
 OF_RETURN = r".*\breturn period\b[^\[]*(\[ *(years?|yrs?|a) *\])?\s*"
 OF_PROBABILITY = r".*\b(?:probability|poe)\b[^\[]*\bin *(\d+\.?\d*) *(?:years?|yrs?|a)\b[^\[]*(?:\[ *(%|1|-) *\])?\s*"
@@ -109,7 +111,7 @@ class Column(NamedTuple):
 def read_hazard(path: str | Path) -> Hazard | HazardSpectrum:
     """Read a hazard curve, or hazard spectra, from a CSV file.
 
-    The head says what each column holds (the three shapes of the module's docstring). Lines that start with # are left
+    The head says what each column holds (the four shapes of the module's docstring). Lines that start with # are left
     out.
 
     Parameters
@@ -133,7 +135,10 @@ def read_hazard(path: str | Path) -> Hazard | HazardSpectrum:
     if re.fullmatch(r"period *\[.*\]", cells[0], re.IGNORECASE):
         return _by_period(lines)
     stated = statement(cells[0])
-    return _one_curve(lines) if stated is None else _by_rate(lines, stated)
+    if stated is not None:
+        return _by_rate(lines, stated)
+    has_period = len(cells) > 2 or re.search(r" at (\.?\d|pga\b)", cells[-1], re.IGNORECASE)
+    return _by_intensity(lines) if has_period else _one_curve(lines)
 
 
 def statement(head: str) -> Statement | None:
@@ -275,6 +280,57 @@ def _by_period(lines: list[Line]) -> HazardSpectrum:
         if not (np.diff(values) > 0.0).all() or not (np.diff(rates[order]) < 0.0).all():
             raise line.fault("intensities must rise as the annual rates of the columns fall; leave out equal columns")
     return _spectrum(head, names, rates[order], table.T, _level_reading([level for level, _ in levels]))
+
+
+def _by_intensity(lines: list[Line]) -> HazardSpectrum:
+    """A row for each intensity, and a column for the curve of each period; an empty cell ends its curve."""
+    head = lines[0]
+    column = _column(head, head.cells[0])
+    if column is None:
+        raise head.fault(f"{head.shown} names no intensity with its unit; {HEAD}")
+    named = [_rate_at_period(head, cell) for cell in head.cells[1:]]
+    if not named or len({stated for stated, _ in named}) > 1:
+        raise head.fault(f"{head.shown} has not one form of rates at several periods; {CURVES}")
+    stated, curves = named[0][0], []
+    for at, (_, name) in enumerate(named, start=1):
+        rows = [line for line in lines[1:] if len(line.cells) <= at or line.cells[at]]
+        for line in rows:
+            if len(line.cells) != len(named) + 1:
+                raise line.fault(f"{line.shown} has {len(line.cells)} cells; write {len(named) + 1}")
+        if len(rows) < 2:
+            raise head.fault(f"has {len(rows)} rates of {name}, two are the least; {CURVES}")
+        im = np.array([_intensity(line, line.cells[0], column) for line in rows])
+        rate = np.array([_rate(line, line.cells[at], stated) for line in rows])
+        _check_order(rows, im, rate, stated)
+        curves.append((im, rate))
+    return _at_common_rates(head, [name for _, name in named], curves, stated.reading)
+
+
+def _rate_at_period(head: Line, cell: str) -> tuple[Statement, str]:
+    """How a column states rates, and the intensity whose curve it holds: "annual rate at 0.5 s [1/year]"."""
+    match = re.fullmatch(r"(.*?) at ([^\[\]]+?)\s*(\[[^\]]*\])?", cell)
+    stated = statement(f"{match[1]} {match[3] or ''}".strip()) if match else None
+    if match is None or stated is None:
+        raise head.fault(f"{_shown(cell)} says not how often intensities at which period are exceeded; {CURVES}")
+    if match[2].lower() == "pga":
+        return stated, "pga"
+    try:
+        return stated, Spectral(parse(match[2], PERIOD)).intensity
+    except QuantityError as error:
+        raise head.fault(f"{_shown(cell)} names no period ({error}); {CURVES}") from None
+
+
+def _at_common_rates(
+    head: Line, names: Sequence[str], curves: Sequence[tuple[Array, Array]], reading: str
+) -> HazardSpectrum:
+    """Spectra at the rates that all curves have, each curve straight in the logarithms between its rows."""
+    least, most = max(rate[-1] for _, rate in curves), min(rate[0] for _, rate in curves)
+    rates = np.unique(np.concatenate([rate for _, rate in curves]))
+    rates = rates[(rates >= least) & (rates <= most)][::-1]
+    if rates.size < 2:
+        raise head.fault("has curves that share no two rates; write rows that reach further")
+    spectra = [np.exp(np.interp(-np.log(rates), -np.log(rate), np.log(im))) for im, rate in curves]
+    return _spectrum(head, names, rates, np.array(spectra).T, reading)
 
 
 def _level_reading(levels: Sequence[AnnualRate]) -> str:

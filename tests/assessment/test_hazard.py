@@ -194,6 +194,24 @@ def test_a_table_is_read_with_its_unit(tmp_path):
             'annual rate,sa(1 s) [g],"sa(2 s, 2 %) [g]"\n0.1,0.1,0.2\n0.01,0.2,0.4\n',
             "line 1: has spectra of several damping ratios",
         ),
+        (
+            "sa [g],rate at 1 s,foo\n0.1,0.1,0.2\n0.2,0.01,0.02\n",
+            "line 1: 'foo' says not how often intensities at which",
+        ),
+        ("sa [g],rate at x,rate at 1 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n", "line 1: 'rate at x' names no period"),
+        (
+            "sa [g],rate at 1 s,annual probability at 2 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n",
+            "has not one form of rates at several periods",
+        ),
+        ("sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01\n", "line 3: '0.2,0.01' has 2 cells; write 3"),
+        ("sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01,\n", "line 1: has 1 rates of sa(2 s), two are"),
+        (
+            "sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01,0.3\n",
+            "line 3: intensities must rise and annual rates",
+        ),
+        ("sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,1e-3\n0.2,0.01,1e-4\n", "line 1: has curves that share no two rates"),
+        ("sa [g],rate at 1 s,rate at 1 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n", "line 1: has sa(1 s) twice"),
+        ("sa,rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n", "names no intensity with its unit"),
         ("period [s],475 years [g]\n1,0.1\n2,0.05\n", "line 1: has spectra of 1 rates, two are the least"),
         ("period [s],475 years,10 years [g]\n1,0.1,0.01\n", "line 1: '475 years' has no unit of its intensities"),
         ("period [s],often [g],10 years [g]\n1,0.1,0.01\n", "line 1: 'often [g]' says not how often it is exceeded"),
@@ -282,6 +300,31 @@ def spectra_by_period() -> str:
     return "\n".join([",".join(["period [s]", *words]), *(",".join(map(str, row)) for row in rows)])
 
 
+def curves_by_period() -> str:
+    """Curves of the same spectra over common intensities: λ = k₀ (im T^0.7)^−k, as probabilities in %."""
+    im = np.geomspace(0.05, 80.0, 40)
+    curves = [K0 * (im * period**0.7) ** -K for period in PERIODS] + [K0 * (im / 0.4) ** -K]
+    heads = [f"PoE in 50 years at {name} [%]" for name in (*(f"{period} s" for period in PERIODS), "PGA")]
+    chances = 100.0 * -np.expm1(-50.0 * np.array(curves))
+    # Probabilities near 1 keep no digits of a rate: such cells are left empty, as are the rarest ones.
+    cells = [[repr(float(chance)) if 1e-4 < chance < 90.0 else "" for chance in row] for row in chances.T]
+    rows = [[repr(float(x)), *row] for x, row in zip(im, cells, strict=True)]
+    return "\n".join([",".join(["sa [m/s^2]", *heads]), *(",".join(row) for row in rows)])
+
+
+@pytest.mark.parametrize("period", [0.1, 0.25, 0.4, 1.3, 2.0])
+def test_curves_at_several_periods_are_spectra_at_their_common_rates(tmp_path, period):
+    file = tmp_path / "curves.csv"
+    file.write_text(curves_by_period())
+    spectra = read_hazard(file)
+    for found, scale in ((spectra.at(f"sa({period} s)"), period**-0.7), (spectra.at("pga"), 0.4)):
+        assert found.rate == pytest.approx(K0 * (found.im / scale) ** -K, rel=1e-9)
+        assert found.rate.size > 20
+        # No curve is continued: the longest period's is the lowest, the shortest one's the highest.
+        assert found.rate[0] <= -np.log(0.1) / 50.0 and found.rate[-1] >= 1e-6 / 50.0
+    assert "Poisson" in found.reading
+
+
 @pytest.mark.parametrize("text", [spectra_by_rate(), spectra_by_period()])
 @pytest.mark.parametrize("period", [0.1, 0.25, 0.4, 1.3, 2.0])
 def test_a_curve_between_the_periods_of_spectra_is_that_of_the_power(tmp_path, text, period):
@@ -295,6 +338,14 @@ def test_a_curve_between_the_periods_of_spectra_is_that_of_the_power(tmp_path, t
     assert found.name == f"sa({period} s)"
     assert ("is read between" in found.reading) == (period not in PERIODS)
     assert spectra.at("pga").im == pytest.approx(0.4 * UNIFORM.im)
+
+
+def test_one_curve_may_name_its_period_beside_its_rate(tmp_path):
+    file = tmp_path / "site.csv"
+    file.write_text("sa [g],annual rate at 0.2 s [1/year]\n0.1,0.01\n0.2,0.001\n")
+    assert read_hazard(file).at("sa(0.2 s)").im == pytest.approx(G * np.array([0.1, 0.2]))
+    file.write_text("pga [g],annual rate at the site\n0.1,0.01\n0.2,0.001\n")
+    assert read_hazard(file).name == "pga"
 
 
 def test_spectra_between_periods_need_not_be_a_power(tmp_path):
