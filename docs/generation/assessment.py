@@ -6,7 +6,17 @@ from dataclasses import fields
 from typing import Any
 
 from generation.markdown import docstring, plain
-from pounding_risk.assessment import assess, fragility, hazard, proportions, required_gap, sensitivity, verdict
+from pounding_risk.assessment import (
+    assess,
+    fragility,
+    gap_for_rate,
+    hazard,
+    proportions,
+    rate_verdict,
+    required_gap,
+    sensitivity,
+    verdict,
+)
 from pounding_risk.assessment.separations import table as separations
 
 HEAD = """# Assessment
@@ -26,6 +36,8 @@ PARTS = (
     fragility.Fragility,
     fragility.Stripe,
     hazard.Rate,
+    gap_for_rate.GapForRate,
+    rate_verdict.RateVerdict,
     sensitivity.Influence,
     separations.Comparison,
     separations.SeparationRow,

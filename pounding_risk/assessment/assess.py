@@ -18,11 +18,16 @@ from numpy.typing import NDArray
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.assessment import demands as data
 from pounding_risk.assessment import fragility as curves
+from pounding_risk.assessment.annual_rates import AnnualRate, read_target_rate
+from pounding_risk.assessment.contact_fragility import ContactMotions
 from pounding_risk.assessment.demands import Motions, interfaces
 from pounding_risk.assessment.fragility import Fragility
-from pounding_risk.assessment.hazard import Hazard, Rate, rate_of, read_hazard
+from pounding_risk.assessment.gap_for_rate import USUAL, GapForRate, RateOfGaps
+from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, rate_of
+from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
 from pounding_risk.assessment.proportions import Share, independent_motions, labels, shares
+from pounding_risk.assessment.rate_verdict import RateVerdict, judge_rate
 from pounding_risk.assessment.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.assessment.sensitivity import (
     Influence,
@@ -37,7 +42,7 @@ from pounding_risk.assessment.sensitivity import (
 from pounding_risk.assessment.separations.table import Comparison, code_table
 from pounding_risk.assessment.verdict import AssessedGap, Observations, Verdict, judge
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.amplitudes import amplitude_words, own, usual_intensity
+from pounding_risk.results.amplitudes import amplitude_words, intensity_words, own, spectral, usual_intensity
 from pounding_risk.results.attributes import told
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.own_case import own_amplitude, own_level, scene_force, scene_gap, scene_model
@@ -47,6 +52,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
+
+PERIOD_WORDS = {
+    "sa(longer)": ", at the longest period of the buildings",
+    "sa(shorter)": ", at the shortest period of the buildings",
+    "sa(mean)": ", at the geometric mean of the buildings' periods",
+}
 
 __all__ = ["Assessment", "InterfaceAssessment", "assess", "interfaces"]
 
@@ -60,7 +71,8 @@ class InterfaceAssessment(ShortRepr):
     every gap of the grid. ``fragility`` of contact is at these and the assessed one, of yielding at ``yield_gap``, the
     grid's nearest, as is ``response``, what the motions do under each contact model and F_E. ``own_force`` is the
     grid's F_E that is nearest to the scene's own, ``own_model`` the scene's contact model. ``rates`` go with
-    ``fragility``, where a hazard curve is given; ``separations`` are those of codes, beside the motions.
+    ``fragility``, where a hazard curve is given; ``gaps_for_rates`` are then the gaps that keep contact to usual rates
+    and to the target rate, which ``rate_verdict`` is on. ``separations`` are those of codes, beside the motions.
     """
 
     name: str
@@ -77,10 +89,12 @@ class InterfaceAssessment(ShortRepr):
     required: tuple[RequiredGap, ...]
     fragility: tuple[Fragility, ...]
     rates: tuple[Rate, ...]
+    gaps_for_rates: tuple[GapForRate, ...]
     sensitivity: tuple[Influence, ...]
     what_matters: str
     separations: tuple[Comparison, ...]
     verdict: Verdict
+    rate_verdict: RateVerdict | None = None
 
     def required_at(self, percentile: float) -> RequiredGap:
         """The gap required by a percentile [%] that was asked for, 50, 84 or 95."""
@@ -92,6 +106,9 @@ class InterfaceAssessment(ShortRepr):
         yield "verdict", self.verdict.sentence
         for required in self.required:
             yield f"gap of {required.percentile:g} % of the motions", say(required.gap, GAP)
+        for one in self.gaps_for_rates:
+            if not one.fault:
+                yield f"gap for {one.words}", say(one.gap, GAP)
 
     def contact_at_gap(self) -> Share:
         """The share of the motions that close the assessed gap."""
@@ -103,8 +120,10 @@ class Assessment(ShortRepr):
     """Assessment of every interface of a dataset, with its criterion and the runs that it rests on.
 
     ``confidence`` and ``target`` are fractions, ``percentile`` is in %; ``asked`` says in words how they were read.
-    ``hazard`` names the hazard curve; ``hazard_rows`` are its rows, intensity [m/s2] and annual rate [1/year].
-    ``unused_keys`` are the keys of the scene that change nothing in it, and why.
+    ``hazard`` names the hazard curve; ``hazard_rows`` are its rows, intensity [m/s2] and annual rate [1/year], and
+    ``hazard_reading`` says how the table was read. ``target_rate`` is the accepted rate of contact [1/year], and
+    ``target_rate_words`` how it was given. ``unused_keys`` are the keys of the scene that change nothing in it, and
+    why.
     """
 
     title: str
@@ -123,6 +142,9 @@ class Assessment(ShortRepr):
     interfaces: tuple[InterfaceAssessment, ...]
     notes: tuple[str, ...] = ()  # on unusual numbers of the input and of the contacts
     unused_keys: tuple[str, ...] = ()
+    hazard_reading: str = ""
+    target_rate: float | None = None
+    target_rate_words: str = ""
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Scene, cases, and the verdict on each gap, as pairs of a name and words."""
@@ -149,18 +171,20 @@ class _Options(NamedTuple):
     criterion: Criterion
     intensity: str
     pga: float | None
+    target_rate: AnnualRate | None
 
 
 def assess(
     results: xr.Dataset | str | Path,
     *,
     gap: float | str | None = None,
-    hazard: Hazard | str | Path | None = None,
+    hazard: Hazard | HazardSpectrum | str | Path | None = None,
     confidence: float | str = USUAL_CONFIDENCE,
     percentile: float | str | None = None,
     intensity: str | None = None,
     target: float | str | None = None,
     pga: float | str | None = None,
+    target_rate: AnnualRate | float | str | None = None,
 ) -> Assessment:
     """Assess the gaps of a dataset of `scan`: probabilities of contact, gaps required, fragilities and a verdict.
 
@@ -173,8 +197,9 @@ def assess(
         A dataset of `scan`, or the file it is in.
     gap : float or str, optional
         The gap to assess [m, or text with a unit], at every interface; the scene's own by default.
-    hazard : Hazard, str or Path, optional
-        A hazard curve or its CSV file, from which annual rates follow.
+    hazard : Hazard, HazardSpectrum, str or Path, optional
+        A hazard curve, spectra at several rates, or a CSV file of either (`read_hazard`), from which annual rates
+        follow.
     confidence : float or str
         Confidence of all bounds, above 50 %.
     percentile : float or str, optional
@@ -182,14 +207,19 @@ def assess(
         by default.
     intensity : str, optional
         Intensity of the fragilities: "pga"; "sa(left)", "sa(right)" or "sa(NAME)", the pseudo-spectral acceleration at
-        a building's period; or "sa(0.62 s)" at any period. By default the one that the scene scales its motions to, or
-        PGA.
+        a building's period; "sa(longer)", "sa(shorter)" or "sa(mean)", that of 5 % damping at the longest, the shortest
+        and the geometric mean of the buildings' periods; or "sa(0.62 s)" at any period. By default that of the hazard
+        curve; of hazard spectra, and without a hazard, the one that the scene scales its motions to, else "sa(longer)"
+        with spectra and PGA without.
     target : float or str, optional
         Accepted probability of contact, against which the verdict holds P(contact) with its bounds (`verdict` states
         the rule); what the percentile leaves by default.
     pga : float or str, optional
         Amplitude of the grid to assess [m/s2, or text with a unit]; the scene's own by default where the grid has it,
         else the largest.
+    target_rate : AnnualRate, float or str, optional
+        Accepted rate of contact under the hazard curve: "1 % in 50 years", a return period such as "2475 years", or a
+        rate such as "4e-4 a year", which may be a plain number.
 
     Returns
     -------
@@ -199,16 +229,20 @@ def assess(
     Raises
     ------
     PoundingError
-        For a dataset that is none of `scan`, for an option out of its range, and as `read_hazard`.
+        For a dataset that is none of `scan`, for an option out of its range, for a target rate without a hazard curve,
+        and as `read_hazard`.
     """
     results, whose = data.open_dataset(results)
     gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
     pga = None if pga is None else si(pga, PGA, "pga")
     data.check_dataset(results, whose)
-    curve = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
+    rate = read_target_rate(target_rate, hazard is not None)
+    asked = intensity
+    known = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
     criterion = read_criterion(target, percentile, confidence)
-    intensity = usual_intensity(results) if intensity is None else intensity
-    options = _Options(gap, curve, criterion, intensity, pga)
+    intensity = _usual_intensity(results, known) if intensity is None else data.resolved_intensity(results, intensity)
+    curve = known.at(data.spectral_intensity(results, intensity)) if isinstance(known, HazardSpectrum) else known
+    options = _Options(gap, curve, criterion, intensity, pga, rate)
     counts = data.run_counts(results)
     assessed = tuple(_interface(name, part, index, options) for index, (name, part) in enumerate(interfaces(results)))
     return Assessment(
@@ -224,7 +258,32 @@ def assess(
         interfaces=assessed,
         notes=of_results(results),
         unused_keys=tuple(map(str, data.told(results, "unused_keys", []))),
+        hazard_reading=_reading(results, isinstance(known, HazardSpectrum), curve, asked),
+        target_rate=rate.rate if rate else None,
+        target_rate_words=rate.words if rate else "",
     )
+
+
+def _reading(results: xr.Dataset, is_spectrum: bool, curve: Hazard | None, asked: str | None) -> str:
+    """Sentences on how a hazard table was read; ``asked`` is the intensity that was asked for."""
+    if curve is None or not is_spectrum:
+        return curve.reading if curve else ""
+    usual = "sa(longer)" if usual_intensity(results) == "pga" else ""
+    why = PERIOD_WORDS.get(usual if asked is None else asked, "")
+    if asked is None and not usual:
+        why = ", which the motions are scaled to"
+    return f"{curve.reading} The curve is that of {intensity_words(curve.name)}{why}.".strip()
+
+
+def _usual_intensity(results: xr.Dataset, hazard: Hazard | HazardSpectrum | None) -> str:
+    """The intensity of the fragilities where none is asked for."""
+    usual = usual_intensity(results)
+    if isinstance(hazard, HazardSpectrum):
+        return data.resolved_intensity(results, "sa(longer)") if usual == "pga" else usual
+    if hazard is None:
+        return usual
+    one = spectral(hazard.name[3:-1]) if hazard.name.startswith("sa(") else None
+    return "pga" if hazard.name == "pga" else usual if one is None else one.intensity
 
 
 def _interface(name: str, results: xr.Dataset, index: int, options: _Options) -> InterfaceAssessment:
@@ -253,8 +312,9 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
     response = responses_at(_one_amplitude(results, level), yield_gap)
     sensitivity += response_influences(response, own_model, own_force)
     at = amplitude_words(results, every.amplitudes[level])
+    touching = _contact_motions(results, every, options)
     fragility = (
-        *_contact_curves(results, every, gaps, options),
+        *map(touching.curve, gaps.tolist()),
         *_yield_curves(results, every, (yield_gap, yields), options),
     )
     observed = Observations(
@@ -272,6 +332,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
     )
     hazard = options.hazard
     rates = () if hazard is None else tuple(rate_of(hazard, curve, criterion.confidence) for curve in fragility)
+    gaps_for_rates, rate_verdict = _by_rate(touching, options, gap)
     return InterfaceAssessment(
         name=name,
         gap=gap,
@@ -287,11 +348,36 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
         required=tuple(required.values()),
         fragility=fragility,
         rates=rates,
+        gaps_for_rates=gaps_for_rates,
         sensitivity=sensitivity,
         what_matters=what_matters(sensitivity),
         separations=code_table(_one_amplitude(results, level), criterion.percentile).rules,
-        verdict=_with_notes(judge(AssessedGap(gap, criterion), observed), results, name, options.pga),
+        verdict=_with_rate(
+            _with_notes(judge(AssessedGap(gap, criterion), observed), results, name, options.pga), rate_verdict
+        ),
+        rate_verdict=rate_verdict,
     )
+
+
+def _by_rate(
+    motions: ContactMotions, options: _Options, gap: float
+) -> tuple[tuple[GapForRate, ...], RateVerdict | None]:
+    """Gaps that keep contact to usual rates and to the target, the most frequent first, and the verdict on a gap."""
+    hazard, target, confidence = options.hazard, options.target_rate, options.criterion.confidence
+    if hazard is None:
+        return (), None
+    rates = {one.rate: one for one in (*USUAL, *(() if target is None else (target,)))}
+    of_gaps = RateOfGaps(hazard, motions, confidence)
+    gaps = {rate: of_gaps.gap(rates[rate]) for rate in sorted(rates, reverse=True)}
+    if target is None:
+        return tuple(gaps.values()), None
+    here = rate_of(hazard, motions.curve(gap), confidence)
+    return tuple(gaps.values()), judge_rate(here, gaps[target.rate], target, options.criterion, hazard.source)
+
+
+def _with_rate(verdict: Verdict, by_rate: RateVerdict | None) -> Verdict:
+    """The verdict, with what follows from the target rate in its conclusion."""
+    return verdict if by_rate is None else replace(verdict, conclusion=(*verdict.conclusion, *by_rate.conclusion))
 
 
 def _with_notes(verdict: Verdict, results: xr.Dataset, name: str, asked_pga: float | None) -> Verdict:
@@ -378,38 +464,14 @@ def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: fl
     return tuple(yielding)
 
 
-def _contact_curves(results: xr.Dataset, motions: Motions, gaps: Array, options: _Options) -> Iterator[Fragility]:
-    """Fragilities of contact at every gap.
-
-    Of linear buildings the intensity at which each motion closes a gap is known: from those, which is all that can be
-    known of the motions. Where it is not, from who closes the gap at the intensities that were scanned.
-    """
+def _contact_motions(results: xr.Dataset, motions: Motions, options: _Options) -> ContactMotions:
+    """What fragilities of contact at any gap follow from."""
     ims = data.intensities(results, options.intensity)[motions.finite]
     closing, recordings = motions.closing[motions.finite], _numbered(motions.recordings[motions.finite])
-    im, who = ims.ravel(), np.repeat(recordings, ims.shape[1])
     # What is pushed across a gap by others does not grow with the motion.
     pushed = motions.alone is not None and bool((motions.closing > motions.alone)[motions.finite].any())
     linear = data.is_linear(results) and not pushed
-    for gap in map(float, gaps):
-        touching = (closing > gap).ravel()
-        curve, method, note, factor = curves.fit(im, touching, who), _method(motions, options), "", np.nan
-        if linear:
-            scaled, times = _by_scaling(ims, closing, gap, recordings)
-            if curve.fault or not scaled.fault:
-                curve, method, note, factor = scaled, curves.SCALED, curve.fault, times
-        about: dict[str, Any] = {"what": "contact", "gap": gap, "yield_force": None, "contact_model": None}
-        about |= {"intensity": options.intensity, "method": method, "note": note, "factor": factor}
-        yield Fragility(**about, **asdict(curve), stripes=curves.stripes_of(im, touching))
-
-
-def _by_scaling(ims: Array, closing: Array, gap: float, recordings: NDArray[np.int64]) -> tuple[curves.Fit, float]:
-    """Fragility of the intensities at which scaled motions close the gap, and the factor of the nearest motions."""
-    reach = np.divide(gap, closing, where=closing > 0.0, out=np.full(closing.shape, np.inf))
-    fitted = curves.fit_capacities((ims * reach)[:, 0], recordings)
-    if fitted.fault:
-        return fitted, np.nan
-    factor, fault = curves.out_of_scale(fitted, np.exp(np.log(reach).mean(axis=0)))
-    return (curves.Fit(fault=fault), np.nan) if fault else (fitted, factor)
+    return ContactMotions(options.intensity, _method(motions, options), ims, closing, recordings, linear)
 
 
 def _yield_curves(

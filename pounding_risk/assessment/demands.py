@@ -261,7 +261,7 @@ def intensities(results: xr.Dataset, intensity: str) -> Array:
         return np.tile(np.atleast_1d(peaks), (results.sizes["record"] * polarities, 1))
     one = _spectral_of(results, intensity)
     side = _side(results, intensity)
-    if side is None or ("building_storeys" in results.coords and int(results["building_storeys"].values[side]) > 1):
+    if side is None or _has_storeys(results, side):
         return _of_records(results, one, intensity)
     free = _by_amplitude(results["peak_displacement_free"].isel(building=side))
     return free * (2.0 * np.pi / one.period) ** 2
@@ -274,9 +274,14 @@ def _of_records(results: xr.Dataset, asked: Spectral, intensity: str) -> Array:
         return np.full((results.sizes["record"] * results.sizes["polarity"], 1), known.value)
     if not has_spectrum_at(results, asked):
         span = spectral_range(results)
-        known_range = f"of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s" if span else "at no period"
+        if span is None:
+            raise PoundingError(
+                f"intensity {intensity!r}: the dataset has no spectra of its records, an older version wrote it; run "
+                "it again with `pounding-risk rerun`, or write pga"
+            )
         raise PoundingError(
-            f"intensity {intensity!r}: the dataset has spectra {known_range}; write a period among them, or pga"
+            f"intensity {intensity!r}: the dataset has spectra of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s; "
+            "write a period among them, or pga"
         )
     spectra, periods = results["record_spectral_acceleration"].transpose("record", "period").values, results["period"]
     at = [np.exp(np.interp(np.log(asked.period), np.log(periods.values), np.log(spectrum))) for spectrum in spectra]
@@ -295,13 +300,40 @@ def _spectral_of(results: xr.Dataset, intensity: str) -> Spectral:
         raise PoundingError(
             f"intensity {intensity!r}: that building is rigid and has no period; write pga, or the other building's sa"
         )
-    return Spectral(period)
+    if _has_storeys(results, side) or "building_damping" not in results.variables:
+        return Spectral(period)
+    return Spectral(period, float(results["building_damping"].values[side]))
+
+
+def _has_storeys(results: xr.Dataset, side: int) -> bool:
+    return "building_storeys" in results.coords and int(results["building_storeys"].values[side]) > 1
+
+
+def resolved_intensity(results: xr.Dataset, intensity: str) -> str:
+    """The intensity with a period in place of "longer", "shorter" and "mean", those of the dataset's buildings.
+
+    "mean" is the geometric mean of all periods. Raises PoundingError where all buildings are rigid.
+    """
+    match = re.fullmatch(r"sa\((longer|shorter|mean)\)", intensity)
+    if match is None or match[1] in map(str, results["building"].values):
+        return intensity
+    periods = results["building_period"].values
+    periods = periods[np.isfinite(periods)]
+    if not periods.size:
+        raise PoundingError(f"intensity {intensity!r}: every building is rigid and has no period; write pga")
+    chosen = {"longer": periods.max(), "shorter": periods.min(), "mean": np.exp(np.log(periods).mean())}[match[1]]
+    return Spectral(float(chosen)).intensity
+
+
+def spectral_intensity(results: xr.Dataset, intensity: str) -> str:
+    """An intensity by its period: "sa(0.5 s)" of "sa(left)", and "pga"."""
+    return intensity if intensity == "pga" else _spectral_of(results, intensity).intensity
 
 
 def check_intensity(results: xr.Dataset, intensity: str, curve: str) -> None:
     """Raise PoundingError where a hazard curve, by its name, is not of the intensity that fragilities are against.
 
-    A curve of Sa that names a period, as "sa(1.0 s)", must name that of the intensity.
+    A curve of Sa that names a period, as "sa(1.0 s)", must name that of the intensity, and its damping be the same.
     """
     kind = re.match(r"[a-z]*", curve)
     if kind is None or kind[0] != intensity.partition("(")[0]:
@@ -313,12 +345,19 @@ def check_intensity(results: xr.Dataset, intensity: str, curve: str) -> None:
     named = re.search(r"\d*\.?\d+", curve)
     if intensity == "pga" or named is None:
         return
-    period = _spectral_of(results, intensity).period
+    own, of_curve = _spectral_of(results, intensity), spectral(curve[3:-1])
+    period = own.period
     if abs(float(named[0]) - period) > NEAR * period:
         whose = ", the building's own period" if _side(results, intensity) is not None else ""
         raise PoundingError(
             f"the hazard curve is one of {curve}, the fragility one against Sa at {period:.6g} s{whose}; take the "
             "curve of that period, or the intensity that the curve is of"
+        )
+    if of_curve is not None and abs(of_curve.damping - own.damping) > NEAR * of_curve.damping:
+        raise PoundingError(
+            f"the hazard curve is one of {curve} at {100.0 * of_curve.damping:g} % damping, the fragility one against "
+            f"Sa at {100.0 * own.damping:g} %; write --intensity {shlex.quote(Spectral(period).intensity)}, or name "
+            f'the damping of the curve in its head, such as "sa({period:g} s, {100.0 * own.damping:g} %) [g]"'
         )
 
 

@@ -68,7 +68,8 @@ class Fragility:
 
     ``median`` and the ``stripes`` have the unit of the intensity, m/s2; for the rest see `Fit`. ``note`` says why the
     scanned intensities give no curve of their own where the motions are scaled, and ``factor`` by how much the nearest
-    scanned motions are scaled to the median; NaN otherwise.
+    scanned motions are scaled to the median; NaN otherwise. ``independent`` is the number of independent motions that a
+    curve of scaled motions is from; NaN of the others.
     """
 
     what: str  # "contact" or "yield"
@@ -88,6 +89,7 @@ class Fragility:
     note: str
     stripes: tuple[Stripe, ...] = field(repr=False)
     factor: float = nan
+    independent: float = nan
 
     @property
     def errors(self) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Hazard curves from a table, and the annual rate of contact or yielding that follows with a fragility.
+"""Hazard curves, and the annual rate of contact or yielding that follows with a fragility.
 
 The annual rate of failure is ∫ P(failure | im) |dλ(im)|, λ the annual rate at which an intensity is exceeded; in 50
 years the probability is 1 − exp(−50 λ_f), events being independent of each other (Poisson).
@@ -6,47 +6,109 @@ years the probability is 1 − exp(−50 λ_f), events being independent of each
 
 from __future__ import annotations
 
-import csv
-import re
 from dataclasses import dataclass, field
-from math import inf, nan
-from pathlib import Path
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.assessment.annual_rates import in_years
 from pounding_risk.assessment.fragility import Fragility, fragility_curve
 from pounding_risk.errors import PoundingError
-from pounding_risk.units import PGA, Quantity, QuantityError, parse
+from pounding_risk.results.amplitudes import Spectral, spectral
 
 Array = NDArray[np.float64]
 
-YEARS = 50.0
 DRAWS, SEED = 400, 20110314
 WIDEST = 6.0  # of ln θ and ln β about the fit: a factor of 400, beyond every hazard curve
 LARGEST = 700.0  # exponent of a number that there is
+HALVINGS = 50  # of the range in which a median is looked for: 1e-15 of it is left
 COVERED = 0.05  # the share of the failures that a table may leave out and its rate be called the rate
-LONGEST = 1000  # letters of a line of a table, which holds two numbers
-RATE = Quantity("1", 0.0, inf, "annual rate", open_low=True, open_high=True, example="0.002")
-HEAD = "write a table with the head 'pga [g],annual rate [1/year]' and a row for each intensity"
-A_YEAR = r".*\b(rate|frequency)\b[^\[]*(\[ *((1 */|per) *(year|yr|a)|(year|yr|a) *\^? *-1) *\])?\s*"
 
 
 @dataclass(frozen=True)
 class Hazard:
-    """Annual rate [1/year] at which each intensity [m/s2] is exceeded; between rows it is a power of the intensity."""
+    """Annual rate [1/year] at which each intensity [m/s2] is exceeded; between rows it is a power of the intensity.
+
+    ``name`` is the intensity, "pga" or "sa(0.5 s)". ``reading`` are sentences on how the table was read: conversions to
+    annual rates, and interpolation between periods.
+    """
 
     name: str
     im: Array = field(repr=False)
     rate: Array = field(repr=False)
     source: str = ""
+    reading: str = ""
+
+
+@dataclass(frozen=True)
+class HazardSpectrum:
+    """Intensities that are exceeded at the same annual rates at several periods: uniform hazard spectra.
+
+    ``periods`` [s] rise and ``rate`` [1/year] falls; ``im`` (rates, periods) are spectral accelerations [m/s2] at one
+    ``damping`` ratio, ``pga`` (rates,) those of the ground where the table has them. ``reading`` as in `Hazard`.
+    """
+
+    periods: Array
+    rate: Array = field(repr=False)
+    im: Array = field(repr=False)
+    damping: float = 0.05
+    pga: Array | None = field(default=None, repr=False)
+    source: str = ""
+    reading: str = ""
+
+    def at(self, intensity: str) -> Hazard:
+        """The hazard curve of "pga" or of "sa(0.62 s)".
+
+        Between two periods the intensity of each rate is a power of the period. Raises PoundingError for another
+        intensity, for a damping ratio other than the table's, and for a period outside its periods.
+        """
+        if intensity == "pga":
+            if self.pga is None:
+                raise PoundingError(f"{self.source}: has no column of pga; {self._repair}")
+            return Hazard("pga", self.pga, self.rate, self.source, self.reading)
+        asked = spectral(intensity[3:-1])
+        if asked is None:
+            raise PoundingError(f"{self.source}: has no curve of {intensity}; {self._repair}")
+        if not asked.is_at(Spectral(asked.period, self.damping)):
+            raise PoundingError(
+                f"{self.source}: has spectra of {100.0 * self.damping:g} % damping, and {intensity} is asked for; "
+                f'write --intensity "{Spectral(asked.period, self.damping).intensity}"'
+            )
+        first, last = float(self.periods[0]), float(self.periods[-1])
+        if not first <= asked.period <= last:
+            raise PoundingError(
+                f"{self.source}: has spectra from {first:g} s to {last:g} s, and {intensity} is asked for; add that "
+                f"period to the table, or {self._repair}"
+            )
+        x = np.log(self.periods)
+        im = np.array([np.exp(np.interp(np.log(asked.period), x, np.log(spectrum))) for spectrum in self.im])
+        return Hazard(
+            intensity, im, self.rate, self.source, " ".join(filter(None, (self.reading, self._between(asked))))
+        )
+
+    @property
+    def _repair(self) -> str:
+        damping = "" if self.damping == Spectral(1.0).damping else f", {100.0 * self.damping:g} %"
+        return f'choose one of its own, such as --intensity "sa({self.periods[0]:g} s{damping})"'
+
+    def _between(self, asked: Spectral) -> str:
+        """Sentence on the periods between which a curve is read; "" at a period of the table."""
+        if np.isclose(self.periods, asked.period, rtol=1e-9, atol=0.0).any():
+            return ""
+        after = int(np.searchsorted(self.periods, asked.period))
+        low, high = self.periods[after - 1], self.periods[after]
+        return (
+            f"{asked.words} is read between {low:g} s and {high:g} s, by straight lines in the logarithms at equal "
+            "rates."
+        )
 
 
 @dataclass(frozen=True)
 class Rate:
     """Annual rate and 50-year probability of a failure at one gap [m], over the intensities of the table.
 
-    ``low`` and ``high`` carry the fragility's standard errors, the larger ones, and nothing of the hazard's own
+    ``low`` and ``high`` carry what the motions leave open of the fragility (`draws`), and nothing of the hazard's own
     uncertainty. ``below`` is P(failure) at the table's weakest intensity: weaker motions are left out, and how many
     there are a table does not say. ``above`` is the rate of motions stronger than the table: they add at most that.
     ``missing`` is the share of the failures that the table leaves out, were it continued at both ends at the slope of
@@ -66,90 +128,6 @@ class Rate:
     fault: str = ""
     missing: float = nan
     at_least: bool = False
-
-
-def read_hazard(path: str | Path) -> Hazard:
-    """Read a hazard curve from a CSV file.
-
-    The head names the intensity with its unit and the annual rate; each row below has an intensity and its rate. Lines
-    that start with # are left out.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file, such as ``pga [g],annual rate [1/year]`` above rows like ``0.1,0.02``.
-
-    Returns
-    -------
-    Hazard
-        Intensities [m/s2] in rising order and annual rates [1/year].
-
-    Raises
-    ------
-    PoundingError
-        With the line, for what is no such table, where the second column is no annual rate, and where intensities do
-        not rise or rates do not fall.
-    """
-    source = Path(path)
-    try:
-        lines = source.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise PoundingError(f"{source}: cannot be read ({getattr(error, 'strerror', error)}); {HEAD}") from None
-    rows = [(at, line) for at, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
-    for at, line in rows:
-        if len(line) > LONGEST:
-            raise PoundingError(f"{source}, line {at}: has {len(line):,} letters, and a row is two numbers; {HEAD}")
-    if len(rows) < 3:
-        raise PoundingError(f"{source}: has {max(len(rows) - 1, 0)} rows below its head, two are the least; {HEAD}")
-    name, unit = _head(source, *rows[0])
-    table = np.array([_row(source, at, line, unit) for at, line in rows[1:]])
-    for row in range(1, len(table)):
-        if not (table[row, 0] > table[row - 1, 0] and table[row, 1] < table[row - 1, 1]):
-            raise PoundingError(
-                f"{source}, line {rows[row + 1][0]}: intensities must rise and annual rates fall from row to row; "
-                "sort the table, and leave out rows that repeat one"
-            )
-    return Hazard(name, table[:, 0], table[:, 1], source.name)
-
-
-def _head(source: Path, at: int, line: str) -> tuple[str, str]:
-    """Name and unit of the intensity, from the head of a table."""
-    cells = _cells(line)
-    match = re.fullmatch(r"\s*(.+?)\s*\[(.+)\]\s*", cells[0])
-    if len(cells) != 2 or match is None:
-        raise PoundingError(f"{source}, line {at}: {_shown(line)} names no intensity with its unit; {HEAD}")
-    if not re.fullmatch(A_YEAR, cells[1].strip(), re.IGNORECASE):
-        raise PoundingError(
-            f"{source}, line {at}: the second column is {_shown(cells[1])}; it must be an annual rate or frequency. "
-            "A probability p in t years is a rate of -ln(1 - p) / t, a return period T one of 1 / T"
-        )
-    return match[1].lower(), match[2]
-
-
-def _row(source: Path, at: int, line: str, unit: str) -> tuple[float, float]:
-    """Intensity [m/s2] and annual rate [1/year] of one row."""
-    cells = _cells(line)
-    if len(cells) != 2:
-        raise PoundingError(
-            f"{source}, line {at}: {_shown(line)} has {len(cells)} cells; write two, the intensity and its annual rate"
-        )
-    if "%" in cells[1]:
-        raise PoundingError(f"{source}, line {at}: {_shown(line)} has a percentage; write a number a year; {HEAD}")
-    try:
-        return parse(f"{cells[0].strip()} {unit}", PGA), parse(cells[1].strip(), RATE)
-    except QuantityError as error:
-        raise PoundingError(f"{source}, line {at}: {_shown(line)} is no row of the table ({error}); {HEAD}") from None
-
-
-def _cells(line: str) -> list[str]:
-    """The cells of one line."""
-    return next(csv.reader([line]))
-
-
-def _shown(text: str) -> str:
-    """Text of a table for an error, at most 60 letters of it."""
-    text = text.strip()
-    return repr(text if len(text) <= 60 else f"{text[:57]}...")
 
 
 def annual_rate(hazard: Hazard, median: Array | float, dispersion: Array | float) -> Array:
@@ -179,11 +157,6 @@ def _log_between(low: Array, high: Array) -> Array:
     less, more = log_ndtr(np.where(upper, -high, low)), log_ndtr(np.where(upper, -low, high))
     with np.errstate(divide="ignore"):  # nothing between them: −inf, which is meant
         return np.asarray(more + np.log(-np.expm1(less - more)))
-
-
-def in_years(annual: float, years: float = YEARS) -> float:
-    """Probability of one or more in so many years, 1 − exp(−years × rate)."""
-    return float(-np.expm1(-years * annual))
 
 
 def missing_share(hazard: Hazard, median: float, dispersion: float) -> float:
@@ -229,16 +202,56 @@ def rate_of(hazard: Hazard, fragility: Fragility, confidence: float) -> Rate:
     return Rate(*about, *numbers, missing=missing, at_least=missing > COVERED)
 
 
+def median_at_rate(hazard: Hazard, dispersion: Array | float, rate: float, halvings: int = HALVINGS) -> Array:
+    """The median at which fragilities of these dispersions fail at an annual rate; arrays give one median each.
+
+    The rate falls from λ(first row) − λ(last row) to 0 as the median grows: found by ``halvings`` of the range of its
+    logarithm. Raises ValueError for a rate that no median has.
+    """
+    spread = np.asarray(dispersion, dtype=float)
+    if not 0.0 < rate < hazard.rate[0] - hazard.rate[-1]:
+        raise ValueError(f"no median fails at {rate} a year between the rows of {hazard.name}")
+    low = np.log(hazard.im[0]) - 40.0 * spread  # all fail
+    high = np.log(hazard.im[-1]) + 40.0 * spread  # none does
+    with np.errstate(over="ignore"):
+        for _ in range(halvings):
+            middle = 0.5 * (low + high)
+            often = annual_rate(hazard, np.exp(np.clip(middle, -LARGEST, LARGEST)), spread) > rate
+            low, high = np.where(often, middle, low), np.where(often, high, middle)
+        return np.asarray(np.exp(0.5 * (low + high)))
+
+
 def _bounds(hazard: Hazard, fragility: Fragility, confidence: float) -> tuple[float, float]:
-    """Bounds of the rate from draws of (ln θ, ln β), normal with the larger errors of the fragility."""
+    """Bounds of the rate from the draws of the fragility."""
+    medians, dispersions = draws(fragility)
+    if not medians.size:
+        return nan, nan
+    tail = 50.0 * (1.0 - confidence)
+    low, high = np.percentile(annual_rate(hazard, medians, dispersions), (tail, 100.0 - tail))
+    return float(low), float(high)
+
+
+def draws(fragility: Fragility) -> tuple[Array, Array]:
+    """Medians and dispersions that the motions leave possible, (draws,) each; empty without standard errors.
+
+    Where the capacities of the motions are known, with n the number of independent ones, these are the pivots of a
+    normal sample: β² n/χ²(n − 1) for the dispersion, and ln θ normal about its estimate with that dispersion over √n
+    (Krishnamoorthy and Mathew 2003). Few recordings bound a dispersion badly, and a rate grows with its square: normal
+    errors of ln β would miss that. Elsewhere (ln θ, ln β) are normal with the larger standard errors.
+    """
     of_median, of_dispersion = fragility.errors
     spread = np.array([of_median, of_dispersion / fragility.dispersion])
     if not np.isfinite([*spread, fragility.correlation]).all():
-        return nan, nan
-    together = np.outer(spread, spread) * [[1.0, fragility.correlation], [fragility.correlation, 1.0]]
+        return np.empty(0), np.empty(0)
+    rng = np.random.default_rng(SEED)
     middle = np.log([fragility.median, fragility.dispersion])
-    draws = np.random.default_rng(SEED).multivariate_normal(middle, together, DRAWS, method="eigh")
-    draws = np.exp(np.clip(draws, middle - WIDEST, middle + WIDEST))
-    tail = 50.0 * (1.0 - confidence)
-    low, high = np.percentile(annual_rate(hazard, draws[:, 0], draws[:, 1]), (tail, 100.0 - tail))
-    return float(low), float(high)
+    if fragility.independent > 1.0:
+        count = fragility.independent
+        dispersion = middle[1] + 0.5 * np.log(count / rng.chisquare(count - 1.0, DRAWS))
+        median = middle[0] + np.exp(dispersion) / np.sqrt(count) * rng.standard_normal(DRAWS)
+        drawn = np.stack([median, dispersion], axis=1)
+    else:
+        together = np.outer(spread, spread) * [[1.0, fragility.correlation], [fragility.correlation, 1.0]]
+        drawn = rng.multivariate_normal(middle, together, DRAWS, method="eigh")
+    drawn = np.exp(np.clip(drawn, middle - WIDEST, middle + WIDEST))
+    return drawn[:, 0], drawn[:, 1]

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from pounding_risk.units import QuantityError, share
+from pounding_risk.units import QuantityError, share, shown
 
 USUAL_PERCENTILE = 84.0  # %
 USUAL_CONFIDENCE = 0.95
@@ -112,6 +112,12 @@ def percent_words(value: float) -> str:
 
 
 def _target(value: Any, name: str) -> float:
+    if isinstance(value, str) and "year" in value:
+        option = f"{name}-rate" if name.startswith("--") else f"{name}_rate"
+        raise QuantityError(
+            f"{name}: {shown(value)} is a rate; write it as {option}, beside a hazard curve. {name} is the probability "
+            "of contact under one motion of the dataset, such as 10 %"
+        )
     try:
         target = share(value, name, high=HALF)
         if target < LEAST:

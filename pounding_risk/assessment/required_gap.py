@@ -137,7 +137,12 @@ def gap_to_provide(closing: Array, target: float) -> float:
     if allowed >= closing.size:
         return 0.0
     least = float(np.sort(closing)[::-1][allowed])
-    if not least > 0.0:
+    return rounded_up(least)
+
+
+def rounded_up(gap: float) -> float:
+    """A gap [m] rounded up to three digits, 0 where it is not above 0."""
+    if not gap > 0.0:
         return 0.0
-    unit = 10.0 ** (np.floor(np.log10(least)) - 2.0)
-    return float(np.ceil(least / unit - 1e-9) * unit)
+    unit = 10.0 ** (np.floor(np.log10(gap)) - 2.0)
+    return float(np.ceil(gap / unit - 1e-9) * unit)

@@ -20,6 +20,7 @@ from pounding_risk.cli._common.options import (
     Percentile,
     Results,
     Target,
+    TargetRate,
     out_option,
     read_optional,
 )
@@ -28,6 +29,7 @@ from pounding_risk.cli._common.tables import engineering, print_table
 if TYPE_CHECKING:
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
     from pounding_risk.assessment.fragility import Fragility
+    from pounding_risk.assessment.gap_for_rate import GapForRate
     from pounding_risk.assessment.hazard import Rate
 
 ORDER = 130
@@ -47,15 +49,18 @@ def assess(
     intensity: Intensity = None,
     pga: Amplitude = None,
     hazard: Hazard = None,
+    target_rate: TargetRate = None,
     out: Annotated[Path | None, out_option("Write it all", ".json")] = None,
     figure: Figure = None,
 ) -> None:
     """Is this gap enough? Probabilities, required gaps, a verdict."""
+    from pounding_risk.assessment.annual_rates import read_target_rate
     from pounding_risk.assessment.assess import assess as run
     from pounding_risk.assessment.options import read_criterion
     from pounding_risk.units import GAP, PGA
 
     criterion = read_criterion(target, percentile, confidence, prefix="--")
+    rate = read_target_rate(target_rate, hazard is not None, prefix="--")
     assessment = run(
         results,
         gap=read_optional("--gap", gap, GAP),
@@ -63,6 +68,7 @@ def assess(
         **criterion._asdict(),
         intensity=intensity,
         pga=read_optional("--pga", pga, PGA),
+        target_rate=rate,
     )
     # Files first: a reader of the first lines alone, such as `head`, ends the printing.
     if out is not None:
@@ -91,6 +97,7 @@ def print_assessment(assessment: Assessment) -> None:
         _print_sensitivity(interface)
         _print_fragilities(interface, assessment)
         _print_rates(interface, assessment)
+        _print_gaps_for_rates(interface, assessment)
         _print_separations(interface, assessment.percentile)
     print_notes(assessment.unused_keys)
 
@@ -261,13 +268,48 @@ def _print_rates(interface: InterfaceAssessment, assessment: Assessment) -> None
     rates = [rate for curve, rate in zip(interface.fragility, interface.rates, strict=True) if curve in curves]
     hazard = assessment.hazard_rows
     weakest, strongest = (engineering(intensity, "m/s2") for intensity in (hazard[0][0], hazard[-1][0]))
-    print(f"Annual rates by motions from {weakest} to {strongest}, the range of {assessment.hazard}\n")
+    print(f"Annual rates by motions from {weakest} to {strongest}, the range of {assessment.hazard}")
+    print(f"{assessment.hazard_reading}\n".lstrip())
     print_table(heads, [_rate_cells(rate) for rate in rates], "lrrrrrrr")
     if any(rate.at_least for rate in rates):
         print(f"at least: {AT_LEAST}")
     print("left out: the share of failures beyond the curve's ends, were it continued at the slope of its last rows;")
     print(f"stronger motions add at most {rates[0].above:.2g} a year, of weaker ones a curve says nothing")
-    print("bounds carry the fragility's standard errors, the larger ones, and none of the hazard's\n")
+    print("bounds carry what the motions leave open of the fragility, and nothing of the hazard's own uncertainty\n")
+
+
+def _print_gaps_for_rates(interface: InterfaceAssessment, assessment: Assessment) -> None:
+    """Print the gap that keeps contact to each usual rate and to the target, and why there is none."""
+    from pounding_risk.assessment.rate_verdict import SHAPE
+
+    gaps = interface.gaps_for_rates
+    known = [_gap_cells(one, one.rate == assessment.target_rate) for one in gaps if not one.fault]
+    if known:
+        print(f"Gaps that keep contact to a rate under {assessment.hazard}\n")
+        heads = ("contact no more often than", "a year", "gap", "bounds", "motions counted", "left out")
+        print_table(heads, known, "lrrrrr")
+        if any(one.at_least for one in gaps):
+            print(f"at least: {AT_LEAST}")
+        if not all(isnan(one.counted) for one in gaps):
+            print("motions counted: each motion scaled until it closes the gap, without a lognormal curve")
+            print(SHAPE)
+    for fault in dict.fromkeys(one.fault for one in gaps if one.fault):
+        print(f"no gap for {', '.join(one.words for one in gaps if one.fault == fault)}: {fault}")
+    if gaps:
+        print()
+
+
+def _gap_cells(one: GapForRate, is_target: bool) -> tuple[str, ...]:
+    from pounding_risk.assessment.rate_verdict import gap_bounds
+
+    return (
+        f"{one.words}{', the target' if is_target else ''}",
+        f"{one.rate:.3g}",
+        f"{'at least ' if one.at_least else ''}{_length(one.gap)}",
+        gap_bounds(one),
+        _length(one.counted),
+        f"{100.0 * one.missing:.0f} %",
+    )
 
 
 def _rate_cells(rate: Rate) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from pounding_risk.cli._common.options import (
     JudgedGap,
     Percentile,
     Target,
+    TargetRate,
     argument,
     option,
     out_option,
@@ -36,6 +37,7 @@ def report(
     intensity: Intensity = None,
     pga: Amplitude = None,
     hazard: Hazard = None,
+    target_rate: TargetRate = None,
     others: Annotated[
         list[Path],
         typer.Option("--with", help="What compare, accuracy or effects wrote (.nc or .zarr); repeat for several."),
@@ -47,11 +49,13 @@ def report(
 ) -> None:
     """Write a report of a scan: one HTML file, or a PDF."""
     file = out_or(out, f"{results.stem}.html")
+    from pounding_risk.assessment.annual_rates import read_target_rate
     from pounding_risk.assessment.options import read_criterion
     from pounding_risk.reports import report as run
     from pounding_risk.units import GAP, PGA
 
     criterion = read_criterion(target, percentile, confidence, prefix="--")
+    rate = read_target_rate(target_rate, hazard is not None, prefix="--")
     report_file = run(
         results,
         file,
@@ -65,5 +69,6 @@ def report(
         **criterion._asdict(),
         intensity=intensity,
         pga=read_optional("--pga", pga, PGA),
+        target_rate=rate,
     )
     announce(report_file)

@@ -1,4 +1,4 @@
-"""Figure of an assessment: P(contact) against the gap with its bounds, and fragilities."""
+"""Figure of an assessment: P(contact) against the gap with its bounds, fragilities, and rates against the gap."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.fragility import SCALED, Fragility, fragility_curve
+from pounding_risk.assessment.gap_for_rate import rate_lines
 from pounding_risk.assessment.proportions import exact_bounds
 from pounding_risk.assessment.separations.table import COMBINATIONS
 from pounding_risk.figures.style import QUIET, STYLES, blank, law_words, title
@@ -33,7 +34,9 @@ VERDICT_WORDS = {"depends": "not settled"}
 
 
 def assessment_figure(assessment: Assessment, note: str = "") -> Figure:
-    """P(contact) against the gap on the left, and fragilities at the gap on the right; one row for each interface.
+    """P(contact) against the gap, fragilities at the gap, and with a hazard curve the rate of contact against the gap.
+
+    One row for each interface.
 
     Parameters
     ----------
@@ -45,13 +48,15 @@ def assessment_figure(assessment: Assessment, note: str = "") -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Two panels for each interface.
+        Two panels for each interface, three with a hazard curve.
     """
-    rows = len(assessment.interfaces)
-    figure, axes = blank(rows, 2, (13.0, 1.0 + 5.0 * rows))
+    rows, columns = len(assessment.interfaces), 3 if assessment.hazard_rows else 2
+    figure, axes = blank(rows, columns, (6.5 * columns, 1.0 + 5.0 * rows))
     for row, interface in enumerate(assessment.interfaces):
         _adequacy(axes[row, 0], interface, assessment)
         _fragilities(axes[row, 1], interface, assessment)
+        if assessment.hazard_rows:
+            _rates(axes[row, 2], interface, assessment)
         if rows > 1:
             axes[row, 0].set_title(interface.name, fontsize=10, loc="left")
     first = assessment.interfaces[0]
@@ -81,7 +86,11 @@ def _counted(assessment: Assessment) -> str:
 def _finding(interface: InterfaceAssessment, named: bool) -> str:
     share, name = interface.contact_at_gap(), f"{interface.name}: " if named else ""
     word = VERDICT_WORDS.get(interface.verdict.word, interface.verdict.word)
-    return f"{name}{own(interface.gap, GAP)} is {word}: {share.count} of {counted(share.runs, 'motion')} close it"
+    rate = interface.rate_verdict
+    by_rate = "" if rate is None else f", and {VERDICT_WORDS.get(rate.word, rate.word)} for {rate.words}"
+    return (
+        f"{name}{own(interface.gap, GAP)} is {word}: {share.count} of {counted(share.runs, 'motion')} close it{by_rate}"
+    )
 
 
 def _adequacy(axis: Any, interface: InterfaceAssessment, assessment: Assessment) -> None:
@@ -186,6 +195,52 @@ def _hazard(axis: Any, interface: InterfaceAssessment, assessment: Assessment) -
         words += f": contact in 50 years {least}{100.0 * rate.fifty_years:.2g} %"
         words += f", about {100.0 * rate.missing:.0f} % of failures beyond it" if rate.at_least else ""
     axis.axvspan(*ends, ymin=0.0, ymax=0.03, color=QUIET, alpha=0.6, linewidth=0.0, label=words)
+
+
+def _rates(axis: Any, interface: InterfaceAssessment, assessment: Assessment) -> None:
+    """Draw the annual rate of contact against the gap with its bounds, the target, the gap, and the gap for it."""
+    required = [gap for gap in interface.gaps_for_rates if not gap.fault]
+    lines = rate_lines(interface.rates, interface.gaps_for_rates)
+    axis.set(xlabel="gap [mm]", ylabel="rate of contact [1/year]")
+    if not lines.gaps.size:
+        from textwrap import fill
+
+        fault = next((gap.fault for gap in interface.gaps_for_rates if gap.fault), "no fragility of contact")
+        words = fill(f"No rate of contact: {fault}", 46)
+        axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", fontsize=9.5, color=QUIET)
+        return
+    bounds = f"{100 * assessment.confidence:g} % bounds, of the motions alone"
+    axis.fill_between(1e3 * lines.gaps, lines.low, lines.high, color=BLUE, alpha=0.15, linewidth=0.0, label=bounds)
+    axis.plot(1e3 * lines.gaps, lines.annual, color=BLUE, linewidth=1.8, label=f"contact, under {assessment.hazard}")
+    axis.set_yscale("log")
+    axis.axvline(1e3 * interface.gap, color="black", linewidth=1.4, label=f"the gap, {own(interface.gap, GAP)}")
+    if assessment.target_rate is not None:
+        words = f"target {assessment.target_rate_words}"
+        axis.axhline(assessment.target_rate, color=QUIET, linestyle=":", linewidth=1.4, label=words)
+    for gap in required:
+        is_target = gap.rate == assessment.target_rate
+        colour = ORANGE if is_target else BLUE
+        least = "at least " if gap.at_least else ""
+        label = f"for {gap.words}: {least}{say_in(gap.gap, 'mm', 3)}"
+        axis.plot(1e3 * gap.gap, gap.rate, "o", color=colour, markersize=8 if is_target else 5, zorder=3, label=label)
+    bars = [gap for gap in required if gap.rate == assessment.target_rate]
+    for gap in bars:
+        ends = 1e3 * np.array([gap.low, gap.high])
+        look = {"linewidth": 3.0, "alpha": 0.6, "solid_capstyle": "butt"}
+        axis.plot(ends, [gap.rate] * 2, color=ORANGE, label="its bounds", **look)
+    reach = [interface.gap, *(gap.gap for gap in required), *(gap.high for gap in bars)]
+    widest = ROOM * max(length for length in reach if np.isfinite(length))
+    axis.set_xlim(0.0, 1e3 * widest)
+    shown = (lines.gaps <= widest) & (lines.annual > 0.0)
+    axis.set_ylim(0.5 * lines.annual[shown].min(initial=required[-1].rate if required else np.inf), None)
+    axis.secondary_yaxis("right", functions=(_turned, _turned)).set_ylabel("return period [years]")
+    _legend(axis, 2)
+
+
+def _turned(values: Array) -> Array:
+    """Return periods of rates, and rates of return periods."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(1.0 / np.asarray(values, dtype=float))
 
 
 def _some(yields: list[Fragility], model: str) -> list[Fragility]:

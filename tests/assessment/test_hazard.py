@@ -1,17 +1,31 @@
-"""Annual rates against Cornell's closed form, and hazard tables that cannot be used."""
+"""Annual rates against Cornell's closed form, hazard tables of every form, and those that cannot be used."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.stats import norm
+from scipy.stats import chi2, kstest, norm
+from scipy.stats import t as student
 
+from pounding_risk.assessment.annual_rates import in_years
 from pounding_risk.assessment.fragility import Fragility
-from pounding_risk.assessment.hazard import Hazard, annual_rate, in_years, missing_share, rate_of, read_hazard
+from pounding_risk.assessment.hazard import (
+    Hazard,
+    HazardSpectrum,
+    annual_rate,
+    draws,
+    median_at_rate,
+    missing_share,
+    rate_of,
+)
+from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.errors import PoundingError
 
 K0, K = 2e-3, 2.5
+G = 9.80665
 
 
 def power_law(low: float = 1e-3, high: float = 1e3, rows: int = 25) -> Hazard:
@@ -105,6 +119,28 @@ def test_bounds_follow_the_fragilitys_errors():
     assert wide.low / wide.annual == pytest.approx(np.exp(-K * 1.96 * 0.2), rel=0.2)
 
 
+def test_the_median_of_a_rate_is_cornells():
+    """θ = (k₀ exp(k²β²/2) / ν)^(1/k), and what `annual_rate` then gives, also beside a wide dispersion."""
+    dispersions, rate = np.array([0.05, 0.3, 0.6, 40.0]), 1e-4
+    found = median_at_rate(power_law(), dispersions, rate)
+    known = (K0 * np.exp(0.5 * (K * dispersions[:3]) ** 2) / rate) ** (1.0 / K)
+    assert found[:3] == pytest.approx(known, rel=1e-5)  # the table ends at 1000 m/s2
+    assert annual_rate(power_law(), found, dispersions) == pytest.approx(rate, rel=1e-9)
+    with pytest.raises(ValueError, match="no median"):
+        median_at_rate(power_law(), 0.3, 1e9)
+
+
+def test_draws_of_scaled_motions_are_those_of_a_normal_sample():
+    """With n independent capacities β²(n − 1)/n is unbiased for what is drawn, and ln θ has Student's distribution."""
+    sample = replace(curve(median=3.0, dispersion=0.4), independent=12.0)
+    medians, dispersions = draws(sample)
+    share = kstest(12.0 * 0.4**2 / dispersions**2, chi2(11.0).cdf).pvalue
+    assert share > 0.01
+    scaled = np.log(medians / 3.0) / (0.4 * np.sqrt(12.0 / 11.0) / np.sqrt(12.0))
+    assert kstest(scaled, student(11.0).cdf).pvalue > 0.01
+    assert len(draws(replace(sample, se_median=np.nan, se_median_recordings=np.nan))[0]) == 0
+
+
 def test_no_fragility_no_rate():
     found = rate_of(power_law(), Fragility("yield", 0.0, 1e6, "linear", "pga", "", *[np.nan] * 7, "none", "", ()), 0.95)
     assert np.isnan(found.annual)
@@ -131,9 +167,59 @@ def test_a_table_is_read_with_its_unit(tmp_path):
         ("pga [g],rate\n0.1,0.01\n0.2,0\n", "an annual rate must be greater than 0 and finite"),
         ("pga [g],rate\n0.1,0.01\n0.2,0.02\n", "line 3: intensities must rise and annual rates fall"),
         ("pga [g],rate\n0.2,0.01\n\n0.1,0.001\n", "line 4: intensities must rise"),
-        ("pga [g],probability in 50 years\n0.1,0.5\n0.2,0.1\n", "line 1: the second column is 'probability in 50 y"),
-        ("pga [g],return period [years]\n0.1,50\n0.2,475\n", "a return period T one of 1 / T"),
-        ("pga [g],rate [1/50 years]\n0.1,0.5\n0.2,0.1\n", "it must be an annual rate or frequency"),
+        ("pga [g],probability\n0.1,0.5\n0.2,0.1\n", "line 1: the second column is 'probability'; it must be an annual"),
+        ("pga [g],probability\n0.1,0.5\n0.2,0.1\n", "a probability needs its years, such as 'probability in 50 years'"),
+        ("pga [g],probability in 0 years\n0.1,0.5\n0.2,0.1\n", "a probability needs its years"),
+        ("pga [g],foo\n0.1,0.5\n0.2,0.1\n", "write 'annual rate [1/year]', 'return period [years]' or"),
+        ("pga [g],rate [1/50 years]\n0.1,0.5\n0.2,0.1\n", "it must be an annual rate or frequency, a return period"),
+        ("pga [g],return period [years]\n0.1,475\n0.2,95\n", "line 3: intensities must rise and return periods rise"),
+        ("pga [g],return period [years]\n0.1,0\n0.2,95\n", "a return period in years must be greater than 0"),
+        ("pga [g],return period [years]\n0.1,-5\n0.2,95\n", "line 2: '0.1,-5' is no row"),
+        ("pga [g],return period [years]\n0.1,10 %\n0.2,95\n", "has a percentage"),
+        ("pga [g],probability in 50 years\n0.1,0.1\n0.2,0.5\n", "line 3: intensities must rise and probabilities fall"),
+        ("pga [g],probability in 50 years\n0.1,1\n0.2,0.5\n", "must be greater than 0 and less than 1"),
+        ("pga [g],probability in 50 years\n0.1,0.5\n0.2,0\n", "line 3: '0.2,0' is no row"),
+        ("pga [g],probability in 50 years\n0.1,50\n0.2,10\n", "of numbers in % the head ends in [%]"),
+        ("pga [g],probability in 50 years [%]\n0.1,100\n0.2,10\n", "must be greater than 0 and less than 100"),
+        ("pgv [m/s],annual rate\n0.1,0.1\n0.2,0.01\n", "line 1: the hazard is one of pgv, which datasets do not hold"),
+        ("annual rate,pga [g]\n0.1,0.1\n0.01\n", "line 3: '0.01' has 1 cells; write 2"),
+        ("annual rate,pga\n0.1,0.1\n0.01,0.2\n", "line 1: 'annual rate,pga' has a column that names no intensity"),
+        ("annual rate,pga [g],sa [g]\n0.1,0.1,0.2\n0.01,0.2,0.4\n", "line 1: 'sa' is neither pga nor sa at a period"),
+        ("annual rate,sa(1 s) [g],sa(1 s) [g]\n0.1,0.1,0.2\n0.01,0.2,0.4\n", "line 1: has sa(1 s) twice"),
+        (
+            "annual rate,sa(1 s) [g],sa(2 s) [g]\n0.1,0.1,0.2\n0.01,0.2,0.2\n",
+            "line 3: intensities of sa(2 s) must rise and annual rates fall",
+        ),
+        (
+            'annual rate,sa(1 s) [g],"sa(2 s, 2 %) [g]"\n0.1,0.1,0.2\n0.01,0.2,0.4\n',
+            "line 1: has spectra of several damping ratios",
+        ),
+        (
+            "sa [g],rate at 1 s,foo\n0.1,0.1,0.2\n0.2,0.01,0.02\n",
+            "line 1: 'foo' says not how often intensities at which",
+        ),
+        ("sa [g],rate at x,rate at 1 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n", "line 1: 'rate at x' names no period"),
+        (
+            "sa [g],rate at 1 s,annual probability at 2 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n",
+            "has not one form of rates at several periods",
+        ),
+        ("sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01\n", "line 3: '0.2,0.01' has 2 cells; write 3"),
+        ("sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01,\n", "line 1: has 1 rates of sa(2 s), two are"),
+        (
+            "sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01,0.3\n",
+            "line 3: intensities must rise and annual rates",
+        ),
+        ("sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,1e-3\n0.2,0.01,1e-4\n", "line 1: has curves that share no two rates"),
+        ("sa [g],rate at 1 s,rate at 1 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n", "line 1: has sa(1 s) twice"),
+        ("sa,rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n", "names no intensity with its unit"),
+        ("period [s],475 years [g]\n1,0.1\n2,0.05\n", "line 1: has spectra of 1 rates, two are the least"),
+        ("period [s],475 years,10 years [g]\n1,0.1,0.01\n", "line 1: '475 years' has no unit of its intensities"),
+        ("period [s],often [g],10 years [g]\n1,0.1,0.01\n", "line 1: 'often [g]' says not how often it is exceeded"),
+        ("period [s],475 years [g],10 years [g]\n1,0.1,0.2\n", "line 2: intensities must rise as the annual rates"),
+        ("period [s],10 years [g],10 years [g]\n1,0.1,0.2\n", "line 2: intensities must rise as the annual rates"),
+        ("period [s],10 years [g],475 years [g]\nx,0.1,0.2\n", "line 2: 'x,0.1,0.2' starts with no period"),
+        ("period [s],10 years [g],475 years [g]\n0,0.1,0.2\n", "line 1: has no sa at a period"),
+        ("period [s],10 years [g],475 years [g]\n1,0.1\n", "line 2: '1,0.1' has 2 cells; write 3"),
         ("pga [g],rate\n0.1,1_0\n0.2,0.001\n", "line 2: '0.1,1_0' is no row of the table (\"1_0\" has a unit"),
         ("pga [g],rate\n1_0,0.1\n0.2,0.001\n", "line 2: '1_0,0.1' is no row of the table"),
         ("pga [g],rate\n0.1,inf\n0.2,0.001\n", "an annual rate must be greater than 0 and finite"),
@@ -155,6 +241,153 @@ def test_a_table_that_is_none_is_refused_by_its_line(tmp_path, text, words):
         read_hazard(file)
     assert words in str(told.value)
     assert len(str(told.value)) < 1000  # what is damaged is shown shortened
+
+
+FORMS = {
+    "annual rate [1/year]": lambda rate: rate,
+    "return period [years]": lambda rate: 1.0 / rate,
+    "probability in 50 years": lambda rate: 1.0 - np.exp(-50.0 * rate),
+    "probability of exceedance in 50 years [%]": lambda rate: 100.0 * (1.0 - np.exp(-50.0 * rate)),
+    "PoE in 1 year": lambda rate: 1.0 - np.exp(-rate),
+    "annual probability": lambda rate: 1.0 - np.exp(-rate),
+}
+CURVE = power_law(0.5, 20.0, 9)
+
+
+@pytest.mark.parametrize("head", FORMS)
+@pytest.mark.parametrize("rate_first", [False, True])
+def test_one_hazard_in_all_forms_gives_the_same_rates(tmp_path, head, rate_first):
+    """The closed forms are written out here; a table may start with either column."""
+    file = tmp_path / "site.csv"
+    rows = [[repr(float(im)), repr(float(FORMS[head](rate)))] for im, rate in zip(CURVE.im, CURVE.rate, strict=True)]
+    table = [["pga [m/s^2]", head], *rows]
+    file.write_text("\n".join(",".join(row[::-1] if rate_first else row) for row in table))
+    found = read_hazard(file)
+    assert found.im.tolist() == CURVE.im.tolist()
+    assert found.rate == pytest.approx(CURVE.rate, rel=1e-11)
+    assert rate_of(found, curve(), 0.95).annual == pytest.approx(rate_of(CURVE, curve(), 0.95).annual, rel=1e-11)
+    assert ("Poisson" in found.reading) == ("prob" in head.lower() or "poe" in head.lower())
+
+
+def test_percentages_may_stand_in_the_cells(tmp_path):
+    file = tmp_path / "site.csv"
+    for head in ("probability in 50 years", "probability in 50 years [%]"):
+        file.write_text(f"pga [g],{head}\n0.1,50 %\n0.2,10 %\n")
+        assert read_hazard(file).rate == pytest.approx([np.log(2.0) / 50.0, -np.log(0.9) / 50.0])
+
+
+PERIODS = (0.1, 0.4, 2.0)
+UNIFORM = power_law(0.5, 20.0, 5)
+
+
+def spectra_by_rate() -> str:
+    """Sa = a(rate) T^-0.7, by return period: a straight line in the logarithms, so that interpolation is exact."""
+    heads = ["return period [years]", "pga [m/s^2]", *(f"sa({period} s) [m/s^2]" for period in PERIODS)]
+    rows = [
+        [1.0 / rate, 0.4 * im, *(im * period**-0.7 for period in PERIODS)]
+        for im, rate in zip(UNIFORM.im, UNIFORM.rate, strict=True)
+    ]
+    return "\n".join([",".join(heads), *(",".join(repr(float(value)) for value in row) for row in rows)])
+
+
+def spectra_by_period() -> str:
+    """The same, a row for each period; the columns in another order, and one of them a probability."""
+    rates = UNIFORM.rate[[2, 0, 1, 3, 4]]
+    words = [f"{1.0 / rate!r} years [m/s^2]" for rate in rates.tolist()]
+    words[1] = f"{100.0 * (1.0 - np.exp(-50.0 * rates[1])):.15g} % in 50 years [m/s^2]"
+    rows = [["0", *(0.4 * UNIFORM.im[[2, 0, 1, 3, 4]]).tolist()]]
+    rows += [[period, *(UNIFORM.im[[2, 0, 1, 3, 4]] * period**-0.7).tolist()] for period in PERIODS[::-1]]
+    return "\n".join([",".join(["period [s]", *words]), *(",".join(map(str, row)) for row in rows)])
+
+
+def curves_by_period() -> str:
+    """Curves of the same spectra over common intensities: λ = k₀ (im T^0.7)^−k, as probabilities in %."""
+    im = np.geomspace(0.05, 80.0, 40)
+    curves = [K0 * (im * period**0.7) ** -K for period in PERIODS] + [K0 * (im / 0.4) ** -K]
+    heads = [f"PoE in 50 years at {name} [%]" for name in (*(f"{period} s" for period in PERIODS), "PGA")]
+    chances = 100.0 * -np.expm1(-50.0 * np.array(curves))
+    # Probabilities near 1 keep no digits of a rate: such cells are left empty, as are the rarest ones.
+    cells = [[repr(float(chance)) if 1e-4 < chance < 90.0 else "" for chance in row] for row in chances.T]
+    rows = [[repr(float(x)), *row] for x, row in zip(im, cells, strict=True)]
+    return "\n".join([",".join(["sa [m/s^2]", *heads]), *(",".join(row) for row in rows)])
+
+
+@pytest.mark.parametrize("period", [0.1, 0.25, 0.4, 1.3, 2.0])
+def test_curves_at_several_periods_are_spectra_at_their_common_rates(tmp_path, period):
+    file = tmp_path / "curves.csv"
+    file.write_text(curves_by_period())
+    spectra = read_hazard(file)
+    for found, scale in ((spectra.at(f"sa({period} s)"), period**-0.7), (spectra.at("pga"), 0.4)):
+        assert found.rate == pytest.approx(K0 * (found.im / scale) ** -K, rel=1e-9)
+        assert found.rate.size > 20
+        # No curve is continued: the longest period's is the lowest, the shortest one's the highest.
+        assert found.rate[0] <= -np.log(0.1) / 50.0 and found.rate[-1] >= 1e-6 / 50.0
+    assert "Poisson" in found.reading
+
+
+@pytest.mark.parametrize("text", [spectra_by_rate(), spectra_by_period()])
+@pytest.mark.parametrize("period", [0.1, 0.25, 0.4, 1.3, 2.0])
+def test_a_curve_between_the_periods_of_spectra_is_that_of_the_power(tmp_path, text, period):
+    file = tmp_path / "uniform.csv"
+    file.write_text(text)
+    spectra = read_hazard(file)
+    assert isinstance(spectra, HazardSpectrum)
+    found = spectra.at(f"sa({period} s)")
+    assert found.im == pytest.approx(UNIFORM.im * period**-0.7, rel=1e-12)
+    assert found.rate == pytest.approx(UNIFORM.rate, rel=1e-9)
+    assert found.name == f"sa({period} s)"
+    assert ("is read between" in found.reading) == (period not in PERIODS)
+    assert spectra.at("pga").im == pytest.approx(0.4 * UNIFORM.im)
+
+
+def test_one_curve_may_name_its_period_beside_its_rate(tmp_path):
+    file = tmp_path / "site.csv"
+    file.write_text("sa [g],annual rate at 0.2 s [1/year]\n0.1,0.01\n0.2,0.001\n")
+    assert read_hazard(file).at("sa(0.2 s)").im == pytest.approx(G * np.array([0.1, 0.2]))
+    file.write_text("pga [g],annual rate at the site\n0.1,0.01\n0.2,0.001\n")
+    assert read_hazard(file).name == "pga"
+
+
+def test_spectra_between_periods_need_not_be_a_power(tmp_path):
+    """At a third of the way, in the logarithms, from 0.2 s to 1.6 s: the intensities there too, at each rate."""
+    file = tmp_path / "uniform.csv"
+    file.write_text("annual rate,sa(0.2 s) [m/s^2],sa(1.6 s) [m/s^2]\n1e-2,1,8\n1e-3,2,16\n1e-4,27,64\n")
+    found = read_hazard(file).at("sa(0.4 s)")
+    assert found.im == pytest.approx([2.0, 4.0, 36.0])
+    assert "between 0.2 s and 1.6 s" in found.reading
+
+
+@pytest.mark.parametrize(
+    ("intensity", "words"),
+    [
+        ("sa(0.05 s)", "has spectra from 0.1 s to 2 s, and sa(0.05 s) is asked for; add that period to the table"),
+        ("sa(2.5 s)", 'choose one of its own, such as --intensity "sa(0.1 s)"'),
+        (
+            "sa(0.4 s, 2 %)",
+            'has spectra of 5 % damping, and sa(0.4 s, 2 %) is asked for; write --intensity "sa(0.4 s)"',
+        ),
+        ("pgv", "has no curve of pgv"),
+    ],
+)
+def test_spectra_are_not_continued(tmp_path, intensity, words):
+    file = tmp_path / "uniform.csv"
+    file.write_text(spectra_by_rate())
+    with pytest.raises(PoundingError, match=r"uniform\.csv") as told:
+        read_hazard(file).at(intensity)
+    assert words in str(told.value)
+    file.write_text("annual rate,sa(0.2 s) [g],sa(1 s) [g]\n1e-2,1,2\n1e-3,2,3\n")
+    with pytest.raises(PoundingError, match="has no column of pga"):
+        read_hazard(file).at("pga")
+
+
+def test_spectra_of_another_damping_say_so(tmp_path):
+    file = tmp_path / "uniform.csv"
+    file.write_text('annual rate,"sa(0.2 s, 2 %) [g]","sa(1 s, 2 %) [g]"\n1e-2,1,2\n1e-3,2,3\n')
+    spectra = read_hazard(file)
+    assert spectra.damping == pytest.approx(0.02)
+    assert spectra.at("sa(0.2 s, 2 %)").im == pytest.approx(G * np.array([1.0, 2.0]))
+    with pytest.raises(PoundingError, match=r'write --intensity "sa\(0.2 s, 2 %\)"'):
+        spectra.at("sa(0.2 s)")
 
 
 @pytest.mark.parametrize(

@@ -579,6 +579,22 @@ def test_a_hazard_curve_adds_rates(made, tmp_path):
     assert column(read.table("The hazard curve hazard.csv"), 0) == pytest.approx([0.05 * G, 0.2 * G, 0.8 * G])
 
 
+def test_a_target_rate_adds_its_verdict_and_the_gap_for_it(made, tmp_path):
+    """The gaps of the page are those of the assessment, and its table says which is that of the target."""
+    curve = tmp_path / "hazard.csv"
+    curve.write_text("pga [g],return period [years]\n0.02,5\n0.2,100\n0.8,5000\n", encoding="utf-8")
+    scan = made(7, laws=1)
+    asked = {"hazard": curve, "target_rate": "20 % in 50 years"}
+    text = pr.report(scan, tmp_path / "report.html", **asked).read_text(encoding="utf-8")
+    read, (one,) = Page(text), assess(scan, **asked).interfaces
+    known = [gap for gap in one.gaps_for_rates if not gap.fault]
+    assert known
+    assert column(read.table("gap that keeps contact to a rate under hazard.csv"), 2) == [gap.gap for gap in known]
+    assert one.rate_verdict.conclusion[0].replace("&", "&amp;") in text
+    assert "Return periods T are read as annual rates 1/T." in text
+    assert any("20 % in 50 years" in gap.words for gap in one.gaps_for_rates)
+
+
 def test_the_commands_make_the_same_report(scan, tmp_path):
     """The report names the file that the scan wrote, and every option that is not the usual one."""
     curve = tmp_path / "hazard.csv"
@@ -600,6 +616,11 @@ def test_the_commands_make_the_same_report(scan, tmp_path):
     )
     (digests,) = (each["rows"] for each in section["blocks"] if each.get("caption") == "Digests.")
     assert digest[:12] in str(digests[0][1]) and "0d" in str(digests[1][1])
+    rated = {"hazard": curve, "target_rate": "1 % in 50 years"}
+    exact = {"hazard": curve, "target_rate": 1.0 / 2475.0}
+    for rates, words in ((rated, "'1 % in 50 years'"), (exact, f"'{1.0 / 2475.0!r} a year'")):
+        document_of = model.build(ReportData(with_axes(scan), assess(scan, **rates), {}, ""))
+        assert f"--hazard hazard.csv --target-rate {words}" in str(document_of).replace("\\'", "'")
     plain = model.build(ReportData(with_axes(scan), assess(scan), {}, ""))
     assert "pounding-risk report results.nc -o report.html" in {
         line for part in plain["sections"] for each in part["blocks"] for line in each.get("text", "").splitlines()

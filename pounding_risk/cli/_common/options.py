@@ -69,11 +69,19 @@ Target = Annotated[
 Intensity = Annotated[
     str | None,
     option(
-        'Of fragilities: pga, sa(left), sa(right), sa(NAME) or "sa(0.5 s)".', "what the motions are scaled to, or pga"
+        'Of fragilities: pga, sa(left), sa(right), sa(NAME), sa(longer), sa(shorter), sa(mean) or "sa(0.5 s)".',
+        "the hazard's, what the motions are scaled to, or pga",
     ),
 ]
 Amplitude = Annotated[str | None, option("Amplitude of the grid.", "the scene's or largest")]
-Hazard = Annotated[Path | None, option("Hazard curve (.csv): intensity with unit, annual rate.")]
+Hazard = Annotated[
+    Path | None,
+    option("Hazard (.csv): PGA or Sa with unit, and annual rate, return period or probability in years; or spectra."),
+]
+TargetRate = Annotated[
+    str | None,
+    option('Rate of contact that is accepted, "1 % in 50 years", "2475 years" or "4e-4 a year"; needs a hazard.'),
+]
 
 
 def read_option(option: str, text: str, quantity: Quantity) -> float:

@@ -1,4 +1,4 @@
-"""Section on the gap: probability of contact, the gap needed, codes, yielding, fragility, rates, sensitivity."""
+"""Section on the gap: probability of contact, the gap needed, codes, yielding, fragility, sensitivity."""
 
 from __future__ import annotations
 
@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pounding_risk.assessment.fragility import Fragility
-    from pounding_risk.assessment.hazard import Rate
     from pounding_risk.assessment.proportions import Share
     from pounding_risk.assessment.separations.table import Comparison
 
@@ -65,12 +64,12 @@ WIDER = 1.15  # times the widest gap of a figure: where its axis ends
 
 
 def write(data: ReportData) -> list[Block]:
-    """Blocks of every interface: contact, the gap needed, codes, yielding, fragility, rates, and what it depends on."""
+    """Blocks of every interface: contact, the gap needed, codes, yielding, fragility, and what it depends on."""
     blocks = [paragraph(_terms(data))]
     for pair in data.pairs:
         if len(data.pairs) > 1:
             blocks.append(heading(pair.name, pair.anchor))
-        for part in (_contact, _required, _codes, _yielding, _fragility, _rates, _sensitivity):
+        for part in (_contact, _required, _codes, _yielding, _fragility, _sensitivity):
             blocks += part(data, pair)
     return blocks
 
@@ -261,7 +260,7 @@ def _rule_cells(rule: Comparison, motions: int, common: Sequence[str]) -> list[C
     return [*facts, number(rule.middle, "m"), number(rule.upper, "m"), spread, short, note]
 
 
-def _model(result: Share | Fragility | Rate) -> str:
+def _model(result: Share | Fragility) -> str:
     """The contact model of a result; contact itself depends on none."""
     return name_of(result.contact_model) if result.contact_model else "any"
 
@@ -420,47 +419,6 @@ def _drawn_curves(curves: Sequence[Fragility], law: str, gap: float) -> list[Fra
 def _curve_words(curve: Fragility) -> str:
     gap = f"{curve.what}, gap {amount(curve.gap, 'm')['text']}"
     return gap if curve.yield_force is None else f"{gap}, $F_E$ {strength(curve.yield_force, unit=True)['text']}"
-
-
-def _rates(data: ReportData, pair: Pair) -> list[Block]:
-    """Table of annual rates and 50-year probabilities, where a hazard curve is given."""
-    rates = [rate for rate in pair.assessed.rates if np.isfinite(rate.annual)]
-    if not rates:
-        return []
-    heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
-    heads += [("a year", "r"), ("bounds", "r"), ("in 50 years [%]", "r"), ("P at the weakest [%]", "r")]
-    heads += [("left out [%]", "r")]
-    rows: list[list[Cell | str]] = [
-        [
-            rate.what,
-            number(rate.gap, "m"),
-            _model(rate),
-            strength(rate.yield_force),
-            _at_least(number(rate.annual, digits=3), rate),
-            between(rate.low, rate.high, "1", 3),
-            _at_least(number(rate.fifty_years, "%", 3), rate),
-            number(rate.below, "%", 2),
-            number(rate.missing, "%", 2),
-        ]
-        for rate in rates
-    ]
-    source, curve = data.assessment.hazard, data.assessment.hazard_rows
-    weakest, strongest = (amount(im, ACCELERATION)["text"] for im in (curve[0][0], curve[-1][0]))
-    stronger = number(curve[-1][1], digits=3)["text"]
-    is_cut = any(rate.at_least for rate in rates)
-    least = "Where a rate is at least so much, the curve ends where failures do not. " if is_cut else ""
-    explained = (
-        f"Rates count motions from {weakest} to {strongest}, the range of the curve. {least}Left out is the share of "
-        "the failures beyond the curve's ends, were it continued at the slope of its last rows; stronger motions add "
-        f"at most {stronger} a year, and of weaker ones the curve says nothing. Bounds carry the fragility's standard "
-        "errors and nothing of the curve's own uncertainty."
-    )
-    return [table(f"{pair.name}: annual rate under the hazard curve {source}.", heads, rows), paragraph(explained)]
-
-
-def _at_least(cell: Cell, rate: Rate) -> Cell:
-    """The cell of a rate, with "at least" where the number is only a lower bound."""
-    return {**cell, "text": f"at least {cell['text']}"} if rate.at_least else cell
 
 
 def _sensitivity(data: ReportData, pair: Pair) -> list[Block]:

@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Mapping
 from typing import Any
 
+from pounding_risk.assessment.annual_rates import read_rate
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE, target_left_by
 from pounding_risk.reports.blocks import MISSING, Block, facts, head, heading, listing, number, paragraph, source, table
 from pounding_risk.reports.data import ReportData
@@ -42,6 +43,8 @@ def write(data: ReportData) -> list[Block]:
         heads = [(head(intensity_words(assessment.intensity), "m/s2"), "r"), ("exceeded a year", "r")]
         rows = [[number(im, "m/s2"), number(rate)] for im, rate in assessment.hazard_rows]
         blocks.append(table(f"The hazard curve {assessment.hazard}.", heads, rows))
+        if assessment.hazard_reading:
+            blocks.append(paragraph(assessment.hazard_reading))
     written_from = [("results file, sha256", data.checksum)] if data.checksum else []
     written_from += [
         (f"{kind}: {other.attrs['file']}, sha256", str(other.attrs["sha256"]))
@@ -98,7 +101,13 @@ def _asked(data: ReportData) -> list[str]:
         options += [f"--{name}", words]
     for other in data.others.values():
         options += ["--with", str(other.attrs["file"])] if "file" in other.attrs else []
-    return [*options, "--hazard", assessment.hazard] if assessment.hazard else options
+    if assessment.hazard:
+        options += ["--hazard", assessment.hazard]
+    if assessment.target_rate is not None:
+        words = assessment.target_rate_words  # rounded for a reader
+        exactly = read_rate(words).rate == assessment.target_rate
+        options += ["--target-rate", words if exactly else f"{assessment.target_rate!r} a year"]
+    return options
 
 
 def _files(data: ReportData) -> Block:

@@ -1,0 +1,407 @@
+"""Hazard curves from a table in a CSV file: at one intensity, or spectra of several annual rates.
+
+Four shapes are read, told apart by the first line:
+
+- ``pga [g],annual rate [1/year]``: a row for each intensity of one curve;
+- ``return period [years],pga [g],sa(0.2 s) [g],sa(1 s) [g]``: a row for each return period, a uniform hazard spectrum;
+- ``period [s],475 years [g],2475 years [g]``: a row for each period of vibration, 0 for PGA;
+- ``sa [g],annual rate at 0.2 s [1/year],annual rate at 1 s [1/year]``: a row for each intensity of several curves.
+
+How often an intensity is exceeded may be an annual rate, a return period T [years], which is a rate of 1/T, or a
+probability p in t years, which is one of −ln(1 − p)/t.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from math import inf, isclose, nan
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.assessment.annual_rates import AnnualRate, rate_of_probability, read_rate
+from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.amplitudes import Spectral, spectral
+from pounding_risk.units import PERIOD, PGA, Quantity, QuantityError, parse
+
+Array = NDArray[np.float64]
+
+LONGEST = 10_000  # letters of a line of a table; a spectrum of a hundred periods has fewer
+RATE = Quantity("1", 0.0, inf, "annual rate", open_low=True, open_high=True, example="0.002")
+RETURN_PERIOD = Quantity("1", 0.0, inf, "return period in years", open_low=True, open_high=True, example="475")
+PROBABILITY = Quantity("1", 0.0, 1.0, "probability of exceedance", open_low=True, open_high=True, example="0.1")
+PERCENT = Quantity("1", 0.0, 100.0, "probability in %", open_low=True, open_high=True, example="10")
+HEAD = "write a table with the head 'pga [g],annual rate [1/year]' and a row for each intensity"
+SPECTRA = "write a table with the head 'return period [years],sa(0.2 s) [g],sa(1 s) [g]', or 'period [s],475 years [g]'"
+CURVES = "write a table with the head 'sa [g],annual rate at 0.2 s [1/year],annual rate at 1 s [1/year]'"
+A_YEAR = r".*\b(rate|frequency)\b[^\[]*(\[ *((1 */|per) *(year|yr|a)|(year|yr|a) *\^? *-1) *\])?\s*"
+OF_RETURN = r".*\breturn period\b[^\[]*(\[ *(years?|yrs?|a) *\])?\s*"
+OF_PROBABILITY = r".*\b(?:probability|poe)\b[^\[]*\bin *(\d+\.?\d*) *(?:years?|yrs?|a)\b[^\[]*(?:\[ *(%|1|-) *\])?\s*"
+ANNUAL_PROBABILITY = r".*\bannual probability\b[^\[]*(?:\[ *(%|1|-) *\])?\s*"
+OFTEN = "an annual rate or frequency, a return period [years], or a probability in a number of years"
+FALLS = {
+    "annual rate": "annual rates fall",
+    "return period": "return periods rise",
+    "probability": "probabilities fall",
+}
+
+
+class Statement(NamedTuple):
+    """How a column states how often an intensity is exceeded."""
+
+    kind: str  # of FALLS
+    years: float = nan  # of a probability
+    percent: bool = False
+
+    @property
+    def reading(self) -> str:
+        """Sentence on how the numbers are read as annual rates; "" of annual rates."""
+        if self.kind == "return period":
+            return "Return periods T are read as annual rates 1/T."
+        if self.kind == "probability":
+            span = "1 year" if self.years == 1.0 else f"{self.years:g} years"
+            return (
+                f"Probabilities p in {span} are read as annual rates -ln(1 - p)/{self.years:g}, events being "
+                "independent of each other (Poisson)."
+            )
+        return ""
+
+    def rate(self, cell: str) -> float:
+        """Annual rate of a cell; raises QuantityError for what is none."""
+        if self.kind == "annual rate":
+            return parse(cell, RATE)
+        if self.kind == "return period":
+            return 1.0 / parse(cell, RETURN_PERIOD)
+        is_percent = self.percent and "%" not in cell
+        return rate_of_probability(parse(cell, PERCENT) / 100.0 if is_percent else parse(cell, PROBABILITY), self.years)
+
+
+class Line(NamedTuple):
+    """One line of a table: the file, its number, its text and cells."""
+
+    source: Path
+    number: int
+    text: str
+
+    @property
+    def cells(self) -> list[str]:
+        return [cell.strip() for cell in next(csv.reader([self.text], skipinitialspace=True))]
+
+    def fault(self, words: str) -> PoundingError:
+        """The error that this line causes."""
+        return PoundingError(f"{self.source}, line {self.number}: {words}")
+
+    @property
+    def shown(self) -> str:
+        return _shown(self.text)
+
+
+class Column(NamedTuple):
+    """Intensity of a column: its name in lower case, and its unit."""
+
+    name: str
+    unit: str
+
+
+def read_hazard(path: str | Path) -> Hazard | HazardSpectrum:
+    """Read a hazard curve, or hazard spectra, from a CSV file.
+
+    The head says what each column holds (the four shapes of the module's docstring). Lines that start with # are left
+    out.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, such as ``pga [g],annual rate [1/year]`` above rows like ``0.1,0.02``.
+
+    Returns
+    -------
+    Hazard or HazardSpectrum
+        Intensities [m/s2] in rising order and annual rates [1/year]; a spectrum where the table has several periods.
+
+    Raises
+    ------
+    PoundingError
+        With the line, for what is no such table, where no column says how often an intensity is exceeded, for a
+        probability that does not lie between 0 and 1, and where intensities do not rise or rates do not fall.
+    """
+    lines = _lines(Path(path))
+    cells = lines[0].cells
+    if re.fullmatch(r"period *\[.*\]", cells[0], re.IGNORECASE):
+        return _by_period(lines)
+    stated = statement(cells[0])
+    if stated is not None:
+        return _by_rate(lines, stated)
+    has_period = len(cells) > 2 or re.search(r" at (\.?\d|pga\b)", cells[-1], re.IGNORECASE)
+    return _by_intensity(lines) if has_period else _one_curve(lines)
+
+
+def statement(head: str) -> Statement | None:
+    """How a column states how often its intensity is exceeded, by its head; None of another column."""
+    if match := re.fullmatch(OF_PROBABILITY, head, re.IGNORECASE):
+        years = float(match[1])
+        return Statement("probability", years, match[2] == "%") if years > 0.0 else None
+    if match := re.fullmatch(ANNUAL_PROBABILITY, head, re.IGNORECASE):
+        return Statement("probability", 1.0, match[1] == "%")
+    if re.fullmatch(OF_RETURN, head, re.IGNORECASE):
+        return Statement("return period")
+    return Statement("annual rate") if re.fullmatch(A_YEAR, head, re.IGNORECASE) else None
+
+
+def _lines(source: Path) -> list[Line]:
+    """The lines of a table that hold something, the head first."""
+    try:
+        lines = source.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise PoundingError(f"{source}: cannot be read ({getattr(error, 'strerror', error)}); {HEAD}") from None
+    rows = [
+        Line(source, at, text)
+        for at, text in enumerate(lines, start=1)
+        if text.strip(" \t,;") and not text.startswith("#")
+    ]
+    for row in rows:
+        if len(row.text) > LONGEST:
+            raise row.fault(f"has {len(row.text):,} letters, and a row is two numbers or a few more; {HEAD}")
+    if len(rows) < 2 or (len(rows) < 3 and not re.match(r"period *\[", rows[0].text.strip(), re.IGNORECASE)):
+        raise PoundingError(f"{source}: has {max(len(rows) - 1, 0)} rows below its head, two are the least; {HEAD}")
+    return rows
+
+
+def _one_curve(lines: list[Line]) -> Hazard:
+    """A curve of two columns, the intensity and how often it is exceeded."""
+    head = lines[0]
+    column = _column(head, head.cells[0])
+    if column is None or len(head.cells) != 2:
+        raise head.fault(f"{head.shown} names no intensity with its unit; {HEAD}")
+    stated = statement(head.cells[1])
+    if stated is None:
+        raise head.fault(f"the second column is {_shown(head.cells[1])}; it must be {OFTEN}: {_how(head.cells[1])}")
+    table = np.array([_row(line, column, stated) for line in lines[1:]])
+    _check_order(lines[1:], table[:, 0], table[:, 1], stated)
+    return Hazard(column.name, table[:, 0], table[:, 1], lines[0].source.name, stated.reading)
+
+
+def _how(head: str) -> str:
+    """What to write where the head of a column does not say how often intensities are exceeded."""
+    if re.search(r"\b(probability|poe)\b", head, re.IGNORECASE):
+        return "a probability needs its years, such as 'probability in 50 years'"
+    return "write 'annual rate [1/year]', 'return period [years]' or 'probability in 50 years'"
+
+
+def _row(line: Line, column: Column, stated: Statement) -> tuple[float, float]:
+    """Intensity [m/s2] and annual rate [1/year] of one row."""
+    cells = line.cells
+    if len(cells) != 2:
+        words = f"the intensity and its {stated.kind}"
+        raise line.fault(f"{line.shown} has {len(cells)} cells; write two, {words}")
+    return _intensity(line, cells[0], column), _rate(line, cells[1], stated)
+
+
+def _rate(line: Line, cell: str, stated: Statement) -> float:
+    if "%" in cell and stated.kind != "probability":
+        raise line.fault(f"{line.shown} has a percentage; write a number a year; {HEAD}")
+    try:
+        return stated.rate(cell)
+    except QuantityError as error:
+        percent = (
+            "; of numbers in % the head ends in [%]" if stated.kind == "probability" and not stated.percent else ""
+        )
+        raise line.fault(f"{line.shown} is no row of the table ({error}){percent}; {HEAD}") from None
+
+
+def _intensity(line: Line, cell: str, column: Column) -> float:
+    try:
+        return parse(f"{cell} {column.unit}", PGA)
+    except QuantityError as error:
+        raise line.fault(f"{line.shown} is no row of the table ({error}); {HEAD}") from None
+
+
+def _check_order(lines: Sequence[Line], im: Array, rate: Array, stated: Statement, name: str = "intensities") -> None:
+    """Raise PoundingError with the line where intensities do not rise or rates do not fall."""
+    for row in range(1, len(im)):
+        if not (im[row] > im[row - 1] and rate[row] < rate[row - 1]):
+            raise lines[row].fault(
+                f"{name} must rise and {FALLS[stated.kind]} from row to row; sort the table, and leave out rows that "
+                "repeat one"
+            )
+
+
+def _by_rate(lines: list[Line], stated: Statement) -> Hazard | HazardSpectrum:
+    """A row for each annual rate: a curve where there is one intensity, spectra where there are several."""
+    head = lines[0]
+    columns = [_column(head, cell) for cell in head.cells[1:]]
+    named = [column for column in columns if column is not None]
+    if not named or len(named) < len(columns):
+        raise head.fault(f"{head.shown} has a column that names no intensity with its unit; {SPECTRA}")
+    rows = []
+    for line in lines[1:]:
+        cells = line.cells
+        if len(cells) != len(columns) + 1:
+            raise line.fault(f"{line.shown} has {len(cells)} cells; write {len(columns) + 1}, one for each column")
+        values = [_intensity(line, cell, column) for cell, column in zip(cells[1:], named, strict=True)]
+        rows.append([_rate(line, cells[0], stated), *values])
+    table = np.array(rows)
+    for at, column in enumerate(named, start=1):
+        _check_order(lines[1:], table[:, at], table[:, 0], stated, f"intensities of {column.name}")
+    if len(named) == 1:
+        return Hazard(named[0].name, table[:, 1], table[:, 0], head.source.name, stated.reading)
+    return _spectrum(head, [column.name for column in named], table[:, 0], table[:, 1:], stated.reading)
+
+
+def _by_period(lines: list[Line]) -> HazardSpectrum:
+    """A row for each period of vibration, 0 for PGA, and a column for each annual rate."""
+    head, levels = lines[0], []
+    for cell in head.cells[1:]:
+        column = _column(head, cell)
+        if column is None:
+            raise head.fault(f"{_shown(cell)} has no unit of its intensities; {SPECTRA}")
+        try:
+            levels.append((read_rate(column.name), column))
+        except QuantityError as error:
+            raise head.fault(f"{_shown(cell)} says not how often it is exceeded ({error})") from None
+    if len(levels) < 2:
+        raise head.fault(f"has spectra of {len(levels)} rates, two are the least; {SPECTRA}")
+    names, rows = [], []
+    for line in lines[1:]:
+        cells = line.cells
+        if len(cells) != len(levels) + 1:
+            raise line.fault(f"{line.shown} has {len(cells)} cells; write {len(levels) + 1}, one for each column")
+        names.append(_period_name(line, cells[0], head.cells[0]))
+        rows.append([_intensity(line, cell, column) for cell, (_, column) in zip(cells[1:], levels, strict=True)])
+    rates = np.array([level.rate for level, _ in levels])
+    order = np.argsort(-rates)
+    table = np.array(rows)[:, order]
+    for line, values in zip(lines[1:], table, strict=True):
+        if not (np.diff(values) > 0.0).all() or not (np.diff(rates[order]) < 0.0).all():
+            raise line.fault("intensities must rise as the annual rates of the columns fall; leave out equal columns")
+    return _spectrum(head, names, rates[order], table.T, _level_reading([level for level, _ in levels]))
+
+
+def _by_intensity(lines: list[Line]) -> HazardSpectrum:
+    """A row for each intensity, and a column for the curve of each period; an empty cell ends its curve."""
+    head = lines[0]
+    column = _column(head, head.cells[0])
+    if column is None:
+        raise head.fault(f"{head.shown} names no intensity with its unit; {HEAD}")
+    named = [_rate_at_period(head, cell) for cell in head.cells[1:]]
+    if not named or len({stated for stated, _ in named}) > 1:
+        raise head.fault(f"{head.shown} has not one form of rates at several periods; {CURVES}")
+    stated, curves = named[0][0], []
+    for at, (_, name) in enumerate(named, start=1):
+        rows = [line for line in lines[1:] if len(line.cells) <= at or line.cells[at]]
+        for line in rows:
+            if len(line.cells) != len(named) + 1:
+                raise line.fault(f"{line.shown} has {len(line.cells)} cells; write {len(named) + 1}")
+        if len(rows) < 2:
+            raise head.fault(f"has {len(rows)} rates of {name}, two are the least; {CURVES}")
+        im = np.array([_intensity(line, line.cells[0], column) for line in rows])
+        rate = np.array([_rate(line, line.cells[at], stated) for line in rows])
+        _check_order(rows, im, rate, stated)
+        curves.append((im, rate))
+    return _at_common_rates(head, [name for _, name in named], curves, stated.reading)
+
+
+def _rate_at_period(head: Line, cell: str) -> tuple[Statement, str]:
+    """How a column states rates, and the intensity whose curve it holds: "annual rate at 0.5 s [1/year]"."""
+    match = re.fullmatch(r"(.*?) at ([^\[\]]+?)\s*(\[[^\]]*\])?", cell)
+    stated = statement(f"{match[1]} {match[3] or ''}".strip()) if match else None
+    if match is None or stated is None:
+        raise head.fault(f"{_shown(cell)} says not how often intensities at which period are exceeded; {CURVES}")
+    if match[2].lower() == "pga":
+        return stated, "pga"
+    try:
+        return stated, Spectral(parse(match[2], PERIOD)).intensity
+    except QuantityError as error:
+        raise head.fault(f"{_shown(cell)} names no period ({error}); {CURVES}") from None
+
+
+def _at_common_rates(
+    head: Line, names: Sequence[str], curves: Sequence[tuple[Array, Array]], reading: str
+) -> HazardSpectrum:
+    """Spectra at the rates that all curves have, each curve straight in the logarithms between its rows."""
+    least, most = max(rate[-1] for _, rate in curves), min(rate[0] for _, rate in curves)
+    rates = np.unique(np.concatenate([rate for _, rate in curves]))
+    rates = rates[(rates >= least) & (rates <= most)][::-1]
+    if rates.size < 2:
+        raise head.fault("has curves that share no two rates; write rows that reach further")
+    spectra = [np.exp(np.interp(-np.log(rates), -np.log(rate), np.log(im))) for im, rate in curves]
+    return _spectrum(head, names, rates, np.array(spectra).T, reading)
+
+
+def _level_reading(levels: Sequence[AnnualRate]) -> str:
+    """Sentence on how the levels in the head of spectra are read as annual rates."""
+    words, rates = (", ".join(each) for each in zip(*((one.words, f"{one.rate:.3g}") for one in levels), strict=True))
+    return f"The columns {words} are read as annual rates of {rates}, events being independent of each other (Poisson)."
+
+
+def _period_name(line: Line, cell: str, head: str) -> str:
+    """The intensity of a row that starts with a period: "pga" of 0, or "sa(0.5 s)"."""
+    unit = head.partition("[")[2].rpartition("]")[0]
+    if cell.lower() == "pga" or re.fullmatch(r"0*\.?0+", cell):
+        return "pga"
+    try:
+        return Spectral(parse(f"{cell} {unit}", PERIOD)).intensity
+    except QuantityError as error:
+        raise line.fault(f"{line.shown} starts with no period ({error}); {SPECTRA}") from None
+
+
+def _spectrum(head: Line, names: Sequence[str], rate: Array, im: Array, reading: str) -> HazardSpectrum:
+    """Spectra by rising period, from ``im`` (rates, intensities); raises PoundingError for other intensities."""
+    known = [_spectral_name(head, name) for name in names]
+    periods = [one.period for one in known]
+    for at, period in enumerate(periods):
+        if period in periods[:at]:
+            raise head.fault(f"has {names[at]} twice; leave one of them out")
+    of_period = [one for one in known if one.period > 0.0]
+    if not of_period:
+        raise head.fault(f"has no sa at a period; {SPECTRA}")
+    if not all(isclose(one.damping, of_period[0].damping) for one in of_period):
+        raise head.fault("has spectra of several damping ratios; write a table for each")
+    order = np.argsort(periods)
+    sorted_periods, table = np.array(periods)[order], im[:, order]
+    at_zero = bool(sorted_periods[0] == 0.0)
+    return HazardSpectrum(
+        periods=sorted_periods[at_zero:],
+        rate=rate,
+        im=table[:, at_zero:],
+        damping=of_period[0].damping,
+        pga=table[:, 0] if at_zero else None,
+        source=head.source.name,
+        reading=reading,
+    )
+
+
+def _spectral_name(head: Line, name: str) -> Spectral:
+    """Period and damping of the intensity of a column, the period 0 of PGA."""
+    if name == "pga":
+        return Spectral(0.0)
+    match = re.fullmatch(r"sa\((.+)\)", name)
+    found = spectral(match[1]) if match else None
+    if found is None:
+        raise head.fault(f"{_shown(name)} is neither pga nor sa at a period such as sa(0.5 s); {SPECTRA}")
+    return found
+
+
+def _column(head: Line, cell: str) -> Column | None:
+    """Name and unit of an intensity, from the head of its column; None where it names none with a unit."""
+    match = re.fullmatch(r"\s*(.+?)\s*\[(.+)\]\s*", cell)
+    if match is None:
+        return None
+    name = match[1].lower()
+    if re.match(r"pg[vd]\b", name):
+        raise head.fault(
+            f"the hazard is one of {name}, which datasets do not hold for their motions; take a curve of pga, or of sa "
+            "at a period such as sa(0.5 s)"
+        )
+    return Column(name, match[2])
+
+
+def _shown(text: str) -> str:
+    """Text of a table for an error, at most 60 letters of it."""
+    text = text.strip()
+    return repr(text if len(text) <= 60 else f"{text[:57]}...")

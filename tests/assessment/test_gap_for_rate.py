@@ -1,0 +1,375 @@
+"""The gap that keeps contact to an annual rate: against Cornell's closed form solved for it, and simulated coverage."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from figure_words import words_of
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from scipy.stats import norm
+from test_assess import lognormal, made_up
+from typer.testing import CliRunner
+
+from pounding_risk import assess, cli
+from pounding_risk.assessment.annual_rates import read_rate
+from pounding_risk.assessment.contact_fragility import ContactMotions
+from pounding_risk.assessment.gap_for_rate import RateOfGaps
+from pounding_risk.assessment.hazard import Hazard, annual_rate
+from pounding_risk.cli.assess import print_assessment
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures.assess import assessment_figure
+from pounding_risk.results.files import save
+
+G = 9.80665
+K0, K = 2e-3, 2.5
+TARGET = read_rate("2 % in 50 years")
+
+
+def power_law(low: float = 1e-4, high: float = 1e4, rows: int = 25) -> Hazard:
+    im = np.geomspace(low, high, rows)
+    return Hazard("pga", im, K0 * im**-K, "power.csv")
+
+
+def motions_of(capacities: np.ndarray, recordings: np.ndarray | None = None, linear: bool = True) -> ContactMotions:
+    """Motions at 1 m/s2 whose capacity at a gap of 1 m is given."""
+    who = np.arange(capacities.size) if recordings is None else recordings
+    return ContactMotions("pga", "", np.ones((capacities.size, 1)), 1.0 / capacities[:, None], who, linear)
+
+
+def site(folder: Path, k0: float = K0, k: float = K, head: str = "pga [m/s^2],annual rate") -> Path:
+    file = folder / "site.csv"
+    im = np.geomspace(1e-3, 1e3, 13)
+    file.write_text(f"{head}\n" + "".join(f"{x!r},{k0 * x**-k!r}\n" for x in im.tolist()))
+    return file
+
+
+def test_the_gap_is_cornells_rate_solved_for_the_gap():
+    """θ = g θ₁: g = (k₀ exp(k²β²/2) / ν)^(1/k) / θ₁, θ₁ and β the mean and deviation (1/n) of the logarithms."""
+    capacities = np.random.default_rng(5).lognormal(np.log(2.0), 0.4, 30)
+    median, spread = np.exp(np.log(capacities).mean()), np.log(capacities).std()
+    for text in ("2 % in 50 years", "475 years", "3e-3 a year"):
+        target = read_rate(text)
+        found = RateOfGaps(power_law(), motions_of(capacities), 0.95).gap(target)
+        known = (K0 * np.exp(0.5 * (K * spread) ** 2) / target.rate) ** (1.0 / K) / median
+        assert found.gap == pytest.approx(known, rel=1e-6)
+        # Root-finding on the integral itself, by SciPy's quadrature.
+        root = brentq(lambda gap, rate=target.rate: _quadrature(gap * median, spread) - rate, known / 3.0, known * 3.0)
+        assert found.gap == pytest.approx(root, rel=1e-6)
+        assert found.low < found.gap < found.high
+        assert not found.at_least and found.missing < 1e-6
+
+
+def _quadrature(median: float, spread: float) -> float:
+    def density(log_im: float) -> float:
+        return float(norm.cdf((log_im - np.log(median)) / spread)) * K0 * K * np.exp(-K * log_im)
+
+    middle = np.log(median)
+    return float(quad(density, middle - 9.0, middle + 9.0, epsabs=0.0, epsrel=1e-10, limit=200)[0])
+
+
+def test_motions_counted_need_no_lognormal():
+    """Of a power law the mean of k₀ (a g)^−k over the capacities is ν: g = (k₀ mean(a^−k) / ν)^(1/k), exactly."""
+    capacities = np.r_[np.full(15, 1.0), np.full(5, 3.0)] * np.linspace(0.99, 1.01, 20)  # far from lognormal
+    found = RateOfGaps(power_law(), motions_of(capacities), 0.95).gap(TARGET)
+    known = (K0 * (capacities**-K).mean() / TARGET.rate) ** (1.0 / K)
+    assert found.counted == pytest.approx(known, rel=1e-6)
+    assert abs(found.gap / found.counted - 1.0) > 0.01  # the lognormal curve is another
+
+
+def test_rarer_contact_takes_a_wider_gap_and_its_rate_is_the_target():
+    """Monotone, and `annual_rate` of the fragility at the gap is what was asked for, on a curve that is no power."""
+    im = np.geomspace(0.01, 100.0, 30)
+    hazard = Hazard("pga", im, 0.05 * np.exp(-1.4 * np.log1p(im) ** 1.5), "bent.csv")
+    motions = motions_of(lognormal(20, 2.0)[:, 0])
+    rates = RateOfGaps(hazard, motions, 0.95)
+    found = [rates.gap(read_rate(rate)) for rate in (2e-2, 1e-2, 7e-3, 5e-3, 4e-3)]
+    for ends in ("low", "gap", "high", "counted"):
+        assert np.all(np.diff([getattr(gap, ends) for gap in found]) > 0.0)
+    for gap in found:
+        curve = motions.curve(gap.gap)
+        assert float(annual_rate(hazard, curve.median, curve.dispersion)) == pytest.approx(gap.rate, rel=1e-9)
+        assert gap.rate_low < gap.rate < gap.rate_high
+
+
+def test_the_bounds_of_a_gap_are_where_those_of_the_rate_pass_the_target():
+    """At ``high`` the upper bound of the rate is the target, at ``low`` the lower one: one statement, two ways."""
+    from pounding_risk.assessment.hazard import rate_of
+
+    motions = motions_of(np.random.default_rng(2).lognormal(0.0, 0.3, 24), np.repeat(np.arange(12), 2))
+    found = RateOfGaps(power_law(), motions, 0.9).gap(TARGET)
+    for gap, bound in ((found.low, "low"), (found.high, "high")):
+        rate = getattr(rate_of(power_law(), motions.curve(gap), 0.9), bound)
+        assert rate == pytest.approx(TARGET.rate, rel=0.05)  # "nearest" of 400 draws, and interpolated ones
+
+
+@pytest.mark.parametrize(("recordings", "each", "likeness"), [(8, 1, 0.0), (12, 4, 0.6)])
+def test_bounds_hold_the_true_gap_as_often_as_they_say(recordings, each, likeness):
+    """150 ensembles of a lognormal population whose gap is known: no side is missed in more than 2.5 % + 3 errors."""
+    rng = np.random.default_rng(11)
+    spread, draws = 0.5, 150
+    known = (K0 * np.exp(0.5 * (K * spread) ** 2) / TARGET.rate) ** (1.0 / K)
+    hazard, who = power_law(rows=2), np.repeat(np.arange(recordings), each)
+    below = above = 0
+    for _ in range(draws):
+        shared = np.sqrt(likeness) * rng.standard_normal((recordings, 1))
+        own = np.sqrt(1.0 - likeness) * rng.standard_normal((recordings, each))
+        # Motions of 1 m/s2 that are scaled by less than four: the gap is near that at which they touch.
+        unit = np.exp(spread * (shared + own)).ravel()
+        motions = ContactMotions("pga", "", np.full((unit.size, 1), known), known / unit[:, None], who, True)
+        found = RateOfGaps(hazard, motions, 0.95).gap(TARGET)
+        assert not found.fault
+        below, above = below + (known < found.low), above + (known > found.high)
+    allowed = 0.025 + 3.0 * np.sqrt(0.025 * 0.975 / draws)
+    assert below / draws <= allowed and above / draws <= allowed
+
+
+def test_where_capacities_are_not_known_curves_are_fitted():
+    """Stripes of 120 recordings that are not said to be linear: within 3 errors of the gap of the population."""
+    amplitudes = np.array([0.5, 1.0, 2.0, 4.0, 8.0])
+    closing = lognormal(120, scale=0.01, spread=0.4)[:, :1] * amplitudes
+    ims = np.broadcast_to(amplitudes, closing.shape)
+    motions = ContactMotions("pga", "multiple stripes", ims, closing, np.arange(120), False)
+    target = read_rate(1e-3)
+    found = RateOfGaps(power_law(), motions, 0.95).gap(target)
+    known = 0.01 * (K0 * np.exp(0.5 * (K * 0.4) ** 2) / target.rate) ** (1.0 / K)
+    assert found.low < known < found.high
+    assert found.gap == pytest.approx(known, rel=0.15)
+    assert found.gap in closing  # the curve changes where one motion less closes the gap
+    assert np.isnan(found.counted)
+    rare, often = (RateOfGaps(power_law(), motions, 0.95).gap(read_rate(rate)) for rate in (1e-8, 0.5))
+    assert "scan stronger motions" in rare.fault and np.isnan(rare.gap)
+    assert "scan weaker motions" in often.fault
+
+
+def test_what_the_motions_do_not_carry_has_no_gap():
+    """A rate that the curve does not reach; one recording; motions that scaling would change too much."""
+    capacities = lognormal(20)[:, 0]
+    short = power_law(0.1, 10.0)
+    found = RateOfGaps(short, motions_of(capacities), 0.95).gap(read_rate(0.99 * 1.0))
+    assert "give it rows of weaker motions" in found.fault and np.isnan(found.gap)
+    alone = RateOfGaps(power_law(), motions_of(capacities, np.zeros(20, dtype=np.int64)), 0.95).gap(TARGET)
+    assert "one recording" in alone.fault or "one intensity" in alone.fault
+    far = RateOfGaps(power_law(), motions_of(np.linspace(90.0, 110.0, 20)), 0.95).gap(read_rate(1e-6))
+    assert re.match(
+        r"the gap would be .* mm, and the median by scaling, .* takes the motions that were tested", far.fault
+    )
+
+
+def test_a_curve_that_ends_too_soon_gives_at_least_a_gap():
+    """A power law cut at the median of the motions at the gap: stronger ones, which close it, are left out."""
+    capacities = np.random.default_rng(5).lognormal(0.0, 0.4, 30)
+    whole = RateOfGaps(power_law(), motions_of(capacities), 0.95).gap(read_rate(2e-3))
+    cut = RateOfGaps(power_law(0.05, 1.2), motions_of(capacities), 0.95).gap(read_rate(2e-3))
+    assert cut.at_least and cut.missing > 0.05
+    assert cut.gap < whole.gap and not whole.at_least
+
+
+def test_the_verdict_says_which_gap_to_provide(tmp_path):
+    """Answers by the gap, each with the rate at the gap, and the gap in the conclusion and among the facts."""
+    results = made_up(lognormal(40), pga=4.0)
+    results.attrs["records"] = "[]"  # every record is a recording of its own
+    file = site(tmp_path, 0.01, 2.0)
+    words = {}
+    for gap in (0.01, 0.02, 0.03):
+        (one,) = assess(results, gap=gap, hazard=file, target_rate="1e-3 a year").interfaces
+        verdict = one.rate_verdict
+        words[gap] = verdict.word
+        assert one.verdict.conclusion[-1] == verdict.conclusion[0]
+        assert verdict.sentence in verdict.conclusion[0]
+        assert verdict.required in one.gaps_for_rates
+        here = next(rate for rate in one.rates if (rate.what, rate.gap) == ("contact", gap))
+        assert (verdict.annual, verdict.low, verdict.high) == (here.annual, here.low, here.high)
+        assert ("gap for 0.001 a year") in dict(one.facts())
+    assert list(words.values()) == ["inadequate", "depends", "adequate"]
+    curve = next(curve for curve in one.fragility if curve.gap == 0.02)
+    known = 0.02 * np.sqrt(0.01 * np.exp(2.0 * curve.dispersion**2) / 1e-3) / curve.median
+    assert verdict.required.gap == pytest.approx(known, rel=1e-3)
+    near = assess(results, gap=known, hazard=file, target_rate=1e-3).interfaces[0].rate_verdict
+    assert near.word == "depends" and "stays open" in near.sentence
+    assert "under site.csv" in near.conclusion[0] and "(once in 1000 years)" in near.conclusion[0]
+    far = assess(results, gap=0.5, hazard=file, target_rate=1e-3).interfaces[0].rate_verdict
+    assert far.word == "depends" and "how often contact comes at a gap of 500 mm is not known" in far.sentence
+
+
+def test_a_rate_that_is_only_a_lower_bound_shows_nothing_adequate(tmp_path):
+    """A curve that ends at 2 m/s2, before most motions touch: their rate in the table is small, and says little."""
+    results = made_up(lognormal(40), pga=4.0)
+    file = tmp_path / "short.csv"
+    file.write_text("pga [m/s^2],annual rate\n1,1e-2\n2,2.5e-3\n")
+    found = assess(results, gap=0.02, hazard=file, target_rate=5e-3).interfaces[0].rate_verdict
+    assert found.high <= 5e-3
+    assert found.word == "depends"
+    assert "as the hazard curve ends where contact does not" in found.sentence
+
+
+def test_one_hazard_in_three_forms_gives_one_gap(tmp_path):
+    results = made_up(lognormal(20), pga=4.0)
+    im = np.geomspace(0.2, 50.0, 12).tolist()
+    gaps = []
+    for head, form in (
+        ("annual rate [1/year]", lambda rate: rate),
+        ("return period [years]", lambda rate: 1.0 / rate),
+        ("probability in 50 years", lambda rate: 1.0 - np.exp(-50.0 * rate)),
+    ):
+        file = tmp_path / f"{head[:6]}.csv"
+        file.write_text(f"pga [m/s^2],{head}\n" + "".join(f"{x!r},{float(form(0.003 * x**-2.0))!r}\n" for x in im))
+        (one,) = assess(results, hazard=file, target_rate="475 years").interfaces
+        gaps.append([gap.gap for gap in one.gaps_for_rates])
+    assert gaps[1] == pytest.approx(gaps[0], rel=1e-9)
+    assert gaps[2] == pytest.approx(gaps[0], rel=1e-9)
+
+
+def with_spectra(count: int = 30):
+    """Records whose spectra are a power of the period, and buildings of 0.5 s and 1.2 s."""
+    results = made_up(lognormal(count), pga=4.0)
+    periods = np.geomspace(0.05, 5.0, 9)
+    height = np.exp(0.3 * np.random.default_rng(8).standard_normal(count))
+    spectra = height[:, None] * results["record_pga"].values[:, None] * periods**-0.5
+    results = results.assign(record_spectral_acceleration=(("record", "period"), spectra), period=periods)
+    return results.assign_coords(building_period=("building", [0.5, 1.2]), building_damping=("building", [0.05, 0.02]))
+
+
+UNIFORM = "return period [years],pga [m/s^2],sa(0.2 s) [m/s^2],sa(2 s) [m/s^2]\n" + "".join(
+    f"{0.01**-1 * x**2!r},{x!r},{x * 0.2**-0.5!r},{x * 2.0**-0.5!r}\n" for x in np.geomspace(0.05, 50.0, 9).tolist()
+)
+
+
+@pytest.mark.parametrize(
+    ("asked", "period", "words"),
+    [
+        (None, 1.2, "The curve is that of Sa(1.2 s), at the longest period of the buildings."),
+        ("sa(longer)", 1.2, "at the longest period of the buildings."),
+        ("sa(shorter)", 0.5, "The curve is that of Sa(0.5 s), at the shortest period of the buildings."),
+        (
+            "sa(mean)",
+            np.sqrt(0.6),
+            "that of Sa(0.774597 s), at the geometric mean of the buildings' periods.",
+        ),
+        ("sa(0.9 s)", 0.9, "The curve is that of Sa(0.9 s)."),
+    ],
+)
+def test_spectra_are_joined_with_the_fragility_at_one_period(tmp_path, asked, period, words):
+    """Sa of hazard and motions are powers of the period: the gap follows from Cornell's form, whatever the period."""
+    file = tmp_path / "uniform.csv"
+    file.write_text(UNIFORM)
+    results = with_spectra()
+    found = assess(results, hazard=file, intensity=asked, target_rate=1e-3)
+    assert words in found.hazard_reading and "is read between 0.2 s and 2 s" in found.hazard_reading
+    (one,) = found.interfaces
+    # λ(Sa) = 0.01 (Sa T^0.5)^−2, and each motion's Sa = 4 height T^−0.5: the period cancels.
+    height = results["record_spectral_acceleration"].values[:, 0] / results["record_pga"].values * np.sqrt(0.05)
+    capacities = 4.0 * np.repeat(height, 2) / results["peak_closing_free"].values.ravel()
+    median, spread = np.exp(np.log(capacities).mean()), np.log(capacities).std()
+    known = np.sqrt(0.01 * np.exp(2.0 * spread**2) / 1e-3) / median
+    assert one.rate_verdict.required.gap == pytest.approx(known, rel=2e-3)  # the table's ends
+    curve = next(curve for curve in one.fragility if curve.gap == 0.02)
+    assert curve.median == pytest.approx(0.02 * median * period**-0.5, rel=1e-5)
+
+
+def test_a_curve_is_taken_at_its_own_intensity_unless_another_is_asked_for(tmp_path):
+    file = site(tmp_path, head="Sa(1.2 s) [m/s^2],annual rate")
+    results = with_spectra()
+    assert assess(results, hazard=file).intensity == "sa(1.2 s)"
+    assert assess(results, hazard=site(tmp_path)).intensity == "pga"
+    assert assess(results).intensity == "pga"
+    with pytest.raises(PoundingError, match="the hazard curve is one of pga, the fragility one against Sa"):
+        assess(results, hazard=site(tmp_path), intensity="sa(longer)")
+
+
+def test_a_dataset_without_spectra_says_how_to_get_them(tmp_path):
+    """Older versions wrote none: the motions have no Sa then."""
+    file = tmp_path / "uniform.csv"
+    file.write_text(UNIFORM)
+    results = with_spectra().drop_vars("record_spectral_acceleration")
+    with pytest.raises(
+        PoundingError, match=r"no spectra of its records.*run it again with `pounding-risk rerun`, or write"
+    ):
+        assess(results, hazard=file)
+    assert assess(results, hazard=file, intensity="pga").intensity == "pga"
+
+
+@pytest.mark.parametrize(
+    ("intensity", "words"),
+    [
+        # The right building has 2 % damping, and what is read of the motions at its period is that of 2 % too.
+        ("sa(right)", "has spectra of 5 % damping, and sa(1.2 s, 2 %) is asked for"),
+        ("sa(0.1 s)", "has spectra from 0.2 s to 2 s, and sa(0.1 s) is asked for"),
+    ],
+)
+def test_spectra_of_another_period_or_damping_are_refused(tmp_path, intensity, words):
+    file = tmp_path / "uniform.csv"
+    file.write_text(UNIFORM)
+    with pytest.raises(PoundingError, match=re.escape(words)):
+        assess(with_spectra(), hazard=file, intensity=intensity)
+
+
+def test_a_curve_of_another_damping_than_the_buildings_is_refused(tmp_path):
+    """Sa of a single mass is that of its own damping, 2 % here: a curve of 5 % is another measure."""
+    results, file = with_spectra(), site(tmp_path, head="Sa(1.2 s) [m/s^2],annual rate")
+    with pytest.raises(PoundingError, match=r"at 5 % damping, the fragility one against Sa at 2 %; write --intensity"):
+        assess(results, hazard=file, intensity="sa(right)")
+    named = site(tmp_path, head='"Sa(1.2 s, 2 %) [m/s^2]",annual rate')
+    assert assess(results, hazard=named, intensity="sa(right)").hazard == "site.csv"
+
+
+def test_a_period_of_rigid_buildings_is_refused():
+    results = with_spectra().assign_coords(building_period=("building", [np.nan, np.nan]))
+    with pytest.raises(PoundingError, match="every building is rigid and has no period; write pga"):
+        assess(results, intensity="sa(longer)")
+
+
+def test_the_command_tells_gaps_for_rates_and_the_target(tmp_path):
+    results, scan = made_up(lognormal(20), pga=4.0), tmp_path / "scan.nc"
+    save(results, scan)
+    file = site(tmp_path, 0.001, 2.0)
+    run = CliRunner().invoke(cli.app, ["assess", str(scan), "--hazard", str(file), "--target-rate", "1 % in 100 years"])
+    assert run.exit_code == 0, run.output
+    (one,) = assess(results, hazard=file, target_rate="1 % in 100 years").interfaces
+    assert one.rate_verdict.conclusion[0] in run.output
+    assert "in 100 years (95 % bounds" in run.output
+    assert "1 % in 100 years, the target" in run.output
+    for gap in one.gaps_for_rates:
+        assert gap.words in run.output
+    assert "Scaling a motion keeps the shape of its spectrum" in run.output
+    for wrong, words in (
+        (["--target-rate", "2475 years"], "--target-rate: a rate of contact follows from a hazard curve; add --hazard"),
+        (["--target-rate", "2475", "--hazard", str(file)], '--target-rate: "2475" is a rate of 2475 a year'),
+        (["--target", "1 % in 50 years"], '--target: "1 % in 50 years" is a rate; write it as --target-rate'),
+    ):
+        run = CliRunner().invoke(cli.app, ["assess", str(scan), *wrong])
+        assert (run.exit_code, run.exception.__class__) == (2, SystemExit)
+        assert words in " ".join(run.output.split())
+
+
+def test_gaps_that_are_not_known_are_told_with_the_reason(tmp_path, capsys):
+    """20 mm of motions that close 4 mm: usual rates take them far beyond what was scanned."""
+    found = assess(
+        made_up(lognormal(20, scale=0.02), pga=0.4), hazard=site(tmp_path, 1.0, 2.0), target_rate="475 years"
+    )
+    print_assessment(found)
+    told = capsys.readouterr().out
+    assert "no gap for" in told and "scan stronger motions" in told
+    assert "No gap can be given for contact no more often than once in 475 years" in told
+
+
+def test_the_figure_has_the_rate_against_the_gap(tmp_path):
+    found = assess(made_up(lognormal(20), pga=4.0), hazard=site(tmp_path, 0.004, 2.0), target_rate="475 years")
+    figure = assessment_figure(found)
+    assert "for once in 475 years" in words_of(figure).replace("\n", " ")
+    axis = figure.axes[2]
+    assert (axis.get_xlabel(), axis.get_ylabel(), axis.get_yscale()) == ("gap [mm]", "rate of contact [1/year]", "log")
+    (one,) = found.interfaces
+    line = next(line for line in axis.lines if line.get_label() == "contact, under site.csv")
+    for gap in (*one.gaps_for_rates, one.rate_verdict.required):
+        if not gap.fault:
+            assert np.interp(1e3 * gap.gap, *line.get_data()) == pytest.approx(gap.rate, rel=1e-9)
+    marks = {str(line.get_label()): line.get_data() for line in axis.lines}
+    assert any(label.startswith("for once in 475 years: ") for label in marks)
+    assert marks["its bounds"][0] == pytest.approx(
+        [1e3 * one.rate_verdict.required.low, 1e3 * one.rate_verdict.required.high]
+    )
+    assert len(assessment_figure(assess(made_up(lognormal(20), pga=4.0))).axes) == 2
