@@ -409,7 +409,7 @@ def first_passage() -> Property:
         "first; "
         f"{PASSAGE_LENGTH:g} s of Kanai and Tajimi's noise, {MOTIONS} motions of seeds 1 to {MOTIONS} against "
         f"{STATES} of the "
-        "recursion; bars: 99.9 % of the samples of a correct program",
+        "recursion; band: 99.9 % of the samples of a correct program",
         (
             Panel(
                 "",
