@@ -121,7 +121,10 @@ def verification_differences_figure(outcome: Any) -> Figure:
     ]
     handles.append(Line2D([], [], linestyle="", marker="|", color=QUIET, label="change of ours, rtol 1e-6 to 1e-9"))
     handles.append(Line2D([], [], linestyle="--", color=QUIET, label="5 %"))
-    title(figure, _finding(checks), outcome.finding())
+    far = len(outcome.unacceptable)
+    verdict = f"{far} of {len(checks)} values {'is' if far == 1 else 'are'} unacceptable; " if far else ""
+    finding = verdict + _finding(checks)
+    title(figure, finding[0].upper() + finding[1:], outcome.finding())
     legend_below(figure, handles, 3)
     return figure
 
@@ -133,10 +136,10 @@ def _finding(checks: list[Any]) -> str:
     changes = [check.change for check in checks if isfinite(check.change)]
     most = f"{max(changes):.0e}" if changes else MISSING
     if not apart:
-        return "Every value that has a tolerance is exact"
+        return "every value that has a tolerance is exact"
     if ours:
         return f"{len(ours)} of {len(apart)} differences are not yet beyond what our tolerance changes"
-    return f"Our values change by {most} at most: none of the {len(apart)} differences is our solver's"
+    return f"our values change by {most} at most: none of the {len(apart)} differences is our solver's"
 
 
 def property_figure(one: Any) -> Figure:

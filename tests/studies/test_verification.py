@@ -362,7 +362,18 @@ def test_what_a_run_cannot_tell_is_refused_with_the_file(tmp_path, gap: str, tab
     file = written(tmp_path, ABOUT + FALL.format(gap=gap) + table)
     with pytest.raises(PoundingError, match=sentence) as error:
         pr.verify(file)
-    assert str(error.value).startswith(str(file))
+    assert str(error.value).startswith(f"{file}: published.1: ")
+
+
+def test_every_damaged_file_of_a_folder_is_told_at_once(tmp_path):
+    written(tmp_path, ABOUT + IMPACT + DURATION, "good")
+    written(tmp_path, (ABOUT + IMPACT + DURATION).replace("speed =", "sped ="), "misspelt")
+    written(tmp_path, (ABOUT + IMPACT + DURATION).replace('source = "A test"\n', ""), "nameless")
+    with pytest.raises(PoundingError) as error:
+        pr.verify(tmp_path)
+    told = str(error.value)
+    assert f"{tmp_path / 'misspelt.toml'}: 2 faults" in told and 'did you mean "speed"?' in told
+    assert f"{tmp_path / 'nameless.toml'}: 1 fault" in told and "case.source: missing" in told
 
 
 def test_a_force_beyond_the_deepest_penetration_is_refused(tmp_path):
@@ -471,6 +482,8 @@ def test_a_folder_of_ones_own_and_a_wrong_value_end_with_status_1(tmp_path):
     assert re.search(r"^right .* exact$", done.output, re.M) and re.search(
         r"^wrong .* unacceptable$", done.output, re.M
     )
+    unacceptable = verification_differences_figure(pr.verify(tmp_path / "mine"))
+    assert figure_words.words_of(unacceptable).startswith("1 of 2 values is unacceptable; our values change by")
     assert "wrong, duration: -24 % from 41.416 ms of A test, more than 5 %; ours has converged" in done.output
     assert "unacceptable" in (tmp_path / "page.html").read_text("utf-8")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sized
 from dataclasses import dataclass
 from math import floor, inf, isfinite, log10, nan
 from pathlib import Path
@@ -166,7 +166,7 @@ class Verification(ShortRepr):
     def _of_values(self) -> str:
         counts = {word: sum(check.word == word for check in self.checks) for word in (EXACT, ACCEPTABLE, UNACCEPTABLE)}
         words = ", ".join(f"{count} {word}" for word, count in counts.items())
-        return f"{len(self.checks)} published values of {len(self.sources)} sources: {words}"
+        return f"{_counted(self.checks, 'published value')} of {_counted(self.sources, 'source')}: {words}"
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Counts, and each value that is unacceptable."""
@@ -175,6 +175,10 @@ class Verification(ShortRepr):
             yield check.case, f"{check.quantity}: published {check.printed}, ours {said(check)}"
         for one in self.failing:
             yield one.name, "; ".join(reading.quantity for reading in one.readings if not reading.holds)
+
+
+def _counted(items: Sized, noun: str) -> str:
+    return f"{len(items)} {noun}{'' if len(items) == 1 else 's'}"
 
 
 def said(check: Check) -> str:
@@ -219,7 +223,7 @@ def verify(cases: str | Path | Iterable[str | Path] | None = None, *, progress: 
         For a case that is not known, and for a case file that cannot be read or run, with every fault of it.
     """
     files, names = asked(cases)
-    read = [read_case(file) for file in files]
+    read = _all_read(files)
     checks: list[Check] = []
     curves: list[Curve] = []
     made: list[Property] = []
@@ -236,6 +240,21 @@ def verify(cases: str | Path | Iterable[str | Path] | None = None, *, progress: 
         made.append(PROPERTIES[name]())
         tell(len(read) + len(made), total)
     return Verification(tuple(checks), tuple(read), tuple(curves), tuple(made))
+
+
+def _all_read(files: list[Path]) -> list[Case]:
+    """The cases of files; raises the error of the one file with faults, or one with the sentences of all such files."""
+    read, errors = [], []
+    for file in files:
+        try:
+            read.append(read_case(file))
+        except PoundingError as error:
+            errors.append(error)
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        raise PoundingError("\n".join(map(str, errors)))
+    return read
 
 
 def _silent(done: int, of: int) -> None:
@@ -285,8 +304,12 @@ def compared(case: Case) -> tuple[list[Check], list[Curve]]:
     """The checks of a case, and the curves on which its published points lie."""
     results = _results(case)
     checks = []
-    for value in case.published:
-        checks.append(_check(case, value, tuple(_ours(value, result) for result in results)))
+    for number, value in enumerate(case.published, start=1):
+        try:
+            ours = tuple(_ours(value, result) for result in results)
+        except PoundingError as error:
+            raise PoundingError(f"published.{number}: {error}") from None
+        checks.append(_check(case, value, ours))
     return checks, list(_curves(case, results[-1]))
 
 
