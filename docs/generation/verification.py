@@ -14,6 +14,7 @@ import json, sys
 import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.reports.verification import kinds, property_rows
+from pounding_risk.studies.verification.files import shipped
 from pounding_risk.studies.verification.property import plain
 from pounding_risk.studies.verification.run import said, share
 from pounding_risk.studies.verification.unreached import EXPERIMENTS, UNREACHED
@@ -21,6 +22,10 @@ outcome = pr.verify()
 folder = sys.argv[1]
 figures.write(figures.verification_figure(outcome), folder + "/published_points.png")
 figures.write(figures.verification_differences_figure(outcome), folder + "/published_differences.png")
+text = shipped()["jankowski_2008"].read_text("utf-8")
+scene = text[text.index("[[building]]") : text.index("[[published]]")].replace('gap = "1 m"', 'gap = "20 mm"')
+run = pr.simulate(pr.read_scene(scene))
+figures.write(figures.simulation_figure(run, "parameters known from memory"), folder + "/jankowski_2008.png")
 for one in outcome.properties:
     figures.write(figures.property_figure(one), f"{folder}/property_{one.name}.png")
 values = [[check.case, check.source, check.quantity, check.kind, check.printed, said(check), share(check.difference),
@@ -43,16 +48,12 @@ def verification_pages(interpreted: Callable[..., str]) -> dict[str, str | bytes
         pictures = {path.name: path.read_bytes() for path in sorted(Path(folder).glob("*.png"))}
     found = json.loads(printed.splitlines()[-1])
     values = [(plain(f"{source} (`{case}`)"), *map(plain, rest)) for case, source, *rest in found["values"]]
-    cases = [
-        (f"`{name}`", plain(title), plain(f"{citation}: {where}") + (f" <{url}>" if url else ""), _basis(basis, known),
-         plain(note))
-        for name, title, citation, where, url, basis, known, note in found["cases"]
-    ]  # fmt: skip
+    cases = [(f"`{name}`", _case(*about)) for name, *about in found["cases"]]
     text = (
         f"{found['finding']}. {found['kinds']}\n\n{table(HEADS, values)}\n"
         "![Published points over our curves](/generated/published_points.png)\n\n"
         "![Differences, and how far ours changes with the tolerance](/generated/published_differences.png)\n\n"
-        f"### The cases and their sources\n\n{table(('case', 'what', 'source', 'known', 'note'), cases)}"
+        f"### The cases and their sources\n\n{table(('case', 'what, source, how it is known'), cases)}"
     )
     unreached = [tuple(map(plain, row)) for row in found["unreached"]]
     return {
@@ -73,6 +74,13 @@ def _property(row: list) -> str:
         f"{plain(condition)}. Source: {plain(citation)}{link}; {_basis(basis, known)}.\n\n"
         f"{table(PROPERTY_HEADS, [tuple(map(plain, reading)) for reading in readings])}"
     )
+
+
+def _case(title: str, citation: str, where: str, url: str, basis: str, known: str, note: str) -> str:
+    """A case in one cell, which a page of any width shows whole."""
+    link = f" <{url}>" if url else ""
+    words = f"**{plain(title)}.** {plain(f'{citation}: {where}')}{link}. *{_basis(basis, known)}.*"
+    return f"{words} {plain(note)}" if note else words
 
 
 def _basis(basis: str, known: str) -> str:

@@ -226,7 +226,9 @@ def _unreached(outcome: Verification) -> list[Block]:
 
     if len(outcome.properties) < len(PROPERTIES):
         return []
-    return [paragraph(EXPERIMENTS), facts("", UNREACHED)]
+    heads = (("what", "l"), ("why", "l"))
+    caption = "What is published and not compared, and why."
+    return [paragraph(EXPERIMENTS), table(caption, heads, UNREACHED, keep=range(len(UNREACHED)))]
 
 
 def _cases(outcome: Verification) -> list[Block]:

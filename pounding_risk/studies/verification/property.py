@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 HOLDS, FAILS = "holds", "fails"
+TINY = 1e-4
 LINE, POINTS, BAND = "line", "points", "band"
 
 
@@ -107,8 +108,10 @@ class Property(NamedTuple):
 
 
 def rounded(value: float) -> str:
-    """A number with six digits; nothing for NaN."""
-    return "" if isnan(value) else f"{value:.6g}"
+    """A number with six digits, a tiny one with two; nothing for NaN."""
+    if isnan(value):
+        return ""
+    return f"{value:.6g}" if value == 0.0 or abs(value) >= TINY else f"{value:.1e}"
 
 
 def bounds(reading: Reading) -> str:
@@ -122,7 +125,8 @@ def bounds(reading: Reading) -> str:
     reach = 0.5 * (high - low)
     if abs(0.5 * (high + low) - expected) < 1e-6 * reach and reach < 1e-3 * abs(expected):
         return f"{rounded(expected)} ± {reach:.1g}{unit}"
-    return f"{low:.4g} to {high:.4g}{unit}"
+    low_words, high_words = (f"{end:.4g}" if abs(end) >= TINY or end == 0.0 else f"{end:.1g}" for end in (low, high))
+    return f"{low_words} to {high_words}{unit}"
 
 
 def plain(text: str) -> str:

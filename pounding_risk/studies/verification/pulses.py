@@ -93,8 +93,10 @@ def self_similarity() -> Property:
         "self_similarity",
         "Buildings that pound under pulses are self-similar",
         "Dimitrakopoulos, Kappos and Makris (2009)",
-        "Dimitrakopoulos, E., Kappos, A. J. and Makris, N. (2009), dimensional analysis of pounding structures",
-        "",
+        "Dimitrakopoulos, E. G., Kappos, A. J. and Makris, N. (2009), Dimensional analysis of yielding and pounding "
+        "structures for records without distinct pulses, Soil Dynamics and Earthquake Engineering 29(7), 1170-1180; "
+        "and, of the same year, Dimensional analysis of the earthquake-induced pounding between adjacent structures",
+        "https://doi.org/10.1016/j.soildyn.2009.02.006",
         "derived",
         "the idea through texts that cite the source; that it holds follows from the units of the equations",
         "displacements over a_p T_p² and forces over m a_p depend on dimensionless groups alone",
