@@ -177,8 +177,8 @@ PROPERTY_HEADS = (
 )
 MEANING_OF_PROPERTIES = (
     "A property is a published relation without a single number to hit. It holds where each reading of ours lies "
-    "within "
-    "bounds that follow from the tolerance of the runs, the digits printed, or the number of samples and a fixed seed."
+    "within bounds that follow from the tolerance of the runs, the digits printed, or the number of samples and a "
+    "fixed seed."
 )
 
 

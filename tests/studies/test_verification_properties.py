@@ -17,6 +17,8 @@ from pounding_risk.assessment.separations.combination import cqc
 from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures import property_figure
+from pounding_risk.models.contact.impulsive import INSTANT_LAWS
+from pounding_risk.models.contact.laws import LAWS, SHIPPED
 from pounding_risk.reports.verification import verification_page
 from pounding_risk.studies.verification import contacts, noise, pulses
 from pounding_risk.studies.verification.case import BASES, read_case
@@ -197,6 +199,13 @@ def test_restitutions_in_closed_form():
     )
     damped = closed_forms.hertz_damp_restitution(closed_forms.hertz_damp_factor(e))
     assert known["hertz_damp"] == pytest.approx(damped, rel=1e-11)
+
+
+def test_every_law_has_its_impact(outcome):
+    quantities = list(readings_of(outcome, "isolated_impacts"))
+    for name in (*SHIPPED, *INSTANT_LAWS):
+        if name in INSTANT_LAWS or "stiffness" in LAWS[name]._fields:
+            assert any(words.startswith(f"{name}: ") for words in quantities), name
 
 
 @pytest.mark.parametrize("is_cut", [False, True])

@@ -235,21 +235,19 @@ def double_difference() -> Property:
         "Relative displacement of two buildings under stationary noise",
         "Jeng, Kasai and Maison (1992)",
         "Jeng, V., Kasai, K. and Maison, B. F. (1992), Earthquake Spectra 8(2); the coefficient is that of Der "
-        "Kiureghian, A. "
-        "(1981), Earthquake Engineering and Structural Dynamics 9; on its accuracy Lopez-Garcia and Soong (2009)",
+        "Kiureghian, A. (1981), Earthquake Engineering and Structural Dynamics 9; on its accuracy Lopez-Garcia and "
+        "Soong (2009)",
         "",
         "derived",
         "the coefficient is that of two oscillators under white noise, derived again with Lyapunov's equation",
-        "variance of u1 − u2 = σ1² + σ2² − 2 ρ σ1 σ2, with ρ of the two periods and dampings; the rule takes it "
-        "for peaks too",
+        "variance of u1 − u2 = σ1² + σ2² − 2 ρ σ1 σ2, with ρ of the two periods and dampings; the rule takes it for "
+        "peaks too",
         tuple(readings),
         f"Variances of $u_1 - u_2$ are those of the double difference; mean peaks in {WINDOW:g} s are "
         f"{min(ratios):.2f} to {max(ratios):.2f} of the rule's",
         f"buildings of {PERIODS[1]:g} to {PERIODS[-1]:g} s beside one of {PERIODS[0]:g} s, damping "
-        f"{100.0 * DAMPING:g} %; "
-        f"{len(SEEDS)} motions of {LENGTH:g} s, seeds {SEEDS[0]} to {SEEDS[-1]}; bars: 99.9 % of the samples of a "
-        "correct "
-        "program",
+        f"{100.0 * DAMPING:g} %; {len(SEEDS)} motions of {LENGTH:g} s, seeds {SEEDS[0]} to {SEEDS[-1]}; bars: 99.9 % "
+        "of the samples of a correct program",
         tuple(panels),
     )
 
@@ -391,25 +389,19 @@ def first_passage() -> Property:
         "Probability of a contact within a time under stationary noise",
         "Tubaldi, Barbato and Ghazizadeh (2012)",
         "Tubaldi, E., Barbato, M. and Ghazizadeh, S. (2012), A probabilistic performance-based risk assessment "
-        "approach "
-        "for seismic pounding with efficient application to linear systems, Structural Safety 36-37, 14-22; "
-        "upcrossings: "
-        "Rice, S. O. (1945), Bell System Technical Journal 24, 46-156",
-        "https://pureportal.strath.ac.uk/en/publications/a-probabilistic-performance-based-risk-assessment-"
-        "approach-for-se",
+        "approach for seismic pounding with efficient application to linear systems, Structural Safety 36-37, 14-22; "
+        "upcrossings: Rice, S. O. (1945), Bell System Technical Journal 24, 46-156",
+        "https://pureportal.strath.ac.uk/en/publications/a-probabilistic-performance-based-risk-assessment-approach-for-se",
         "derived",
         "the abstract alone was reached: in kind, with parameters of ours; Rice's formula derived again",
         "pounding is the first passage of u1 − u2 beyond the gap; its probability is at most the mean number of "
         "upcrossings",
         tuple(_passage_readings(ours, reference, reach, of_gaps)),
-        f"P(contact) falls from {100.0 * ours[0]:.2g} to {100.0 * ours[-1]:.2g} % along the gap as an exact "
-        "recursion of the "
-        "linear pair has it",
+        f"P(contact) falls from {100.0 * ours[0]:.2g} to {100.0 * ours[-1]:.2g} % along the gap as an exact recursion "
+        "of the linear pair has it",
         f"periods {PASSAGE_PERIODS[0]:g} and {PASSAGE_PERIODS[1]:g} s, damping {100.0 * DAMPING:g} %, at rest at "
-        "first; "
-        f"{PASSAGE_LENGTH:g} s of Kanai and Tajimi's noise, {MOTIONS} motions of seeds 1 to {MOTIONS} against "
-        f"{STATES} of the "
-        "recursion; band: 99.9 % of the samples of a correct program",
+        f"first; {PASSAGE_LENGTH:g} s of Kanai and Tajimi's noise, {MOTIONS} motions of seeds 1 to {MOTIONS} against "
+        f"{STATES} of the recursion, seed {STATES_SEED}; band: 99.9 % of the samples of a correct program",
         (
             Panel(
                 "",

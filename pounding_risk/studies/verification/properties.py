@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from pounding_risk.studies.verification.contacts import (
-    figure_8,
     isolated_impacts,
     kelvin_voigt_laws,
     plateaus,
     twins_and_wall,
+    yielding_contact,
 )
 from pounding_risk.studies.verification.noise import double_difference, first_passage
 from pounding_risk.studies.verification.property import Property
@@ -22,7 +22,7 @@ PROPERTIES: Mapping[str, Callable[[], Property]] = {
         kelvin_voigt_laws,
         twins_and_wall,
         plateaus,
-        figure_8,
+        yielding_contact,
         self_similarity,
         double_difference,
         first_passage,

@@ -102,9 +102,8 @@ def self_similarity() -> Property:
         "displacements over a_p T_p² and forces over m a_p depend on dimensionless groups alone",
         tuple(readings),
         f"Three pulses, one curve: scaled peaks agree to {apart:.0e}",
-        f"Ricker pulses of amplitude $a_p$ and period $T_p$; masses of {MASSES[0] / 1e3:g} t and "
-        f"{MASSES[1] / 1e3:g} t, "
-        f"{LAWS[0]} contact (jankowski in the table), e = 0.65, gap {GAP:g} of $a_p T_p^2$",
+        f"Ricker pulses of amplitude $a_p$ and period $T_p$; masses of {MASSES[0] / 1e3:g} t and {MASSES[1] / 1e3:g} "
+        f"t, {LAWS[0]} contact (jankowski in the table), e = 0.65, gap {GAP:g} of $a_p T_p^2$",
         (
             Panel(
                 "as they are",

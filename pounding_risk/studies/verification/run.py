@@ -290,9 +290,8 @@ def case_files(cases: str | Path | Iterable[str | Path] | None) -> list[Path]:
             found.append(path)
         else:
             raise PoundingError(
-                f"{str(name)!r} is neither a case nor a file or "
-                f"folder{nearest(str(name), [*known, *PROPERTIES])}; cases "
-                f"are {', '.join(known)}; properties {', '.join(PROPERTIES)}"
+                f"{str(name)!r} is neither a case nor a file or folder{nearest(str(name), [*known, *PROPERTIES])}; "
+                f"cases are {', '.join(known)}; properties {', '.join(PROPERTIES)}"
             )
     return list(dict.fromkeys(found))
 
