@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,7 +14,7 @@ from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli._common.tables import print_table
 
 if TYPE_CHECKING:
-    from pounding_risk.studies.verification import Verification
+    from pounding_risk.studies.verification import Property, Verification
 
 ORDER = 88
 DISAGREES = 1  # exit status where a value is unacceptable
@@ -23,17 +24,17 @@ def verify(
     cases: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[CASE | FILE | FOLDER]",
-            help="Cases that ship, case files (.toml) or folders of them.",
+            metavar="[CASE | PROPERTY | FILE | FOLDER]",
+            help="Cases and properties that ship, case files (.toml) or folders of them.",
             show_default="all that ship",
         ),
     ] = None,
     out: Annotated[Path | None, out_option("Write the page", ".html", ".pdf")] = None,
     figure: Figure = None,
 ) -> None:
-    """Run published cases and set each published value beside ours.
+    """Run published cases and set each published value beside ours; check published properties.
 
-    Ends with status 1 where a value is unacceptable.
+    Ends with status 1 where a value is unacceptable or a property fails.
     """
     from pounding_risk.studies.verification import verify as run
 
@@ -44,13 +45,16 @@ def verify(
         from pounding_risk.reports.verification import verification_page
 
         announce(verification_page(outcome, out))
-    draw(figure, "verification.verification_differences_figure", outcome)
-    if outcome.unacceptable:
+    if figure is not None and not outcome.checks:
+        draw(figure, "verification.property_figure", outcome.properties[0])
+    else:
+        draw(figure, "verification.verification_differences_figure", outcome)
+    if outcome.unacceptable or outcome.failing:
         raise typer.Exit(DISAGREES)
 
 
 def print_verification(outcome: Verification) -> None:
-    """Print a line for each published value, then every one that is unacceptable, and the counts."""
+    """Print a line for each published value and property, then each that is unacceptable or fails, and the counts."""
     from pounding_risk.studies.verification.run import said, share
 
     rows = [
@@ -61,7 +65,10 @@ def print_verification(outcome: Verification) -> None:
         for check in outcome.checks
     ]
     heads = ("case", "quantity", "source", "kind", "published", "ours", "difference", "ours changes by", "")
-    print_table(heads, rows, "llllrrrrl")
+    if rows:
+        print_table(heads, rows, "llllrrrrl")
+    if outcome.properties:
+        print_properties(outcome.properties)
     for check in outcome.unacceptable:
         why = "; ours has converged" if check.is_converged else ""
         print(
@@ -69,3 +76,27 @@ def print_verification(outcome: Verification) -> None:
             f"than {100.0 * check.limit:.0f} %{why}"
         )
     print(outcome.finding())
+
+
+def print_properties(properties: Sequence[Property]) -> None:
+    """Print a line for each published relation, then every reading that is out of its bounds."""
+    from pounding_risk.studies.verification.property import bounds, plain, rounded
+
+    rows = [
+        (
+            one.name,
+            one.source,
+            plain(one.headline),
+            f"{sum(r.holds for r in one.readings)} of {len(one.readings)}",
+            one.word,
+        )
+        for one in properties
+    ]
+    print_table(("property", "source", "ours", "readings in bounds", ""), rows, "lllrl")
+    for one in properties:
+        for reading in one.readings:
+            if not reading.holds:
+                print(
+                    f"{one.name}, {reading.quantity}: {rounded(reading.ours)}, bounds {bounds(reading)}: "
+                    f"{reading.reason}"
+                )

@@ -19,6 +19,8 @@ WORDS = {
     "acceptable": ("#D55E00", "s", "none"),
     "unacceptable": ("#000000", "X", "k"),
 }
+POINT_MARKS = ("o", "s", "^", "D")
+FURTHER_DASHES = ((0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)), (0, (8, 2)), (0, (3, 1, 1, 1)), (0, (2, 2, 6, 2)))
 SMALLEST = 1e-12  # a difference below it is drawn there
 ROW = 0.165  # inches
 
@@ -119,7 +121,10 @@ def verification_differences_figure(outcome: Any) -> Figure:
     ]
     handles.append(Line2D([], [], linestyle="", marker="|", color=QUIET, label="change of ours, rtol 1e-6 to 1e-9"))
     handles.append(Line2D([], [], linestyle="--", color=QUIET, label="5 %"))
-    title(figure, _finding(checks), outcome.finding())
+    far = len(outcome.unacceptable)
+    verdict = f"{far} of {len(checks)} values {'is' if far == 1 else 'are'} unacceptable; " if far else ""
+    finding = verdict + _finding(checks)
+    title(figure, finding[0].upper() + finding[1:], outcome.finding())
     legend_below(figure, handles, 3)
     return figure
 
@@ -131,10 +136,61 @@ def _finding(checks: list[Any]) -> str:
     changes = [check.change for check in checks if isfinite(check.change)]
     most = f"{max(changes):.0e}" if changes else MISSING
     if not apart:
-        return "Every value that has a tolerance is exact"
+        return "every value that has a tolerance is exact"
     if ours:
         return f"{len(ours)} of {len(apart)} differences are not yet beyond what our tolerance changes"
-    return f"Our values change by {most} at most: none of the {len(apart)} differences is our solver's"
+    return f"our values change by {most} at most: none of the {len(apart)} differences is our solver's"
+
+
+def property_figure(one: Any) -> Figure:
+    """A published relation and ours, as its panels say.
+
+    Parameters
+    ----------
+    one : Property
+        One of the properties that `verify` gives.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Its panels, side by side.
+    """
+    figure, axes = blank(1, len(one.panels), (9.6, 4.4))
+    handles: dict[str, Any] = {}
+    for axis, panel in zip(axes.flat, one.panels, strict=True):
+        for number, item in enumerate(panel.series):
+            handles.setdefault(item.label, _draw_series(axis, item, number))
+        axis.set(xlabel=panel.axes[0], ylabel=panel.axes[1])
+        axis.set_title(panel.title, fontsize=9.5)
+    title(figure, one.headline, one.condition)
+    legend_below(figure, list(handles.values()), min(len(handles), 4))
+    return figure
+
+
+def _draw_series(axis: Any, item: Any, number: int) -> Any:
+    """Draw a series, the one of this number in its panel; its entry for the legend."""
+    colour, dash = STYLES[number % len(STYLES)][0], _dash(number)
+    if item.look == "points":
+        spread = None if item.low is None else [item.y - item.low, item.high - item.y]
+        look = {"color": colour, "marker": POINT_MARKS[number % len(POINT_MARKS)], "markerfacecolor": "none"}
+        return axis.errorbar(
+            *(item.x, item.y),
+            yerr=spread,
+            linestyle="",
+            capsize=3.0,
+            zorder=3,
+            markersize=6.0,
+            label=item.label,
+            **look,
+        )
+    if item.look == "band":
+        axis.fill_between(item.x, item.low, item.high, color=colour, alpha=0.2, linewidth=0.0)
+    return axis.plot(item.x, item.y, color=colour, linestyle=dash, linewidth=1.5, label=item.label)[0]
+
+
+def _dash(number: int) -> Any:
+    """Dash of a line; where colours come a second time, one that no line has had."""
+    return STYLES[number][1] if number < len(STYLES) else FURTHER_DASHES[number % len(FURTHER_DASHES)]
 
 
 def _shown_share(share: float) -> float:

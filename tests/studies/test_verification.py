@@ -84,11 +84,6 @@ def check_of(folder: Path, text: str):
     return check
 
 
-@pytest.fixture(scope="module")
-def outcome():
-    return pr.verify()
-
-
 # ------------------------------------------------------------------------------------------------ what ships
 
 
@@ -142,10 +137,25 @@ def spring_flight(damper: float) -> tuple[float, float, float, float]:
     return touch, off, *(-2.0 + rise * (t - off) - 5.0 * (t - off) ** 2 for t in (1.0, 1.1))
 
 
+def cradle() -> tuple[float, float, float]:
+    """Speeds of three equal masses that touch, the first at 1 m/s, on linear springs that only push (ω t = time)."""
+    third = sqrt(3.0)
+    end = brentq(lambda t: sin(t) + sin(third * t) / third, 2.3, 2.8, xtol=1e-15)  # the first lets go
+    depth = 0.5 * (sin(end) - sin(third * end) / third)  # of the last two, and below the rates of both penetrations
+    first, last = (0.5 * (cos(end) + sign * cos(third * end)) for sign in (1.0, -1.0))
+    speeds = [(1.0 + 2.0 * first + last) / 3.0, (1.0 - first + last) / 3.0, (1.0 - first - 2.0 * last) / 3.0]
+    parting = sqrt(last**2 + 2.0 * depth**2)
+    both = speeds[1] + speeds[2]
+    return speeds[0], (both - parting) / 2.0, (both + parting) / 2.0
+
+
 DEPTH = (5.0 * 570.0 * 0.25 / (4.0 * 2e9)) ** 0.4
 CLOSED_FORMS = {
     "anagnostopoulos_1988": (0.65, pi / (sqrt(9.35e7 / 570.0) * sqrt(1.0 - kelvin_voigt_ratio(0.65) ** 2))),
     "chopra_10_4": (sqrt(0.5), sqrt(2.0)),
+    "herrmann_1981": cradle(),
+    "huygens_1703": (1.0 / 3.0, 4.0 / 9.0, 16.0 / 9.0),
+    "patricio_2004": (2.0, 2.0 * 3.0, 2.0 * 3.0 / 4.0 * 2.0),
     "goldsmith_2001": (1.65 * 187.5e3 * 0.5, (1.0 - 0.65**2) * 187.5e3 * 0.125),
     "hertz_1881": (DEPTH, 2e9 * DEPTH**1.5, 2.94 * DEPTH / 0.5),
     "jankowski_2006": (0.8,),
@@ -352,7 +362,18 @@ def test_what_a_run_cannot_tell_is_refused_with_the_file(tmp_path, gap: str, tab
     file = written(tmp_path, ABOUT + FALL.format(gap=gap) + table)
     with pytest.raises(PoundingError, match=sentence) as error:
         pr.verify(file)
-    assert str(error.value).startswith(str(file))
+    assert str(error.value).startswith(f"{file}: published.1: ")
+
+
+def test_every_damaged_file_of_a_folder_is_told_at_once(tmp_path):
+    written(tmp_path, ABOUT + IMPACT + DURATION, "good")
+    written(tmp_path, (ABOUT + IMPACT + DURATION).replace("speed =", "sped ="), "misspelt")
+    written(tmp_path, (ABOUT + IMPACT + DURATION).replace('source = "A test"\n', ""), "nameless")
+    with pytest.raises(PoundingError) as error:
+        pr.verify(tmp_path)
+    told = str(error.value)
+    assert f"{tmp_path / 'misspelt.toml'}: 2 faults" in told and 'did you mean "speed"?' in told
+    assert f"{tmp_path / 'nameless.toml'}: 1 fault" in told and "case.source: missing" in told
 
 
 def test_a_force_beyond_the_deepest_penetration_is_refused(tmp_path):
@@ -461,6 +482,8 @@ def test_a_folder_of_ones_own_and_a_wrong_value_end_with_status_1(tmp_path):
     assert re.search(r"^right .* exact$", done.output, re.M) and re.search(
         r"^wrong .* unacceptable$", done.output, re.M
     )
+    unacceptable = verification_differences_figure(pr.verify(tmp_path / "mine"))
+    assert figure_words.words_of(unacceptable).startswith("1 of 2 values is unacceptable; our values change by")
     assert "wrong, duration: -24 % from 41.416 ms of A test, more than 5 %; ours has converged" in done.output
     assert "unacceptable" in (tmp_path / "page.html").read_text("utf-8")
 
@@ -479,7 +502,7 @@ def test_the_page_has_every_value_its_source_and_what_is_from_memory(outcome, tm
     for case in outcome.cases:
         assert f'id="case-{case.name}"' in page
         assert case.about.url in page
-    assert page.count("<figure id=") == 2
+    assert page.count("<figure id=") == 2 + len(outcome.properties)
     ladder = page[page.index("How far ours at each tolerance") :].partition("</table>")[0]
     assert all(f">{rtol:.0e}<" in ladder for rtol in RUNGS[:-1])
     assert ladder.count("<tr>") - 1 == sum(bool(check.rungs) and check.word != "exact" for check in outcome.checks)

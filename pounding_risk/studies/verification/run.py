@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sized
 from dataclasses import dataclass
-from importlib.resources import files
 from math import floor, inf, isfinite, log10, nan
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,7 +21,10 @@ from pounding_risk.studies.impact import impact
 from pounding_risk.studies.modes import modes
 from pounding_risk.studies.simulate import simulate
 from pounding_risk.studies.verification.case import KINDS, Case, Collision, Published, read_case
+from pounding_risk.studies.verification.files import SUFFIX, shipped
 from pounding_risk.studies.verification.measures import MODAL, Solved, force_curve, history
+from pounding_risk.studies.verification.properties import PROPERTIES
+from pounding_risk.studies.verification.property import Property
 from pounding_risk.units import GAP, MISSING, PERIOD, TIME, rounded, say
 
 EXACT, ACCEPTABLE, UNACCEPTABLE = "exact", "acceptable", "unacceptable"
@@ -30,7 +32,6 @@ RUNGS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # tolerances of the solver; ours i
 DEFAULT_RUNG = 1e-6  # from which on the values tell how far ours has converged
 DIGITS = 6  # of ours that tables show: what agrees in all of them is exact
 FAR = 10.0  # a difference so many times what ours changes by is not ours
-SUFFIX = ".toml"
 COMPLETE = "complete"  # status of a run that reached its end
 
 
@@ -137,6 +138,12 @@ class Verification(ShortRepr):
     checks: tuple[Check, ...]
     cases: tuple[Case, ...]
     curves: tuple[Curve, ...]
+    properties: tuple[Property, ...] = ()
+
+    @property
+    def failing(self) -> tuple[Property, ...]:
+        """The published relations that ours does not keep."""
+        return tuple(one for one in self.properties if not one.holds)
 
     @property
     def unacceptable(self) -> tuple[Check, ...]:
@@ -149,16 +156,29 @@ class Verification(ShortRepr):
         return tuple(dict.fromkeys(check.source for check in self.checks))
 
     def finding(self) -> str:
-        """How many values there are, and how many are exact, acceptable and unacceptable."""
+        """How many values there are, and how many are exact, acceptable and unacceptable; how many properties hold."""
+        clauses = [self._of_values()] if self.checks else []
+        if self.properties:
+            kept = len(self.properties) - len(self.failing)
+            clauses.append(f"{kept} of {len(self.properties)} published properties hold")
+        return "; ".join(clauses)
+
+    def _of_values(self) -> str:
         counts = {word: sum(check.word == word for check in self.checks) for word in (EXACT, ACCEPTABLE, UNACCEPTABLE)}
         words = ", ".join(f"{count} {word}" for word, count in counts.items())
-        return f"{len(self.checks)} published values of {len(self.sources)} sources: {words}"
+        return f"{_counted(self.checks, 'published value')} of {_counted(self.sources, 'source')}: {words}"
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Counts, and each value that is unacceptable."""
         yield "values", self.finding()
         for check in self.unacceptable:
             yield check.case, f"{check.quantity}: published {check.printed}, ours {said(check)}"
+        for one in self.failing:
+            yield one.name, "; ".join(reading.quantity for reading in one.readings if not reading.holds)
+
+
+def _counted(items: Sized, noun: str) -> str:
+    return f"{len(items)} {noun}{'' if len(items) == 1 else 's'}"
 
 
 def said(check: Check) -> str:
@@ -176,32 +196,38 @@ def share(value: float) -> str:
 
 
 def verify(cases: str | Path | Iterable[str | Path] | None = None, *, progress: Progress | None = None) -> Verification:
-    """Run published cases and compare each published value with ours.
+    """Run published cases and compare each published value with ours, and check published properties.
 
     The words are those of CSI's verification manuals: "exact" where ours agrees to the digits printed (six at most),
     "acceptable" up to 5 % of the published value, 25 % of an experiment's, or within the stated uncertainty, and
     "unacceptable" beyond. Each run is made at tolerances from 1e-4 to 1e-9, which shows how far ours has converged.
+    A property is a published relation without a single number: it holds where each of its readings is within bounds
+    that follow from the tolerance, the digits printed or the number of samples.
 
     Parameters
     ----------
     cases : str, Path or iterable of them, optional
-        Names of cases that ship with the package, case files (.toml), or folders of them; all that ship by default.
+        Names of cases and of properties that ship with the package, case files (.toml), or folders of them; all that
+        ship by default.
     progress : callable, optional
-        Called after each case with the number done and of all.
+        Called after each case and each property with the number done and of all.
 
     Returns
     -------
     Verification
-        One `Check` for each published value, the cases, and curves on which published points lie.
+        One `Check` for each published value, the cases, curves on which published points lie, and the properties.
 
     Raises
     ------
     PoundingError
         For a case that is not known, and for a case file that cannot be read or run, with every fault of it.
     """
-    read = [read_case(file) for file in case_files(cases)]
+    files, names = asked(cases)
+    read = _all_read(files)
     checks: list[Check] = []
     curves: list[Curve] = []
+    made: list[Property] = []
+    tell, total = progress or _silent, len(files) + len(names)
     for done, case in enumerate(read, start=1):
         try:
             found, drawn = compared(case)
@@ -209,15 +235,40 @@ def verify(cases: str | Path | Iterable[str | Path] | None = None, *, progress: 
             raise PoundingError(f"{case.file}: {error}") from None
         checks += found
         curves += drawn
-        if progress is not None:
-            progress(done, len(read))
-    return Verification(tuple(checks), tuple(read), tuple(curves))
+        tell(done, total)
+    for name in names:
+        made.append(PROPERTIES[name]())
+        tell(len(read) + len(made), total)
+    return Verification(tuple(checks), tuple(read), tuple(curves), tuple(made))
 
 
-def shipped() -> dict[str, Path]:
-    """The case files of the package by name, in the order of their names."""
-    folder = Path(str(files("pounding_risk") / "verification"))
-    return {file.stem: file for file in sorted(folder.glob(f"*{SUFFIX}"))}
+def _all_read(files: list[Path]) -> list[Case]:
+    """The cases of files; raises the error of the one file with faults, or one with the sentences of all such files."""
+    read, errors = [], []
+    for file in files:
+        try:
+            read.append(read_case(file))
+        except PoundingError as error:
+            errors.append(error)
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        raise PoundingError("\n".join(map(str, errors)))
+    return read
+
+
+def _silent(done: int, of: int) -> None:
+    """Progress that nobody asked for."""
+
+
+def asked(cases: str | Path | Iterable[str | Path] | None) -> tuple[list[Path], list[str]]:
+    """The files of the cases that are named, and the names of the properties: all that ship where none is named."""
+    if cases is None:
+        return case_files(None), list(PROPERTIES)
+    names = [cases] if isinstance(cases, str | Path) else list(cases)
+    properties = list(dict.fromkeys(str(name) for name in names if str(name) in PROPERTIES))
+    files = [name for name in names if str(name) not in PROPERTIES]
+    return case_files(files), properties
 
 
 def case_files(cases: str | Path | Iterable[str | Path] | None) -> list[Path]:
@@ -225,9 +276,8 @@ def case_files(cases: str | Path | Iterable[str | Path] | None) -> list[Path]:
     known = shipped()
     if cases is None:
         return list(known.values())
-    asked = [cases] if isinstance(cases, str | Path) else list(cases)
     found: list[Path] = []
-    for name in asked:
+    for name in [cases] if isinstance(cases, str | Path) else list(cases):
         path = Path(name)
         if str(name) in known:
             found.append(known[str(name)])
@@ -240,8 +290,8 @@ def case_files(cases: str | Path | Iterable[str | Path] | None) -> list[Path]:
             found.append(path)
         else:
             raise PoundingError(
-                f"{str(name)!r} is neither a case nor a file or folder{nearest(str(name), known)}; cases are "
-                f"{', '.join(known)}"
+                f"{str(name)!r} is neither a case nor a file or folder{nearest(str(name), [*known, *PROPERTIES])}; "
+                f"cases are {', '.join(known)}; properties {', '.join(PROPERTIES)}"
             )
     return list(dict.fromkeys(found))
 
@@ -253,8 +303,12 @@ def compared(case: Case) -> tuple[list[Check], list[Curve]]:
     """The checks of a case, and the curves on which its published points lie."""
     results = _results(case)
     checks = []
-    for value in case.published:
-        checks.append(_check(case, value, tuple(_ours(value, result) for result in results)))
+    for number, value in enumerate(case.published, start=1):
+        try:
+            ours = tuple(_ours(value, result) for result in results)
+        except PoundingError as error:
+            raise PoundingError(f"published.{number}: {error}") from None
+        checks.append(_check(case, value, ours))
     return checks, list(_curves(case, results[-1]))
 
 

@@ -1,0 +1,140 @@
+"""A published relation without a single number to hit, and how far ours keeps it: its readings and its figure."""
+
+from __future__ import annotations
+
+import re
+from math import isinf, isnan
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+HOLDS, FAILS = "holds", "fails"
+TINY = 1e-4
+LINE, POINTS, BAND = "line", "points", "band"
+
+
+class Reading(NamedTuple):
+    """One number of ours beside that of the relation, and the bounds within which it must lie.
+
+    Parameters
+    ----------
+    quantity : str
+        What is read.
+    expected : float
+        What the relation gives; NaN where it says no more than the bounds.
+    ours : float
+        Our value, in the same unit.
+    low, high : float
+        The bounds.
+    unit : str
+        Unit of all four, "" for shares and numbers.
+    reason : str
+        Where the bounds come from.
+    """
+
+    quantity: str
+    expected: float
+    ours: float
+    low: float
+    high: float
+    unit: str
+    reason: str
+
+    @property
+    def holds(self) -> bool:
+        """True where ours lies within the bounds."""
+        return bool(self.low <= self.ours <= self.high)
+
+    @property
+    def word(self) -> str:
+        """The same as a word."""
+        return HOLDS if self.holds else FAILS
+
+
+class Series(NamedTuple):
+    """What a panel draws: a line, points with their bounds, or a band."""
+
+    label: str
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    look: str = LINE
+    low: NDArray[np.float64] | None = None
+    high: NDArray[np.float64] | None = None
+
+
+class Panel(NamedTuple):
+    """A panel of a property's figure."""
+
+    title: str
+    axes: tuple[str, str]
+    series: tuple[Series, ...]
+    is_logarithmic: bool = False  # upwards
+
+
+class Property(NamedTuple):
+    """A published relation, our readings of it, and what its figure draws."""
+
+    name: str
+    title: str
+    source: str
+    citation: str
+    url: str
+    basis: str  # one of `case.BASES`
+    known: str
+    relation: str  # what is published, in words
+    readings: tuple[Reading, ...]
+    finding: str  # where every reading holds
+    condition: str
+    panels: tuple[Panel, ...]
+
+    @property
+    def holds(self) -> bool:
+        """True where every reading lies within its bounds."""
+        return all(reading.holds for reading in self.readings)
+
+    @property
+    def word(self) -> str:
+        """The same as a word."""
+        return HOLDS if self.holds else FAILS
+
+    @property
+    def headline(self) -> str:
+        """The finding where every reading holds; else how many do not."""
+        failing = sum(not reading.holds for reading in self.readings)
+        return (
+            f"{failing} of {len(self.readings)} readings are out of bounds: {self.title}" if failing else self.finding
+        )
+
+
+def rounded(value: float) -> str:
+    """A number with six digits, a tiny one with two; nothing for NaN."""
+    if isnan(value):
+        return ""
+    return f"{value:.6g}" if value == 0.0 or abs(value) >= TINY else f"{value:.1e}"
+
+
+def bounds(reading: Reading) -> str:
+    """The bounds of a reading in words."""
+    low, high, expected = reading.low, reading.high, reading.expected
+    unit = f" {reading.unit}" if reading.unit else ""
+    if low == high:
+        return f"exactly {rounded(low)}{unit}"
+    if isinf(low) or isinf(high):
+        return f"{'at most' if isinf(low) else 'at least'} {rounded(high if isinf(low) else low)}{unit}"
+    reach = 0.5 * (high - low)
+    if abs(0.5 * (high + low) - expected) < 1e-6 * reach and reach < 1e-3 * abs(expected):
+        return f"{rounded(expected)} ± {reach:.1g}{unit}"
+    low_words, high_words = (f"{end:.4g}" if abs(end) >= TINY or end == 0.0 else f"{end:.1g}" for end in (low, high))
+    return f"{low_words} to {high_words}{unit}"
+
+
+def plain(text: str) -> str:
+    """A finding without the marks of mathematics that figures read."""
+    return re.sub(r"\$([^$]*)\$", lambda formula: re.sub(r"[_{}]", "", formula[1]), text)
+
+
+def series(label: str, x: Any, y: Any, look: str = LINE, bounds: tuple[Any, Any] | None = None) -> Series:
+    """A series from sequences; ``bounds`` are the low and the high ends."""
+    low, high = (None, None) if bounds is None else (np.asarray(end, dtype=float) for end in bounds)
+    return Series(label, np.asarray(x, dtype=float), np.asarray(y, dtype=float), look, low, high)
