@@ -150,6 +150,7 @@ def print_spectra(dataset: Any) -> None:
             ("motions", motions_words(dataset)),
             ("periods", " × ".join(words)),
             ("damping", " beside ".join(dampings)),
+            ("told", "single masses on one ground, linear, without contact; percentiles of the sample, without bounds"),
             ("finding", dataset.attrs["finding"]),
         ]
     )
