@@ -2,9 +2,9 @@
 
 The FEMA P-695 far-field set (16 to 100 s) through the public `spectra` with two threads, T from 0.1 to 2 s on both
 sides, damping 5 % (one half of the pairs is the other mirrored), then 5 % beside 2 % (every pair is followed). Each in
-a process of its own, once its kernel is compiled; wall and processor time are from the first record read to the finished
-dataset. Beside it the motion without contact of single pairs, as a scan computes it: processor time of some drawn pairs
-under every fourth record, times the number of pairs and records, and the largest difference of the gaps.
+a process of its own, once its kernel is compiled; wall and processor time are from the first record read to the
+finished dataset. Beside it the motion without contact of single pairs, as a scan computes it: processor time of some
+drawn pairs under every fourth record, times the number of pairs and records, and the largest difference of the gaps.
 """
 
 from __future__ import annotations

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk._common.dates import created
 from pounding_risk._common.progress import Progress
+from pounding_risk._common.words import nearest
 from pounding_risk.assessment.options import LEAST, USUAL_PERCENTILE
 from pounding_risk.assessment.separations.rules import RULES, Case, Site
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.variables import described
-from pounding_risk.units import share
+from pounding_risk.units import share, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +33,8 @@ Array = NDArray[np.float64]
 PERCENTILES = (50.0, 84.0, 95.0)
 # Rules that displacements, periods and dampings suffice for: heights do not follow from a period.
 CHARTED = tuple(name for name, rule in RULES.items() if not rule.needs)
-JUDGED = {"srss": "SRSS", "cqc": "DDC"}  # in the finding
+JUDGED = ("srss", "cqc")  # in the finding and in the figure, unless others are named
+SHORT_WORDS = {"abs": "ABS", "srss": "SRSS", "cqc": "DDC"}
 SAME = 1e-9  # a rule short of the gap by no more than this share is not exceeded: they are rounded apart
 TABLED = 4  # periods of each side in a short table
 
@@ -111,9 +113,10 @@ def spectra(
     asked = read_percentiles(percentiles)
     left = study.period_axis(periods, num, spacing, "periods")
     right = left if right_periods is None else study.period_axis(right_periods, num, spacing, "right_periods")
-    ratios = study.damping_pair(damping, study.stated_damping(source))
+    subject = study.opened(source)
+    ratios = study.damping_pair(damping, study.stated_damping(subject))
     sides = study.Oscillators(left, ratios[0]), study.Oscillators(right, ratios[1])
-    shaking = study.shaking_of(source, np.concatenate([left, right]))
+    shaking = study.shaking_of(subject, np.concatenate([left, right]))
     found = study.closings(shaking.motions, sides, workers, progress)
     dataset = with_rules(study.gap_dataset(shaking, sides, found, asked, motions))
     dataset.attrs |= {"finding": finding(dataset), **created("pounding_risk.spectra")}
@@ -198,6 +201,11 @@ def shortfall(results: xr.Dataset, rule: str, percentile: float | None = None) -
     )
 
 
+def shortfalls(results: xr.Dataset) -> list[Shortfall]:
+    """Every rule of the dataset beside the gap required at the usual percentile."""
+    return [shortfall(results, str(rule)) for rule in results["rule"].values]
+
+
 def ratio_to_rule(results: xr.Dataset, rule: str, percentile: float) -> Array:
     """Gap required over what a rule asks for, (left, right); NaN where either is 0: two alike move alike."""
     gap = results["required_gap"].sel(percentile=percentile).values
@@ -213,11 +221,27 @@ def motions_words(results: xr.Dataset) -> str:
     return f"{count} {results.attrs.get('amplitude', '')} ({counted(records, 'record')} {sense})"
 
 
-def finding(results: xr.Dataset) -> str:
-    """Sentence on where SRSS and DDC ask for less than the motions need, at the usual percentile."""
+def rule_words(rule: str) -> str:
+    """A rule's short name: SRSS, DDC, "Eurocode 8, same property"."""
+    return SHORT_WORDS.get(rule) or RULES[rule].title
+
+
+def check_rules(results: xr.Dataset, rules: Sequence[str]) -> tuple[str, ...]:
+    """The rules, each once; raises PoundingError for one that the dataset has not."""
+    known = [str(rule) for rule in results["rule"].values]
+    for rule in rules:
+        if rule not in known:
+            raise PoundingError(
+                f"rule: {shown(rule)} is not in the dataset{nearest(rule, known)}; it has {', '.join(known)}"
+            )
+    return tuple(dict.fromkeys(rules))
+
+
+def finding(results: xr.Dataset, rules: Sequence[str] = JUDGED) -> str:
+    """Sentence on where rules ask for less than the motions need, at the usual percentile."""
     at = usual_percentile(results)
     count = results.sizes["record"] * results.sizes["polarity"]
-    clauses = [_judged(words, shortfall(results, rule, at)) for rule, words in JUDGED.items()]
+    clauses = [_judged(rule_words(rule), shortfall(results, rule, at)) for rule in rules]
     return f"The gap that {at:g} % of {counted(count, 'motion')} need exceeds " + "; ".join(clauses)
 
 

@@ -54,9 +54,10 @@ def spectra(
     workers: Workers = None,
     new: New = False,
     figure: Figure = None,
+    rule: Annotated[list[str], option("Of the figure, one of the table; twice.", "srss, cqc")] = NONE,
 ) -> None:
     """The gap required over the periods of two buildings."""
-    from pounding_risk.assessment.spectra import PERCENTILES, read_percentiles
+    from pounding_risk.assessment.spectra import CHARTED, JUDGED, PERCENTILES, read_percentiles
     from pounding_risk.assessment.spectra import spectra as run
     from pounding_risk.scene.reader import read_scene
     from pounding_risk.units import PERIOD, TAIL
@@ -67,6 +68,7 @@ def spectra(
         for name, ends in ranges.items()
     }
     shares = read_percentiles(percentile or PERCENTILES, "--percentile")
+    _check_rules(rule, CHARTED)
     given = {
         "--pga": pga, "--scale": scale, "--sa": sa, "--processing": processing, "--window": window,
         "--direction": direction, "--tail": tail, "--unit": unit, "--dt": dt,
@@ -89,7 +91,20 @@ def spectra(
         )  # fmt: skip
     print_spectra(dataset)
     announce(out)
-    draw(figure, "spectra.spectra_figure", dataset)
+    draw(figure, "spectra.spectra_figure", dataset, rules=rule or JUDGED)
+
+
+def _check_rules(rules: Sequence[str], known: Sequence[str]) -> None:
+    """Raise PoundingError for rules of the figure that are not two of those known."""
+    from pounding_risk._common.words import nearest
+
+    for rule in rules:
+        if rule not in known:
+            raise PoundingError(
+                f'--rule: "{rule}" is none of the table{nearest(rule, known)}, which has {", ".join(known)}'
+            )
+    if rules and len(set(rules)) != 2:
+        raise PoundingError("--rule: the figure shows two rules; name two, such as --rule srss --rule eurocode8")
 
 
 def _refuse_beside_scene(source: Sequence[str], given: Sequence[str]) -> None:
@@ -130,7 +145,7 @@ def _of_words(words: Sequence[str], request: RecordRequest) -> RecordRequest:
 
 
 def print_spectra(dataset: Any) -> None:
-    """Print the gap required and what rules ask for at a few pairs of periods, then the finding."""
+    """Print the gap required at a few pairs of periods, how each rule compares with it at all, then the finding."""
     from pounding_risk.assessment.spectra import motions_words, table_rows, usual_percentile
 
     at = usual_percentile(dataset)
@@ -141,6 +156,8 @@ def print_spectra(dataset: Any) -> None:
     ]
     print(f"Gap required by a share of the motions; ABS, SRSS and DDC of spectral displacements at {at:g} %\n")
     print_table(heads, rows, "r" * len(heads))
+    print(f"\nGap that {at:g} % of the motions need, over what a rule asks for, at all pairs of periods\n")
+    _print_rules(dataset)
     print()
     ranges = (dataset[f"{side}_period"].values for side in ("left", "right"))
     words = [f"{values.size} from {values[0]:.4g} s to {values[-1]:.4g} s" for values in ranges]
@@ -151,8 +168,28 @@ def print_spectra(dataset: Any) -> None:
             ("periods", " × ".join(words)),
             ("damping", " beside ".join(dampings)),
             ("told", "single masses on one ground, linear, without contact; percentiles of the sample, without bounds"),
+            ("rules", "take linear displacements (factors 1) and floors at different levels; none that needs heights"),
             ("finding", dataset.attrs["finding"]),
         ]
     )
     print_left_out(json.loads(dataset.attrs.get("left_out", "[]")))
     print_flags(json.loads(dataset.attrs["flags"]))
+
+
+def _print_rules(dataset: Any) -> None:
+    """Print at how many pairs of periods each rule asks for less than the gap, and the largest ratio with its place."""
+    from pounding_risk.assessment.spectra import shortfalls
+
+    rows = [
+        (
+            short.rule,
+            str(dataset["rule_verification"].sel(rule=short.rule).item()),
+            f"{100.0 * short.pairs:.0f} %",
+            f"{short.median:.2f}",
+            f"{short.ratio:.2f}",
+            " beside ".join(f"{period:.2g} s" for period in short.periods),
+            str(dataset["rule_title"].sel(rule=short.rule).item()),
+        )
+        for short in shortfalls(dataset)
+    ]
+    print_table(("rule", "text", "falls short at", "median", "largest", "there", "what it is"), rows, "llrrrll")

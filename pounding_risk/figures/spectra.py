@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk._common.counted import counted
 from pounding_risk.assessment.spectra import (
     JUDGED,
+    check_rules,
     check_spectra,
     finding,
     motions_words,
     ratio_to_rule,
+    rule_words,
     usual_percentile,
 )
 from pounding_risk.errors import PoundingError
@@ -27,8 +31,10 @@ SHORT = 1.05  # ratio from which a rule is shown as falling short: less is withi
 TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # s
 
 
-def spectra_figure(results: xr.Dataset, percentile: float | None = None, note: str = "") -> Figure:
-    """Gap required over the periods of two buildings, and its ratio to what SRSS and DDC ask for.
+def spectra_figure(
+    results: xr.Dataset, percentile: float | None = None, rules: Sequence[str] = JUDGED, note: str = ""
+) -> Figure:
+    """Gap required over the periods of two buildings, and its ratio to what two rules ask for.
 
     Parameters
     ----------
@@ -36,6 +42,8 @@ def spectra_figure(results: xr.Dataset, percentile: float | None = None, note: s
         A dataset of `spectra`.
     percentile : float, optional
         One of the dataset's [%]; 84, or its largest, by default.
+    rules : sequence of str
+        Two rules of the dataset; SRSS and the double difference by default.
     note : str
         Added to the caption.
 
@@ -47,22 +55,30 @@ def spectra_figure(results: xr.Dataset, percentile: float | None = None, note: s
     Raises
     ------
     PoundingError
-        For a dataset of another call, and a percentile that it has not.
+        For a dataset of another call, and a percentile or a rule that it has not.
     """
     check_spectra(results)
     at = usual_percentile(results) if percentile is None else float(percentile)
     if at not in results["percentile"].values:
         known = ", ".join(f"{value:g}" for value in results["percentile"].values)
         raise PoundingError(f"percentile: {at:g} % is not in the dataset, which has {known}; choose one")
+    drawn = check_rules(results, rules)
+    if len(drawn) != 2:
+        raise PoundingError(f"rules: {counted(len(drawn), 'rule')}; the figure has two, such as srss and cqc: name two")
     shown = results.sel(percentile=[at])
     figure, axes = blank(2, 2, (11.5, 10.2))
     _gaps(figure, axes[0, 0], shown, at)
-    for axis, (rule, words) in zip((axes[0, 1], axes[1, 0]), JUDGED.items(), strict=True):
-        _ratios(figure, axis, shown, rule, words)
-    _sections(axes[1, 1], shown)
+    for axis, rule in zip((axes[0, 1], axes[1, 0]), drawn, strict=True):
+        _ratios(figure, axis, shown, rule)
+    _sections(axes[1, 1], shown, drawn)
     dampings = [f"{100.0 * float(results[f'{side}_damping']):.3g} %" for side in ("left", "right")]
     damped = dampings[0] if dampings[0] == dampings[1] else " and ".join(dampings)
-    title(figure, finding(shown), f"{motions_words(results)}; single masses without contact, damping {damped}", note)
+    title(
+        figure,
+        finding(shown, drawn),
+        f"{motions_words(results)}; single masses without contact, damping {damped}",
+        note,
+    )
     return figure
 
 
@@ -109,11 +125,12 @@ def _round_levels(largest: float) -> list[float]:
     return [step for step in [*steps, 10.0 ** (top + 1)] if step < largest]
 
 
-def _ratios(figure: Figure, axis: Any, results: xr.Dataset, rule: str, words: str) -> None:
+def _ratios(figure: Figure, axis: Any, results: xr.Dataset, rule: str) -> None:
     """Draw the gap required over what a rule asks for, hatched where the rule asks for clearly too little."""
     from matplotlib import colormaps
     from matplotlib.colors import BoundaryNorm
 
+    words = rule_words(rule)
     left, right = _over_periods(axis, results)
     ratio = ratio_to_rule(results, rule, float(results["percentile"][0])).T
     colours = colormaps["PuOr_r"]
@@ -127,17 +144,17 @@ def _ratios(figure: Figure, axis: Any, results: xr.Dataset, rule: str, words: st
         axis.contour(left, right, ratio, levels=[SHORT], colors="black", linewidths=0.9)
     figure.colorbar(picture, ax=axis, pad=0.01, aspect=30, ticks=BANDS, label=f"gap / {words} [1]")
     most = f"{100.0 * (SHORT - 1.0):.0f} %"
-    axis.set_title(f"gap required over {words}; hatched where it is more than {most} above", fontsize=9.5)
+    axis.set_title(f"gap required over {words}\nhatched where it is more than {most} above", fontsize=9.5)
 
 
-def _sections(axis: Any, results: xr.Dataset) -> None:
-    """Draw the gap required, SRSS and DDC along lines of constant T_right / T_left."""
+def _sections(axis: Any, results: xr.Dataset, rules: Sequence[str]) -> None:
+    """Draw the gap required and both rules along lines of constant T_right / T_left."""
     left, right = results["left_period"].values, results["right_period"].values
     asked = results["separation"].isel(percentile=0)
     gap = results["required_gap"].isel(percentile=0).values
     curves = [
         (gap, "-", 1.9),
-        *((asked.sel(rule=rule).values, dash, 1.1) for rule, dash in (("srss", "--"), ("cqc", ":"))),
+        *((asked.sel(rule=rule).values, dash, 1.1) for rule, dash in zip(rules, ("--", ":"), strict=True)),
     ]
     _period_axis(axis, "x", left)
     for ratio, (colour, _) in zip(RATIOS, STYLES, strict=False):
@@ -147,7 +164,7 @@ def _sections(axis: Any, results: xr.Dataset) -> None:
         for values, dash, width in curves:
             axis.plot(inside, 1e3 * _along(left, right, values, inside, ratio), dash, color=colour, linewidth=width)
         axis.plot([], [], "-", color=colour, linewidth=1.9, label=f"right = {ratio:g} left")
-    for words, dash in (("gap required", "-"), ("SRSS", "--"), ("DDC", ":")):
+    for words, dash in zip(("gap required", *map(rule_words, rules)), ("-", "--", ":"), strict=True):
         axis.plot([], [], dash, color="black", label=words)
     axis.legend(fontsize=8.5, loc="upper left", handlelength=3.0)
     axis.set_xlabel("period of the left building [s]")

@@ -127,17 +127,17 @@ def check_out(out: str | Path | None, new: bool) -> Path | None:
 # ------------------------------------------------------------------------------------------------------ the motions
 
 
-def stated_damping(source: Source) -> tuple[float, float] | None:
+def opened(source: Source) -> Scene | Records | RecordRequest | Sequence[Motion]:
+    """The scene of a file or of tables; records and motions as they are."""
+    return as_scene(source) if isinstance(source, Scene | Mapping | str | Path) else source
+
+
+def stated_damping(source: Any) -> tuple[float, float] | None:
     """Damping ratios of the buildings of a scene, None for records; raises SceneError for buildings it is not for."""
-    if not is_scene(source):
+    if not isinstance(source, Scene):
         return None
-    left, right = _linear_pair(as_scene(cast(Any, source)))
+    left, right = _linear_pair(source)
     return left.damping, right.damping
-
-
-def is_scene(source: Source) -> bool:
-    """True for a scene, its tables or its file; False for records and motions."""
-    return isinstance(source, Scene | Mapping | str | Path)
 
 
 def _linear_pair(study: Scene) -> tuple[Building, Building]:
@@ -166,16 +166,16 @@ def _linear_pair(study: Scene) -> tuple[Building, Building]:
     return study.pair
 
 
-def shaking_of(source: Source, periods: Array, progress: Progress | None = None) -> Shaking:
+def shaking_of(source: Any, periods: Array) -> Shaking:
     """The motions of a scene, of a request for records, or as they are given, flagged where they do not suit periods.
 
     Raises as `gathered` and `read_ensemble`, and PoundingError for what is none of these.
     """
-    if is_scene(source):
-        return _of_scene(as_scene(cast(Any, source)), periods)
+    if isinstance(source, Scene):
+        return _of_scene(source, periods)
     if isinstance(source, Records | RecordRequest):
         request = source.request() if isinstance(source, Records) else source
-        ensemble = read_ensemble(request, Path(), progress=progress)
+        ensemble = read_ensemble(request, Path())
         motions = tuple(for_periods(motion, (periods.min(), periods.max())) for motion in ensemble.motions)
         attrs = {"scene_resolved": write_toml({"records": records_of(request).written()})}
         attrs |= {"left_out": as_text(list(ensemble.left_out))} if ensemble.left_out else {}

@@ -180,6 +180,12 @@ def test_the_figure_says_the_finding(results):
     assert "damping 2 % and 7 %" in words
     assert words_of(pr.figures.spectra_figure(results, 16.0)).startswith("The gap that 16 % of 4 motions need exceeds")
     assert words_of(results.pounding.figure()) == words_of(pr.figures.spectra_figure(results))
+    other = words_of(pr.figures.spectra_figure(results, rules=["eurocode8", "ubc97"]))
+    assert "Eurocode 8, same property" in other and "UBC 97, same property" in other and "DDC" not in other
+    with pytest.raises(PoundingError, match=r'rule: "eurocode9".*did you mean "eurocode8"\?\); it has abs, srss'):
+        pr.figures.spectra_figure(results, rules=["srss", "eurocode9"])
+    with pytest.raises(PoundingError, match="rules: 1 rule; the figure has two"):
+        pr.figures.spectra_figure(results, rules=["srss", "srss"])
     with pytest.raises(PoundingError, match="percentile: 95 % is not in the dataset, which has 16, 50, 84; choose one"):
         pr.figures.spectra_figure(results, 95.0)
     with pytest.raises(PoundingError, match="no dataset of `pounding-risk spectra`"):

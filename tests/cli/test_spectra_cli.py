@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from typer.testing import CliRunner
 
 import pounding_risk as pr
 from pounding_risk import cli
+from pounding_risk.assessment.spectra import shortfall
 
 FEW = ["--num", "3", "--periods", "0.3 s", "0.9 s"]
 
@@ -40,6 +42,14 @@ def test_a_scene_gives_table_dataset_and_figure():
     assert cells[:4] == ["0.3", "s", "0.3", "s"]
     np.testing.assert_allclose([float(cell) for cell in cells[4::2]], 1e3 * np.array(shown), rtol=5e-3)
     assert "1 motion at PGA 0.5 g (1 record as recorded)" in done.stdout and results.attrs["finding"] in done.stdout
+    short = shortfall(results, "ubc97")
+    (line,) = (line for line in lines if line.startswith("ubc97 "))
+    assert re.split(r" {2,}", line)[1:5] == [
+        "quoted",
+        f"{100 * short.pairs:.0f} %",
+        f"{short.median:.2f}",
+        f"{short.ratio:.2f}",
+    ]
     assert "written: s.nc" in done.stdout and Path("s.svg").stat().st_size > 1000
     assert run("scene.toml", *FEW, "-o", "s.nc", "--set", "records.pga='0.25 g'").exit_code == 0
     np.testing.assert_allclose(pr.open_results("s.nc")["required_gap"].sel(percentile=50), 0.5 * first_gap(results))
@@ -102,6 +112,8 @@ def test_records_are_named_by_any_word():
         (["RSN6-180", "--percentile", "100"], "--percentile"),
         (["RSN6-180", "--pga", "0.3 g", "--scale", "2"], "--pga and --scale are given"),
         (["RSN6-180", "--figure", "s.txt"], "--figure"),
+        (["RSN6-180", "--rule", "italy", "--rule", "srss"], '--rule: "italy" is none of the table'),
+        (["RSN6-180", "--rule", "srss"], "--rule: the figure shows two rules"),
         (["RSN6-180", "-o", "scene.toml"], "-o: scene.toml: the name must end in .nc"),
     ],
 )
