@@ -222,8 +222,9 @@ def motions_words(results: xr.Dataset) -> str:
 
 
 def rule_words(rule: str) -> str:
-    """A rule's short name: SRSS, DDC, "Eurocode 8, same property"."""
-    return SHORT_WORDS.get(rule) or RULES[rule].title
+    """A rule's short name, with how its text is known where it was not read: SRSS, "Canada (quoted)"."""
+    one = RULES[rule]
+    return SHORT_WORDS.get(rule) or (one.title if one.is_checked else f"{one.title} ({one.verification})")
 
 
 def check_rules(results: xr.Dataset, rules: Sequence[str]) -> tuple[str, ...]:

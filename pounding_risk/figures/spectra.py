@@ -73,12 +73,8 @@ def spectra_figure(
     _sections(axes[1, 1], shown, drawn)
     dampings = [f"{100.0 * float(results[f'{side}_damping']):.3g} %" for side in ("left", "right")]
     damped = dampings[0] if dampings[0] == dampings[1] else " and ".join(dampings)
-    title(
-        figure,
-        finding(shown, drawn),
-        f"{motions_words(results)}; single masses without contact, damping {damped}",
-        note,
-    )
+    told = f"single masses without contact, damping {damped}; rules take linear displacements (factors 1)"
+    title(figure, finding(shown, drawn), f"{motions_words(results)}; {told}", note)
     return figure
 
 
