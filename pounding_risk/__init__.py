@@ -49,6 +49,7 @@ _HOMES = {
     "generate_motion": "motions.read",
     "code_table": "assessment.separations.table",
     "Site": "assessment.separations.rules",
+    "spectra": "assessment.spectra",
     "assess": "assessment.assess",
     "row_case": "assessment.row",
     "view": "reports.explorer",

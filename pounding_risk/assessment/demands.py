@@ -69,7 +69,7 @@ def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
     kind = kind_of(results)
     if kind not in ("scan", ""):
         raise PoundingError(
-            f"this is a dataset of `{kind}`, which says nothing of gaps and motions; assess takes what "
+            f"this is a dataset of `{kind}`, which has not the cases of a scan; assess takes what "
             "`pounding-risk scan SCENE -o results.nc` writes"
         )
     if "impact_count" not in results or not {"record", "gap"} <= set(results.dims):

@@ -20,6 +20,7 @@ MARKS = {
     "compare": "flips",
     "accuracy": "time_to_reach",
     "effects": "time_ratio",
+    "spectra": "left_period",
     "histories": "sample",
     "simulate": "time",
     "scan": "impact_count",

@@ -20,6 +20,7 @@ from pounding_risk.figures.plan_view import plan_figure
 from pounding_risk.figures.scan import ratio_figure, scan_figure, window_figure
 from pounding_risk.figures.separations import separations_figure
 from pounding_risk.figures.simulate import simulation_figure
+from pounding_risk.figures.spectra import spectra_figure
 from pounding_risk.figures.storey_profiles import profiles_figure
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.selected_axes import with_axes
@@ -46,6 +47,7 @@ KINDS = {
     "simulation": Kind(("simulate",), simulation_figure),
     "accuracy": Kind(("accuracy",), accuracy_figure),
     "effects": Kind(("effects",), effects_figure),
+    "spectra": Kind(("spectra",), spectra_figure),
     "ratio": Kind(("scan", "compare"), ratio_figure),
     "window": Kind(("scan",), window_figure),
     "assessment": Kind(("scan",), assessment_figure, assess),
@@ -62,11 +64,11 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     Parameters
     ----------
     results : xarray.Dataset
-        A dataset of `scan`, `simulate`, `compare`, `accuracy` or `effects`.
+        A dataset of `scan`, `simulate`, `compare`, `accuracy`, `effects` or `spectra`.
     kind : str, optional
         Of a scan "scan", "ratio", "window", "assessment", "separations", "elevation", "plan" or "profiles"; of a run
-        "simulation"; of a comparison "agreement", "reference", "scan" or "ratio"; "accuracy" and "effects". By default
-        the first of these.
+        "simulation"; of a comparison "agreement", "reference", "scan" or "ratio"; "accuracy", "effects" and
+        "spectra". By default the first of these.
     note : str
         Added to the caption.
     **options

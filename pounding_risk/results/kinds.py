@@ -13,11 +13,12 @@ MARKS = {
     "compare": {"flips", "baseline"},
     "accuracy": {"setting", "time_to_reach"},
     "effects": {"effects", "time_ratio"},
+    "spectra": {"left_period", "required_gap"},
 }
 
 
 def kind_of(dataset: xr.Dataset) -> str:
-    """The call that made a dataset: scan, simulate, histories, compare, accuracy or effects; "" where none did."""
+    """The call that made a dataset: scan, simulate, histories or one of `MARKS`; "" where none did."""
     names = set(map(str, dataset.variables)) | (set(dataset.attrs) - {"effects"})
     for kind, marks in MARKS.items():
         if marks & names:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from pounding_risk.errors import SceneError
@@ -47,7 +48,12 @@ def gathered(study: Scene) -> MotionEnsemble:
 def _for_buildings(motion: Motion, study: Scene) -> Motion:
     """The motion, flagged where it is too coarse or was filtered too narrowly for these buildings."""
     periods = [building.period for building in study.buildings if not building.is_rigid]
-    if not periods or motion.record.get(STILL):
+    return for_periods(motion, periods) if periods else motion
+
+
+def for_periods(motion: Motion, periods: Sequence[float]) -> Motion:
+    """The motion, flagged where it is too coarse or was filtered too narrowly for buildings of these periods [s]."""
+    if motion.record.get(STILL):
         return motion
     # Straight lines that are close to a known motion excite a stiff building no more than they are from it.
     known = "interpolation_error" in motion.record

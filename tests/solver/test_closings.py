@@ -1,0 +1,208 @@
+"""Largest closings of all pairs against closed forms, SciPy's matrix exponential and the solver of one pair."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from interpreted import interpreted
+from scipy.linalg import expm
+from scipy.optimize import minimize_scalar
+from scipy.signal import lsim
+
+from pounding_risk._jit.sources import INTERPRETED
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.motions.intensity import response_spectra
+from pounding_risk.motions.read import read_motion
+from pounding_risk.solver.pair import closings
+from pounding_risk.solver.pair.api import free_response, oscillators
+from pounding_risk.solver.pair.closings import SLAB, TERMS, largest_closings
+
+FINE = 100  # nodes of the witness in the shortest period
+
+
+def noise(seed: int, n: int) -> np.ndarray:
+    """A burst with a corner at every sample."""
+    return np.random.default_rng(seed).standard_normal(n) * np.sin(np.pi * np.arange(n) / max(n - 1, 1))
+
+
+def side(periods, damping: float = 0.05):
+    periods = np.atleast_1d(np.asarray(periods, dtype=float))
+    return periods, np.full(periods.size, damping)
+
+
+def system(left, right) -> np.ndarray:
+    """Matrix of u_L, u̇_L, u_R, u̇_R, a_g and its slope; a rigid building is a row of zeros."""
+    matrix = np.zeros((6, 6))
+    for at, (period, damping) in ((0, left), (2, right)):
+        omega = 2.0 * np.pi / period
+        matrix[at, at + 1], matrix[at + 1, at], matrix[at + 1, at + 1] = 1.0, -(omega**2), -2.0 * damping * omega
+        matrix[at + 1, 4] = -1.0
+    matrix[4, 5] = 1.0
+    return matrix
+
+
+def true_closings(ground, dt, left, right) -> tuple[float, float]:
+    """Largest u_L - u_R and u_R - u_L of one pair: by matrix exponentials at fine nodes, and between the highest."""
+    parts = int(np.ceil(FINE * dt / min(left[0], right[0])))
+    matrix, h = system(left, right), dt / parts
+    fine = np.interp(np.arange((ground.size - 1) * parts + 1) / parts, np.arange(ground.size), ground)
+    motion = matrix[:4, :4], matrix[:4, 4:5], np.eye(4), np.zeros((4, 1))
+    states = lsim(motion, fine, np.arange(fine.size) * h)[1]
+    found = []
+    for sign in (1.0, -1.0):
+        d = sign * (states[:, 0] - states[:, 2])
+        best = max(float(d.max()), 0.0)
+        for node in np.argsort(-d)[:6]:
+            for first in (node - 1, node):
+                if not 0 <= first < fine.size - 1:
+                    continue
+                start = np.append(states[first], [fine[first], (fine[first + 1] - fine[first]) / h])
+
+                def opening(x, start=start, sign=sign):
+                    state = expm(matrix * x) @ start
+                    return -sign * (state[0] - state[2])
+
+                best = max(
+                    best, -minimize_scalar(opening, bounds=(0.0, h), method="bounded", options={"xatol": 1e-9}).fun
+                )
+        found.append(best)
+    return found[0], found[1]
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    n=st.sampled_from([2, 3, SLAB // 4, SLAB + 1, 300]),
+    dt=st.sampled_from([0.005, 0.02]),
+    left=st.tuples(st.floats(0.05, 2.0), st.floats(0.0, 0.9)),
+    right=st.tuples(st.floats(0.05, 2.0), st.floats(0.0, 0.9)),
+)
+def test_closings_are_those_of_matrix_exponentials(seed, n, dt, left, right):
+    ground = noise(seed, n) + 0.1  # it ends and begins with a jump
+    found = largest_closings(ground, dt, side(*left), side(*right))
+    size = max(float(found.left[0]), float(found.right[0]))
+    truth = true_closings(ground, dt, left, right)
+    np.testing.assert_allclose(found.closing[:, 0, 0], truth, rtol=0.0, atol=1e-10 * size)
+
+
+def test_a_sudden_push_has_its_closed_form():
+    """a_g = a at once, undamped, T and 2T: u_L - u_R = a / (2 w²) (1 - cos w t)² with w = 2π / 2T, never below 0."""
+    a, period = 1.3, 0.37
+    ground = np.full(500, a)
+    found = largest_closings(ground, 0.01, side(period, 0.0), side(2.0 * period, 0.0))
+    w = np.pi / period
+    np.testing.assert_allclose(found.closing[:, 0, 0], [2.0 * a / w**2, 0.0], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose([found.left[0], found.right[0]], [0.5 * a / w**2, 2.0 * a / w**2], rtol=1e-12)
+
+
+def test_a_steady_sine_has_its_closed_form():
+    """Once its amplitude is steady: the amplitude of the difference of two transfer functions."""
+    dt, w, damping = 0.001, 2.0 * np.pi / 0.8, 0.3
+    time = np.arange(0.0, 40.0, dt)
+    ground = np.sin(w * time) * 0.5 * (1.0 + np.tanh((time - 15.0) / 3.0))  # a slow beginning does not overshoot
+    periods = np.array([0.3, 0.8, 1.1])
+    own = 2.0 * np.pi / periods
+    transfer = -1.0 / (own**2 - w**2 + 2j * damping * own * w)
+    found = largest_closings(ground, dt, side(periods, damping), side(periods, damping))
+    expected = np.abs(transfer[:, None] - transfer[None, :])
+    # Between samples the ground is a line: it is smaller than the sine by (w dt)² / 8 or less.
+    np.testing.assert_allclose(found.closing[0], expected, rtol=2e-5, atol=1e-15)
+    np.testing.assert_allclose(found.closing[1], expected, rtol=2e-5, atol=1e-15)
+    np.testing.assert_allclose(found.left, np.abs(transfer), rtol=2e-5)
+
+
+def test_the_solver_of_one_pair_agrees():
+    motion = read_motion("RSN6-180", window=("0 s", "12 s"))
+    periods, others = np.geomspace(0.07, 3.0, 9), np.geomspace(0.1, 2.0, 7)
+    found = largest_closings(motion.acceleration, motion.dt, side(periods, 0.03), side(others, 0.08))
+    for row, left in enumerate(periods):
+        for column, right in enumerate(others):
+            pair = oscillators(Building("left", 1.0, left, 0.03), Building("right", 1.0, right, 0.08))
+            free = free_response(pair, motion.acceleration, motion.dt)
+            alone = free.high[:, 0].max(), -free.low[:, 0].min()
+            np.testing.assert_allclose(found.closing[:, row, column], alone, rtol=1e-11)
+
+
+def test_peaks_are_spectral_displacements():
+    motion = read_motion("RSN1690-090", window=("0 s", "15 s"))
+    periods = np.geomspace(0.05, 4.0, 30)
+    found = largest_closings(motion.acceleration, motion.dt, side(periods), side(periods, 0.2))
+    for peaks, damping in ((found.left, 0.05), (found.right, 0.2)):
+        spectrum = response_spectra(motion.acceleration, motion.dt, periods, damping).displacement
+        np.testing.assert_allclose(peaks, spectrum, rtol=4e-6)  # the crests of spectra are found to so much
+
+
+def test_equal_sides_are_antisymmetric_and_the_diagonal_is_still():
+    ground, periods = noise(3, 700), np.geomspace(0.1, 2.0, 12)
+    alike = largest_closings(ground, 0.01, side(periods), side(periods))
+    np.testing.assert_array_equal(alike.closing[1], alike.closing[0].T)
+    np.testing.assert_array_equal(np.diagonal(alike.closing, axis1=1, axis2=2), 0.0)
+    np.testing.assert_array_equal(alike.left, alike.right)
+    # The other branch, in which both sides are followed for themselves.
+    turned = largest_closings(ground, 0.01, side(periods), side(periods[::-1]))
+    np.testing.assert_allclose(turned.closing[:, :, ::-1], alike.closing, rtol=1e-11, atol=1e-15)
+
+
+def test_a_reversed_or_scaled_motion_changes_nothing_else():
+    ground, (left, right) = noise(4, 500), (side([0.2, 0.9], 0.02), side([0.3, 0.5, 1.4], 0.07))
+    found = largest_closings(ground, 0.01, left, right)
+    np.testing.assert_array_equal(largest_closings(-ground, 0.01, left, right).closing, found.closing[::-1])
+    np.testing.assert_array_equal(largest_closings(4.0 * ground, 0.01, left, right).closing, 4.0 * found.closing)
+    exchanged = largest_closings(ground, 0.01, right, left).closing
+    np.testing.assert_allclose(exchanged, found.closing[::-1].transpose(0, 2, 1), rtol=1e-12)
+
+
+def test_no_order_of_the_slabs_changes_the_closings(monkeypatch):
+    ground, periods = noise(5, 3 * SLAB), np.geomspace(0.1, 1.0, 8)
+    found = largest_closings(ground, 0.01, side(periods), side(periods, 0.1)).closing
+    for order in (
+        lambda strengths: np.arange(len(strengths)),
+        lambda strengths: np.arange(len(strengths))[::-1].copy(),
+    ):
+        monkeypatch.setattr(closings, "strongest_first", order)
+        again = largest_closings(ground, 0.01, side(periods), side(periods, 0.1)).closing
+        np.testing.assert_allclose(again, found, rtol=1e-11)
+
+
+def test_still_ground_closes_nothing():
+    found = largest_closings(np.zeros(300), 0.01, side([0.1, 1.0]), side([0.5], 0.1))
+    assert not found.closing.any() and not found.left.any() and not found.right.any()
+
+
+SERIES = st.lists(st.integers(-1000, 1000), min_size=TERMS, max_size=TERMS)
+
+
+@settings(max_examples=200, deadline=None)
+@given(values=SERIES, shrink=st.floats(0.05, 1.0), best=st.floats(-2.0, 2.0))
+def test_the_crest_of_a_series_is_found(values, shrink, best):
+    """Against the best of many points and of a search around each of the highest, for series of every shape."""
+    terms = 1e-3 * np.array(values) * shrink ** np.arange(TERMS)
+    polynomial = np.polynomial.Polynomial(terms)
+    points = np.linspace(0.0, 1.0, 501)
+    heights = polynomial(points)
+    truth = max(best, float(heights.max()))
+    for place in np.argsort(-heights)[:5]:
+        bounds = points[max(place - 1, 0)], points[min(place + 1, 500)]
+        searched = minimize_scalar(lambda x: -polynomial(x), bounds=bounds, method="bounded", options={"xatol": 1e-9})
+        truth = max(truth, -searched.fun)
+    bend = float(np.abs(terms[2:] * np.arange(2, TERMS) * np.arange(1, TERMS - 1)).sum())
+    tolerance = 1e-12 * (10.0 + bend)
+    assert abs(closings.crest_of(terms, best) - truth) < tolerance
+    assert abs(closings.bisected(terms, bend, best) - truth) < tolerance
+
+
+@pytest.mark.skipif(INTERPRETED, reason="compares compiled code")
+def test_interpreted_code_gives_the_same():
+    code = """
+import json
+import numpy as np
+from test_closings import noise, side
+from pounding_risk.solver.pair.closings import largest_closings
+found = largest_closings(noise(6, 150), 0.02, side([0.15, 0.4]), side([0.3, 0.9], 0.1))
+print(json.dumps([part.tolist() for part in found]))
+"""
+    found = largest_closings(noise(6, 150), 0.02, side([0.15, 0.4]), side([0.3, 0.9], 0.1))
+    for one, other in zip(found, interpreted(code), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-13)
