@@ -21,9 +21,9 @@ from throughput import LAW, RESTITUTION, RTOL, make_bench, run_grid
 from pounding_risk._jit.compile import kernel
 from pounding_risk.models.ground import UniformInterval
 from pounding_risk.solver.pair.api import free_response
+from pounding_risk.solver.pair.equations import ELASTIC, Phase, new_impact, slopes, state_of
 from pounding_risk.solver.pair.flight import EVERY_SIGNAL, block_mask, reaches, search_mask
 from pounding_risk.solver.pair.implicit import attempt
-from pounding_risk.solver.pair.stages import ELASTIC, Phase, new_impact, slopes, state_of
 from pounding_risk.solver.runge_kutta import DOP853
 from pounding_risk.solver.workspace import BEGIN, FIRST_STAGE, make_workspace
 

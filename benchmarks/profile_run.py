@@ -20,11 +20,11 @@ import numpy as np
 from throughput import LAW, RESTITUTION, RTOL, make_bench
 
 from pounding_risk.solver.counters import COUNT
-from pounding_risk.solver.pair import contact, events, flight, peaks, stages
+from pounding_risk.solver.pair import contact, events, explicit, flight, peaks
 from pounding_risk.solver.pair import run as runs
 from pounding_risk.solver.pair.api import Interface, free_response, run
 
-MODULES = (stages, events, flight, peaks, runs, contact)
+MODULES = (explicit, events, flight, peaks, runs, contact)
 # What is counted: a part and who calls it, and what that means.
 WORDS = {
     ("begin_contact", "march"): "contacts",

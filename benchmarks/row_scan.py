@@ -36,7 +36,8 @@ from pounding_risk.results.summary import counted
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COUNT
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.api import HIGHEST, Contacts, Laid
+from pounding_risk.solver.row.api import HIGHEST, Contacts
+from pounding_risk.solver.row.layout import Laid, lay_out
 
 SET, COMPONENTS = "fema-p695-farfield", 44
 SHIPPED = ("RSN6-180", "RSN1690-090")
@@ -122,7 +123,7 @@ def laid_out(buildings: list[Storeys], dt: float) -> Laid:
         for place in range(len(buildings) - 1)
         for meeting in automatic_points(buildings[place], buildings[place + 1])
     ]
-    return rows.lay_out([chain_of(building) for building in buildings], points, dt)
+    return lay_out([chain_of(building) for building in buildings], points, dt)
 
 
 def contacts_of(laid: Laid, gap: float) -> Contacts:

@@ -15,8 +15,9 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.results.run_labels import Case, Trace
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.api import Laid, RowRun
+from pounding_risk.solver.row.api import RowRun
 from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
+from pounding_risk.solver.row.layout import Laid, nodes_of
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import Frame, frame_of, outputs, variables
 from pounding_risk.solver.row.trace_reader import FACTS, contacts_of, forces_at, impulses_at, instants_of, motion_at
@@ -74,7 +75,7 @@ def _by_storey(frame: Frame, values: Array) -> Array:
 
 def grounds_at(row: Laid, motion: Motion, time: Array) -> dict[str, Array]:
     """Histories of the ground; those under each building where a wave passes."""
-    nodes = rows.nodes_of(row, motion.acceleration)
+    nodes = nodes_of(row, motion.acceleration)
     if row.arrivals is None:
         return {"ground_acceleration": np.interp(time, row.step * np.arange(nodes.size), nodes)}
     table = arriving(nodes, row.step, row.arrivals)

@@ -32,7 +32,7 @@ from pounding_risk.solver.row.complementarity import (
     TABLE_ROWS,
     solve_complementarity,
 )
-from pounding_risk.solver.row.impulsive_api import run_jumps
+from pounding_risk.solver.row.impulsive.api import run_jumps
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import OF_BUILDINGS, frame_of, outputs
 from pounding_risk.solver.row.trace_reader import contacts_of, instants_of

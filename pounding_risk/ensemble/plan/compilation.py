@@ -28,8 +28,8 @@ from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import run as rows_march
 from pounding_risk.solver.row.free_motion import march_free
-from pounding_risk.solver.row.impulsive import march_jumps
-from pounding_risk.solver.row.impulsive_api import jumps, unmoved_jumps
+from pounding_risk.solver.row.impulsive.api import jumps, unmoved_jumps
+from pounding_risk.solver.row.impulsive.run import march_jumps
 from pounding_risk.solver.workspace import make_workspace
 
 STILL = np.zeros(2), 0.01  # a ground motion of zeros: only its types matter

@@ -35,23 +35,22 @@ from pounding_risk.solver.counters import (
     WORN,
     YIELDS,
 )
-from pounding_risk.solver.pair.events import NONE, PART, TURN, YIELD, dip_of, settle, switched, take_step
-from pounding_risk.solver.pair.implicit import choose_method, spread
-from pounding_risk.solver.pair.peaks import FORCE, update_peaks
-from pounding_risk.solver.pair.stages import (
+from pounding_risk.solver.pair.equations import (
     ELASTIC,
     REBOUND_SHARE,
     YIELDING,
     Impact,
     Phase,
     energy_of,
-    law_ends,
-    law_turns,
     new_impact,
     slopes,
     state_of,
     transmitted,
 )
+from pounding_risk.solver.pair.events import NONE, PART, TURN, YIELD, dip_of, settle, switched, take_step
+from pounding_risk.solver.pair.implicit import choose_method, spread
+from pounding_risk.solver.pair.law_verbs import law_ends, law_turns
+from pounding_risk.solver.pair.peaks import FORCE, update_peaks
 from pounding_risk.solver.workspace import BEGIN, END, FELT, FIRST_STAGE, LAST, SIGNALS
 
 PASSES_NODES = 1e-3  # the rtol from which on steps pass nodes between samples

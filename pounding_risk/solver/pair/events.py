@@ -9,6 +9,8 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
+from pounding_risk.solver.pair.equations import ELASTIC, SHARE, SLACK, YIELDING, Phase, finish
+from pounding_risk.solver.pair.explicit import next_step
 from pounding_risk.solver.pair.implicit import attempt, spread
 from pounding_risk.solver.pair.peaks import (
     AT_BEGIN,
@@ -20,7 +22,6 @@ from pounding_risk.solver.pair.peaks import (
     read_between,
     read_end,
 )
-from pounding_risk.solver.pair.stages import ELASTIC, SHARE, SLACK, YIELDING, Phase, finish, next_step
 from pounding_risk.solver.workspace import END, LAST
 
 NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early

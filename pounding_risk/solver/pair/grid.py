@@ -13,9 +13,9 @@ import numpy as np
 
 from pounding_risk._jit.compile import kernel, lowered
 from pounding_risk.solver.counters import COMPLETE, DEMAND, FIRST_YIELD, STATUS, TALLIED, YIELDS, make_log
+from pounding_risk.solver.pair.equations import Limits
 from pounding_risk.solver.pair.laws import by_address
 from pounding_risk.solver.pair.run import march
-from pounding_risk.solver.pair.stages import Limits
 from pounding_risk.solver.workspace import SIGNALS
 
 KNOWN, SIMULATED = 0, 1

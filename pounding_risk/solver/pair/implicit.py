@@ -13,7 +13,8 @@ from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import IMPLICIT, WORKED
-from pounding_risk.solver.pair.stages import ELASTIC, SHARE, explicit_attempt, explicit_spread, finish, slopes, state_of
+from pounding_risk.solver.pair.equations import ELASTIC, SHARE, finish, slopes, state_of
+from pounding_risk.solver.pair.explicit import explicit_attempt, explicit_spread
 from pounding_risk.solver.runge_kutta import RADAU
 from pounding_risk.solver.workspace import BEGIN, END, FELT, FIRST_STAGE, TERMS
 
@@ -186,7 +187,7 @@ def correct(impact, workspace):
 
 @small
 def implicit_attempt(impact, phase, s, h, rtol, workspace):
-    """One implicit step, as `pair.stages.explicit_attempt`; infinite where its equations are not solved."""
+    """One implicit step, as `explicit.explicit_attempt`; infinite where its equations are not solved."""
     state = state_of(workspace.states, BEGIN)
     force = workspace.slopes[FIRST_STAGE, FELT]
     damper, spring = damper_of(impact, phase, state, force), spring_of(impact, phase, state, force)
@@ -238,7 +239,7 @@ def begin_defect(h, depth, speed, workspace):
 
 @small
 def implicit_spread(workspace):
-    """The polynomial of the implicit step just made, as `pair.stages.explicit_spread` leaves it."""
+    """The polynomial of the implicit step just made, as `explicit.explicit_spread` leaves it."""
     states = workspace.states
     for term in range(TERMS):
         for column in range(4):

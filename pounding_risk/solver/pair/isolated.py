@@ -20,10 +20,10 @@ from pounding_risk.models.ground import UniformGround
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import free_mass
 from pounding_risk.solver.counters import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
+from pounding_risk.solver.pair.equations import Limits
 from pounding_risk.solver.pair.flight import Free
 from pounding_risk.solver.pair.laws import by_address
 from pounding_risk.solver.pair.run import begin_contact
-from pounding_risk.solver.pair.stages import Limits
 from pounding_risk.solver.workspace import BEGIN, SIGNALS, make_workspace
 from pounding_risk.units import GAP, TIME, YIELD_FORCE, say
 

@@ -27,7 +27,7 @@ from pounding_risk._jit.calls import (
     write_slots,
 )
 from pounding_risk._jit.compile import apart, kernel, lowered, small, speaks
-from pounding_risk.solver.pair.stages import ends_itself, starts_itself, turns_itself
+from pounding_risk.solver.pair.law_verbs import ends_itself, starts_itself, turns_itself
 
 SLOTS = 6  # numbers that a verb is given and gives back
 Verbs = tuple[int, tuple[float, ...]]
@@ -151,13 +151,13 @@ class CalledVerbs(Protocol):
     """
 
     def begin_contact(self, e, speed, mass, worn, limit, scale):
-        """As `stages.starts_itself`."""
+        """As `law_verbs.starts_itself`."""
 
     def turn_contact(self, memory, delta, strength, approaching, yielding):
-        """As `stages.turns_itself`."""
+        """As `law_verbs.turns_itself`."""
 
     def end_contact(self, memory, delta, strength, work, lost):
-        """As `stages.ends_itself`."""
+        """As `law_verbs.ends_itself`."""
 
 
 class CalledLaw(NamedTuple):

@@ -6,8 +6,9 @@ from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import LOWEST_FORCE
+from pounding_risk.solver.pair.equations import ELASTIC, nudged, slopes, state_of, transmitted, uncapped
+from pounding_risk.solver.pair.explicit import state_between
 from pounding_risk.solver.pair.implicit import spread
-from pounding_risk.solver.pair.stages import ELASTIC, nudged, slopes, state_between, state_of, transmitted, uncapped
 from pounding_risk.solver.workspace import BEGIN, BETWEEN, BETWEEN_SLOPE, END, FELT, FIRST_STAGE, LAST, SIGNALS
 
 # Readings in contact; from 1 on they are numbered as the signals in flight.
@@ -31,9 +32,9 @@ def read_contact(impact, phase, state, force, time, workspace, row):
 def read_end(impact, phase, place, workspace, rows):
     """Write the readings and their slopes per unit of s at ``place`` = (s, length of the step).
 
-    ``rows`` are those of the place: (of states and readings, of slopes), whose slopes `stages.slopes` has written. The
-    slope of the force is a difference over a ten-millionth of the step; all else is linear in it and in the slopes of
-    the state.
+    ``rows`` are those of the place: (of states and readings, of slopes), whose slopes `equations.slopes` has written.
+    The slope of the force is a difference over a ten-millionth of the step; all else is linear in it and in the slopes
+    of the state.
     """
     row, slope_row = rows
     rise = workspace.reading_slopes

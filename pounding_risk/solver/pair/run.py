@@ -26,9 +26,9 @@ from pounding_risk.solver.counters import (
     Log,
 )
 from pounding_risk.solver.pair.contact import integrate_contact
+from pounding_risk.solver.pair.equations import Limits
 from pounding_risk.solver.pair.flight import Free, fly
 from pounding_risk.solver.pair.impulsive import impulsive_contact
-from pounding_risk.solver.pair.stages import Limits
 from pounding_risk.solver.workspace import SIGNALS
 
 # A touch begins a jump of the velocities under a law that has one, otherwise a contact of finite force.
@@ -67,7 +67,7 @@ def borrow_log(log):
 
 @kernel
 def march(pair, free, law, limits, rtol, workspace, log):
-    """One run from rest to the end of the record; ``limits`` as `stages.Limits`.
+    """One run from rest to the end of the record; ``limits`` as `equations.Limits`.
 
     Leaves the largest and smallest signals and the counters in the workspace.
     """

@@ -26,10 +26,13 @@ from __future__ import annotations
 from math import sqrt
 
 from pounding_risk._jit.compile import kernel
-from pounding_risk.solver.row.building import accelerate, advance, motion_bound, place_ground, step_over, top_of
-from pounding_risk.solver.row.flight import compliance
-from pounding_risk.solver.row.free import predict_by_map, update_distances, update_peaks
+from pounding_risk.solver.row.building import accelerate
+from pounding_risk.solver.row.contact_points import compliance
+from pounding_risk.solver.row.flight_by_map import predict_by_map, update_distances, update_peaks
+from pounding_risk.solver.row.flight_peaks import motion_bound
 from pounding_risk.solver.row.ground import window_at
+from pounding_risk.solver.row.ground_dof import place_ground, top_of
+from pounding_risk.solver.row.node_map import advance, step_over
 from pounding_risk.solver.row.workspace import (
     ACCEL_START,
     ACCELERATION,

@@ -21,7 +21,7 @@ from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.solver.counters import COMPLETE, DEMAND, ENERGY, FIRST_YIELD, RESIDUAL, YIELDS
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import GREW_STATUS, HIGHEST, Contacts, RowRun
-from pounding_risk.solver.row.impulsive_api import jumps, run_jumps
+from pounding_risk.solver.row.impulsive.api import jumps, run_jumps
 from pounding_risk.solver.row.model import Part, RowModel
 from pounding_risk.solver.row.partition import HELD, Span, settled, tied
 from pounding_risk.solver.row.workspace import FreeMotion

@@ -21,8 +21,8 @@ from pounding_risk.solver.counters import (
     VISCOUS,
     YIELDS,
 )
-from pounding_risk.solver.pair.stages import ELASTIC, REBOUND_SHARE, ROUNDING
-from pounding_risk.solver.row.flight import across, compliance
+from pounding_risk.solver.pair.equations import ELASTIC, REBOUND_SHARE, ROUNDING
+from pounding_risk.solver.row.contact_points import across, compliance
 from pounding_risk.solver.row.laws import law_begin, law_part, law_turn
 from pounding_risk.solver.row.workspace import NOW, START, VELOCITY
 

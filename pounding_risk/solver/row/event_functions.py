@@ -9,11 +9,12 @@ from __future__ import annotations
 from math import inf
 
 from pounding_risk._jit.compile import kernel
+from pounding_risk.solver.pair.equations import YIELDING
 from pounding_risk.solver.pair.events import CUT, MET, PART, TURN, YIELD
-from pounding_risk.solver.pair.stages import YIELDING
 from pounding_risk.solver.pair.taylor import slope_at, value_at
-from pounding_risk.solver.row.flight import across
-from pounding_risk.solver.row.stages import between, uncapped
+from pounding_risk.solver.row.contact_points import across
+from pounding_risk.solver.row.equations import uncapped
+from pounding_risk.solver.row.explicit import between
 from pounding_risk.solver.row.storey import OVER, creep, drift_in
 from pounding_risk.solver.row.workspace import (
     AT_END,

@@ -9,9 +9,11 @@ from __future__ import annotations
 from math import sqrt
 
 from pounding_risk._jit.compile import kernel
+from pounding_risk.solver.pair.equations import ELASTIC, SHARE
 from pounding_risk.solver.pair.events import CUT, NONE, TURN, YIELD, first_dip
-from pounding_risk.solver.pair.stages import ELASTIC, SHARE, next_step
+from pounding_risk.solver.pair.explicit import next_step
 from pounding_risk.solver.pair.taylor import slope_at, value_at
+from pounding_risk.solver.row.equations import is_balanced, slopes
 from pounding_risk.solver.row.event_functions import (
     STRAIN,
     TOUCH,
@@ -21,7 +23,6 @@ from pounding_risk.solver.row.event_functions import (
     read_force,
 )
 from pounding_risk.solver.row.implicit import attempt, spread
-from pounding_risk.solver.row.stages import is_balanced, slopes
 from pounding_risk.solver.row.workspace import AT_END, AT_START, END, FIRST, LAST, NOW, SLOPE, SLOPES, START, VELOCITY
 
 

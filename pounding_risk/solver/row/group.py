@@ -17,17 +17,17 @@ from pounding_risk.solver.counters import (
     WORK_A_SECOND,
     WORK_AT_LEAST,
 )
+from pounding_risk.solver.pair.equations import ELASTIC, SLACK, YIELDING
 from pounding_risk.solver.pair.events import CUT, NONE, PART, TURN, YIELD
-from pounding_risk.solver.pair.stages import ELASTIC, SLACK, YIELDING
 from pounding_risk.solver.row.building import place_on
 from pounding_risk.solver.row.contact import lift_off, note_yield, own_tolerance, scales, touch_down, turn
+from pounding_risk.solver.row.contact_points import across, begin_blind, compliance
+from pounding_risk.solver.row.equations import Group, group_energy, load, slopes
 from pounding_risk.solver.row.event_functions import ROUNDED, STRAIN, TOUCH, event_function, is_possible
 from pounding_risk.solver.row.events import fill_spectators, take_step
-from pounding_risk.solver.row.flight import across, begin_blind, compliance
-from pounding_risk.solver.row.free import copy_state, fly_group, write_all_series, write_spectator_series
+from pounding_risk.solver.row.flight_by_series import copy_state, fly_group, write_all_series, write_spectator_series
 from pounding_risk.solver.row.implicit import choose_method
 from pounding_risk.solver.row.peaks import update_floor_peaks, update_point_peaks
-from pounding_risk.solver.row.stages import Group, group_energy, load, slopes
 from pounding_risk.solver.row.storey import switch_storey
 from pounding_risk.solver.row.trace import write_line
 from pounding_risk.solver.row.workspace import END, FIRST, LAST, NODE, NOW, SLOPE, SLOPES, START, TRIAL, VELOCITY

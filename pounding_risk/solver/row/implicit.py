@@ -14,6 +14,7 @@ import numpy as np
 
 from pounding_risk._jit.compile import kernel
 from pounding_risk._jit.memory import zeros
+from pounding_risk.solver.pair.equations import ELASTIC, SHARE
 from pounding_risk.solver.pair.implicit import (
     BEGIN_SLOPE,
     COEFFICIENTS,
@@ -30,9 +31,9 @@ from pounding_risk.solver.pair.implicit import (
     shallow,
     solve_linear,
 )
-from pounding_risk.solver.pair.stages import ELASTIC, SHARE
-from pounding_risk.solver.row.flight import across, compliance
-from pounding_risk.solver.row.stages import explicit_attempt, explicit_spread, slopes, uncapped
+from pounding_risk.solver.row.contact_points import across, compliance
+from pounding_risk.solver.row.equations import slopes, uncapped
+from pounding_risk.solver.row.explicit import explicit_attempt, explicit_spread
 from pounding_risk.solver.row.workspace import (
     END,
     INVERSE,
@@ -204,7 +205,7 @@ def evaluate_nodes(row, run, group, s, h, weights):
 
 @kernel
 def implicit_attempt(row, run, group, s, h, rtol):
-    """One implicit step, as `stages.explicit_attempt`; infinite where its equations are not solved."""
+    """One implicit step, as `explicit.explicit_attempt`; infinite where its equations are not solved."""
     dofs = run.dofs
     places = closed_points(row, run, group)
     weights, table = zeros((PARTS, PARTS), np.float64), zeros((PARTS, PARTS), np.float64)
@@ -274,7 +275,7 @@ def begin_defect(run, group, h, depth):
 
 @kernel
 def implicit_spread(run, group):
-    """The polynomial of the implicit step just made, as `stages.explicit_spread` writes it."""
+    """The polynomial of the implicit step just made, as `explicit.explicit_spread` writes it."""
     dofs = run.dofs
     for side in range(2):
         poly, nodes = POLY + side * TERMS, AT_NODE + side * SLOPES + 1

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.mdof import Chain
-from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.api import Laid
+from pounding_risk.solver.row.layout import Laid, cut_out, lay_out
 from pounding_risk.solver.row.partition import LEFTWARDS, RIGHTWARDS, Span
 from pounding_risk.solver.row.workspace import FIRST
 
@@ -60,7 +59,7 @@ class RowModel:
     def row(self, dt: float) -> Laid:
         """The whole row for motions sampled every ``dt`` [s]; kept for the next time."""
         if dt not in self._rows:
-            self._rows[dt] = rows.lay_out(self.chains, self.points, dt, self.arrivals)
+            self._rows[dt] = lay_out(self.chains, self.points, dt, self.arrivals)
         return self._rows[dt]
 
     def part(self, span: Span, dt: float) -> Part:
@@ -77,7 +76,7 @@ class RowModel:
         before = self.firsts[first]
         met = [(point.interface - first, point.left_floor, point.right_floor) for point in self.points[places]]
         return Part(
-            rows.cut_out(self.row(dt), first, last),
+            cut_out(self.row(dt), first, last),
             places,
             (interfaces < span.first) | (interfaces >= span.last),
             masses,

@@ -6,8 +6,8 @@ from math import nan
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import IMPULSE
-from pounding_risk.solver.row.flight import across
-from pounding_risk.solver.row.stages import transmitted
+from pounding_risk.solver.row.contact_points import across
+from pounding_risk.solver.row.equations import transmitted
 from pounding_risk.solver.row.workspace import (
     ACTING,
     BEGAN,

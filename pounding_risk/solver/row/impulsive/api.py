@@ -11,10 +11,12 @@ from pounding_risk._jit.lent import lent
 from pounding_risk._jit.records import column, new_record, new_records, set_column
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.restitution import Restitution
-from pounding_risk.solver.row.api import HIGHEST, LOWEST, Contacts, Laid, RowRun, nodes_of
+from pounding_risk.solver.row.api import HIGHEST, LOWEST, Contacts, RowRun
 from pounding_risk.solver.row.complementarity import TABLE_ROWS
 from pounding_risk.solver.row.ground import row_ground
-from pounding_risk.solver.row.impulsive import Body, Chain, Link, Totals, march_jumps
+from pounding_risk.solver.row.impulsive.run import march_jumps
+from pounding_risk.solver.row.impulsive.state import Body, Chain, Link, Totals
+from pounding_risk.solver.row.layout import Laid, nodes_of
 from pounding_risk.solver.row.workspace import FIRST, MASS, MOVED, NOTED, SHEAR, SPRING
 
 LINES = 1024  # of a log to begin with; a run that needs more is made again with the room it asked for

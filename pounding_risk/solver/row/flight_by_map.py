@@ -5,21 +5,12 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel
-from pounding_risk.solver.counters import EXHAUSTED, MAX_CONTACTS
 from pounding_risk.solver.pair.taylor import crest_bound
-from pounding_risk.solver.row.building import (
-    accelerate,
-    end_ground,
-    motion_bound,
-    place_on,
-    raise_between,
-    raise_peaks,
-    step_over,
-    top_of,
-    write_series,
-)
-from pounding_risk.solver.row.flight import across, bend_across, compliance, fly_blind, raise_reach, search_point, wider
-from pounding_risk.solver.row.storey import first_strain, switch_storey
+from pounding_risk.solver.row.building import accelerate, write_series
+from pounding_risk.solver.row.contact_points import across, bend_across, compliance, raise_reach, search_point, wider
+from pounding_risk.solver.row.flight_peaks import motion_bound, raise_between
+from pounding_risk.solver.row.ground_dof import end_ground, top_of
+from pounding_risk.solver.row.node_map import step_over
 from pounding_risk.solver.row.workspace import (
     ACCEL_END,
     ACCEL_START,
@@ -29,11 +20,9 @@ from pounding_risk.solver.row.workspace import (
     LIMIT,
     NEXT,
     NODE,
-    NOW,
     PLASTIC,
     ROOT,
     START,
-    VELOCITY,
 )
 
 
@@ -49,7 +38,7 @@ def is_elastic(row, run, b):
 
 @kernel
 def may_yield(row, run, b, swing, step):
-    """True where a storey's drift may pass its limit within the node interval, by `building.motion_bound`."""
+    """True where a storey's drift may pass its limit within the node interval, by `flight_peaks.motion_bound`."""
     below = below_end = below_bend = 0.0
     for i in range(row.frame[FIRST, b], top_of(row, b)):
         bend = sqrt(swing) * row.floors[ROOT, i]
@@ -132,82 +121,3 @@ def update_peaks(row, run, b, window, swings, terms):
     accelerate(row, b, NEXT, pull + rise * step, run.dofs, ACCEL_END)
     ends = NODE, NEXT, ACCEL_START, ACCEL_END
     raise_between(row, run, b, ends, swings[b], ground, step, terms)
-
-
-@kernel
-def copy_state(row, run, first, last, source, target):
-    """Rows of u and v of these buildings."""
-    for i in range(row.frame[FIRST, first], row.frame[FIRST, last + 1]):
-        run.dofs[target, i] = run.dofs[source, i]
-        run.dofs[target + VELOCITY, i] = run.dofs[source + VELOCITY, i]
-
-
-@kernel
-def write_all_series(row, run, watch, ground, terms):
-    """Lay the series of all watched buildings from rows NOW; spectators have been brought there."""
-    for b in range(watch[0], watch[1] + 1):
-        write_series(row, run, b, NOW, ground, terms)
-
-
-@kernel
-def write_spectator_series(row, run, span, watch, ground, terms):
-    """Lay the series of the buildings that only look on, from rows NOW."""
-    if watch[0] < span[0]:
-        write_series(row, run, watch[0], NOW, ground, terms)
-    if watch[1] > span[1]:
-        write_series(row, run, watch[1], NOW, ground, terms)
-
-
-@kernel
-def fly_group(row, run, span, watch, stop, ground, terms):
-    """Fly from rows NOW, whose series are laid, to the first touch or change of a storey, at most for ``stop``.
-
-    Returns (time flown, contact point that touches or −1, storey that changes or −1). Peaks are raised, but where the
-    point is one of a spectator.
-    """
-    point, storey = -1, -1
-    for i in range(watch[0], watch[1]):
-        outer = i < span[0] or i >= span[1]
-        for k in range(row.frame[START, i], row.frame[START, i + 1]):
-            if compliance(row, k) == 0.0:
-                continue
-            touch = search_point(row, run, k, run.contacts[k].gap, stop, terms)
-            if touch >= 0.0:
-                if outer:
-                    return touch, k, -1
-                stop, point = touch, k
-    for b in range(span[0], span[1] + 1):
-        if row.frame[BENDS, b]:
-            stop, changed = first_strain(row, run, b, stop, terms)
-            if changed >= 0:
-                point, storey = -1, changed
-    for b in range(span[0], span[1] + 1):
-        raise_peaks(row, run, b, ground, stop, terms)
-    for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
-        raise_reach(row, run, k, stop, terms)
-    fly_blind(row, run, span, watch, stop, terms)
-    return stop, point, storey
-
-
-@kernel
-def fly(row, run, span, watch, window, terms):
-    """Buildings whose storeys yield, or may, over one node interval without contact: stretch by stretch.
-
-    A storey that switches back and forth without end sets the run's status.
-    """
-    _, step, ground = window
-    copy_state(row, run, watch[0], watch[1], NODE, NOW)
-    t = 0.0
-    for _ in range(MAX_CONTACTS):
-        now = ground.later(t)
-        write_all_series(row, run, watch, now, terms)
-        flown, _, storey = fly_group(row, run, span, watch, step - t, now, terms)
-        for b in range(watch[0], watch[1] + 1):
-            place_on(row, run, b, flown, terms, NOW)
-        t += flown
-        if storey < 0:
-            break
-        switch_storey(row, run, storey, NOW)
-    else:
-        run.workspace.status = float(EXHAUSTED)
-    copy_state(row, run, span[0], span[1], NOW, NEXT)
