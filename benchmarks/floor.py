@@ -62,7 +62,7 @@ def repeat_samples(pair, free, workspace, count):
     """So many looks at sample intervals in flight."""
     total = 0
     for number in range(count):
-        workspace.there[0] = 1e-9 * (number % 7)
+        workspace.end_signals[0] = 1e-9 * (number % 7)
         span = (UniformInterval(free.ground[number % free.ground.size], 10.0), free.step)
         total += search_mask(pair, 0.1, (1e-3, 2e-3, 0.01, 0.01), span, EVERY_SIGNAL, workspace)
     return total

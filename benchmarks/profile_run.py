@@ -34,7 +34,7 @@ WORDS = {
     ("attempt", "land"): "attempts for landings",
     ("crest", "update_peaks"): "crests searched inside a step",
     ("read_between", "crest"): "looks at a step between its ends for crests",
-    ("read_between", "settle"): "looks at a step between its ends for landings",
+    ("read_between", "refine_event"): "looks at a step between its ends for landings",
     ("slopes", "explicit_attempt"): "evaluations of the force in all attempts",
     ("block_mask", "fly"): "blocks of 16 samples looked at in flight",
     ("search_mask", "fly"): "sample intervals looked at in flight",

@@ -37,7 +37,7 @@ from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COUNT
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import HIGHEST, Contacts
-from pounding_risk.solver.row.layout import Laid, lay_out
+from pounding_risk.solver.row.layout import RowLayout, lay_out
 
 SET, COMPONENTS = "fema-p695-farfield", 44
 SHIPPED = ("RSN6-180", "RSN1690-090")
@@ -116,7 +116,7 @@ def frames(*storeys: int) -> list[Storeys]:
     ]
 
 
-def laid_out(buildings: list[Storeys], dt: float) -> Laid:
+def laid_out(buildings: list[Storeys], dt: float) -> RowLayout:
     """Neighbours that meet wherever their floors do."""
     points = [
         Point(place, *meeting)
@@ -126,7 +126,7 @@ def laid_out(buildings: list[Storeys], dt: float) -> Laid:
     return lay_out([chain_of(building) for building in buildings], points, dt)
 
 
-def contacts_of(laid: Laid, gap: float) -> Contacts:
+def contacts_of(laid: RowLayout, gap: float) -> Contacts:
     """Equal contacts at all points that never yield."""
     count = len(laid.row.ends)
     return Contacts(np.full(count, gap), np.full(count, inf), [LAW] * count, [RESTITUTION] * count)

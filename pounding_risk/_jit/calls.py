@@ -96,9 +96,9 @@ def call_slots(address, numbers, slots):
 
 
 @in_kernels("calls")
-def read_slot(slots, place):
-    """The float number ``place`` at an address."""
-    return float(_ARRAYS[int(slots)][place])
+def read_slot(slots, number):
+    """The float number ``number`` at an address."""
+    return float(_ARRAYS[int(slots)][number])
 
 
 @in_kernels("calls")

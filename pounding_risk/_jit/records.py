@@ -23,9 +23,9 @@ def record_type(**fields: Field) -> np.dtype:
 
     A name that numpy's scalars use themselves, such as ``size``, would not be found by code that is not compiled.
     """
-    taken = [name for name in fields if hasattr(np.generic, name)]
-    if taken:
-        raise ValueError(f"{', '.join(taken)}: attributes of every numpy scalar; choose other field names")
+    reserved = [name for name in fields if hasattr(np.generic, name)]
+    if reserved:
+        raise ValueError(f"{', '.join(reserved)}: attributes of every numpy scalar; choose other field names")
     kinds = [
         (name, np.float64, kind) if isinstance(kind, tuple) else (name, np.float64 if kind is float else kind)
         for name, kind in fields.items()

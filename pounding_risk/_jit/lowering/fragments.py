@@ -54,10 +54,10 @@ class Fragment(JITCodeLibrary):
 
     def _get_module_for_linking(self):
         # For a function that is compiled in numba's own way, as a user's: with all that this one calls.
-        whole = self.own_code().clone()
+        module = self.own_code().clone()
         for library in gathered(self._linking_libraries):
-            whole.link_in(code_of(library), preserve=True)
-        return whole
+            module.link_in(code_of(library), preserve=True)
+        return module
 
     def get_pointer_to_function(self, name):
         """None: there is no machine code."""
@@ -115,11 +115,11 @@ def _symbols_of(module) -> llvm.ModuleRef:
 
 def gathered(libraries: Iterable[JITCodeLibrary]) -> Iterator[JITCodeLibrary]:
     """These libraries and the fragments below them, each once."""
-    seen, pending = set(), list(libraries)[::-1]
+    visited, pending = set(), list(libraries)[::-1]
     while pending:
         library = pending.pop()
-        if library not in seen:
-            seen.add(library)
+        if library not in visited:
+            visited.add(library)
             yield library
             if isinstance(library, Fragment):
                 pending += library._linking_libraries[::-1]

@@ -93,8 +93,8 @@ def at_rest(
     omega = max(0.0 if o.inverse_omega == 0.0 else 1.0 / o.inverse_omega for o in pair)
     parts = max(1, ceil(omega * dt / 2.5))
     count = (len(acceleration) - 1) * parts + 1
-    known = np.where(np.isfinite(acceleration), acceleration, np.nan)
-    ground = known if parts == 1 else np.interp(np.arange(count) / parts, np.arange(len(acceleration)), known)
+    finite = np.where(np.isfinite(acceleration), acceleration, np.nan)
+    ground = finite if parts == 1 else np.interp(np.arange(count) / parts, np.arange(len(acceleration)), finite)
     step = dt / parts
     terms, size = 4, 1.0
     while size > 1e-19 and terms < MAX_TERMS:

@@ -47,8 +47,8 @@ from pounding_risk.solver.pair.equations import (
     state_of,
     transmitted,
 )
-from pounding_risk.solver.pair.events import NONE, PART, TURN, YIELD, dip_of, settle, switched, take_step
-from pounding_risk.solver.pair.implicit import choose_method, spread
+from pounding_risk.solver.pair.events import NONE, PART, TURN, YIELD, dip_of, refine_event, switched, take_step
+from pounding_risk.solver.pair.implicit import choose_method, write_polynomial
 from pounding_risk.solver.pair.law_verbs import law_ends, law_turns
 from pounding_risk.solver.pair.peaks import FORCE, update_peaks
 from pounding_risk.solver.workspace import BEGIN, END, FELT, FIRST_STAGE, LAST, SIGNALS
@@ -71,31 +71,31 @@ def write_step(log, time, force, state, workspace):
 
 
 @kernel
-def touch_down(impact, held, touched, speed, workspace):
+def touch_down(impact, beyond_range, touched, speed, workspace):
     """Enter a new contact in the counters; returns the mechanical energy at the touch."""
     state = state_of(workspace.states, BEGIN)
     if workspace.counters[COUNT] == 0.0:
         workspace.counters[FIRST_TOUCH] = touched
     workspace.counters[COUNT] += 1.0
     workspace.counters[APPROACH] = max(workspace.counters[APPROACH], speed)
-    workspace.counters[HELD] += 1.0 if held else 0.0
+    workspace.counters[HELD] += 1.0 if beyond_range else 0.0
     energy = energy_of((impact.left, impact.right), state)
     workspace.counters[ENERGY] = max(workspace.counters[ENERGY], energy)
     return energy
 
 
 @kernel
-def lift_off(impact, energy, peaks, yielding, duration, workspace):
+def lift_off(impact, energy_at_touch, peaks, yielding, duration, workspace):
     """Close a contact in the counters.
 
     ``peaks`` = (uncapped force, transmitted force, penetration), ``yielding`` = (dent, energy lost with it).
     """
     state = state_of(workspace.states, BEGIN)
     delta = max(state[0] - state[1] - impact.gap, 0.0)
-    after = energy_of((impact.left, impact.right), state)
+    energy_after = energy_of((impact.left, impact.right), state)
     work = workspace.states[BEGIN, 4]
-    workspace.counters[ENERGY] = max(workspace.counters[ENERGY], after)
-    workspace.counters[RESIDUAL] += after - energy - (workspace.states[BEGIN, 6] - work)
+    workspace.counters[ENERGY] = max(workspace.counters[ENERGY], energy_after)
+    workspace.counters[RESIDUAL] += energy_after - energy_at_touch - (workspace.states[BEGIN, 6] - work)
     loss, hysteresis, worn = law_ends(impact.law, impact.memory, delta, impact.strength, work, yielding[1])
     workspace.counters[VISCOUS] += loss - hysteresis
     workspace.counters[PLASTIC] += yielding[1] + hysteresis
@@ -144,7 +144,18 @@ def nodes_ahead(free, node, rtol):
 def with_dent(impact, memory, dent):
     """The contact with a gap that is wider by a dent, and with a new memory of the law."""
     i = impact
-    return Impact(i.left, i.right, i.law, i.gap + dent, i.strength, i.least, memory, i.speed, i.depth, i.still)
+    return Impact(
+        i.left,
+        i.right,
+        i.law,
+        i.gap + dent,
+        i.strength,
+        i.least_force,
+        memory,
+        i.speed_scale,
+        i.depth_scale,
+        i.still_speed,
+    )
 
 
 @kernel
@@ -156,10 +167,21 @@ def mark_levels(impact, phase, span, peak, workspace, log):
         length = 0.0
         if workspace.readings[BEGIN, FORCE] < level:
             i = impact
-            watched = Impact(i.left, i.right, i.law, i.gap, level, i.least, i.memory, i.speed, i.depth, i.still)
-            spread(impact, phase, (s, h), workspace)
-            place = min(dip_of(YIELD, watched, phase, (s, h), workspace), 1.0)
-            length = h * min(settle(YIELD, place, watched, phase, (s, h), workspace), 1.0)
+            impact_of_level = Impact(
+                i.left,
+                i.right,
+                i.law,
+                i.gap,
+                level,
+                i.least_force,
+                i.memory,
+                i.speed_scale,
+                i.depth_scale,
+                i.still_speed,
+            )
+            write_polynomial(impact, phase, (s, h), workspace)
+            fraction = min(dip_of(YIELD, impact_of_level, phase, (s, h), workspace), 1.0)
+            length = h * min(refine_event(YIELD, fraction, impact_of_level, phase, (s, h), workspace), 1.0)
         square = (s + length) * (s + length)
         log.first[log.used[2]] = touched + square * square
         log.used[2] += 1
@@ -190,7 +212,7 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     # The present stretch of ground motion: its first node, after the touch, its nodes, and the clock at its end.
     since, ahead = -offset, nodes_ahead(free, node, rtol)
     until = clock_at(since + ahead * free.passage.width(free.step, node))
-    s, h = 0.0, sqrt(sqrt(0.3 * impact.depth / impact.speed))
+    s, h = 0.0, sqrt(sqrt(0.3 * impact.depth_scale / impact.speed_scale))
     phase = Phase(True, ELASTIC, ground)
     slopes(impact, phase, s, state, workspace, FIRST_STAGE)
     if logs_steps:

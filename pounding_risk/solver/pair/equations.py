@@ -45,11 +45,11 @@ class Impact(NamedTuple):
     law: tuple
     gap: float  # m
     strength: float  # force at which the law yields, inf without a cap [N]
-    least: float  # smallest force, −inf where tension is not cut [N]
+    least_force: float  # smallest force, −inf where tension is not cut [N]
     memory: float  # damping constant of this contact
-    speed: float  # scale of velocity for the error control [m/s]
-    depth: float  # and of penetration [m]
-    still: float  # speed below which the direction of the motion is rounding [m/s]
+    speed_scale: float  # scale of velocity for the error control [m/s]
+    depth_scale: float  # and of penetration [m]
+    still_speed: float  # speed below which the direction of the motion is rounding [m/s]
 
 
 class Phase(NamedTuple):
@@ -106,13 +106,13 @@ def state_of(rows, row):
 
 
 @small
-def finish(impact, phase, s, workspace):
+def write_end_slopes(impact, phase, s, workspace):
     """Write the slopes at the end of a step to row LAST."""
     slopes(impact, phase, s, state_of(workspace.states, END), workspace, LAST)
 
 
 @small
-def nudged(state, slope, row, nudge):
+def state_along_slopes(state, slope, row, nudge):
     """The state a little further along its slopes."""
     return (
         state[0] + nudge * slope[row, 0],
@@ -144,8 +144,8 @@ def new_impact(pair, fastest, law, limits, state, worn):
     e = restitution.at(speed)
     # Errors count against this contact's own scale, but not against less than a thousandth of the motion's.
     scale = max(speed, 1e-3 * fastest, 1e-12)
-    memory, strength, least, depth = law_starts(law, e, speed, mass, worn, yield_force, scale)
+    memory, strength, least_force, depth = law_starts(law, e, speed, mass, worn, yield_force, scale)
     # δ is a difference of displacements: what they round by, the contact's stiffness turns into a speed.
-    still = (1e-14 + 4.0 * ROUNDING * max(abs(state[0]), abs(state[1])) / depth) * scale
-    impact = Impact(left, right, law, gap, strength, least, memory, scale, depth, still)
+    still_speed = (1e-14 + 4.0 * ROUNDING * max(abs(state[0]), abs(state[1])) / depth) * scale
+    impact = Impact(left, right, law, gap, strength, least_force, memory, scale, depth, still_speed)
     return impact, speed, e

@@ -6,7 +6,7 @@ from math import sqrt
 
 from pounding_risk._jit.compile import small
 from pounding_risk.solver.counters import WORKED
-from pounding_risk.solver.pair.equations import SHARE, finish, slopes, state_of
+from pounding_risk.solver.pair.equations import SHARE, slopes, state_of, write_end_slopes
 from pounding_risk.solver.workspace import BEGIN, END, FIRST_STAGE, LAST, TERMS
 
 ROW_BITS = 31  # no fewer than rows of slopes
@@ -26,12 +26,12 @@ def row_of(number):
 def trial_state(weights, row, h, workspace):
     """The state at a stage whose row of the tableau is given."""
     a, b, c, d = 0.0, 0.0, 0.0, 0.0
-    place = 0
-    while weights[row, place] >= 0.0:
-        weight = weights[row, place + 1]
-        u, w, v, z = state_of(workspace.slopes, row_of(weights[row, place]))
+    entry = 0
+    while weights[row, entry] >= 0.0:
+        weight = weights[row, entry + 1]
+        u, w, v, z = state_of(workspace.slopes, row_of(weights[row, entry]))
         a, b, c, d = a + weight * u, b + weight * w, c + weight * v, d + weight * z
-        place += 2
+        entry += 2
     u, w, v, z = state_of(workspace.states, BEGIN)
     return u + h * a, w + h * b, v + h * c, z + h * d
 
@@ -53,10 +53,10 @@ def explicit_attempt(impact, phase, s, h, workspace):
         slopes(impact, phase, s + tableau.stage_nodes[stage] * h, trial, workspace, stage)
     a, b, c, d, work, impulse, power = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     a5, b5, c5, d5, a3, b3, c3, d3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    place = 0
-    while final[place] >= 0.0:
-        row = row_of(final[place])
-        weight, fifth, third = final[place + 1], final[place + 2], final[place + 3]
+    entry = 0
+    while final[entry] >= 0.0:
+        row = row_of(final[entry])
+        weight, fifth, third = final[entry + 1], final[entry + 2], final[entry + 3]
         u, w, v, z = state_of(workspace.slopes, row)
         a, b, c, d = a + weight * u, b + weight * w, c + weight * v, d + weight * z
         a5, b5, c5, d5 = a5 + fifth * u, b5 + fifth * w, c5 + fifth * v, d5 + fifth * z
@@ -64,15 +64,15 @@ def explicit_attempt(impact, phase, s, h, workspace):
         work += weight * workspace.slopes[row, 4]
         impulse += weight * workspace.slopes[row, 5]
         power += weight * workspace.slopes[row, 6]
-        place += 4
+        entry += 4
     for column, change in enumerate((a, b, c, d, work, impulse, power)):
         workspace.states[END, column] = workspace.states[BEGIN, column] + h * change
     if tableau.end_weight != 0.0:
-        finish(impact, phase, s + h, workspace)
+        write_end_slopes(impact, phase, s + h, workspace)
         weight = tableau.end_weight
         u, w, v, z = state_of(workspace.slopes, LAST)
         a5, b5, c5, d5 = a5 + weight * u, b5 + weight * w, c5 + weight * v, d5 + weight * z
-    deep, fast = h / impact.depth, h / impact.speed
+    deep, fast = h / impact.depth_scale, h / impact.speed_scale
     fifth = deep * deep * (a5 * a5 + b5 * b5) + fast * fast * (c5 * c5 + d5 * d5)
     third = deep * deep * (a3 * a3 + b3 * b3) + fast * fast * (c3 * c3 + d3 * d3)
     if fifth == 0.0:
@@ -81,7 +81,7 @@ def explicit_attempt(impact, phase, s, h, workspace):
 
 
 @small
-def explicit_spread(impact, phase, span, workspace):
+def write_explicit_polynomial(impact, phase, span, workspace):
     """Write the polynomial between both ends of the step just made, ``span`` = (s, h).
 
     With x from 0 to 1: y = y0 + x (P0 + (1−x) (P1 + x (P2 + (1−x) (P3 + ...)))), Hairer's continuous extension.
@@ -99,12 +99,12 @@ def explicit_spread(impact, phase, span, workspace):
         polynomial[2, column] = 2.0 * change - h * (start + end)
     for row in range(TERMS - 3):
         a, b, c, d = 0.0, 0.0, 0.0, 0.0
-        place = 0
-        while tableau.polynomial[row, place] >= 0.0:
-            weight = tableau.polynomial[row, place + 1]
-            u, w, v, z = state_of(workspace.slopes, row_of(tableau.polynomial[row, place]))
+        entry = 0
+        while tableau.polynomial[row, entry] >= 0.0:
+            weight = tableau.polynomial[row, entry + 1]
+            u, w, v, z = state_of(workspace.slopes, row_of(tableau.polynomial[row, entry]))
             a, b, c, d = a + weight * u, b + weight * w, c + weight * v, d + weight * z
-            place += 2
+            entry += 2
         for column, value in enumerate((a, b, c, d)):
             polynomial[3 + row, column] = h * value
 
@@ -112,11 +112,11 @@ def explicit_spread(impact, phase, span, workspace):
 @small
 def state_between(x, workspace):
     """The state at a place x of the step, 0 to 1, on the polynomial."""
-    rest = 1.0 - x
+    one_minus_x = 1.0 - x
     a, b, c, d = state_of(workspace.polynomial, TERMS - 1)
-    for back in range(1, TERMS):
-        row = TERMS - 1 - back
-        factor = rest if row % 2 == 0 else x
+    for lower in range(1, TERMS):
+        row = TERMS - 1 - lower
+        factor = one_minus_x if row % 2 == 0 else x
         u, w, v, z = state_of(workspace.polynomial, row)
         a, b, c, d = u + factor * a, w + factor * b, v + factor * c, z + factor * d
     u, w, v, z = state_of(workspace.states, BEGIN)

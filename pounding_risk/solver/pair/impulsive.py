@@ -29,12 +29,12 @@ from pounding_risk.solver.pair.contact import touch_down, write_contact, write_s
 from pounding_risk.solver.pair.equations import energy_of, state_of
 from pounding_risk.solver.pair.joined import (
     ROUNDING,
-    joined,
+    joined_motion,
     load_whole,
-    midway,
+    make_joint,
     move_joined,
-    parted,
     presses,
+    state_set_apart,
     write_state,
     write_tension,
 )
@@ -54,16 +54,16 @@ def record_push(push, touched, workspace, log):
 @small
 def settle_force(push, largest, rests, workspace, log):
     """The largest force of a contact, from that of its jump and of the joined motion, entered in the counters."""
-    known = workspace.counters[PEAK_FORCE]
+    peak_so_far = workspace.counters[PEAK_FORCE]
     if isnan(push):
         if rests:
-            workspace.counters[PEAK_FORCE] = largest if not known > largest else known
+            workspace.counters[PEAK_FORCE] = largest if not peak_so_far > largest else peak_so_far
             return largest
-        if known == 0.0:
+        if peak_so_far == 0.0:
             workspace.counters[PEAK_FORCE] = nan
         return nan
     force = max(push, largest)
-    workspace.counters[PEAK_FORCE] = max(known, force)
+    workspace.counters[PEAK_FORCE] = max(peak_so_far, force)
     workspace.counters[DEMAND] = max(workspace.counters[DEMAND], force)
     for level in range(log.levels.size):
         log.reached[level] += 1.0 if log.levels[level] <= force else 0.0
@@ -79,8 +79,8 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     that a law would have without a cap is NaN.
     """
     node, offset = start
-    joint = joined(pair, limits.gap)
-    mass, series = joint.whole.mass, workspace.search.series
+    joint = make_joint(pair, limits.gap)
+    mass, series = joint.oscillator.mass, workspace.search.series
     ground = free.passage.stretch(free.ground, free.step, node, offset)
     state = ground.across(joint.right, state, 0.0)
     touched = free.passage.moment(free.step, node) + offset
@@ -91,26 +91,26 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     energy = touch_down(joint, limits.restitution.beyond(speed), touched, speed, workspace)
     workspace.high[0] = max(workspace.high[0], limits.gap)
     write_step(log, touched, 0.0, ground.apart(joint.right, state, 0.0), workspace)
-    place, common = midway(joint, state)
-    expand(joint.whole, place, common, load_whole(joint, ground), workspace.search, LEFT, free.terms)
+    x, rate = joined_motion(joint, state)
+    expand(joint.oscillator, x, rate, load_whole(joint, ground), workspace.search, LEFT, free.terms)
     pressed = presses(series, write_tension(joint, ground, free.terms, workspace))
     ratio, hardness, lasts = law.strike(e, pair[0].inverse_mass, pair[1].inverse_mass)
-    back, push = ratio * speed, hardness * speed
+    rebound, push = ratio * speed, hardness * speed
     # A bounce of speed w under the acceleration A rises by w² / (2 A).
-    low = -2.0 * series[SIGNAL, 0] * ROUNDING * (abs(state[0]) + abs(state[1]))
-    if pressed and (back <= rtol * free.fastest or back * back <= low):
-        back = 0.0
-    rests = pressed and back == 0.0
+    low_rebound = -2.0 * series[SIGNAL, 0] * ROUNDING * (abs(state[0]) + abs(state[1]))
+    if pressed and (rebound <= rtol * free.fastest or rebound * rebound <= low_rebound):
+        rebound = 0.0
+    rests = pressed and rebound == 0.0
     force = -mass * series[SIGNAL, 0] if rests else 0.0
     state = (
         state[0],
         state[1],
-        common - joint.share_right * back,
-        common + joint.share_left * back,
+        rate - joint.share_right * rebound,
+        rate + joint.share_left * rebound,
     )
     write_state(workspace, state)
-    workspace.states[BEGIN, 4] = 0.5 * mass * (speed - back) * (speed + back)
-    workspace.states[BEGIN, 5] = mass * (speed + back)
+    workspace.states[BEGIN, 4] = 0.5 * mass * (speed - rebound) * (speed + rebound)
+    workspace.states[BEGIN, 5] = mass * (speed + rebound)
     workspace.counters[VISCOUS] += workspace.states[BEGIN, 4]
     taken_along = ground.taken_along(joint.right, workspace.states[BEGIN, 5], state[3])
     workspace.counters[RESIDUAL] += energy_of(pair, state) - energy + workspace.states[BEGIN, 4] + taken_along
@@ -119,16 +119,16 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     record_push(push, touched, workspace, log)
     finish, largest = FINISHED, 0.0
     if rests:
-        finish, node, offset, state, largest = move_joined(joint, free, (node, offset), place, common, workspace, log)
+        finish, node, offset, state, largest = move_joined(joint, free, (node, offset), x, rate, workspace, log)
     force = settle_force(push, largest, rests, workspace, log)
-    state = parted(joint, state)
+    state = state_set_apart(joint, state)
     stop = free.passage.moment(free.step, free.ground.size - 1)
-    over = max(free.passage.moment(free.step, node) + offset, min(touched + lasts, stop))
-    duration = max(over - touched, 0.0)
+    end_time = max(free.passage.moment(free.step, node) + offset, min(touched + lasts, stop))
+    duration = max(end_time - touched, 0.0)
     workspace.counters[ENERGY] = max(workspace.counters[ENERGY], energy_of(pair, state_of(workspace.states, BEGIN)))
     # The next touch may come while the floors still press.
-    workspace.counters[CONTACT_TIME] += max(over - max(touched, workspace.counters[BUSY]), 0.0)
-    workspace.counters[BUSY] = over
+    workspace.counters[CONTACT_TIME] += max(end_time - max(touched, workspace.counters[BUSY]), 0.0)
+    workspace.counters[BUSY] = end_time
     workspace.counters[IMPULSE] += workspace.states[BEGIN, 5]
     uncapped = nan if isnan(push) else force
     write_contact(log, (touched, touched + duration, speed, e, force, uncapped, 0.0, 0.0), workspace)

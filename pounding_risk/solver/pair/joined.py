@@ -30,54 +30,54 @@ class Joint(NamedTuple):
 
     left: Oscillator
     right: Oscillator
-    whole: Oscillator  # of both, but the ground; its mass is the reduced mass m1 m2 / (m1 + m2), which F needs
+    oscillator: Oscillator  # of both, but the ground; its mass is the reduced mass m1 m2 / (m1 + m2), which F needs
     share_left: float  # p1
     share_right: float
-    ahead: float  # a = u_left − x [m]
-    behind: float  # b = x − u_right [m]
+    left_offset: float  # a = u_left − x [m]
+    right_offset: float  # b = x − u_right [m]
 
 
 @kernel
-def joined(pair, gap):
+def make_joint(pair, gap):
     """The oscillator that both buildings make when they are held together across the gap."""
     left, right = pair
     total = left.inverse_mass + right.inverse_mass
     p, q = right.inverse_mass / total, left.inverse_mass / total
     spring = p * left.omega2 + q * right.omega2
-    whole = Oscillator(1.0 / total, 0.0, spring, p * left.two_zeta_omega + q * right.two_zeta_omega, 0.0, 0.0)
-    ahead = gap if right.inverse_mass == 0.0 else 0.0
-    behind = gap if left.inverse_mass == 0.0 else 0.0
+    oscillator = Oscillator(1.0 / total, 0.0, spring, p * left.two_zeta_omega + q * right.two_zeta_omega, 0.0, 0.0)
+    left_offset = gap if right.inverse_mass == 0.0 else 0.0
+    right_offset = gap if left.inverse_mass == 0.0 else 0.0
     # Masses without springs, as in an isolated impact, are not held anywhere.
     if spring > 0.0 and left.inverse_mass > 0.0 and right.inverse_mass > 0.0:
-        ahead = q * right.omega2 * gap / spring
-        behind = p * left.omega2 * gap / spring
-    return Joint(left, right, whole, p, q, ahead, behind)
+        left_offset = q * right.omega2 * gap / spring
+        right_offset = p * left.omega2 * gap / spring
+    return Joint(left, right, oscillator, p, q, left_offset, right_offset)
 
 
 @small
-def midway(joint, state):
+def joined_motion(joint, state):
     """(x, ẋ) of the joined motion that takes over from a state: place and momentum of the centre of mass."""
     p, q = joint.share_left, joint.share_right
-    place = p * (state[0] - joint.ahead) + q * (state[1] + joint.behind)
-    return place, p * state[2] + q * state[3]
+    x = p * (state[0] - joint.left_offset) + q * (state[1] + joint.right_offset)
+    return x, p * state[2] + q * state[3]
 
 
 @small
-def of_both(joint, place, speed):
+def state_of_both(joint, x, rate):
     """The state of both buildings in joined motion."""
-    return place + joint.ahead, place - joint.behind, speed, speed
+    return x + joint.left_offset, x - joint.right_offset, rate, rate
 
 
 @small
 def load_whole(joint, ground):
     """What pushes the joined pair, from the ground under the left building."""
     p, q = joint.share_left, joint.share_right
-    one, other = ground.load_left(joint.left), ground.load_across(joint.right)
+    left_load, right_load = ground.load_left(joint.left), ground.load_across(joint.right)
     return (
-        p * one[0] + q * other[0],
-        p * one[1] + q * other[1],
-        p * one[2] + q * other[2],
-        p * one[3] + q * other[3],
+        p * left_load[0] + q * right_load[0],
+        p * left_load[1] + q * right_load[1],
+        p * left_load[2] + q * right_load[2],
+        p * left_load[3] + q * right_load[3],
     )
 
 
@@ -89,10 +89,12 @@ def write_tension(joint, ground, terms, workspace):
     series = workspace.search.series
     for n in range(terms - 1):
         series[SIGNAL, n] = two_zeta_omega * ((n + 1) * series[LEFT, n + 1]) + omega2 * series[LEFT, n]
-    one, other = ground.load_left(left), ground.load_across(right)
-    series[SIGNAL, 0] += (one[0] - other[0]) + (left.omega2 * joint.ahead + right.omega2 * joint.behind)
+    left_load, right_load = ground.load_left(left), ground.load_across(right)
+    series[SIGNAL, 0] += (left_load[0] - right_load[0]) + (
+        left.omega2 * joint.left_offset + right.omega2 * joint.right_offset
+    )
     for n in range(1, 4):
-        series[SIGNAL, n] += one[n] - other[n]
+        series[SIGNAL, n] += left_load[n] - right_load[n]
     return terms - 1
 
 
@@ -106,31 +108,33 @@ def presses(series, count):
 
 
 @kernel
-def raise_rows(joint, ground, terms, stop, workspace):
+def raise_peaks(joint, ground, terms, stop, workspace):
     """Peaks of displacement and of absolute acceleration over a joined stretch, x in row LEFT."""
-    left, right, whole = joint.left, joint.right, joint.whole
+    left, right, oscillator = joint.left, joint.right, joint.oscillator
     series = workspace.search.series
-    place = series[LEFT, 0]
+    x = series[LEFT, 0]
     for n in range(terms):
         series[RIGHT, n] = series[LEFT, n]
     for n in range(terms - 1):
-        series[SIGNAL, n] = -whole.two_zeta_omega * ((n + 1) * series[LEFT, n + 1]) - whole.omega2 * series[LEFT, n]
+        series[SIGNAL, n] = (
+            -oscillator.two_zeta_omega * ((n + 1) * series[LEFT, n + 1]) - oscillator.omega2 * series[LEFT, n]
+        )
     # ẍ + a_g: without a wave nothing of a_g is left but where a rigid building carries the other along.
-    push, widening, still = load_whole(joint, ground), ground.widening(), ground.under_left()
+    push, widening, ground_left = load_whole(joint, ground), ground.widening(), ground.under_left()
     for n in range(4):
         series[SIGNAL, n] -= push[n]
         series[RIGHT, n] -= widening[n]
-    series[SIGNAL, 0] += still[0]
-    series[SIGNAL, 1] += still[1]
-    series[LEFT, 0] += joint.ahead
-    series[RIGHT, 0] -= joint.behind
+    series[SIGNAL, 0] += ground_left[0]
+    series[SIGNAL, 1] += ground_left[1]
+    series[LEFT, 0] += joint.left_offset
+    series[RIGHT, 0] -= joint.right_offset
     if left.inverse_mass > 0.0:
         raise_signal(1, LEFT, terms, stop, workspace)
         raise_signal(3, SIGNAL, terms - 1, stop, workspace)
     if right.inverse_mass > 0.0:
         raise_signal(2, RIGHT, terms, stop, workspace)
         raise_signal(4, SIGNAL, terms - 1, stop, workspace)
-    series[LEFT, 0] = place
+    series[LEFT, 0] = x
 
 
 @kernel
@@ -141,9 +145,9 @@ def raise_signal(signal, row, terms, stop, workspace):
 
 
 @small
-def parted(joint, state):
+def state_set_apart(joint, state):
     """The state of a parting: further apart by a rounding, so that flight does not begin with a touch of rounding."""
-    clear = 4e-16 * (abs(state[0]) + abs(state[1]) + (joint.ahead + joint.behind))
+    clear = 4e-16 * (abs(state[0]) + abs(state[1]) + (joint.left_offset + joint.right_offset))
     u_left = state[0] - clear if joint.left.inverse_mass > 0.0 else 0.0
     u_right = state[1] + clear if joint.right.inverse_mass > 0.0 else 0.0
     return u_left, u_right, state[2], state[3]
@@ -162,7 +166,7 @@ def time_levels(mass, largest, count, span, workspace, log):
     series = workspace.search.series
     while log.used[2] < log.levels.size and log.levels[log.used[2]] <= mass * largest:
         level = log.levels[log.used[2]] / mass
-        after = 0.0
+        time = 0.0
         if -series[SIGNAL, 0] < level:
             for n in range(count):
                 series[SIGNAL, n] = -series[SIGNAL, n]
@@ -170,24 +174,24 @@ def time_levels(mass, largest, count, span, workspace, log):
             for n in range(count):
                 series[SIGNAL, n] = -series[SIGNAL, n]
             # A crest that reaches it by rounding has no root.
-            after = root if root >= 0.0 else span[1]
-        log.first[log.used[2]] = span[0] + after
+            time = root if root >= 0.0 else span[1]
+        log.first[log.used[2]] = span[0] + time
         log.used[2] += 1
 
 
 @kernel
-def move_joined(joint, free, start, place, speed, workspace, log):
+def move_joined(joint, free, start, x, rate, workspace, log):
     """Joined motion from ``start`` until F falls to zero or the record ends; x, ẋ at its start are given.
 
     Returns (how it ended, node, time after it, state seen from the own grounds, largest force).
     """
     node, offset = start
-    mass, terms, series = joint.whole.mass, free.terms, workspace.search.series
+    mass, terms, series = joint.oscillator.mass, free.terms, workspace.search.series
     largest = 0.0
     while True:
         ground = free.passage.stretch(free.ground, free.step, node, offset)
         span = free.passage.width(free.step, node) - offset
-        expand(joint.whole, place, speed, load_whole(joint, ground), workspace.search, LEFT, terms)
+        expand(joint.oscillator, x, rate, load_whole(joint, ground), workspace.search, LEFT, terms)
         count = write_tension(joint, ground, terms, workspace)
         root = first_rise(workspace.search, count, 0.0, span)
         stop = root if root >= 0.0 else span
@@ -200,11 +204,11 @@ def move_joined(joint, free, start, place, speed, workspace, log):
             power *= stop
         workspace.states[BEGIN, 5] += mass * push
         force = max(-mass * value_at(series, SIGNAL, count, stop), 0.0) if root < 0.0 else 0.0
-        raise_rows(joint, ground, terms, stop, workspace)
-        place, speed = value_at(series, LEFT, terms, stop), slope_at(series, LEFT, terms, stop)
+        raise_peaks(joint, ground, terms, stop, workspace)
+        x, rate = value_at(series, LEFT, terms, stop), slope_at(series, LEFT, terms, stop)
         workspace.counters[STEPS] += 1.0
         offset += stop
-        state = of_both(joint, place, speed)
+        state = state_of_both(joint, x, rate)
         write_state(workspace, state)
         state = ground.apart(joint.right, state, stop)
         write_step(log, free.passage.moment(free.step, node) + offset, force, state, workspace)

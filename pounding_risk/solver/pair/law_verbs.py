@@ -39,9 +39,9 @@ def turns_itself(law, memory, delta, strength, approaching, yielding):
     """(memory, dent, energy lost) once the motion has turned at δ; a dent below zero leaves the gap as it is."""
     memory = law.turned(memory, delta, approaching)
     if approaching and yielding:
-        changed, dent, taken = law.turn(memory, delta, strength)
+        changed, dent, energy_lost = law.turn(memory, delta, strength)
         if dent >= 0.0:
-            return changed, dent, taken
+            return changed, dent, energy_lost
     return memory, -1.0, 0.0
 
 

@@ -62,7 +62,7 @@ def begin(law, blank, numbers, slots):
 @small
 def turn(law, blank, numbers, slots):
     """`turns_itself` from and to the slots."""
-    memory, dent, taken = turns_itself(
+    memory, dent, energy_lost = turns_itself(
         model_at(law, numbers, 0),
         model_at(blank, numbers, leaves_of(law)),
         slots[0],
@@ -71,7 +71,7 @@ def turn(law, blank, numbers, slots):
         slots[3] > 0.0,
     )
     lay_at(memory, numbers, leaves_of(law))
-    slots[0], slots[1] = dent, taken
+    slots[0], slots[1] = dent, energy_lost
     return 0.0
 
 
@@ -232,15 +232,15 @@ def unnamed(law) -> HeldLaw | HeldJump:
 
 def by_address(law) -> HeldLaw | HeldJump:
     """The law, called by address. One thread may use it at a time, and must keep it as long as a kernel has it."""
-    own = lowered(law)
-    room, verbs = verbs_of(own)
+    law_of_floats = lowered(law)
+    room, verbs = verbs_of(law_of_floats)
     row, slots = np.zeros(room), np.zeros(SLOTS)
-    row[: len(numbers_of(own))] = numbers_of(own)
-    places = address_of(row), address_of(slots)
-    held: HeldLaw | HeldJump
+    row[: len(numbers_of(law_of_floats))] = numbers_of(law_of_floats)
+    addresses = address_of(row), address_of(slots)
+    called: HeldLaw | HeldJump
     if hasattr(law, "strike"):
-        held = HeldJump._make((*places, *verbs))
+        called = HeldJump._make((*addresses, *verbs))
     else:
-        held = HeldLaw._make((*places, *verbs, float(isfinite(own.ceiling(1.0)))))
-    held.row = row, slots
-    return held
+        called = HeldLaw._make((*addresses, *verbs, float(isfinite(law_of_floats.ceiling(1.0)))))
+    called.row = row, slots
+    return called

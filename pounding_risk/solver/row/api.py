@@ -22,7 +22,7 @@ from pounding_risk.solver.counters import TALLIED
 from pounding_risk.solver.pair.laws import verbs_of
 from pounding_risk.solver.row.free_motion import march_free
 from pounding_risk.solver.row.ground import PULL, SPREAD, ArrivingRowGround, UniformRowGround, row_ground
-from pounding_risk.solver.row.layout import Laid, nodes_of
+from pounding_risk.solver.row.layout import RowLayout, nodes_of
 from pounding_risk.solver.row.run import WATCHED, march
 from pounding_risk.solver.row.workspace import (
     ACCELERATION,
@@ -31,7 +31,7 @@ from pounding_risk.solver.row.workspace import (
     DISPLACEMENT,
     DRIFT,
     LIMIT,
-    MOVED,
+    LINE_STATES,
     PLASTIC,
     SHEAR,
     START,
@@ -80,16 +80,16 @@ class RowRun(NamedTuple):
     log: np.ndarray  # (lines, ...) as `trace` writes it, where asked for
 
 
-def ground_histories(laid: Laid, acceleration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def ground_histories(layout: RowLayout, acceleration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The ground at the nodes `Laid.step` apart: a_g under each building, and by how much it widens each interface.
 
     Returns arrays (nodes, buildings) [m/s²] and (nodes, interfaces) [m]; the latter is zero where all buildings have
     the motion at once.
     """
-    nodes, buildings = nodes_of(laid, acceleration), laid.row.frame.shape[1] - 1
-    if laid.arrivals is None:
+    nodes, buildings = nodes_of(layout, acceleration), layout.row.frame.shape[1] - 1
+    if layout.arrivals is None:
         return np.repeat(nodes[:, None], buildings, axis=1), np.zeros((nodes.size, buildings - 1))
-    table = arriving(nodes, laid.step, laid.arrivals)[:: laid.phases]
+    table = arriving(nodes, layout.step, layout.arrivals)[:: layout.phases]
     return table[..., PULL], table[:, 1:, SPREAD]
 
 
@@ -100,32 +100,32 @@ class FreeResponse(NamedTuple):
     motion: FreeMotion
 
 
-def free_row(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> RowRun:
+def free_row(layout: RowLayout, acceleration: np.ndarray, *, states: bool = False) -> RowRun:
     """The row without any contact under a_g [m/s²]; ``states`` keeps u and v at every node."""
-    return _respond(laid, acceleration, states=states).run
+    return _respond(layout, acceleration, states=states).run
 
 
-def free_response(laid: Laid, acceleration: np.ndarray) -> FreeResponse:
+def free_response(layout: RowLayout, acceleration: np.ndarray) -> FreeResponse:
     """The row without any contact under a_g [m/s²], with all that runs of it have in common."""
-    return _respond(laid, acceleration, states=False)
+    return _respond(layout, acceleration, states=False)
 
 
-def _respond(laid: Laid, acceleration: np.ndarray, *, states: bool) -> FreeResponse:
-    row, run, motion, work, step, terms, at_nodes = unmoved(laid, acceleration)
+def _respond(layout: RowLayout, acceleration: np.ndarray, *, states: bool) -> FreeResponse:
+    row, run, motion, work, step, terms, at_nodes = unmoved(layout, acceleration)
     if states:
         at_nodes = _empty_states(motion.ground.node_count(), row)
     march_free(lent(row), lent(run), lent(motion), lent(work), step, terms, at_nodes)
     motion.fastest[:] = column(run.contacts, "fastest")
-    return FreeResponse(_results_of(laid, run, at_nodes), motion)
+    return FreeResponse(_results_of(layout, run, at_nodes), motion)
 
 
-def unmoved(laid: Laid, acceleration: np.ndarray) -> tuple[Any, ...]:
+def unmoved(layout: RowLayout, acceleration: np.ndarray) -> tuple[Any, ...]:
     """Arguments of `march_free` for `free_response`."""
-    row, points, dofs = laid.row, laid.row.ends.shape[0], laid.row.floors.shape[1]
+    row, points, dofs = layout.row, layout.row.ends.shape[0], layout.row.floors.shape[1]
     run = new_run(row, np.zeros((points, 0)), np.zeros(0))
     set_column(run.contacts, "given_gap", np.full(points, inf))
-    ground = _ground(laid, acceleration)
-    blocks = ceil((ground.node_count() - 1) / laid.block)
+    ground = _ground(layout, acceleration)
+    blocks = ceil((ground.node_count() - 1) / layout.block)
     motion = FreeMotion(
         ground,
         np.zeros((blocks + 1, 2, dofs)),
@@ -134,35 +134,35 @@ def unmoved(laid: Laid, acceleration: np.ndarray) -> tuple[Any, ...]:
         np.zeros((blocks, 2, points)),
         np.zeros((blocks + 1, 2, points)),
         np.zeros(points),
-        laid.block_maps,
-        laid.block,
+        layout.block_maps,
+        layout.block,
     )
-    motion.states[0][:, laid.masses] = laid.initial
-    buildings, nodes = row.frame.shape[1] - 1, laid.block + 1
-    most = max([0, *np.diff(row.frame[START]).tolist()])  # points of an interface
+    motion.states[0][:, layout.masses] = layout.initial
+    buildings, nodes = row.frame.shape[1] - 1, layout.block + 1
+    most_points = max([0, *np.diff(row.frame[START]).tolist()])  # points of an interface
     work = FreeWork(
         np.zeros((3, dofs, nodes)),
         np.zeros((2, buildings, nodes - 1)),
         np.zeros((3, nodes)),
-        np.zeros((3, most, nodes)),
-        np.zeros((most, nodes - 1)),
+        np.zeros((3, most_points, nodes)),
+        np.zeros((most_points, nodes - 1)),
     )
-    return row, run, motion, work, laid.step, laid.terms, np.zeros((0, 2, dofs))
+    return row, run, motion, work, layout.step, layout.terms, np.zeros((0, 2, dofs))
 
 
-def motion_of_part(laid: Laid, motion: FreeMotion, acceleration: np.ndarray, dof: int, point: int) -> FreeMotion:
+def motion_of_part(layout: RowLayout, motion: FreeMotion, acceleration: np.ndarray, dof: int, point: int) -> FreeMotion:
     """The free motion of a whole row for a part of it, ``dof`` and ``point`` the whole's first ones in the part."""
-    ground = motion.ground if laid.arrivals is None else _ground(laid, acceleration)
+    ground = motion.ground if layout.arrivals is None else _ground(layout, acceleration)
     return motion._replace(ground=ground, first_dof=dof, first_point=point)
 
 
-def _ground(laid: Laid, acceleration: np.ndarray) -> UniformRowGround | ArrivingRowGround:
+def _ground(layout: RowLayout, acceleration: np.ndarray) -> UniformRowGround | ArrivingRowGround:
     """The ground motion as the kernels take it."""
-    return row_ground(nodes_of(laid, np.asarray(acceleration, dtype=np.float64)), laid.step, laid.arrivals)
+    return row_ground(nodes_of(layout, np.asarray(acceleration, dtype=np.float64)), layout.step, layout.arrivals)
 
 
 def run_row(
-    laid: Laid,
+    layout: RowLayout,
     contacts: Contacts,
     acceleration: np.ndarray,
     *,
@@ -177,21 +177,21 @@ def run_row(
     law without a cap answers so for every yield force. ``histories`` keeps u and v at every node, and the log. ``free``
     is the motion without contact; it is found anew where it is not given.
     """
-    motion = free_response(laid, acceleration).motion if free is None else free
+    motion = free_response(layout, acceleration).motion if free is None else free
     times = np.zeros(0) if levels is None else np.asarray(levels, dtype=np.float64)
-    return _run(laid, contacts, motion, rtol, times, histories=histories)
+    return _run(layout, contacts, motion, rtol, times, histories=histories)
 
 
 def _run(
-    laid: Laid, contacts: Contacts, motion: FreeMotion, rtol: float, levels: np.ndarray, *, histories: bool
+    layout: RowLayout, contacts: Contacts, motion: FreeMotion, rtol: float, levels: np.ndarray, *, histories: bool
 ) -> RowRun:
-    row, points = laid.row, laid.row.ends.shape[0]
+    row, points = layout.row, layout.row.ends.shape[0]
     laws = [lowered(law) for law in contacts.laws]
     numbers = [numbers_of(law) for law in laws]
     verbs = [verbs_of(law) for law in laws]
-    given = np.zeros((points, max([0, *(room for room, _ in verbs)])))
-    for place, own in enumerate(numbers):
-        given[place, : len(own)] = own
+    law_rows = np.zeros((points, max([0, *(room for room, _ in verbs)])))
+    for k, row_numbers in enumerate(numbers):
+        law_rows[k, : len(row_numbers)] = row_numbers
     fields = {
         "given_gap": contacts.gaps,
         "yield_force": contacts.yield_forces,
@@ -204,15 +204,15 @@ def _run(
     }
     lines = LINES if histories else 0
     while True:
-        run = new_run(row, given.copy(), levels, rtol, lines)
+        run = new_run(row, law_rows.copy(), levels, rtol, lines)
         for name, values in fields.items():
             set_column(run.contacts, name, values)
         states = _empty_states(motion.ground.node_count() if histories else 0, row)
         states[:1] = motion.states[0, :, motion.first_dof : motion.first_dof + row.floors.shape[1]]
-        march(lent(row), lent(run), lent(motion), laid.step, laid.terms, float(rtol), states)
+        march(lent(row), lent(run), lent(motion), layout.step, layout.terms, float(rtol), states)
         written = int(run.workspace.lines_written)
         if written <= lines or not histories:
-            return _results_of(laid, run, states)
+            return _results_of(layout, run, states)
         lines = written
 
 
@@ -221,9 +221,9 @@ def _empty_states(nodes: int, row: Row) -> np.ndarray:
     return np.full((nodes, 2, row.floors.shape[1]), np.nan)
 
 
-def _results_of(laid: Laid, run: Run, states: np.ndarray) -> RowRun:
+def _results_of(layout: RowLayout, run: Run, states: np.ndarray) -> RowRun:
     """The result of a run, from the arrays that the kernel has filled; nothing of the dofs that are the ground's."""
-    row, masses = laid.row, laid.masses
+    row, masses = layout.row, layout.masses
     floors = np.ascontiguousarray(run.dofs[DISPLACEMENT : ACCELERATION + 1].T)
     # A storey that has never passed its limit has the shear of its drift: flights search for the drift's peak alone.
     elastic = floors[:, DRIFT - DISPLACEMENT] <= row.floors[LIMIT]
@@ -247,18 +247,23 @@ def _results_of(laid: Laid, run: Run, states: np.ndarray) -> RowRun:
         column(contacts, "fastest"),
         run.timed[1],
         run.timed[2],
-        _states_of(laid, states),
+        _states_of(layout, states),
         _log_of_masses(run, masses),
     )
 
 
-def _states_of(laid: Laid, states: np.ndarray) -> np.ndarray:
+def _states_of(layout: RowLayout, states: np.ndarray) -> np.ndarray:
     """Of the states at nodes (nodes, 2, dofs) those of the masses, at the steps of the layout."""
-    return states[:: laid.phases, :, laid.masses]
+    return states[:: layout.phases, :, layout.masses]
 
 
 def _log_of_masses(run: Run, masses: np.ndarray) -> np.ndarray:
     """The log with the columns of these dofs, without those of others."""
     log, dofs = log_of(run), run.dofs.shape[1]
-    moved = [np.arange(MOVED), MOVED + masses, MOVED + dofs + masses, np.arange(MOVED + 2 * dofs, log.shape[1])]
-    return log[:, np.concatenate(moved)]
+    columns = [
+        np.arange(LINE_STATES),
+        LINE_STATES + masses,
+        LINE_STATES + dofs + masses,
+        np.arange(LINE_STATES + 2 * dofs, log.shape[1]),
+    ]
+    return log[:, np.concatenate(columns)]

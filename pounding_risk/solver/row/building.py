@@ -29,12 +29,12 @@ def accelerate(row, b, state, pull, dofs, out):
         dofs[out, i] = -force
         if i > first:
             dofs[out, i - 1] += force
-    held = 0.0
+    storey_power = 0.0
     for i in range(first, last):
-        held += dofs[out, i] * dofs[state + VELOCITY, i]
+        storey_power += dofs[out, i] * dofs[state + VELOCITY, i]
         dofs[out, i] -= row.floors[MASS, i] * pull
-    drag(row, b, state + VELOCITY, dofs, out)
-    power = -held
+    subtract_damping(row, b, state + VELOCITY, dofs, out)
+    power = -storey_power
     for i in range(first, last):
         power += dofs[out, i] * dofs[state + VELOCITY, i]
         dofs[out, i] *= row.floors[INVERSE, i]
@@ -42,7 +42,7 @@ def accelerate(row, b, state, pull, dofs, out):
 
 
 @kernel
-def drag(row, b, speed, dofs, out):
+def subtract_damping(row, b, speed, dofs, out):
     """Take the dampers' forces C · row ``speed`` from row ``out``; C is symmetric, and columns add up side by side."""
     first, last = row.frame[FIRST, b], top_of(row, b)
     band = row.frame[BAND, b]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.equations import SHARE, SLACK, YIELDING
 from pounding_risk.solver.row.building import energy_of
-from pounding_risk.solver.row.contact_points import across, carried, push_apart
+from pounding_risk.solver.row.contact_points import across, power_through_ground, push_apart
 from pounding_risk.solver.row.ground import ArrivingRowInterval, UniformRowInterval
 from pounding_risk.solver.row.ground_dof import place_ground, push_ground, top_of
 from pounding_risk.solver.row.laws import law_force, law_plateau
@@ -73,7 +73,7 @@ def uncapped(run, k, delta, rate):
 
 
 @small
-def damp(row, b, speed, dofs, out):
+def subtract_damping(row, b, speed, dofs, out):
     """Take the dampers' forces C · row ``speed`` from row ``out``; C is symmetric, and columns add up side by side."""
     first, last, band = row.frame[FIRST, b], top_of(row, b), row.frame[BAND, b]
     if band > 1:
@@ -96,7 +96,7 @@ def damp(row, b, speed, dofs, out):
 
 
 @small
-def drive(row, b, state, pull, dofs, out):
+def accelerate_building(row, b, state, pull, dofs, out):
     """ü of building ``b`` without contact from rows ``state`` to row ``out``; ``pull`` is a_g.
 
     Returns the power that ground and dampers put in.
@@ -104,7 +104,7 @@ def drive(row, b, state, pull, dofs, out):
     first, last = row.frame[FIRST, b], top_of(row, b)
     for i in range(first, last):
         dofs[out, i] = -row.floors[MASS, i] * pull
-    damp(row, b, state + VELOCITY, dofs, out)
+    subtract_damping(row, b, state + VELOCITY, dofs, out)
     power = 0.0
     above = dofs[TANGENT, first] * dofs[state, first] + dofs[CONSTANT, first] if last > first else 0.0
     for i in range(first, last):
@@ -118,7 +118,7 @@ def drive(row, b, state, pull, dofs, out):
 
 
 @kernel
-def load(row, run, group, state, ground, out):
+def accelerate_group(row, run, group, state, ground, out):
     """ü of the group under ground and contacts, from rows ``state`` into row ``out``; returns the power put in.
 
     ``ground`` begins now; what the ground itself has moved by is not left to the integration, and written to ``state``.
@@ -126,7 +126,7 @@ def load(row, run, group, state, ground, out):
     power = 0.0
     for b in range(group.first, group.last + 1):
         place_ground(row, b, ground, run.dofs, state)
-        power += drive(row, b, state, ground.under(b)[0], run.dofs, out)
+        power += accelerate_building(row, b, state, ground.under(b)[0], run.dofs, out)
         push_ground(row, b, ground, run.dofs, out)
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
@@ -134,7 +134,7 @@ def load(row, run, group, state, ground, out):
             rate = across(row, k, run.dofs, state + VELOCITY)
             force = transmitted(run, k, delta, rate)
             push_apart(row, k, force, run.dofs, out)
-            power = carried(row, k, power, force, run.dofs, state + VELOCITY)
+            power = power_through_ground(row, k, power, force, run.dofs, state + VELOCITY)
             run.quadratures[SLOPES + 1, k] = force
             run.quadratures[SLOPES + 1, run.laws.shape[0] + k] = force * rate
     return power
@@ -146,7 +146,7 @@ def slopes(row, run, group, s, state, stage):
     dofs, quadratures, points = run.dofs, run.quadratures, run.laws.shape[0]
     clock = 4.0 * s * s * s
     line = SLOPE + stage
-    power = load(row, run, group, state, ground_at(group, s), line + SLOPES)
+    power = accelerate_group(row, run, group, state, ground_at(group, s), line + SLOPES)
     for i in range(group.low, group.high):
         dofs[line, i] = clock * dofs[state + VELOCITY, i]
     for i in range(group.low, group.high):
@@ -174,9 +174,9 @@ def is_balanced(row, run, group, rtol):
     An error estimate is a difference of two methods and may vanish by chance; the work of the contacts does not.
     """
     points = run.laws.shape[0]
-    came = run.quadratures[SLOPES, 2 * points]
+    energy_in = run.quadratures[SLOPES, 2 * points]
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
-            came -= run.quadratures[SLOPES, points + k]
+            energy_in -= run.quadratures[SLOPES, points + k]
     change = group_energy(row, run, group, END) - group_energy(row, run, group, NOW)
-    return abs(change - came) <= (SHARE * rtol + ROUNDING) * run.workspace.energy
+    return abs(change - energy_in) <= (SHARE * rtol + ROUNDING) * run.workspace.energy

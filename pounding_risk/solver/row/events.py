@@ -22,7 +22,7 @@ from pounding_risk.solver.row.event_functions import (
     is_possible,
     read_force,
 )
-from pounding_risk.solver.row.implicit import attempt, spread
+from pounding_risk.solver.row.implicit import attempt, write_polynomial
 from pounding_risk.solver.row.workspace import AT_END, AT_START, END, FIRST, LAST, NOW, SLOPE, SLOPES, START, VELOCITY
 
 
@@ -50,15 +50,15 @@ def dip_of(row, run, group, kind, k, span, laid):
             return 2.0, laid
         dip = -start_slope / (h * stop_slope - start_slope)
     if not laid:
-        spread(row, run, group, s, h)
-    bottom = lowest(row, run, group, kind, k, span, dip)
+        write_polynomial(row, run, group, s, h)
+    bottom = lowest_point(row, run, group, kind, k, span, dip)
     value = event_function_between(row, run, group, kind, k, bottom, span)
     # Rounding is no event: the motion that only grazes goes on as it was.
-    return (bottom if value < -graze(run, kind, k) else 2.0), True
+    return (bottom if value < -dip_tolerance(run, kind, k) else 2.0), True
 
 
 @kernel
-def graze(run, kind, k):
+def dip_tolerance(run, kind, k):
     """How far a margin may dip without an event: rounding."""
     if kind == YIELD:
         return 1e-9 * run.contacts[k].strength
@@ -66,26 +66,26 @@ def graze(run, kind, k):
 
 
 @kernel
-def lowest(row, run, group, kind, k, span, guess):
+def lowest_point(row, run, group, kind, k, span, guess):
     """Where on the step a margin that falls at its start and rises at its end is lowest: golden section."""
     low, high, x = 0.0, 1.0, min(max(guess, 0.05), 0.95)
     value = event_function_between(row, run, group, kind, k, x, span)
     for _ in range(40):
-        if value < -graze(run, kind, k):
+        if value < -dip_tolerance(run, kind, k):
             return x
-        wide = x - low > high - x
-        other = x - 0.381966 * (x - low) if wide else x + 0.381966 * (high - x)
-        there = event_function_between(row, run, group, kind, k, other, span)
-        if there < value:
-            if wide:
+        is_left_wider = x - low > high - x
+        trial = x - 0.381966 * (x - low) if is_left_wider else x + 0.381966 * (high - x)
+        trial_value = event_function_between(row, run, group, kind, k, trial, span)
+        if trial_value < value:
+            if is_left_wider:
                 high = x
             else:
                 low = x
-            x, value = other, there
-        elif wide:
-            low = other
+            x, value = trial, trial_value
+        elif is_left_wider:
+            low = trial
         else:
-            high = other
+            high = trial
         if high - low < 1e-4:
             break
     return x
@@ -94,37 +94,37 @@ def lowest(row, run, group, kind, k, span, guess):
 @kernel
 def first_event(row, run, group, span, laid):
     """(kind, contact or storey, where on the step) of the event that a step meets first, and whether it is laid out."""
-    found, which, place = NONE, -1, 2.0
+    event, event_k, fraction = NONE, -1, 2.0
     for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
             if (inside or kind == TOUCH) and is_possible(row, run, kind, k):
                 dip, laid = dip_of(row, run, group, kind, k, span, laid)
-                if dip < place:
-                    found, which, place = kind, k, dip
+                if dip < fraction:
+                    event, event_k, fraction = kind, k, dip
     for i in range(group.low, group.high):
         if is_possible(row, run, STRAIN, i):
             dip, laid = dip_of(row, run, group, STRAIN, i, span, laid)
-            if dip < place:
-                found, which, place = STRAIN, i, dip
-    return found, which, place, laid
+            if dip < fraction:
+                event, event_k, fraction = STRAIN, i, dip
+    return event, event_k, fraction, laid
 
 
 @kernel
-def settle(row, run, group, kind, k, place, span):
+def refine_event(row, run, group, kind, k, fraction, span):
     """Refine the place of an event on the step's polynomial: regula falsi with halving; 2 where there is none.
 
-    ``place`` lies past the event, or at a guess of it.
+    ``fraction`` lies past the event, or at a guess of it.
     """
     high, above = 1.0, event_function_between(row, run, group, kind, k, 1.0, span)
-    value = event_function_between(row, run, group, kind, k, place, span)
+    value = event_function_between(row, run, group, kind, k, fraction, span)
     if value < 0.0:
-        high, above = place, value
+        high, above = fraction, value
     elif not above < 0.0:
         return 2.0
     low, below = 0.0, max(event_function_between(row, run, group, kind, k, 0.0, span), 0.0)
     if value >= 0.0:
-        low, below = place, value
+        low, below = fraction, value
     side = 0
     x = high
     for _ in range(60):
@@ -146,13 +146,13 @@ def settle(row, run, group, kind, k, place, span):
 
 
 @kernel
-def fill_spectators(row, run, group, after, line):
-    """The neighbours that only look on, ``after`` the start of their series, into rows ``line``."""
+def fill_spectators(row, run, group, time, line):
+    """The neighbours that only look on, ``time`` the start of their series, into rows ``line``."""
     for b in range(group.watched_first, group.watched_last + 1):
         if not group.first <= b <= group.last:
             for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-                run.dofs[line, i] = value_at(run.series, i, group.terms, after)
-                run.dofs[line + VELOCITY, i] = slope_at(run.series, i, group.terms, after)
+                run.dofs[line, i] = value_at(run.series, i, group.terms, time)
+                run.dofs[line + VELOCITY, i] = slope_at(run.series, i, group.terms, time)
 
 
 @kernel
@@ -161,8 +161,8 @@ def fill_ends(row, run, group, span):
     for at_end in range(2):
         s = span[0] + span[1] if at_end else span[0]
         cube = s * s * s
-        after = group.origin + cube * s - span[2]
-        fill_spectators(row, run, group, after, END if at_end else NOW)
+        time = group.origin + cube * s - span[2]
+        fill_spectators(row, run, group, time, END if at_end else NOW)
         line = SLOPE + LAST if at_end else SLOPE
         for b in range(group.watched_first, group.watched_last + 1):
             if not group.first <= b <= group.last:
@@ -172,10 +172,10 @@ def fill_ends(row, run, group, span):
 
 
 @kernel
-def land(row, run, group, kind, k, place, span, rtol):
+def land(row, run, group, kind, k, fraction, span, rtol):
     """Shorten the step until it ends on the event, as `pair.events.land`; returns (length, whether it is there)."""
     s, h = span[0], span[1]
-    low, high, length = 0.0, h, place * h
+    low, high, length = 0.0, h, fraction * h
     crossed = event_function(row, run, kind, k, True)[0] < 0.0
     converged = False
     close = 1e-3 * sqrt(rtol)
@@ -195,7 +195,7 @@ def land(row, run, group, kind, k, place, span, rtol):
             new = 0.5 * (low + high)
         converged = slope < 0.0 and abs(new - length) <= close * h
         if converged:
-            slide(row, run, group, new - length)
+            move_end_along_slopes(row, run, group, new - length)
             length = new
         if converged or high - low <= 1e-13 * h:
             break
@@ -204,7 +204,7 @@ def land(row, run, group, kind, k, place, span, rtol):
 
 
 @kernel
-def slide(row, run, group, length):
+def move_end_along_slopes(row, run, group, length):
     """Move the end of a step along its slopes."""
     dofs, points = run.dofs, run.laws.shape[0]
     for i in range(group.low, group.high):
@@ -217,17 +217,17 @@ def slide(row, run, group, length):
 
 
 @kernel
-def event_passed(row, run, group, landed, which):
+def event_passed(row, run, group, landed, landed_k):
     """An event other than the one landed on that lies before the end of the step after all, or NONE."""
     for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
-            if (kind == landed and k == which) or not (inside or kind == TOUCH):
+            if (kind == landed and k == landed_k) or not (inside or kind == TOUCH):
                 continue
             if is_possible(row, run, kind, k) and event_function(row, run, kind, k, True)[0] < 0.0:
                 return kind, k
     for i in range(group.low, group.high):
-        if landed == STRAIN and i == which:
+        if landed == STRAIN and i == landed_k:
             continue
         if is_possible(row, run, STRAIN, i) and event_function(row, run, STRAIN, i, True)[0] < 0.0:
             return STRAIN, i
@@ -249,7 +249,7 @@ def take_step(row, run, group, span, left, rtol):
     of 0 means that the step fell below what s resolves, a negative one that the motion is not finite.
     """
     s, h, base = span
-    attempts, doubted = 0, False
+    attempts, was_halved = 0, False
     while True:
         if h >= left:
             h = left
@@ -258,9 +258,9 @@ def take_step(row, run, group, span, left, rtol):
         error = attempt(row, run, group, s, h, rtol)
         attempts += 1
         if error <= SHARE * rtol:
-            if doubted or is_balanced(row, run, group, rtol):
+            if was_halved or is_balanced(row, run, group, rtol):
                 break
-            doubted, h = True, 0.5 * h
+            was_halved, h = True, 0.5 * h
             continue
         if not error >= 0.0 and attempts > 10:
             return -1.0, NONE, -1, h, attempts, False
@@ -271,28 +271,28 @@ def take_step(row, run, group, span, left, rtol):
         slopes(row, run, group, s + h, END, LAST)
     read_force(row, run, group, h, NOW, SLOPE, AT_START)
     read_step_end(row, run, group, (s, h, base))
-    following = next_step(h, error, rtol, run.workspace.tableau)
-    kind, k, place, laid = first_event(row, run, group, (s, h, base), False)
+    next_h = next_step(h, error, rtol, run.workspace.tableau)
+    kind, k, fraction, laid = first_event(row, run, group, (s, h, base), False)
     if kind == NONE:
-        return h, NONE, -1, following, attempts, laid
+        return h, NONE, -1, next_h, attempts, laid
     if not laid:
-        spread(row, run, group, s, h)
-    following = h
-    whole = h
-    place = settle(row, run, group, kind, k, place, (s, whole, base))
-    if place > 1.0:
-        return h, NONE, -1, following, attempts, True
+        write_polynomial(row, run, group, s, h)
+    next_h = h
+    full_length = h
+    fraction = refine_event(row, run, group, kind, k, fraction, (s, full_length, base))
+    if fraction > 1.0:
+        return h, NONE, -1, next_h, attempts, True
     for _ in range(8):
-        h, there = land(row, run, group, kind, k, place, (s, whole, base), rtol)
+        h, is_reached = land(row, run, group, kind, k, fraction, (s, full_length, base), rtol)
         read_step_end(row, run, group, (s, h, base))
-        if not there and not (kind == YIELD and int(run.contacts[k].region) == ELASTIC):
-            return h, NONE, -1, following, attempts, False
-        other, which = event_passed(row, run, group, kind, k)
-        if other == NONE:
+        if not is_reached and not (kind == YIELD and int(run.contacts[k].region) == ELASTIC):
+            return h, NONE, -1, next_h, attempts, False
+        earlier, earlier_k = event_passed(row, run, group, kind, k)
+        if earlier == NONE:
             break
         # The order of two events on one step is a guess of the model between its ends: look again from the landing.
-        spread(row, run, group, s, h)
-        start = event_function(row, run, other, which, False)[0]
-        place = settle(row, run, group, other, which, 1.0, (s, h, base)) if start > 0.0 else 0.0
-        place, whole, kind, k = min(place, 1.0), h, other, which
-    return h, kind, k, following, attempts, False
+        write_polynomial(row, run, group, s, h)
+        start = event_function(row, run, earlier, earlier_k, False)[0]
+        fraction = refine_event(row, run, group, earlier, earlier_k, 1.0, (s, h, base)) if start > 0.0 else 0.0
+        fraction, full_length, kind, k = min(fraction, 1.0), h, earlier, earlier_k
+    return h, kind, k, next_h, attempts, False

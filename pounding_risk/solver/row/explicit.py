@@ -16,15 +16,15 @@ def trial_state(run, group, weights, row, h):
     for i in range(group.low, group.high):
         dofs[TRIAL, i] = dofs[NOW, i]
         dofs[TRIAL + VELOCITY, i] = dofs[NOW + VELOCITY, i]
-    place = 0
-    while weights[row, place] >= 0.0:
-        weight = h * weights[row, place + 1]
-        source = SLOPE + int(weights[row, place])
+    entry = 0
+    while weights[row, entry] >= 0.0:
+        weight = h * weights[row, entry + 1]
+        source = SLOPE + int(weights[row, entry])
         for i in range(group.low, group.high):
             dofs[TRIAL, i] += weight * dofs[source, i]
         for i in range(group.low, group.high):
             dofs[TRIAL + VELOCITY, i] += weight * dofs[source + SLOPES, i]
-        place += 2
+        entry += 2
 
 
 @kernel
@@ -49,13 +49,13 @@ def explicit_attempt(row, run, group, s, h):
     fifth = third = 0.0
     for i in range(group.low, group.high):
         a5 = b5 = a3 = b3 = 0.0
-        place = 0
-        while final[place] >= 0.0:
-            line = SLOPE + int(final[place])
+        entry = 0
+        while final[entry] >= 0.0:
+            line = SLOPE + int(final[entry])
             u, v = dofs[line, i], dofs[line + SLOPES, i]
-            a5, b5 = a5 + final[place + 2] * u, b5 + final[place + 2] * v
-            a3, b3 = a3 + final[place + 3] * u, b3 + final[place + 3] * v
-            place += 4
+            a5, b5 = a5 + final[entry + 2] * u, b5 + final[entry + 2] * v
+            a3, b3 = a3 + final[entry + 3] * u, b3 + final[entry + 3] * v
+            entry += 4
         if end_weight != 0.0:
             a5, b5 = a5 + end_weight * dofs[SLOPE + LAST, i], b5 + end_weight * dofs[SLOPE + LAST + SLOPES, i]
         fifth += deep * a5 * a5 + fast * b5 * b5
@@ -63,9 +63,9 @@ def explicit_attempt(row, run, group, s, h):
     # The sums of the contacts of the group.
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
-            sum_up(run, k, h)
-            sum_up(run, points + k, h)
-    sum_up(run, 2 * points, h)
+            sum_quadrature(run, k, h)
+            sum_quadrature(run, points + k, h)
+    sum_quadrature(run, 2 * points, h)
     if fifth == 0.0:
         return 0.0
     return fifth / sqrt(4.0 * (fifth + 0.01 * third))
@@ -78,31 +78,31 @@ def finish_state(row, run, group, h):
     for i in range(group.low, group.high):
         dofs[END, i] = dofs[NOW, i]
         dofs[END + VELOCITY, i] = dofs[NOW + VELOCITY, i]
-    place = 0
-    while final[place] >= 0.0:
-        weight = h * final[place + 1]
-        source = SLOPE + int(final[place])
+    entry = 0
+    while final[entry] >= 0.0:
+        weight = h * final[entry + 1]
+        source = SLOPE + int(final[entry])
         if weight != 0.0:
             for i in range(group.low, group.high):
                 dofs[END, i] += weight * dofs[source, i]
             for i in range(group.low, group.high):
                 dofs[END + VELOCITY, i] += weight * dofs[source + SLOPES, i]
-        place += 4
+        entry += 4
 
 
 @kernel
-def sum_up(run, column, h):
+def sum_quadrature(run, column, h):
     """The change of one quadrature over a step, into row SLOPES."""
     final = run.workspace.tableau.final
-    total, place = 0.0, 0
-    while final[place] >= 0.0:
-        total += final[place + 1] * run.quadratures[int(final[place]), column]
-        place += 4
+    total, entry = 0.0, 0
+    while final[entry] >= 0.0:
+        total += final[entry + 1] * run.quadratures[int(final[entry]), column]
+        entry += 4
     run.quadratures[SLOPES, column] = h * total
 
 
 @kernel
-def explicit_spread(row, run, group, s, h):
+def write_explicit_polynomial(row, run, group, s, h):
     """The polynomial between both ends of the step just made, as in `pair.explicit`; slopes at LAST are known."""
     dofs, tableau = run.dofs, run.workspace.tableau
     for late in range(int(tableau.late_count)):
@@ -118,23 +118,23 @@ def explicit_spread(row, run, group, s, h):
         for term in range(TERMS - 3):
             for i in range(group.low, group.high):
                 dofs[poly + 3 + term, i] = 0.0
-            place = 0
-            while tableau.polynomial[term, place] >= 0.0:
-                weight = h * tableau.polynomial[term, place + 1]
+            entry = 0
+            while tableau.polynomial[term, entry] >= 0.0:
+                weight = h * tableau.polynomial[term, entry + 1]
                 # A row of the table past the stages stands for the end of the step and the late ones, as here.
-                source = line + int(tableau.polynomial[term, place])
+                source = line + int(tableau.polynomial[term, entry])
                 for i in range(group.low, group.high):
                     dofs[poly + 3 + term, i] += weight * dofs[source, i]
-                place += 2
+                entry += 2
 
 
 @kernel
 def between(run, part, i, x):
     """u (part 0) or v (part 1) of dof ``i`` at a place x of the step, 0 to 1, on the polynomial."""
     poly = POLY + part * TERMS
-    rest = 1.0 - x
+    one_minus_x = 1.0 - x
     total = run.dofs[poly + TERMS - 1, i]
-    for back in range(1, TERMS):
-        term = TERMS - 1 - back
-        total = run.dofs[poly + term, i] + (rest if term % 2 == 0 else x) * total
+    for lower in range(1, TERMS):
+        term = TERMS - 1 - lower
+        total = run.dofs[poly + term, i] + (one_minus_x if term % 2 == 0 else x) * total
     return run.dofs[NOW + part, i] + x * total

@@ -7,15 +7,22 @@ from math import inf, sqrt
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.pair.taylor import crest_bound
 from pounding_risk.solver.row.building import accelerate, write_series
-from pounding_risk.solver.row.contact_points import across, bend_across, compliance, raise_reach, search_point, wider
-from pounding_risk.solver.row.flight_peaks import motion_bound, raise_between
+from pounding_risk.solver.row.contact_points import (
+    across,
+    compliance,
+    may_have_new_extreme,
+    raise_extremes,
+    search_point,
+    second_derivative_bound,
+)
+from pounding_risk.solver.row.flight_peaks import motion_bound, raise_interval_peaks
 from pounding_risk.solver.row.ground_dof import end_ground, top_of
-from pounding_risk.solver.row.node_map import step_over
+from pounding_risk.solver.row.node_map import map_motion
 from pounding_risk.solver.row.workspace import (
     ACCEL_END,
     ACCEL_START,
-    BENDS,
     BRANCH,
+    CAN_YIELD,
     FIRST,
     LIMIT,
     NEXT,
@@ -29,7 +36,7 @@ from pounding_risk.solver.row.workspace import (
 @kernel
 def is_elastic(row, run, b):
     """True where no storey of a building is yielding."""
-    if row.frame[BENDS, b]:
+    if row.frame[CAN_YIELD, b]:
         for i in range(row.frame[FIRST, b], top_of(row, b)):
             if run.dofs[BRANCH, i] != 0.0:
                 return False
@@ -42,11 +49,13 @@ def may_yield(row, run, b, swing, step):
     below = below_end = below_bend = 0.0
     for i in range(row.frame[FIRST, b], top_of(row, b)):
         bend = sqrt(swing) * row.floors[ROOT, i]
-        here, there, rest = run.dofs[NODE, i], run.dofs[NEXT, i], run.dofs[PLASTIC, i]
-        top = max(abs(here - below - rest), abs(there - below_end - rest)) + 0.125 * step * step * (bend + below_bend)
+        start, end, plastic = run.dofs[NODE, i], run.dofs[NEXT, i], run.dofs[PLASTIC, i]
+        top = max(abs(start - below - plastic), abs(end - below_end - plastic)) + 0.125 * step * step * (
+            bend + below_bend
+        )
         if not top < row.floors[LIMIT, i]:
             return True
-        below, below_end, below_bend = here, there, bend
+        below, below_end, below_bend = start, end, bend
     return False
 
 
@@ -62,35 +71,35 @@ def predict_by_map(row, run, b, window, swings):
         end_ground(row, b, ground, run.dofs, NEXT)
         return True
     swings[b] = inf
-    if row.frame[BENDS, b] and not is_elastic(row, run, b):
+    if row.frame[CAN_YIELD, b] and not is_elastic(row, run, b):
         return False
     pull, rise = ground.under(b)
     accelerate(row, b, NODE, pull, run.dofs, ACCEL_START)
-    step_over(row, b, ground, run.dofs, NODE, NEXT)
+    map_motion(row, b, ground, run.dofs, NODE, NEXT)
     swings[b] = motion_bound(row, b, rise, run.dofs, NODE, ACCEL_START)
-    if row.frame[BENDS, b] and may_yield(row, run, b, swings[b], step):
+    if row.frame[CAN_YIELD, b] and may_yield(row, run, b, swings[b], step):
         swings[b] = inf
         return False
     return True
 
 
 @kernel
-def meets(row, run, interface, window, swings, terms):
+def touch_within(row, run, interface, window, swings, terms):
     """True where two buildings that both fly alone touch within the node interval."""
     _, step, ground = window
     swing = sqrt(max(swings[interface], swings[interface + 1]))
-    laid = False
+    has_series = False
     for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
-        here, there = across(row, k, run.dofs, NODE), across(row, k, run.dofs, NEXT)
-        bend = swing * bend_across(row, k) + ground.ground_curves(interface + 1, step)
-        top = max(here, there) + 0.125 * step * step * bend
+        start, end = across(row, k, run.dofs, NODE), across(row, k, run.dofs, NEXT)
+        bend = swing * second_derivative_bound(row, k) + ground.ground_curves(interface + 1, step)
+        top = max(start, end) + 0.125 * step * step * bend
         if not top > run.contacts[k].gap or compliance(row, k) == 0.0:
             continue
-        if crest_bound(here, there, step, bend) > run.contacts[k].gap:
-            if not laid:
+        if crest_bound(start, end, step, bend) > run.contacts[k].gap:
+            if not has_series:
                 write_series(row, run, interface, NODE, ground, terms)
                 write_series(row, run, interface + 1, NODE, ground, terms)
-                laid = True
+                has_series = True
             if search_point(row, run, k, run.contacts[k].gap, step, terms) >= 0.0:
                 return True
     return False
@@ -101,16 +110,16 @@ def update_distances(row, run, interface, window, swings, terms):
     """Raise the extremes of the distances between two buildings that have both flown alone."""
     _, step, ground = window
     swing = sqrt(max(swings[interface], swings[interface + 1]))
-    laid = False
+    has_series = False
     for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
-        here, there = across(row, k, run.dofs, NODE), across(row, k, run.dofs, NEXT)
-        bend = swing * bend_across(row, k) + ground.ground_curves(interface + 1, step)
-        if wider(run, k, here, there, step, bend):
-            if not laid:
+        start, end = across(row, k, run.dofs, NODE), across(row, k, run.dofs, NEXT)
+        bend = swing * second_derivative_bound(row, k) + ground.ground_curves(interface + 1, step)
+        if may_have_new_extreme(run, k, start, end, step, bend):
+            if not has_series:
                 write_series(row, run, interface, NODE, ground, terms)
                 write_series(row, run, interface + 1, NODE, ground, terms)
-                laid = True
-            raise_reach(row, run, k, step, terms)
+                has_series = True
+            raise_extremes(row, run, k, step, terms)
 
 
 @kernel
@@ -120,4 +129,4 @@ def update_peaks(row, run, b, window, swings, terms):
     pull, rise = ground.under(b)
     accelerate(row, b, NEXT, pull + rise * step, run.dofs, ACCEL_END)
     ends = NODE, NEXT, ACCEL_START, ACCEL_END
-    raise_between(row, run, b, ends, swings[b], ground, step, terms)
+    raise_interval_peaks(row, run, b, ends, swings[b], ground, step, terms)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.counters import EXHAUSTED, MAX_CONTACTS
 from pounding_risk.solver.row.building import place_on, write_series
-from pounding_risk.solver.row.contact_points import compliance, fly_blind, raise_reach, search_point
-from pounding_risk.solver.row.flight_peaks import raise_peaks
+from pounding_risk.solver.row.contact_points import compliance, raise_extremes, raise_unwatched_extremes, search_point
+from pounding_risk.solver.row.flight_peaks import raise_flight_peaks
 from pounding_risk.solver.row.storey import first_strain, switch_storey
-from pounding_risk.solver.row.workspace import BENDS, FIRST, NEXT, NODE, NOW, START, VELOCITY
+from pounding_risk.solver.row.workspace import CAN_YIELD, FIRST, NEXT, NODE, NOW, START, VELOCITY
 
 
 @kernel
@@ -54,15 +54,15 @@ def fly_group(row, run, span, watch, stop, ground, terms):
                     return touch, k, -1
                 stop, point = touch, k
     for b in range(span[0], span[1] + 1):
-        if row.frame[BENDS, b]:
+        if row.frame[CAN_YIELD, b]:
             stop, changed = first_strain(row, run, b, stop, terms)
             if changed >= 0:
                 point, storey = -1, changed
     for b in range(span[0], span[1] + 1):
-        raise_peaks(row, run, b, ground, stop, terms)
+        raise_flight_peaks(row, run, b, ground, stop, terms)
     for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
-        raise_reach(row, run, k, stop, terms)
-    fly_blind(row, run, span, watch, stop, terms)
+        raise_extremes(row, run, k, stop, terms)
+    raise_unwatched_extremes(row, run, span, watch, stop, terms)
     return stop, point, storey
 
 
@@ -76,9 +76,9 @@ def fly(row, run, span, watch, window, terms):
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
     t = 0.0
     for _ in range(MAX_CONTACTS):
-        now = ground.later(t)
-        write_all_series(row, run, watch, now, terms)
-        flown, _, storey = fly_group(row, run, span, watch, step - t, now, terms)
+        ground_now = ground.later(t)
+        write_all_series(row, run, watch, ground_now, terms)
+        flown, _, storey = fly_group(row, run, span, watch, step - t, ground_now, terms)
         for b in range(watch[0], watch[1] + 1):
             place_on(row, run, b, flown, terms, NOW)
         t += flown

@@ -13,14 +13,14 @@ from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.taylor import crest_bound, highest
-from pounding_risk.solver.row.building import drag, write_series
+from pounding_risk.solver.row.building import subtract_damping, write_series
 from pounding_risk.solver.row.ground_dof import top_of
 from pounding_risk.solver.row.storey import shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCEL_NUDGED,
     ACCELERATION,
-    BENDS,
     BOUNDS,
+    CAN_YIELD,
     CONSTANT,
     DISPLACEMENT,
     DRIFT,
@@ -39,22 +39,22 @@ from pounding_risk.solver.workspace import SIGNAL
 
 
 @kernel
-def motion_bound(row, b, rise, dofs, state, here):
-    """2 E of building ``b``, |ü_i| ≤ sqrt(2 E / m_i), while a_g rises by ``rise``; ü in row ``here``."""
+def motion_bound(row, b, rise, dofs, state, accelerations):
+    """2 E of building ``b``, |ü_i| ≤ sqrt(2 E / m_i), while a_g rises by ``rise``; ü in row ``accelerations``."""
     motion, below = 0.0, 0.0
     for i in range(row.frame[FIRST, b], top_of(row, b)):
         y = dofs[state + VELOCITY, i] + row.floors[STATIC, i] * rise
-        motion += row.floors[MASS, i] * dofs[here, i] ** 2 + dofs[TANGENT, i] * (y - below) ** 2
+        motion += row.floors[MASS, i] * dofs[accelerations, i] ** 2 + dofs[TANGENT, i] * (y - below) ** 2
         below = y
     return motion
 
 
 @kernel
-def shake_bound(row, b, rise, dofs, state, here, spare):
+def shake_bound(row, b, rise, dofs, state, accelerations, spare):
     """The same of the second derivative of ü, for peaks of acceleration; ``spare`` are two free rows."""
     # Third and fourth derivatives of u, by the same equation once and twice differentiated.
-    derive(row, b, dofs, state + VELOCITY, here, rise, spare)
-    derive(row, b, dofs, here, spare, 0.0, spare + 1)
+    differentiate_motion(row, b, dofs, state + VELOCITY, accelerations, rise, spare)
+    differentiate_motion(row, b, dofs, accelerations, spare, 0.0, spare + 1)
     shake, below = 0.0, 0.0
     for i in range(row.frame[FIRST, b], top_of(row, b)):
         shake += row.floors[MASS, i] * dofs[spare + 1, i] ** 2 + dofs[TANGENT, i] * (dofs[spare, i] - below) ** 2
@@ -63,17 +63,17 @@ def shake_bound(row, b, rise, dofs, state, here, spare):
 
 
 @kernel
-def derive(row, b, dofs, place, speed, ground, out):
-    """−M⁻¹ (C · row ``speed`` + K · row ``place``) − ``ground`` into row ``out``."""
+def differentiate_motion(row, b, dofs, displacements, velocities, ground, out):
+    """−M⁻¹ (C · row ``velocities`` + K · row ``displacements``) − ``ground`` into row ``out``."""
     first, last = row.frame[FIRST, b], top_of(row, b)
     below = 0.0
     for i in range(first, last):
-        force = dofs[TANGENT, i] * (dofs[place, i] - below)
-        below = dofs[place, i]
+        force = dofs[TANGENT, i] * (dofs[displacements, i] - below)
+        below = dofs[displacements, i]
         dofs[out, i] = -force
         if i > first:
             dofs[out, i - 1] += force
-    drag(row, b, speed, dofs, out)
+    subtract_damping(row, b, velocities, dofs, out)
     for i in range(first, last):
         dofs[out, i] = dofs[out, i] * row.floors[INVERSE, i] - ground
 
@@ -102,7 +102,7 @@ def write_signal(row, run, signal, i, bottom, pull, rise, terms):
 
 
 @kernel
-def raise_peaks(row, run, b, ground, stop, terms):
+def raise_flight_peaks(row, run, b, ground, stop, terms):
     """Raise the peaks of building ``b`` by those of its series on [0, stop]; ``ground`` begins where they do.
 
     A signal is searched only where the sum of its terms' sizes passes its peak.
@@ -111,25 +111,25 @@ def raise_peaks(row, run, b, ground, stop, terms):
     dofs, series = run.dofs, run.series
     pull, rise = ground.under(b)
     for i in range(first, last):
-        place = drift = shake = 0.0
+        reach = drift = shake = 0.0
         power = 1.0
         for n in range(terms):
             below = series[i - 1, n] if i > first else 0.0
-            place += power * abs(series[i, n])
+            reach += power * abs(series[i, n])
             drift += power * abs(series[i, n] - below)
             if n + 2 < terms:
                 shake += power * abs((n + 1) * (n + 2) * series[i, n + 2])
             power *= stop
         shake += abs(pull) + abs(rise) * stop
         # Put so that what is not finite is searched.
-        if not place <= dofs[DISPLACEMENT, i]:
+        if not reach <= dofs[DISPLACEMENT, i]:
             raise_signal(row, run, DISPLACEMENT, i, first, pull, rise, stop, terms)
         if not drift <= dofs[DRIFT, i]:
             raise_signal(row, run, DRIFT, i, first, pull, rise, stop, terms)
         if not shake <= dofs[ACCELERATION, i]:
             raise_signal(row, run, ACCELERATION, i, first, pull, rise, stop, terms)
         if (
-            row.frame[BENDS, b]
+            row.frame[CAN_YIELD, b]
             and not shear_stiffness(row, dofs, i) * drift + abs(dofs[CONSTANT, i]) <= dofs[STOREY_FORCE, i]
         ):
             raise_signal(row, run, STOREY_FORCE, i, first, pull, rise, stop, terms)
@@ -150,7 +150,7 @@ def size_bound(start, stop, span, bend):
 
 
 @kernel
-def raise_between(row, run, b, ends, motion, ground, step, terms):
+def raise_interval_peaks(row, run, b, ends, motion, ground, step, terms):
     """Peaks of a building over one node interval of free flight; the search only where a bound does not settle it.
 
     ``ends`` = (rows of states at the start, at the end, of ü at the start, at the end), ``motion`` as `motion_bound`.
@@ -165,43 +165,43 @@ def raise_between(row, run, b, ends, motion, ground, step, terms):
     dofs = run.dofs
     pull, rise = ground.under(b)
     eighth = 0.125 * step * step
-    swing, laid, exact = sqrt(motion), False, False
+    swing, has_series, has_exact_bound = sqrt(motion), False, False
     shake = row.floors[QUICK, first] * swing
-    below = below_end = below_bend = below_turn = 0.0
+    start_below = end_below = bend_below = turn_below = 0.0
     for i in range(first, last):
         root, turn = row.floors[ROOT, i], dofs[ends[2], i]
         bend = swing * root
-        here, there = dofs[ends[0], i], dofs[ends[1], i]
-        drift, drift_end = here - below, there - below_end
-        felt, felt_end = turn + pull, dofs[ends[3], i] + (pull + rise * step)
-        dofs[DISPLACEMENT, i] = max(dofs[DISPLACEMENT, i], abs(there))
+        start, end = dofs[ends[0], i], dofs[ends[1], i]
+        drift, drift_end = start - start_below, end - end_below
+        felt_start, felt_end = turn + pull, dofs[ends[3], i] + (pull + rise * step)
+        dofs[DISPLACEMENT, i] = max(dofs[DISPLACEMENT, i], abs(end))
         dofs[DRIFT, i] = max(dofs[DRIFT, i], abs(drift_end))
         dofs[ACCELERATION, i] = max(dofs[ACCELERATION, i], abs(felt_end))
-        most = max(abs(here), abs(there)) + eighth * bend
-        most_drift = max(abs(drift), abs(drift_end)) + eighth * (bend + below_bend)
-        most_felt = max(abs(felt), abs(felt_end)) + eighth * shake * root
-        if most > dofs[DISPLACEMENT, i] or most_drift > dofs[DRIFT, i] or most_felt > dofs[ACCELERATION, i]:
-            if not exact:  # leaves the third and fourth derivatives of u at the start in rows ACCEL_NUDGED
-                shake, exact = sqrt(shake_bound(row, b, rise, dofs, ends[0], ends[2], ACCEL_NUDGED)), True
-            slow = abs(turn) + step * (abs(dofs[ACCEL_NUDGED, i]) + 0.5 * step * shake * root)
-            slow_drift = abs(turn - below_turn) + step * shake * row.floors[GIVE, i]
-            most = size_bound(here, there, step, min(bend, slow))
-            most_drift = size_bound(drift, drift_end, step, min(bend + below_bend, slow_drift))
-            slow_felt = abs(dofs[ACCEL_NUDGED + 1, i]) + step * sqrt(row.floors[QUICK, first]) * shake * root
-            most_felt = size_bound(felt, felt_end, step, min(shake * root, slow_felt))
-        dofs[BOUNDS, i] = max(dofs[BOUNDS, i], most)
-        dofs[BOUNDS + 1, i] = max(dofs[BOUNDS + 1, i], most_drift)
-        dofs[BOUNDS + 2, i] = max(dofs[BOUNDS + 2, i], most_felt)
-        wanted = most > dofs[DISPLACEMENT, i]
-        drifts, shakes = most_drift > dofs[DRIFT, i], most_felt > dofs[ACCELERATION, i]
-        odd = not abs(there) + abs(felt_end) < inf
-        below, below_end, below_bend, below_turn = here, there, bend, turn
-        if (wanted or drifts or shakes or odd) and not laid:
+        top = max(abs(start), abs(end)) + eighth * bend
+        top_drift = max(abs(drift), abs(drift_end)) + eighth * (bend + bend_below)
+        top_felt = max(abs(felt_start), abs(felt_end)) + eighth * shake * root
+        if top > dofs[DISPLACEMENT, i] or top_drift > dofs[DRIFT, i] or top_felt > dofs[ACCELERATION, i]:
+            if not has_exact_bound:  # leaves the third and fourth derivatives of u at the start in rows ACCEL_NUDGED
+                shake, has_exact_bound = sqrt(shake_bound(row, b, rise, dofs, ends[0], ends[2], ACCEL_NUDGED)), True
+            late_bend = abs(turn) + step * (abs(dofs[ACCEL_NUDGED, i]) + 0.5 * step * shake * root)
+            late_bend_drift = abs(turn - turn_below) + step * shake * row.floors[GIVE, i]
+            top = size_bound(start, end, step, min(bend, late_bend))
+            top_drift = size_bound(drift, drift_end, step, min(bend + bend_below, late_bend_drift))
+            late_bend_felt = abs(dofs[ACCEL_NUDGED + 1, i]) + step * sqrt(row.floors[QUICK, first]) * shake * root
+            top_felt = size_bound(felt_start, felt_end, step, min(shake * root, late_bend_felt))
+        dofs[BOUNDS, i] = max(dofs[BOUNDS, i], top)
+        dofs[BOUNDS + 1, i] = max(dofs[BOUNDS + 1, i], top_drift)
+        dofs[BOUNDS + 2, i] = max(dofs[BOUNDS + 2, i], top_felt)
+        searches_displacement = top > dofs[DISPLACEMENT, i]
+        searches_drift, searches_acceleration = top_drift > dofs[DRIFT, i], top_felt > dofs[ACCELERATION, i]
+        is_not_finite = not abs(end) + abs(felt_end) < inf
+        start_below, end_below, bend_below, turn_below = start, end, bend, turn
+        if (searches_displacement or searches_drift or searches_acceleration or is_not_finite) and not has_series:
             write_series(row, run, b, ends[0], ground, terms)
-            laid = True
-        if wanted or odd:
+            has_series = True
+        if searches_displacement or is_not_finite:
             raise_signal(row, run, DISPLACEMENT, i, first, pull, rise, step, terms)
-        if drifts or odd:
+        if searches_drift or is_not_finite:
             raise_signal(row, run, DRIFT, i, first, pull, rise, step, terms)
-        if shakes or odd:
+        if searches_acceleration or is_not_finite:
             raise_signal(row, run, ACCELERATION, i, first, pull, rise, step, terms)

@@ -26,8 +26,8 @@ from pounding_risk.solver.row.ground_dof import place_ground
 from pounding_risk.solver.row.initial_state import begin_motion
 from pounding_risk.solver.row.workspace import (
     ACCELERATION,
-    BENDS,
     BOUNDS,
+    CAN_YIELD,
     DISPLACEMENT,
     DRIFT,
     FIRST,
@@ -39,7 +39,7 @@ from pounding_risk.solver.row.workspace import (
 
 
 @kernel
-def bend_freely(row, run, free, work, slow, busy, swings, step, terms, node, n):
+def pass_yielding_interval(row, run, free, work, slow, busy, swings, step, terms, node, n):
     """The ``slow`` buildings over one node interval, rows NODE to rows NODE, and the distances of those that may yield.
 
     Their states go to ``work.paths``, the bounds of those that are linear to ``work.swings``.
@@ -63,7 +63,7 @@ def bend_freely(row, run, free, work, slow, busy, swings, step, terms, node, n):
             fly(row, run, (b, last), watch, window, terms)
         b = last + 1
     for i in range(buildings - 1):
-        bends = row.frame[BENDS, i] or row.frame[BENDS, i + 1]
+        bends = row.frame[CAN_YIELD, i] or row.frame[CAN_YIELD, i + 1]
         if bends and not (busy[i] or busy[i + 1]):
             update_distances(row, run, i, window, swings, terms)
     for b in range(buildings):
@@ -73,7 +73,7 @@ def bend_freely(row, run, free, work, slow, busy, swings, step, terms, node, n):
                     work.paths[line, i, n] = dofs[NODE + line, i]
                     dofs[NODE + line, i] = work.paths[line, i, n + 1] = dofs[NEXT + line, i]
     for i in range(buildings - 1):
-        if row.frame[BENDS, i] or row.frame[BENDS, i + 1]:
+        if row.frame[CAN_YIELD, i] or row.frame[CAN_YIELD, i + 1]:
             for k in range(row.frame[START, i], row.frame[START, i + 1]):
                 run.contacts[k].fastest = max(run.contacts[k].fastest, abs(across(row, k, dofs, NODE + VELOCITY)))
 
@@ -112,15 +112,15 @@ def close_block(row, run, free, block):
         for line in range(2):
             free.states[block + 1, line, i] = run.dofs[NODE + line, i]
             total += abs(run.dofs[NODE + line, i])
-    known = total < inf
+    is_finite = total < inf
     for i in range(row.floors.shape[1]):
         for line in range(3):
             peak = DISPLACEMENT if line == 0 else (DRIFT if line == 1 else ACCELERATION)
-            free.floor_bounds[block, line, i] = min(run.dofs[BOUNDS + line, i], run.dofs[peak, i]) if known else inf
+            free.floor_bounds[block, line, i] = min(run.dofs[BOUNDS + line, i], run.dofs[peak, i]) if is_finite else inf
     for k in range(run.laws.shape[0]):
         contact = run.contacts[k]
-        free.point_bounds[block, 0, k] = min(contact.upper_bound, contact.highest) if known else inf
-        free.point_bounds[block, 1, k] = max(contact.lower_bound, contact.lowest) if known else -inf
+        free.point_bounds[block, 0, k] = min(contact.upper_bound, contact.highest) if is_finite else inf
+        free.point_bounds[block, 1, k] = max(contact.lower_bound, contact.lowest) if is_finite else -inf
 
 
 @kernel
@@ -136,22 +136,22 @@ def march_free(row, run, free, work, step, terms, states):
     busy, slow = zeros((buildings,), np.bool_), zeros((buildings,), np.bool_)
     swings, bends = zeros((buildings,), np.float64), False
     for b in range(buildings):
-        bends = bends or row.frame[BENDS, b] > 0
+        bends = bends or row.frame[CAN_YIELD, b] > 0
         for other in range(max(b - 1, 0), min(b + 2, buildings)):
-            slow[b] = slow[b] or row.frame[BENDS, other] > 0
+            slow[b] = slow[b] or row.frame[CAN_YIELD, other] > 0
     for begin in range(0, nodes, free.block):
         count = min(free.block, nodes - begin)
         reset_bounds(row, run)
         for n in range(count):
             work.ground[WIDTH, n] = free.ground.node_width(step, begin + n)
             if bends:
-                bend_freely(row, run, free, work, slow, busy, swings, step, terms, begin + n, n)
+                pass_yielding_interval(row, run, free, work, slow, busy, swings, step, terms, begin + n, n)
         for b in range(buildings):
             if not slow[b]:
                 follow_building(row, run, free, work, step, b, begin, count)
                 raise_building(row, run, free, work, step, terms, b, begin, count)
         for i in range(buildings - 1):
-            if not (row.frame[BENDS, i] or row.frame[BENDS, i + 1]):
+            if not (row.frame[CAN_YIELD, i] or row.frame[CAN_YIELD, i + 1]):
                 raise_distances(row, run, free, work, step, terms, i, begin, count)
         close_block(row, run, free, begin // free.block)
         if states.shape[0] > 0:

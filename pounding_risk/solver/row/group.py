@@ -20,9 +20,9 @@ from pounding_risk.solver.counters import (
 from pounding_risk.solver.pair.equations import ELASTIC, SLACK, YIELDING
 from pounding_risk.solver.pair.events import CUT, NONE, PART, TURN, YIELD
 from pounding_risk.solver.row.building import place_on
-from pounding_risk.solver.row.contact import lift_off, note_yield, own_tolerance, scales, touch_down, turn
-from pounding_risk.solver.row.contact_points import across, begin_blind, compliance
-from pounding_risk.solver.row.equations import Group, group_energy, load, slopes
+from pounding_risk.solver.row.contact import lift_off, note_yield, scales, tolerance_of, touch_down, turn_motion
+from pounding_risk.solver.row.contact_points import across, begin_unwatched_extremes, compliance
+from pounding_risk.solver.row.equations import Group, accelerate_group, group_energy, slopes
 from pounding_risk.solver.row.event_functions import ROUNDED, STRAIN, TOUCH, event_function, is_possible
 from pounding_risk.solver.row.events import fill_spectators, take_step
 from pounding_risk.solver.row.flight_by_series import copy_state, fly_group, write_all_series, write_spectator_series
@@ -62,7 +62,7 @@ def begin_contacts(row, run, group, time, ground):
         if rate == 0.0:
             # Closed at rest: what decides is how both sides would move on.
             if not ready:
-                load(row, run, group, NOW, ground, TRIAL)
+                accelerate_group(row, run, group, NOW, ground, TRIAL)
                 ready = True
             rate = across(row, k, run.dofs, TRIAL)
             if rate <= ALIKE * ground.largest_pull(group.first, group.last):
@@ -80,13 +80,13 @@ def close_step(row, run, group):
     for i in range(group.low, group.high):
         run.dofs[NOW, i] = run.dofs[END, i]
         run.dofs[NOW + VELOCITY, i] = run.dofs[END + VELOCITY, i]
-    came = run.quadratures[SLOPES, 2 * points]
+    energy_in = run.quadratures[SLOPES, 2 * points]
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
             run.contacts[k].counters[IMPULSE] += run.quadratures[SLOPES, k]
             run.contacts[k].work += run.quadratures[SLOPES, points + k]
-            came -= run.quadratures[SLOPES, points + k]
-    return came
+            energy_in -= run.quadratures[SLOPES, points + k]
+    return energy_in
 
 
 @kernel
@@ -96,7 +96,7 @@ def apply_event(row, run, kind, k, time, line):
         return False, switch_storey(row, run, k, line)
     contact = run.contacts[k]
     if kind == TURN:
-        turn(row, run, k, max(across(row, k, run.dofs, line) - contact.gap, 0.0))
+        turn_motion(row, run, k, max(across(row, k, run.dofs, line) - contact.gap, 0.0))
     elif kind == YIELD:
         if int(contact.region) == ELASTIC:
             note_yield(run, k, time)
@@ -143,7 +143,7 @@ def integrate_contact(row, run, span, watch, window, t, base, terms, rtol):
             tolerance = rtol
             for k in range(row.frame[START, span[0]], row.frame[START, span[1]]):
                 if run.contacts[k].closed > 0.0:
-                    tolerance = own_tolerance(run, k, tolerance)
+                    tolerance = tolerance_of(run, k, tolerance)
             s = sqrt(sqrt(max(t - origin, 0.0)))
             h = sqrt(sqrt(max(t - origin, 0.0) + pace)) - s
             now, renewed, known = moment + origin, False, False
@@ -225,9 +225,9 @@ def apply_to_mirror_images(row, run, group, kind, k, time):
     first, last = row.frame[START, group.first], row.frame[START, group.last]
     if kind == STRAIN:
         first, last = group.low, group.high
-    for each in range(first, last):
-        if each != k and is_possible(row, run, kind, each) and event_function(row, run, kind, each, True)[0] == value:
-            ended, jump = apply_event(row, run, kind, each, time, NOW)
+    for j in range(first, last):
+        if j != k and is_possible(row, run, kind, j) and event_function(row, run, kind, j, True)[0] == value:
+            ended, jump = apply_event(row, run, kind, j, time, NOW)
             ends, change = ends or ended, change + jump
     return ends, change
 
@@ -262,30 +262,30 @@ def solve_group(row, run, span, watch, window, terms, rtol):
         terms,
     )
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
-    begin_blind(row, run, span, watch)
+    begin_unwatched_extremes(row, run, span, watch)
     t = base = 0.0
     write_spectator_series(row, run, span, watch, ground, terms)
     turns = 0
     while True:
         begin_contacts(row, run, group, moment + t, ground.later(t))
         if any_closed(row, run, span[0], span[1]):
-            how, t, edge = integrate_contact(row, run, span, watch, window, t, base, terms, rtol)
-            if how != FLOWN:
-                return how, edge
+            outcome, t, edge = integrate_contact(row, run, span, watch, window, t, base, terms, rtol)
+            if outcome != FLOWN:
+                return outcome, edge
             if t >= step:
                 return FLOWN, -1
             fill_spectators(row, run, group, t - base, NOW)
         base = t
-        now = ground.later(t)
-        write_all_series(row, run, watch, now, terms)
-        left = step - t
-        flown, point, storey = fly_group(row, run, span, watch, left, now, terms)
+        ground_now = ground.later(t)
+        write_all_series(row, run, watch, ground_now, terms)
+        remaining = step - t
+        flown, point, storey = fly_group(row, run, span, watch, remaining, ground_now, terms)
         if point >= 0 and not row.frame[START, span[0]] <= point < row.frame[START, span[1]]:
             return GROW, span[0] - 1 if point < row.frame[START, span[0]] else span[1]
         for b in range(watch[0], watch[1] + 1):
             place_on(row, run, b, flown, terms, NOW)
         t += flown
-        if flown >= left:
+        if flown >= remaining:
             return FLOWN, -1
         turns += 1
         if turns > MAX_CONTACTS:

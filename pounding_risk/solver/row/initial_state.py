@@ -9,7 +9,7 @@ from pounding_risk.solver.counters import FIRST_TOUCH, FIRST_YIELD
 from pounding_risk.solver.row.building import accelerate
 from pounding_risk.solver.row.contact_points import across
 from pounding_risk.solver.row.ground_dof import top_of
-from pounding_risk.solver.row.storey import soften
+from pounding_risk.solver.row.storey import set_branch
 from pounding_risk.solver.row.workspace import ACCEL_START, ACCELERATION, DISPLACEMENT, DRIFT, FIRST, NODE
 
 
@@ -20,7 +20,7 @@ def begin_run(row, run):
         for i in range(run.dofs.shape[1]):
             run.dofs[line, i] = 0.0
     for i in range(row.floors.shape[1]):
-        soften(row, run.dofs, i, 0.0)
+        set_branch(row, run.dofs, i, 0.0)
     for k in range(run.laws.shape[0]):
         contact = run.contacts[k]
         contact.counters[FIRST_TOUCH] = nan
@@ -33,12 +33,12 @@ def begin_run(row, run):
 def begin_motion(row, run, free, step):
     """Set the row to the state at the first node of ``free``, which gives the first values of the peaks."""
     begin_run(row, run)
-    dofs, moved = run.dofs, 0.0
+    dofs, size = run.dofs, 0.0
     for i in range(row.floors.shape[1]):
         for line in range(2):
             dofs[NODE + line, i] = free.states[0, line, free.first_dof + i]
-            moved += abs(dofs[NODE + line, i])
-    if moved == 0.0:
+            size += abs(dofs[NODE + line, i])
+    if size == 0.0:
         return
     for b in range(row.frame.shape[1] - 1):
         pull, _ = free.ground.from_node(step, 0).under(b)

@@ -26,8 +26,8 @@ def law_plateau(run, k, delta, strength):
 def law_begin(run, k, e, speed, mass, worn, scale, limit):
     """(strength, smallest force, scale of penetration) of a contact that begins, its memory written down."""
     arguments = run.workspace.law_arguments
-    for place, value in enumerate((e, speed, mass, worn, limit, scale)):
-        arguments[place] = value
+    for slot, value in enumerate((e, speed, mass, worn, limit, scale)):
+        arguments[slot] = value
     call_on(run.contacts[k].begin_verb, run.laws, k, arguments)
     return arguments[0], arguments[1], arguments[2]
 
@@ -36,8 +36,8 @@ def law_begin(run, k, e, speed, mass, worn, scale, limit):
 def law_turn(run, k, delta, strength, approaching, yielding):
     """(dent or below zero, energy lost with it) of a contact whose motion turns, its memory written down."""
     arguments = run.workspace.law_arguments
-    for place, value in enumerate((delta, strength, approaching, yielding)):
-        arguments[place] = value
+    for slot, value in enumerate((delta, strength, approaching, yielding)):
+        arguments[slot] = value
     call_on(run.contacts[k].turn_verb, run.laws, k, arguments)
     return arguments[0], arguments[1]
 
@@ -46,7 +46,7 @@ def law_turn(run, k, delta, strength, approaching, yielding):
 def law_part(run, k, delta, strength, work):
     """(loss, part of it that hysteresis takes, what is left for later contacts) of a contact that parts."""
     arguments = run.workspace.law_arguments
-    for place, value in enumerate((delta, strength, work, 0.0)):
-        arguments[place] = value
+    for slot, value in enumerate((delta, strength, work, 0.0)):
+        arguments[slot] = value
     call_on(run.contacts[k].part_verb, run.laws, k, arguments)
     return arguments[0], arguments[1], arguments[2]

@@ -15,9 +15,9 @@ from pounding_risk.models.ground import Arrivals, arrivals_of
 from pounding_risk.solver.row.ground import ArrivingRow, UniformRow
 from pounding_risk.solver.row.workspace import (
     BAND,
-    BENDS,
     BLOCK_MAP,
     BOTTOM,
+    CAN_YIELD,
     FIRST,
     GIVE,
     INVERSE,
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 BLOCK = 16  # nodes passed over at a time, or as many more as make whole steps
 
 
-class Laid(NamedTuple):
+class RowLayout(NamedTuple):
     """Arrays of a row for the kernels, for a motion sampled every ``dt`` [s]."""
 
     row: Row
@@ -75,7 +75,7 @@ class Laid(NamedTuple):
         return dofs if self.arrivals is None else np.delete(dofs, self.row.frame[FIRST, 1:] - 1)
 
 
-def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals: np.ndarray | None = None) -> Laid:
+def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals: np.ndarray | None = None) -> RowLayout:
     """The row of these buildings, left to right, for a motion sampled every ``dt`` [s].
 
     A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey.
@@ -90,16 +90,16 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals:
         size *= max(rate * step, 1e-3) / (terms - 3)
         terms += 1
     arrived = None if arrivals is None or not np.ptp(arrivals) > 0.0 else arrivals_of(arrivals, step)
-    own = 0 if arrived is None else 1  # dofs of each building's ground
+    ground_dofs = 0 if arrived is None else 1  # dofs of each building's ground
     counts = [chain.mass.size for chain in chains]
-    first = np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64) + own)]).astype(np.int64)
+    first = np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64) + ground_dofs)]).astype(np.int64)
     floors = np.zeros((12, int(first[-1])))
     floors[LIMIT] = inf
     damping = np.zeros((int(first[-1]), max([1, *counts])))
-    for place, chain in zip(first, chains, strict=False):
-        here = slice(int(place), int(place) + chain.mass.size)
-        _lay_floors(floors[:, here], chain)
-        damping[here, : chain.mass.size] = chain.damping
+    for start, chain in zip(first, chains, strict=False):
+        dofs = slice(int(start), int(start) + chain.mass.size)
+        _lay_floors(floors[:, dofs], chain)
+        damping[dofs, : chain.mass.size] = chain.damping
     # From each node to the next: building by building, and interval by interval where these differ.
     widths = [step] if arrived is None else np.diff(np.append(arrived.offsets, step)).tolist()
     maps = [_map(chain, width) for width in widths for chain in chains]
@@ -107,8 +107,8 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals:
     interfaces = [int(point.interface) for point in points]
     if interfaces != sorted(interfaces):
         raise ValueError("contact points are not in the order of their interfaces")
-    ends = np.full((len(points), 4 + own), -1, dtype=np.int64)
-    shares = np.zeros((len(points), 4 + own))
+    ends = np.full((len(points), 4 + ground_dofs), -1, dtype=np.int64)
+    shares = np.zeros((len(points), 4 + ground_dofs))
     for k, point in enumerate(points):
         for side, level in enumerate((point.left_floor, point.right_floor)):
             b = int(point.interface) + side
@@ -119,10 +119,10 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals:
     frame = np.zeros((6, first.size), dtype=np.int64)
     frame[FIRST] = first
     frame[START, :-1] = np.searchsorted(interfaces, np.arange(len(chains)))
-    frame[MAP, 1:] = np.cumsum([each.size for each in maps[: len(counts)]])
-    frame[BENDS, :-1] = [bool(np.isfinite(chain.strength).any()) for chain in chains]
+    frame[MAP, 1:] = np.cumsum([one_map.size for one_map in maps[: len(counts)]])
+    frame[CAN_YIELD, :-1] = [bool(np.isfinite(chain.strength).any()) for chain in chains]
     frame[BAND, :-1] = [_band(chain.damping) for chain in chains]
-    frame[BLOCK_MAP, 1:] = np.cumsum([each.size for each in block_maps])
+    frame[BLOCK_MAP, 1:] = np.cumsum([one_map.size for one_map in block_maps])
     row = Row(
         frame,
         ends,
@@ -138,25 +138,25 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals:
             for chain, count in zip(chains, counts, strict=True)
         ]
     )
-    return Laid(row, float(dt), parts, terms, np.concatenate([*block_maps, np.zeros(1)]), initial, arrived)
+    return RowLayout(row, float(dt), parts, terms, np.concatenate([*block_maps, np.zeros(1)]), initial, arrived)
 
 
-def cut_out(laid: Laid, first: int, last: int) -> Laid:
+def cut_out(layout: RowLayout, first: int, last: int) -> RowLayout:
     """The layout of the buildings ``first`` to ``last`` of a row alone, with the contact points between them.
 
     Its nodes are those of the whole row, so that what moves alone in either moves the same, to the bit.
     """
-    row = laid.row
+    row = layout.row
     frame = row.frame[:, first : last + 2].copy()
-    dofs, maps = (slice(int(frame[place, 0]), int(frame[place, -1])) for place in (FIRST, MAP))
+    dofs, maps = (slice(int(frame[line, 0]), int(frame[line, -1])) for line in (FIRST, MAP))
     points = slice(int(frame[START, 0]), int(frame[START, -2]))
     frame[FIRST] -= dofs.start
     frame[MAP] -= maps.start
     frame[START] -= points.start
-    frame[[START, BENDS, BAND], -1] = 0
-    ends, by_interval = row.ends[points], row.maps[:-1].reshape(laid.phases, -1)[:, maps]
-    moved = (dofs.start <= laid.masses) & (laid.masses < dofs.stop)
-    return laid._replace(
+    frame[[START, CAN_YIELD, BAND], -1] = 0
+    ends, by_interval = row.ends[points], row.maps[:-1].reshape(layout.phases, -1)[:, maps]
+    within = (dofs.start <= layout.masses) & (layout.masses < dofs.stop)
+    return layout._replace(
         row=Row(
             frame,
             np.where(ends < 0, -1, ends - dofs.start),
@@ -166,8 +166,8 @@ def cut_out(laid: Laid, first: int, last: int) -> Laid:
             np.append(by_interval, 0.0),
             row.passage,
         ),
-        initial=laid.initial[:, moved],
-        arrivals=None if laid.arrivals is None else laid.arrivals.of(first, last),
+        initial=layout.initial[:, within],
+        arrivals=None if layout.arrivals is None else layout.arrivals.of(first, last),
     )
 
 
@@ -214,10 +214,10 @@ def block_steps(phases: int) -> int:
 
 def _block_map(maps: list[np.ndarray], n: int) -> np.ndarray:
     """(u, v) of a free vibration after a block, column by column, from those of `_map` over the intervals of a step."""
-    whole = np.eye(2 * n)
+    step_map = np.eye(2 * n)
     for interval_map in maps if n else []:
-        whole = interval_map.reshape(2 * n + 2, 2 * n)[: 2 * n].T @ whole
-    return np.linalg.matrix_power(whole, block_steps(len(maps))).T.ravel()
+        step_map = interval_map.reshape(2 * n + 2, 2 * n)[: 2 * n].T @ step_map
+    return np.linalg.matrix_power(step_map, block_steps(len(maps))).T.ravel()
 
 
 def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
@@ -256,8 +256,8 @@ def _dofs(chain: Chain, level: float) -> list[tuple[int, float]]:
     return [(upper, share), (upper - 1, 1.0 - share)] if share < 1.0 else [(upper, 1.0), (-1, 0.0)]
 
 
-def nodes_of(laid: Laid, acceleration: np.ndarray) -> np.ndarray:
+def nodes_of(layout: RowLayout, acceleration: np.ndarray) -> np.ndarray:
     """a_g at the nodes `Laid.step` apart, where it arrives first; NaN from the first sample on that is not finite."""
-    known = np.where(np.isfinite(acceleration), acceleration, np.nan)
-    count = (len(known) - 1) * laid.parts + 1
-    return np.interp(np.arange(count) / laid.parts, np.arange(len(known)), known)
+    finite = np.where(np.isfinite(acceleration), acceleration, np.nan)
+    count = (len(finite) - 1) * layout.parts + 1
+    return np.interp(np.arange(count) / layout.parts, np.arange(len(finite)), finite)

@@ -4,33 +4,33 @@ from __future__ import annotations
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.row.ground_dof import end_ground, top_of
-from pounding_risk.solver.row.workspace import BENDS, FIRST, MAP, PLASTIC, SOFT, SPRING, VELOCITY
+from pounding_risk.solver.row.workspace import CAN_YIELD, FIRST, MAP, PLASTIC, SOFT, SPRING, VELOCITY
 
 
 @kernel
-def step_over(row, b, ground, dofs, state, out):
+def map_motion(row, b, ground, dofs, state, out):
     """Building ``b`` over one node interval, exactly, from rows ``state`` to rows ``out``."""
     pull, rise = ground.under(b)
     first, last = row.frame[FIRST, b], top_of(row, b)
-    place = row.frame[MAP, b] + ground.map_number() * row.frame[MAP, row.frame.shape[1] - 1]
-    if row.frame[BENDS, b]:
-        settle_about(row, b, dofs, state, -1.0)
-    apply_map(row.maps, place, dofs, state, out, (first, last), (pull, rise), 2 * (last - first) + 2)
-    if row.frame[BENDS, b]:
-        settle_about(row, b, dofs, state, 1.0)
-        settle_about(row, b, dofs, out, 1.0)
+    map_start = row.frame[MAP, b] + ground.map_number() * row.frame[MAP, row.frame.shape[1] - 1]
+    if row.frame[CAN_YIELD, b]:
+        add_plastic_rest(row, b, dofs, state, -1.0)
+    apply_map(row.maps, map_start, dofs, state, out, (first, last), (pull, rise), 2 * (last - first) + 2)
+    if row.frame[CAN_YIELD, b]:
+        add_plastic_rest(row, b, dofs, state, 1.0)
+        add_plastic_rest(row, b, dofs, out, 1.0)
     end_ground(row, b, ground, dofs, out)
 
 
 @kernel
-def advance(row, b, maps, place, dofs, source, target):
-    """A free vibration of building ``b`` from rows ``source`` to rows ``target``; ``place`` of its map."""
+def map_vibration(row, b, maps, map_start, dofs, source, target):
+    """A free vibration of building ``b`` from rows ``source`` to rows ``target``; ``map_start`` of its map."""
     first, last = row.frame[FIRST, b], top_of(row, b)
-    apply_map(maps, place, dofs, source, target, (first, last), (0.0, 0.0), 2 * (last - first))
+    apply_map(maps, map_start, dofs, source, target, (first, last), (0.0, 0.0), 2 * (last - first))
 
 
 @kernel
-def apply_map(maps, place, dofs, state, out, span, ground, columns):
+def apply_map(maps, entry, dofs, state, out, span, ground, columns):
     """Rows ``out`` of the dofs of a ``span`` from rows ``state`` and ``ground`` = (a_g, its slope), by a map.
 
     Its columns, of which there are ``columns``, are added up one after the other, four at a time where there are as
@@ -48,17 +48,17 @@ def apply_map(maps, place, dofs, state, out, span, ground, columns):
         )
         for line in range(2):
             for i in range(count):
-                total = dofs[out + line, first + i] + maps[place + i] * a
-                total = (total + maps[place + size + i] * b) + maps[place + 2 * size + i] * c
-                dofs[out + line, first + i] = total + maps[place + 3 * size + i] * d
-            place += count
-        place += 3 * size
+                total = dofs[out + line, first + i] + maps[entry + i] * a
+                total = (total + maps[entry + size + i] * b) + maps[entry + 2 * size + i] * c
+                dofs[out + line, first + i] = total + maps[entry + 3 * size + i] * d
+            entry += count
+        entry += 3 * size
     for column in range(columns - columns % 4, columns):
         a = factor(dofs, state, first, count, ground, column)
         for line in range(2):
             for i in range(count):
-                dofs[out + line, first + i] += maps[place + i] * a
-            place += count
+                dofs[out + line, first + i] += maps[entry + i] * a
+            entry += count
 
 
 @small
@@ -72,9 +72,9 @@ def factor(dofs, state, first, count, ground, column):
 
 
 @kernel
-def settle_about(row, b, dofs, state, sign):
+def add_plastic_rest(row, b, dofs, state, sign):
     """Add ``sign`` times the displacements at which a building rests, with the plastic drifts that it has."""
-    rest = 0.0
+    displacement = 0.0
     for i in range(row.frame[FIRST, b], top_of(row, b)):
-        rest += row.floors[SOFT, i] * dofs[PLASTIC, i] / row.floors[SPRING, i]
-        dofs[state, i] += sign * rest
+        displacement += row.floors[SOFT, i] * dofs[PLASTIC, i] / row.floors[SPRING, i]
+        dofs[state, i] += sign * displacement

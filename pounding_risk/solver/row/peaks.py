@@ -8,11 +8,20 @@ from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.counters import FIRST_YIELD, LOWEST_FORCE
 from pounding_risk.solver.pair.equations import ELASTIC
 from pounding_risk.solver.row.contact import note_yield
-from pounding_risk.solver.row.contact_points import across, blind_points, own_side
-from pounding_risk.solver.row.crests import PUSH, REACH, SIDE, crest, hides, peak_over_step, raise_reach, reading
-from pounding_risk.solver.row.equations import ground_at, load, transmitted
+from pounding_risk.solver.row.contact_points import across, part_of_distance, unwatched_points
+from pounding_risk.solver.row.crests import (
+    PUSH,
+    REACH,
+    SIDE,
+    crest,
+    extreme_over_step,
+    may_hide_crest,
+    peak_over_step,
+    signal_between,
+)
+from pounding_risk.solver.row.equations import accelerate_group, ground_at, transmitted
 from pounding_risk.solver.row.ground_dof import top_of
-from pounding_risk.solver.row.implicit import spread
+from pounding_risk.solver.row.implicit import write_polynomial
 from pounding_risk.solver.row.storey import drift_in, shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCEL_END,
@@ -21,7 +30,7 @@ from pounding_risk.solver.row.workspace import (
     ACCELERATION,
     AT_END,
     AT_START,
-    BENDS,
+    CAN_YIELD,
     CONSTANT,
     DISPLACEMENT,
     DRIFT,
@@ -48,17 +57,17 @@ def accelerations(row, run, group, s, h, at_end):
     dofs = run.dofs
     state, line = (END, SLOPE + LAST) if at_end else (NOW, SLOPE)
     out, rises = (ACCEL_END, JERK_END) if at_end else (ACCEL_START, JERK_START)
-    place = s + h if at_end else s
+    clock = s + h if at_end else s
     nudge = 1e-7 * h
-    load(row, run, group, state, ground_at(group, place), out)
+    accelerate_group(row, run, group, state, ground_at(group, clock), out)
     for i in range(group.low, group.high):
         dofs[NUDGED, i] = dofs[state, i] + nudge * dofs[line, i]
         dofs[NUDGED + VELOCITY, i] = dofs[state + VELOCITY, i] + nudge * dofs[line + SLOPES, i]
-    load(row, run, group, NUDGED, ground_at(group, place + nudge), ACCEL_NUDGED)
+    accelerate_group(row, run, group, NUDGED, ground_at(group, clock + nudge), ACCEL_NUDGED)
     for b in range(group.first, group.last + 1):
-        before, ahead = ground_at(group, place).under(b)[0], ground_at(group, place + nudge).under(b)[0]
+        pull, nudged_pull = ground_at(group, clock).under(b)[0], ground_at(group, clock + nudge).under(b)[0]
         for i in range(row.frame[FIRST, b], top_of(row, b)):
-            dofs[rises, i] = ((dofs[ACCEL_NUDGED, i] + ahead) - (dofs[out, i] + before)) / nudge
+            dofs[rises, i] = ((dofs[ACCEL_NUDGED, i] + nudged_pull) - (dofs[out, i] + pull)) / nudge
 
 
 @kernel
@@ -67,7 +76,7 @@ def update_floor_peaks(row, run, group, span, laid):
     dofs = run.dofs
     s, h = span[0], span[1]
     cube = s * s * s
-    shaken = s == 0.0
+    searches_acceleration = s == 0.0
     end = s + h
     clock, clock_end = 4.0 * cube, 4.0 * end * end * end
     ground, ground_end = ground_at(group, s), ground_at(group, end)
@@ -86,18 +95,18 @@ def update_floor_peaks(row, run, group, span, laid):
                 drift_in(row, dofs, last, i),
             )
             dofs[DRIFT, i], laid = peak_over_step(row, run, group, DRIFT, i, dofs[DRIFT, i], ends, span, laid)
-            if row.frame[BENDS, b]:
+            if row.frame[CAN_YIELD, b]:
                 k, c = shear_stiffness(row, dofs, i), dofs[CONSTANT, i]
                 ends = k * ends[0] + c, k * ends[1] + c, k * ends[2], k * ends[3]
                 dofs[STOREY_FORCE, i], laid = peak_over_step(
                     row, run, group, STOREY_FORCE, i, dofs[STOREY_FORCE, i], ends, span, laid
                 )
-            if not shaken:
+            if not searches_acceleration:
                 felt_here = dofs[line + SLOPES, i] / clock + pull
                 felt_end = dofs[last + SLOPES, i] / clock_end + pull_end
                 dofs[ACCELERATION, i] = max(dofs[ACCELERATION, i], abs(felt_end))
-                shaken = 2.0 * max(abs(felt_here), abs(felt_end)) > dofs[ACCELERATION, i]
-    if shaken:
+                searches_acceleration = 2.0 * max(abs(felt_here), abs(felt_end)) > dofs[ACCELERATION, i]
+    if searches_acceleration:
         accelerations(row, run, group, s, h, False)
         accelerations(row, run, group, s, h, True)
         for b in range(group.first, group.last + 1):
@@ -111,29 +120,29 @@ def update_floor_peaks(row, run, group, span, laid):
 
 
 @kernel
-def update_point_peaks(row, run, group, span, now, laid):
+def update_point_peaks(row, run, group, span, origin_time, laid):
     """Peak forces of closed contacts and extremes of all distances; returns whether the step is laid out.
 
-    ``now`` = time of the clock's origin.
+    ``origin_time`` = time of the clock's origin.
     """
     dofs = run.dofs
     for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         contact = run.contacts[k]
         if inside and contact.closed > 0.0:
-            laid = update_force_peak(row, run, group, k, span, now, laid)
+            laid = update_force_peak(row, run, group, k, span, origin_time, laid)
         else:
-            here, there = across(row, k, dofs, NOW), across(row, k, dofs, END)
-            rise, fall = across(row, k, dofs, SLOPE), across(row, k, dofs, SLOPE + LAST)
-            contact.highest, laid = raise_reach(
-                row, run, group, REACH, k, 1.0, contact.highest, (here, there, rise, fall), span, laid
+            start, end = across(row, k, dofs, NOW), across(row, k, dofs, END)
+            start_slope, end_slope = across(row, k, dofs, SLOPE), across(row, k, dofs, SLOPE + LAST)
+            contact.highest, laid = extreme_over_step(
+                row, run, group, REACH, k, 1.0, contact.highest, (start, end, start_slope, end_slope), span, laid
             )
-            lowest, laid = raise_reach(
-                row, run, group, REACH, k, -1.0, -contact.lowest, (-here, -there, -rise, -fall), span, laid
+            lowest, laid = extreme_over_step(
+                row, run, group, REACH, k, -1.0, -contact.lowest, (-start, -end, -start_slope, -end_slope), span, laid
             )
             contact.lowest = -lowest
     for side in range(2):
-        first, last = blind_points(row, (group.first, group.last), (group.watched_first, group.watched_last), side)
+        first, last = unwatched_points(row, (group.first, group.last), (group.watched_first, group.watched_last), side)
         for k in range(first, last):
             laid = update_side_extremes(row, run, group, k, RIGHT_HIGH if side == 0 else LEFT_HIGH, span, laid)
     return laid
@@ -144,51 +153,62 @@ def update_side_extremes(row, run, group, k, column, span, laid):
     """Extremes over a step of the group's own part of a distance across which nobody looks."""
     dofs, sides = run.dofs, run.contacts[k].side_extremes
     low, high = group.low, group.high
-    here, there = own_side(row, k, low, high, dofs, NOW), own_side(row, k, low, high, dofs, END)
-    rise, fall = own_side(row, k, low, high, dofs, SLOPE), own_side(row, k, low, high, dofs, SLOPE + LAST)
+    start, end = part_of_distance(row, k, low, high, dofs, NOW), part_of_distance(row, k, low, high, dofs, END)
+    start_slope, end_slope = (
+        part_of_distance(row, k, low, high, dofs, SLOPE),
+        part_of_distance(row, k, low, high, dofs, SLOPE + LAST),
+    )
     for side in range(2):
-        sign, place = 1.0 - 2.0 * side, column + side
-        ends = sign * here, sign * there, sign * rise, sign * fall
-        best, laid = raise_reach(row, run, group, SIDE, k, sign, sign * sides[place], ends, span, laid)
-        sides[place] = sign * best
+        sign, extreme = 1.0 - 2.0 * side, column + side
+        ends = sign * start, sign * end, sign * start_slope, sign * end_slope
+        best, laid = extreme_over_step(row, run, group, SIDE, k, sign, sign * sides[extreme], ends, span, laid)
+        sides[extreme] = sign * best
     return laid
 
 
 @kernel
-def update_force_peak(row, run, group, k, span, now, laid):
+def update_force_peak(row, run, group, k, span, origin_time, laid):
     """Peak uncapped force of a contact over a step, the yield that it may be, the lowest force of a law that pulls."""
     contact = run.contacts[k]
-    here, there, rise, fall = (
+    start, end_force, start_slope, end_slope = (
         contact.force[AT_START],
         contact.force[AT_END],
         contact.force_slope[AT_START],
         contact.force_slope[AT_END],
     )
-    before = contact.peak_force
-    best = max(before, here)
-    if 2.0 * max(here, there) > best:
-        best = max(best, there)
-        if hides(here, there, rise, fall, span[0], span[1], best):
+    peak_before = contact.peak_force
+    best = max(peak_before, start)
+    if 2.0 * max(start, end_force) > best:
+        best = max(best, end_force)
+        if may_hide_crest(start, end_force, start_slope, end_slope, span[0], span[1], best):
             if not laid:
-                spread(row, run, group, span[0], span[1])
+                write_polynomial(row, run, group, span[0], span[1])
                 laid = True
             best = max(best, crest(row, run, group, PUSH, k, 1.0, span)[0])
-    if best > before and run.timed.shape[2] > 0:
-        laid = time_levels(row, run, group, k, best, span, now, laid)
+    if best > peak_before and run.timed.shape[2] > 0:
+        laid = time_levels(row, run, group, k, best, span, origin_time, laid)
     contact.peak_force = best
     if contact.least_force == -inf:
-        lowest = min(here, there)
+        lowest = min(start, end_force)
         if 2.0 * lowest < contact.counters[LOWEST_FORCE]:
-            if hides(-here, -there, -rise, -fall, span[0], span[1], -min(lowest, contact.counters[LOWEST_FORCE])):
+            if may_hide_crest(
+                -start,
+                -end_force,
+                -start_slope,
+                -end_slope,
+                span[0],
+                span[1],
+                -min(lowest, contact.counters[LOWEST_FORCE]),
+            ):
                 if not laid:
-                    spread(row, run, group, span[0], span[1])
+                    write_polynomial(row, run, group, span[0], span[1])
                     laid = True
                 lowest = min(lowest, -crest(row, run, group, PUSH, k, -1.0, span)[0])
             contact.counters[LOWEST_FORCE] = min(contact.counters[LOWEST_FORCE], lowest)
-    if int(contact.region) == ELASTIC and contact.strength < inf and best > before and best >= contact.strength:
+    if int(contact.region) == ELASTIC and contact.strength < inf and best > peak_before and best >= contact.strength:
         # A crest that just passes F_E is a yield too, though no branch of it is landed on.
         end = span[0] + span[1]
-        note_yield(run, k, now + end * end * end * end)
+        note_yield(run, k, origin_time + end * end * end * end)
     if int(contact.region) > ELASTIC:
         delta = max(across(row, k, run.dofs, END) - contact.gap, 0.0)
         rate = across(row, k, run.dofs, END + VELOCITY)
@@ -198,7 +218,7 @@ def update_force_peak(row, run, group, k, span, now, laid):
 
 
 @kernel
-def time_levels(row, run, group, k, best, span, now, laid):
+def time_levels(row, run, group, k, best, span, origin_time, laid):
     """Time the levels that the uncapped force of contact ``k`` reaches first on this step."""
     contact = run.contacts[k]
     for level in range(run.timed.shape[2]):
@@ -207,20 +227,20 @@ def time_levels(row, run, group, k, best, span, now, laid):
         x = 0.0
         if contact.force[AT_START] < run.timed[0, k, level]:
             if not laid:
-                spread(row, run, group, span[0], span[1])
+                write_polynomial(row, run, group, span[0], span[1])
                 laid = True
             low, high = 0.0, 1.0
             if contact.force[AT_END] < run.timed[0, k, level]:
                 high = crest(row, run, group, PUSH, k, 1.0, span)[1]
             for _ in range(50):
                 x = 0.5 * (low + high)
-                if reading(row, run, group, PUSH, k, x, span) < run.timed[0, k, level]:
+                if signal_between(row, run, group, PUSH, k, x, span) < run.timed[0, k, level]:
                     low = x
                 else:
                     high = x
             x = high
         s = span[0] + x * span[1]
-        run.timed[1, k, level] = now + s * s * s * s
+        run.timed[1, k, level] = origin_time + s * s * s * s
         if contact.counters[FIRST_YIELD] != contact.counters[FIRST_YIELD]:
             contact.counters[FIRST_YIELD] = run.timed[1, k, level]
     return laid

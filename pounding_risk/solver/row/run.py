@@ -26,25 +26,25 @@ from pounding_risk.solver.counters import (
     TALLIED,
 )
 from pounding_risk.solver.row.blocks import (
+    BY_NODE,
+    DISTANCES_SEARCHED,
+    FLOORS_SEARCHED,
     FREE_NODE,
     MARKS,
     MOVED,
-    OPEN,
-    SEARCHED,
     STATE_NODE,
-    WALKED,
-    begin_alone,
+    begin_block_vibration,
     copy_point_peaks,
     end_blocks,
     has_events,
     has_new_peaks,
-    part_from_free,
+    separate_vibration,
 )
 from pounding_risk.solver.row.contact import lift_off
 from pounding_risk.solver.row.group import any_closed
 from pounding_risk.solver.row.initial_state import begin_motion
 from pounding_risk.solver.row.interval import interval
-from pounding_risk.solver.row.workspace import BENDS, DRIFT, FIRST, NEXT, NODE, VELOCITY
+from pounding_risk.solver.row.workspace import CAN_YIELD, DRIFT, FIRST, NEXT, NODE, VELOCITY
 
 WATCHED = 7  # status of a run that a touch at a watched point has ended
 
@@ -57,26 +57,26 @@ def begin_block(row, run, free, marks, step, node, walked):
     """
     buildings = row.frame.shape[1] - 1
     block = node // free.block
-    some = walked
+    any_walked = walked
     for b in range(buildings):
-        if row.frame[BENDS, b]:
-            marks[WALKED, b] = marks[SEARCHED, b] = 1.0
+        if row.frame[CAN_YIELD, b]:
+            marks[BY_NODE, b] = marks[FLOORS_SEARCHED, b] = 1.0
         else:
-            marks[SEARCHED, b] = 0.0
+            marks[FLOORS_SEARCHED, b] = 0.0
             if marks[MOVED, b] > 0.0:
-                begin_alone(row, run, free, marks, step, b, node)
-                marks[SEARCHED, b] = 1.0 if has_new_peaks(row, run, free, marks, b, block) else 0.0
-            marks[WALKED, b] = 1.0 if marks[SEARCHED, b] > 0.0 or walked else 0.0
-        some = some or marks[WALKED, b] > 0.0
+                begin_block_vibration(row, run, free, marks, step, b, node)
+                marks[FLOORS_SEARCHED, b] = 1.0 if has_new_peaks(row, run, free, marks, b, block) else 0.0
+            marks[BY_NODE, b] = 1.0 if marks[FLOORS_SEARCHED, b] > 0.0 or walked else 0.0
+        any_walked = any_walked or marks[BY_NODE, b] > 0.0
     for i in range(buildings - 1):
-        bends = row.frame[BENDS, i] or row.frame[BENDS, i + 1]
-        marks[OPEN, i] = 0.0
+        bends = row.frame[CAN_YIELD, i] or row.frame[CAN_YIELD, i + 1]
+        marks[DISTANCES_SEARCHED, i] = 0.0
         if bends or any_closed(row, run, i, i + 1) or has_events(row, run, free, marks, i, block):
-            marks[OPEN, i] = marks[WALKED, i] = marks[WALKED, i + 1] = 1.0
-            some = True
+            marks[DISTANCES_SEARCHED, i] = marks[BY_NODE, i] = marks[BY_NODE, i + 1] = 1.0
+            any_walked = True
             if marks[MOVED, i] + marks[MOVED, i + 1] == 0.0:
                 copy_point_peaks(row, run, free, i, block)
-    return some
+    return any_walked
 
 
 @kernel
@@ -89,13 +89,13 @@ def struck_point(run):
 
 
 @kernel
-def next_node(row, run, free, marks, busy, step, node, states):
+def next_node(row, run, free, marks, grouped, step, node, states):
     """Rows NEXT become rows NODE, now of ``node``; ``states`` (nodes, 2, D) takes them where it has rows."""
     for b in range(row.frame.shape[1] - 1):
-        if marks[WALKED, b] == 0.0:
+        if marks[BY_NODE, b] == 0.0:
             continue
-        if busy[b] and not row.frame[BENDS, b]:
-            part_from_free(row, run, free, marks, step, b, node)
+        if grouped[b] and not row.frame[CAN_YIELD, b]:
+            separate_vibration(row, run, free, marks, step, b, node)
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
             for line in range(2):
                 run.dofs[NODE + line, i] = run.dofs[NEXT + line, i]
@@ -113,23 +113,23 @@ def march(row, run, free, step, terms, rtol, states):
     states = borrowed(states)
     begin_motion(row, run, free, step)
     buildings = row.frame.shape[1] - 1
-    tied, busy = zeros((buildings,), np.bool_), zeros((buildings,), np.bool_)
+    tied, grouped = zeros((buildings,), np.bool_), zeros((buildings,), np.bool_)
     solved, swings = zeros((buildings,), np.bool_), zeros((buildings,), np.float64)
     marks = zeros((MARKS, buildings), np.float64)
     for b in range(buildings):
-        marks[MOVED, b] = 1.0 if row.frame[BENDS, b] else 0.0
+        marks[MOVED, b] = 1.0 if row.frame[CAN_YIELD, b] else 0.0
         marks[FREE_NODE, b] = -1.0
     node, nodes = 0, free.ground.node_count() - 1
     while node < nodes:
         if node % free.block == 0 and not begin_block(row, run, free, marks, step, node, states.shape[0] > 0):
             node = min(node + free.block, nodes)
             continue
-        goes_on, grouped = interval(row, run, free, marks, tied, busy, solved, swings, step, node, terms, rtol)
+        goes_on, had_group = interval(row, run, free, marks, tied, grouped, solved, swings, step, node, terms, rtol)
         if not goes_on:
             break
         node += 1
-        next_node(row, run, free, marks, busy, step, node, states)
-        point = struck_point(run) if grouped else -1
+        next_node(row, run, free, marks, grouped, step, node, states)
+        point = struck_point(run) if had_group else -1
         if point >= 0:
             run.workspace.status, run.workspace.watched_point = float(WATCHED), float(point)
             break

@@ -9,35 +9,35 @@ from pounding_risk.solver.row.workspace import FIRST, SAVED, START, TANGENT
 
 
 @kernel
-def save_or_restore(row, run, b, back):
-    """Save, or with ``back`` restore, what an interval changes of building ``b`` and of its contact points."""
+def save_or_restore(row, run, b, restore):
+    """Save, or with ``restore`` restore, what an interval changes of building ``b`` and of its contact points."""
     for line in range(SAVED):
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-            copy_number(run.dofs, TANGENT + line, i, run.saved, line, i, back)
+            copy_number(run.dofs, TANGENT + line, i, run.saved, line, i, restore)
     buildings = row.frame.shape[1] - 1
     levels = run.timed.shape[2]
     for k in range(row.frame[START, max(b - 1, 0)], row.frame[START, min(b + 1, buildings - 1)]):
-        if back:
+        if restore:
             # What a group on the other side has added to the distance stays.
             sides = run.contacts[k].side_extremes
-            others = sides[0], sides[1], sides[2], sides[3]
+            extremes = sides[0], sides[1], sides[2], sides[3]
             copy_record(run.saved_contacts, k, run.contacts, k)
             for column in range(4):
-                run.contacts[k].side_extremes[column] = others[column]
+                run.contacts[k].side_extremes[column] = extremes[column]
         else:
             copy_record(run.contacts, k, run.saved_contacts, k)
         for level in range(levels):
-            copy_number(run.timed[1], k, level, run.saved_laws, k, 2 * level, back)
-            copy_number(run.timed[2], k, level, run.saved_laws, k, 2 * level + 1, back)
+            copy_number(run.timed[1], k, level, run.saved_laws, k, 2 * level, restore)
+            copy_number(run.timed[2], k, level, run.saved_laws, k, 2 * level + 1, restore)
         # A law's numbers, and what its contact remembers.
         for column in range(run.laws.shape[1]):
-            copy_number(run.laws, k, column, run.saved_laws, k, 2 * levels + column, back)
+            copy_number(run.laws, k, column, run.saved_laws, k, 2 * levels + column, restore)
 
 
 @small
-def copy_number(array, i, j, saved, row, column, back):
-    """Copy one number of an array to where it is saved, or with ``back`` from there."""
-    if back:
+def copy_number(array, i, j, saved, row, column, restore):
+    """Copy one number of an array to where it is saved, or with ``restore`` from there."""
+    if restore:
         array[i, j] = saved[row, column]
     else:
         saved[row, column] = array[i, j]

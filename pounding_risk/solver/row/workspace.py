@@ -25,7 +25,7 @@ from pounding_risk.solver.workspace import LAST, MAX_TERMS, TERMS, Search, Table
 MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM, QUICK, ROOT, SWAY, GIVE = range(12)
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches, of its map in `FreeMotion.block_maps`.
-FIRST, START, MAP, BENDS, BAND, BLOCK_MAP = range(6)
+FIRST, START, MAP, CAN_YIELD, BAND, BLOCK_MAP = range(6)
 # Fields of a contact by end of the step, and extremes over an interval of what either building adds to the distance.
 AT_START, AT_END = 0, 1
 LEFT_HIGH, LEFT_LOW, RIGHT_HIGH, RIGHT_LOW = range(4)
@@ -113,8 +113,8 @@ RowWorkspace = record_type(
 )
 
 # Columns of a line of the log: when, the first building of the group; then u and v of every dof, then point by point:
-WHEN, WHOSE, MOVED = range(3)
-ACTING, SO_FAR, BEGAN, CAME_AT, STRONGEST, NOTED = range(6)
+LINE_TIME, LINE_BUILDING, LINE_STATES = range(3)
+POINT_FORCE, POINT_IMPULSE, POINT_TOUCH_TIME, POINT_APPROACH_SPEED, POINT_PEAK_FORCE, LINE_POINT_COLUMNS = range(6)
 
 
 class Row(NamedTuple):
@@ -196,7 +196,7 @@ def new_run(row: Row, laws: np.ndarray, levels: np.ndarray, rtol: float = 0.0, l
 
 def width_of_line(dofs, points):
     """Numbers in a line of the log."""
-    return MOVED + 2 * dofs + NOTED * points
+    return LINE_STATES + 2 * dofs + LINE_POINT_COLUMNS * points
 
 
 line_width = small(width_of_line)  # the same for kernels
@@ -207,4 +207,4 @@ def log_of(run: Run) -> np.ndarray:
     width = width_of_line(run.dofs.shape[1], run.laws.shape[0])
     flat = run.saved[SAVED:].ravel()
     log = flat[: flat.size // width * width].reshape(-1, width)[: int(run.workspace.lines_written)]
-    return log[np.isfinite(log[:, WHEN])]
+    return log[np.isfinite(log[:, LINE_TIME])]

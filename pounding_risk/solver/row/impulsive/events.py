@@ -8,7 +8,7 @@ from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import IMPULSE
 from pounding_risk.solver.pair.joined import ROUNDING
 from pounding_risk.solver.pair.taylor import first_rise, highest
-from pounding_risk.solver.row.impulsive.motion import place_of
+from pounding_risk.solver.row.impulsive.motion import displacement_of
 from pounding_risk.solver.workspace import LEFT, RIGHT, SIGNAL
 
 
@@ -39,7 +39,7 @@ def write_distance(chain, i, since, ground, terms):
 
 
 @kernel
-def raise_body(chain, b, t, terms):
+def raise_body_peaks(chain, b, t, terms):
     """Raise the peaks of building ``b`` by those from the start of its series to ``t``."""
     body, search = chain.bodies[b], chain.totals.search
     x = t - body.since
@@ -66,29 +66,29 @@ def raise_body(chain, b, t, terms):
 
 
 @small
-def since_of(chain, i):
+def common_start(chain, i):
     """Where the distance at interface ``i`` begins to be that of both series, after the node [s]."""
     return max(chain.bodies[i].since, chain.bodies[i + 1].since)
 
 
 @kernel
-def raise_link(chain, i, t, ground, terms):
+def raise_link_extremes(chain, i, t, ground, terms):
     """Raise the extremes of interface ``i`` by those up to ``t``; at rest, its force and impulse."""
     link, search = chain.links[i], chain.totals.search
-    since = since_of(chain, i)
+    since = common_start(chain, i)
     x = t - since
     if x <= 0.0:
         return
     if link.rests > 0.0:
-        push, link.acting, power = 0.0, 0.0, 1.0
+        push, link.acting_force, power = 0.0, 0.0, 1.0
         for n in range(terms - 2):
             search.series[SIGNAL, n] = link.force[n]
-            link.acting += link.force[n] * power
+            link.acting_force += link.force[n] * power
             power *= x
             push += link.force[n] * power / (n + 1)
         link.counters[IMPULSE] += push
-        link.strongest = highest(search, SIGNAL, terms - 2, 1.0, x, link.strongest)
-        link.acting = max(link.acting, 0.0)
+        link.peak_force = highest(search, SIGNAL, terms - 2, 1.0, x, link.peak_force)
+        link.acting_force = max(link.acting_force, 0.0)
         return
     write_distance(chain, i, since, ground, terms)
     spread, power = 0.0, x
@@ -107,7 +107,7 @@ def plan_event(chain, i, ground, width, terms):
     """Find the next event of interface ``i`` in the interval: its touch, or the end of its rest; infinite for none."""
     link, search = chain.links[i], chain.totals.search
     link.next_event = inf
-    since = since_of(chain, i)
+    since = common_start(chain, i)
     if since >= width or chain.bodies[i].mass + chain.bodies[i + 1].mass == 0.0:
         return
     if link.rests > 0.0:
@@ -129,10 +129,10 @@ def is_closed(chain, i, t, ground, terms):
         return True
     if left.mass + right.mass == 0.0:
         return False
-    one, other = place_of(left, terms, t - left.since), place_of(right, terms, t - right.since)
+    u_left, u_right = displacement_of(left, terms, t - left.since), displacement_of(right, terms, t - right.since)
     # Of the largest displacements so far: those of the moment may be none at all.
     rounding = ROUNDING * (left.peak_displacement + right.peak_displacement + link.gap)
-    return one - other - ground.later(t).ground_moves(i + 1)[0] >= link.gap - rounding
+    return u_left - u_right - ground.later(t).ground_moves(i + 1)[0] >= link.gap - rounding
 
 
 @kernel

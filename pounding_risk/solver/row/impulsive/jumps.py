@@ -32,9 +32,9 @@ from pounding_risk.solver.counters import (
 )
 from pounding_risk.solver.pair.joined import ROUNDING
 from pounding_risk.solver.row.complementarity import ANSWER, COUPLING, DIAGONAL, GIVEN, SLACK, solve_complementarity
-from pounding_risk.solver.row.impulsive.events import chain_at, plan_event, raise_body, raise_link
+from pounding_risk.solver.row.impulsive.events import chain_at, plan_event, raise_body_peaks, raise_link_extremes
 from pounding_risk.solver.row.impulsive.log import write_line
-from pounding_risk.solver.row.impulsive.motion import advance, mean_of, write_groups
+from pounding_risk.solver.row.impulsive.motion import advance, weighted_mean, write_groups
 from pounding_risk.solver.row.run import WATCHED
 
 CLEAR = 4e-16  # of the displacements: so far apart are set what part, lest rounding make them touch at once
@@ -53,23 +53,23 @@ def energy_of(chain, first, last):
     bodies, total = chain.bodies, 0.0
     low, high = first, last
     while low <= high:
-        one, other = bodies[low], bodies[high]
-        energy = 0.5 * one.mass * (one.v * one.v + one.omega2 * one.u * one.u)
+        low_body, high_body = bodies[low], bodies[high]
+        energy = 0.5 * low_body.mass * (low_body.v * low_body.v + low_body.omega2 * low_body.u * low_body.u)
         if low < high:
-            energy += 0.5 * other.mass * (other.v * other.v + other.omega2 * other.u * other.u)
+            energy += 0.5 * high_body.mass * (high_body.v * high_body.v + high_body.omega2 * high_body.u * high_body.u)
         total += energy
         low, high = low + 1, high - 1
     return total
 
 
 @kernel
-def begin_jump(chain, first, last, t, now):
+def begin_jump(chain, first, last, t, ground_now):
     """Closing speeds, targets and compliances of the interfaces of a chain; its buildings stand at ``t``."""
     bodies, links, table = chain.bodies, chain.links, chain.table
     for i in range(first, last + 1):
         link, left, right = links[i], bodies[i], bodies[i + 1]
         link.is_event = 1.0 if link.next_event <= t else 0.0
-        link.closing = left.v - right.v - now.ground_moves(i + 1)[1] if link.rests == 0.0 else 0.0
+        link.closing = left.v - right.v - ground_now.ground_moves(i + 1)[1] if link.rests == 0.0 else 0.0
         speed = max(link.closing, 0.0)
         link.target = rule_of(link).at(speed) * speed if link.rests == 0.0 else 0.0
         table[DIAGONAL, i] = left.inverse + right.inverse
@@ -85,42 +85,48 @@ def find_impulses(chain, first, last, all_slow):
         table[GIVEN, i] = -links[i].closing - rebound
     solve_complementarity(table, first, last)
     for i in range(first, last + 1):
-        links[i].jump = table[ANSWER, i]
+        links[i].impulse = table[ANSWER, i]
     for b in range(first, last + 2):
-        before = links[b - 1].jump if b > first else 0.0
-        after = links[b].jump if b <= last else 0.0
-        bodies[b].after = bodies[b].v + (before - after) * bodies[b].inverse
+        left_impulse = links[b - 1].impulse if b > first else 0.0
+        right_impulse = links[b].impulse if b <= last else 0.0
+        bodies[b].velocity_after = bodies[b].v + (left_impulse - right_impulse) * bodies[b].inverse
 
 
 @small
-def closing_acceleration(chain, i, now):
+def closing_acceleration(chain, i, ground_now):
     """ü_left − ü_right − ẅ that two buildings would have alone after a jump."""
     left, right = chain.bodies[i], chain.bodies[i + 1]
-    one = left.two_zeta_omega * left.after + left.omega2 * left.u + now.under(i)[0] if left.mass > 0.0 else 0.0
-    other = 0.0
+    left_pull = (
+        left.two_zeta_omega * left.velocity_after + left.omega2 * left.u + ground_now.under(i)[0]
+        if left.mass > 0.0
+        else 0.0
+    )
+    right_pull = 0.0
     if right.mass > 0.0:
-        other = right.two_zeta_omega * right.after + right.omega2 * right.u + now.under(i + 1)[0]
-    return (other - one) - now.ground_moves(i + 1)[2]
+        right_pull = right.two_zeta_omega * right.velocity_after + right.omega2 * right.u + ground_now.under(i + 1)[0]
+    return (right_pull - left_pull) - ground_now.ground_moves(i + 1)[2]
 
 
 @kernel
-def mark_slow(chain, first, last, now, rtol):
+def mark_slow(chain, first, last, ground_now, rtol):
     """Mark the interfaces whose rebound is too slow or too low to be one, should they be pressed."""
     bodies, links, table = chain.bodies, chain.links, chain.table
     find_impulses(chain, first, last, True)
     for i in range(first, last + 1):
-        table[GIVEN, i] = -closing_acceleration(chain, i, now)
+        table[GIVEN, i] = -closing_acceleration(chain, i, ground_now)
     solve_complementarity(table, first, last)
     for i in range(first, last + 1):
-        link, back = links[i], links[i].target
+        link, rebound = links[i], links[i].target
         # A bounce of speed w under the acceleration A rises by w² / (2 A): A = G F of the force if all stayed closed.
         height = ROUNDING * (abs(bodies[i].u) + abs(bodies[i + 1].u))
-        low = 2.0 * table[DIAGONAL, i] * table[ANSWER, i] * height
-        link.slow = 1.0 if link.rests > 0.0 or back <= rtol * link.fastest or back * back <= low else 0.0
+        least_square = 2.0 * table[DIAGONAL, i] * table[ANSWER, i] * height
+        link.slow = (
+            1.0 if link.rests > 0.0 or rebound <= rtol * link.fastest or rebound * rebound <= least_square else 0.0
+        )
 
 
 @kernel
-def find_forces(chain, first, last, now):
+def find_forces(chain, first, last, ground_now):
     """Which slow interfaces press after the jump, in ``presses``; returns whether one of the others must rebound.
 
     An interface that comes to the end of its rest does not press.
@@ -130,20 +136,20 @@ def find_forces(chain, first, last, now):
         link = links[i]
         ends = link.rests > 0.0 and link.is_event > 0.0
         stays = link.slow > 0.0 and not ends and (table[ANSWER, i] > 0.0 or table[SLACK, i] <= 0.0)
-        table[GIVEN, i] = -closing_acceleration(chain, i, now) if stays else inf
+        table[GIVEN, i] = -closing_acceleration(chain, i, ground_now) if stays else inf
     solve_complementarity(table, first, last)
-    again = False
+    must_rebound = False
     for i in range(first, last + 1):
         link = links[i]
         link.presses = 1.0 if table[ANSWER, i] > 0.0 else 0.0
         if link.presses == 0.0 and link.slow > 0.0 and link.target > 0.0:
             link.slow = 0.0
-            again = True
-    return again
+            must_rebound = True
+    return must_rebound
 
 
 @kernel
-def share_velocity(chain, first, last, now):
+def share_velocity(chain, first, last, ground_now):
     """Buildings that press on each other after a jump get one velocity, to the bit."""
     bodies, links = chain.bodies, chain.links
     b = first
@@ -151,17 +157,17 @@ def share_velocity(chain, first, last, now):
         end = b
         while end <= last and links[end].presses > 0.0:
             end += 1
-        moved = 0.0
+        ground_speed = 0.0
         for member in range(b + 1, end + 1):
-            moved += now.ground_moves(member)[1]
-            bodies[member].after += moved
+            ground_speed += ground_now.ground_moves(member)[1]
+            bodies[member].velocity_after += ground_speed
         if end > b:
-            common = mean_of(chain, b, end, -1)
-            moved = 0.0
+            common = weighted_mean(chain, b, end, -1)
+            ground_speed = 0.0
             for member in range(b, end + 1):
                 if member > b:
-                    moved += now.ground_moves(member)[1]
-                bodies[member].after = common - moved if bodies[member].mass > 0.0 else 0.0
+                    ground_speed += ground_now.ground_moves(member)[1]
+                bodies[member].velocity_after = common - ground_speed if bodies[member].mass > 0.0 else 0.0
         b = end + 1
 
 
@@ -175,52 +181,52 @@ def note_jump(chain, i, time):
     counters = link.counters
     if link.rests > 0.0 and link.presses == 0.0:
         end_rest(link, time)
-    elif link.rests == 0.0 and (link.is_event > 0.0 or link.jump > 0.0):
+    elif link.rests == 0.0 and (link.is_event > 0.0 or link.impulse > 0.0):
         speed = max(link.closing, 0.0)
         if counters[COUNT] == 0.0:
             counters[FIRST_TOUCH] = time
         counters[COUNT] += 1.0
         counters[APPROACH] = max(counters[APPROACH], speed)
         counters[HELD] += 1.0 if rule_of(link).beyond(speed) else 0.0
-        link.begun, link.came_at, link.strongest = time, speed, 0.0
+        link.touch_time, link.approach_speed, link.peak_force = time, speed, 0.0
         link.highest = max(link.highest, link.gap)
-    counters[IMPULSE] += link.jump
-    if link.jump > 0.0 or link.presses > 0.0:
-        left.hit = right.hit = 1.0
+    counters[IMPULSE] += link.impulse
+    if link.impulse > 0.0 or link.presses > 0.0:
+        left.has_been_struck = right.has_been_struck = 1.0
     # Seen from the own grounds the relative velocity is the closing speed and ẇ.
     ground_speed = (left.v - right.v) - link.closing
-    closing_after = (left.after - right.after) - ground_speed
-    loss = 0.5 * link.jump * (link.closing + closing_after)
+    closing_after = (left.velocity_after - right.velocity_after) - ground_speed
+    loss = 0.5 * link.impulse * (link.closing + closing_after)
     counters[VISCOUS] += loss
-    return loss + link.jump * ground_speed
+    return loss + link.impulse * ground_speed
 
 
 @kernel
 def end_rest(link, time):
     """Enter the end of a rest in the counters."""
-    link.counters[CONTACT_TIME] += time - link.begun
-    link.counters[PEAK_FORCE] = max(link.counters[PEAK_FORCE], link.strongest)
+    link.counters[CONTACT_TIME] += time - link.touch_time
+    link.counters[PEAK_FORCE] = max(link.counters[PEAK_FORCE], link.peak_force)
     link.has_rested = 1.0
 
 
 @kernel
-def place_on_walls(chain, first, last, now):
+def place_on_walls(chain, first, last, ground_now):
     """Put buildings that come to rest in line with a rigid one where the gaps have them, to the bit."""
     bodies, links = chain.bodies, chain.links
     if bodies[first].mass == 0.0:
         for i in range(first, last + 1):
             if links[i].rests == 0.0:
                 break
-            bodies[i + 1].u = bodies[i].u - now.ground_moves(i + 1)[0] - links[i].gap
+            bodies[i + 1].u = bodies[i].u - ground_now.ground_moves(i + 1)[0] - links[i].gap
     if bodies[last + 1].mass == 0.0:
         for i in range(last, first - 1, -1):
             if links[i].rests == 0.0:
                 break
-            bodies[i].u = bodies[i + 1].u + now.ground_moves(i + 1)[0] + links[i].gap
+            bodies[i].u = bodies[i + 1].u + ground_now.ground_moves(i + 1)[0] + links[i].gap
 
 
 @kernel
-def set_apart(chain, first, last, now):
+def set_apart(chain, first, last, ground_now):
     """Set buildings that are not at rest on each other further apart by a rounding, and out of each other.
 
     Of two, the one that rests on something else stays.
@@ -231,8 +237,8 @@ def set_apart(chain, first, last, now):
         if link.rests == 0.0:
             left_stays = i > 0 and links[i - 1].rests > 0.0
             right_stays = i < chain.table.shape[1] - 1 and links[i + 1].rests > 0.0
-            inside = (left.u - right.u) - now.ground_moves(i + 1)[0] - link.gap
-            clear = CLEAR * (abs(left.u) + abs(right.u) + link.gap) + max(inside, 0.0)
+            overlap = (left.u - right.u) - ground_now.ground_moves(i + 1)[0] - link.gap
+            clear = CLEAR * (abs(left.u) + abs(right.u) + link.gap) + max(overlap, 0.0)
             if left.mass > 0.0 and (right_stays or right.mass == 0.0 or not left_stays):
                 left.u -= clear
             if right.mass > 0.0 and (left_stays or left.mass == 0.0 or not right_stays):
@@ -249,48 +255,48 @@ def jump(chain, i, t, window, rtol, terms):
     moment, width, ground = window
     bodies, links, totals = chain.bodies, chain.links, chain.totals
     first, last = chain_at(chain, i, t, ground, terms)
-    time, now = moment + t, ground.later(t)
+    time, ground_now = moment + t, ground.later(t)
     low, high = max(first - 1, 0), min(last + 1, chain.table.shape[1] - 1)
     for k in range(low, high + 1):
-        raise_link(chain, k, t, ground, terms)
+        raise_link_extremes(chain, k, t, ground, terms)
     for b in range(first, last + 2):
-        raise_body(chain, b, t, terms)
+        raise_body_peaks(chain, b, t, terms)
         advance(chain, b, t, terms)
-    begin_jump(chain, first, last, t, now)
+    begin_jump(chain, first, last, t, ground_now)
     for k in range(first, last + 1):
         if links[k].watched > 0.0 and links[k].rests == 0.0:
             totals.status, totals.watched_point = float(WATCHED), float(k)
             return False
     if chain.log.shape[0] > 0:
         write_line(chain, first, last + 1, time * JUST_BEFORE, False)
-    mark_slow(chain, first, last, now, rtol)
-    again = True
-    while again:
+    mark_slow(chain, first, last, ground_now, rtol)
+    must_rebound = True
+    while must_rebound:
         find_impulses(chain, first, last, False)
-        again = find_forces(chain, first, last, now)
-    share_velocity(chain, first, last, now)
-    before = energy_of(chain, first, last + 1)
-    taken = 0.0
-    one, other = first, last
-    while one <= other:
-        taken += note_jump(chain, one, time) + (note_jump(chain, other, time) if one < other else 0.0)
-        one, other = one + 1, other - 1
+        must_rebound = find_forces(chain, first, last, ground_now)
+    share_velocity(chain, first, last, ground_now)
+    energy_before = energy_of(chain, first, last + 1)
+    energy_lost = 0.0
+    left, right = first, last
+    while left <= right:
+        energy_lost += note_jump(chain, left, time) + (note_jump(chain, right, time) if left < right else 0.0)
+        left, right = left + 1, right - 1
     for b in range(first, last + 2):
-        bodies[b].v = bodies[b].after
-    after = energy_of(chain, first, last + 1)
-    totals.energy = max(totals.energy, before, after)
-    totals.residual += (after - before) + taken
+        bodies[b].v = bodies[b].velocity_after
+    energy_after = energy_of(chain, first, last + 1)
+    totals.energy = max(totals.energy, energy_before, energy_after)
+    totals.residual += (energy_after - energy_before) + energy_lost
     for k in range(first, last + 1):
-        links[k].rests, links[k].acting = links[k].presses, 0.0
-    place_on_walls(chain, first, last, now)
-    set_apart(chain, first, last, now)
-    write_groups(chain, first, last + 1, t, now, terms)
+        links[k].rests, links[k].acting_force = links[k].presses, 0.0
+    place_on_walls(chain, first, last, ground_now)
+    set_apart(chain, first, last, ground_now)
+    write_groups(chain, first, last + 1, t, ground_now, terms)
     for k in range(low, high + 1):
         plan_event(chain, k, ground, width, terms)
     for k in range(first, last + 1):
         if links[k].rests > 0.0:
-            links[k].acting = max(links[k].force[0], 0.0)
-            links[k].strongest = max(links[k].strongest, links[k].acting)
+            links[k].acting_force = max(links[k].force[0], 0.0)
+            links[k].peak_force = max(links[k].peak_force, links[k].acting_force)
         if links[k].counters[COUNT] > MAX_CONTACTS:
             totals.status = float(TOO_MANY_CONTACTS)
             return False

@@ -6,7 +6,17 @@ from math import nan
 
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.counters import COUNT, IMPULSE
-from pounding_risk.solver.row.workspace import ACTING, BEGAN, CAME_AT, MOVED, NOTED, SO_FAR, STRONGEST, WHEN, WHOSE
+from pounding_risk.solver.row.workspace import (
+    LINE_BUILDING,
+    LINE_POINT_COLUMNS,
+    LINE_STATES,
+    LINE_TIME,
+    POINT_APPROACH_SPEED,
+    POINT_FORCE,
+    POINT_IMPULSE,
+    POINT_PEAK_FORCE,
+    POINT_TOUCH_TIME,
+)
 
 
 @kernel
@@ -17,18 +27,21 @@ def write_line(chain, first, last, time, jumped):
     totals.lines_written += 1.0
     if line >= log.shape[0]:
         return
-    for place in range(log.shape[1]):
-        log[line, place] = nan
-    log[line, WHEN], log[line, WHOSE] = time, float(first)
-    masses = (log.shape[1] - MOVED - NOTED * chain.table.shape[1]) // 2
+    for column in range(log.shape[1]):
+        log[line, column] = nan
+    log[line, LINE_TIME], log[line, LINE_BUILDING] = time, float(first)
+    masses = (log.shape[1] - LINE_STATES - LINE_POINT_COLUMNS * chain.table.shape[1]) // 2
     for b in range(first, last + 1):
         if bodies[b].mass > 0.0:
-            log[line, MOVED + int(bodies[b].dof)] = bodies[b].u
-            log[line, MOVED + masses + int(bodies[b].dof)] = bodies[b].v
+            log[line, LINE_STATES + int(bodies[b].dof)] = bodies[b].u
+            log[line, LINE_STATES + masses + int(bodies[b].dof)] = bodies[b].v
     for k in range(first, last):
-        link, place = links[k], MOVED + 2 * masses + NOTED * k
-        log[line, place + ACTING], log[line, place + SO_FAR] = 0.0, link.counters[IMPULSE]
-        if link.rests > 0.0 or (jumped and link.begun == time and link.counters[COUNT] > 0.0):
-            log[line, place + ACTING] = link.acting if link.rests > 0.0 else 0.0
-            log[line, place + BEGAN], log[line, place + CAME_AT] = link.begun, link.came_at
-            log[line, place + STRONGEST] = max(link.strongest, link.acting) if link.rests > 0.0 else nan
+        link, column = links[k], LINE_STATES + 2 * masses + LINE_POINT_COLUMNS * k
+        log[line, column + POINT_FORCE], log[line, column + POINT_IMPULSE] = 0.0, link.counters[IMPULSE]
+        if link.rests > 0.0 or (jumped and link.touch_time == time and link.counters[COUNT] > 0.0):
+            log[line, column + POINT_FORCE] = link.acting_force if link.rests > 0.0 else 0.0
+            log[line, column + POINT_TOUCH_TIME], log[line, column + POINT_APPROACH_SPEED] = (
+                link.touch_time,
+                link.approach_speed,
+            )
+            log[line, column + POINT_PEAK_FORCE] = max(link.peak_force, link.acting_force) if link.rests > 0.0 else nan

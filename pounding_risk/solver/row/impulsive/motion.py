@@ -16,7 +16,7 @@ from pounding_risk.solver.pair.taylor import SHARES
 
 
 @small
-def place_of(body, terms, x):
+def displacement_of(body, terms, x):
     """Displacement at x on a building's series."""
     total = 0.0
     for n in range(terms - 1, -1, -1):
@@ -25,7 +25,7 @@ def place_of(body, terms, x):
 
 
 @small
-def speed_of(body, terms, x):
+def velocity_of(body, terms, x):
     """Velocity at x on a building's series."""
     total = 0.0
     for n in range(terms - 1, 0, -1):
@@ -46,7 +46,7 @@ def group_of(chain, b):
 
 
 @kernel
-def mean_of(chain, first, last, n):
+def weighted_mean(chain, first, last, n):
     """Mean of coefficient ``n`` of these buildings' series, weighted by mass, or that of a rigid one among them.
 
     Below zero n stands for their velocities after a jump. A mirrored row adds in the same order.
@@ -55,19 +55,19 @@ def mean_of(chain, first, last, n):
     mass = total = 0.0
     low, high = first, last
     while low <= high:
-        one, other = bodies[low], bodies[high]
-        left = one.series[n] if n >= 0 else one.after
-        right = other.series[n] if n >= 0 else other.after
-        if one.mass == 0.0 and low == first:
+        low_body, high_body = bodies[low], bodies[high]
+        left = low_body.series[n] if n >= 0 else low_body.velocity_after
+        right = high_body.series[n] if n >= 0 else high_body.velocity_after
+        if low_body.mass == 0.0 and low == first:
             return left
-        if other.mass == 0.0 and high == last:
+        if high_body.mass == 0.0 and high == last:
             return right
         if low < high:
-            mass += one.mass + other.mass
-            total += one.mass * left + other.mass * right
+            mass += low_body.mass + high_body.mass
+            total += low_body.mass * left + high_body.mass * right
         else:
-            mass += one.mass
-            total += one.mass * left
+            mass += low_body.mass
+            total += low_body.mass * left
         low, high = low + 1, high - 1
     return total / mass
 
@@ -79,12 +79,12 @@ def move_as_one(chain, first, last, ground, n):
     Coefficient ``n`` − 2 of either: that of an acceleration stands in place ``n`` of its building's series.
     """
     bodies, links = chain.bodies, chain.links
-    moved = 0.0
+    ground_part = 0.0
     for b in range(first + 1, last + 1):
         if n < 4:
-            moved += ground.ground_moves(b)[n]  # ẅ, and its slope
-            bodies[b].series[n] += moved
-    common = mean_of(chain, first, last, n)
+            ground_part += ground.ground_moves(b)[n]  # ẅ, and its slope
+            bodies[b].series[n] += ground_part
+    common = weighted_mean(chain, first, last, n)
     from_left = from_right = 0.0
     for i in range(first, last):
         from_left += bodies[i].mass * (bodies[i].series[n] - common)
@@ -96,11 +96,11 @@ def move_as_one(chain, first, last, ground, n):
             links[i].force[n - 2] = from_right
         elif side == 0 and bodies[last].mass > 0.0:
             links[i].force[n - 2] = 0.5 * (links[i].force[n - 2] + from_right)
-    moved = 0.0
+    ground_part = 0.0
     for b in range(first, last + 1):
         if n < 4 and b > first:
-            moved += ground.ground_moves(b)[n]
-        bodies[b].series[n] = common - moved if bodies[b].mass > 0.0 else 0.0
+            ground_part += ground.ground_moves(b)[n]
+        bodies[b].series[n] = common - ground_part if bodies[b].mass > 0.0 else 0.0
 
 
 @kernel
@@ -145,4 +145,4 @@ def advance(chain, b, t, terms):
     body = chain.bodies[b]
     if body.mass > 0.0:
         x = t - body.since
-        body.u, body.v = place_of(body, terms, x), speed_of(body, terms, x)
+        body.u, body.v = displacement_of(body, terms, x), velocity_of(body, terms, x)

@@ -18,7 +18,7 @@ from pounding_risk.solver.counters import (
     OPEN_SHARE,
     PEAK_FORCE,
 )
-from pounding_risk.solver.row.impulsive.events import first_event, plan_event, raise_body, raise_link
+from pounding_risk.solver.row.impulsive.events import first_event, plan_event, raise_body_peaks, raise_link_extremes
 from pounding_risk.solver.row.impulsive.jumps import end_rest, jump
 from pounding_risk.solver.row.impulsive.log import write_line
 from pounding_risk.solver.row.impulsive.motion import advance, group_of, write_groups
@@ -40,9 +40,9 @@ def cross_interval(chain, window, rtol, terms):
             return False
         i = first_event(chain)
     for i in range(buildings - 1):
-        raise_link(chain, i, width, ground, terms)
+        raise_link_extremes(chain, i, width, ground, terms)
     for b in range(buildings):
-        raise_body(chain, b, width, terms)
+        raise_body_peaks(chain, b, width, terms)
         advance(chain, b, width, terms)
     if chain.log.shape[0] > 0:
         b = 0
