@@ -187,11 +187,78 @@ def mark_levels(impact, phase, span, peak, workspace, log):
         log.used[2] += 1
 
 
+@small
+def stretch_from(free, node, since, rtol):
+    """(nodes, clock at its end) of the stretch of ground motion after a node, ``since`` [s] after the touch."""
+    nodes = nodes_ahead(free, node, rtol)
+    return nodes, clock_at(since + nodes * free.passage.width(free.step, node))
+
+
+@small
+def begin_at_step_end(workspace):
+    """Slopes and readings at the end of a step become those at the beginning of the next one."""
+    for part in range(FELT + 1):
+        workspace.slopes[FIRST_STAGE, part] = workspace.slopes[LAST, part]
+    for signal in range(SIGNALS):
+        workspace.readings[BEGIN, signal] = workspace.readings[END, signal]
+        workspace.reading_slopes[BEGIN, signal] = workspace.reading_slopes[END, signal]
+
+
+@small
+def turn_motion(impact, phase, delta):
+    """(contact, dent or a number that is not at least 0, energy lost with it) once the motion has turned at δ.
+
+    A dent stays: it widens the gap, here and for the contacts after this one.
+    """
+    yielding = phase.region == YIELDING
+    memory, dent, energy_lost = law_turns(
+        impact.law, impact.memory, delta, impact.strength, phase.approaching, yielding
+    )
+    return with_dent(impact, memory, dent if dent >= 0.0 else 0.0), dent, energy_lost
+
+
+@small
+def count_yield(yields, time, workspace):
+    """Enter in the counters that the uncapped force has met F_E, for the first of the ``yields`` of a contact."""
+    if yields == 1:
+        workspace.counters[YIELDS] += 1.0
+        if workspace.counters[YIELDS] == 1.0:
+            workspace.counters[FIRST_YIELD] = time
+
+
+@small
+def close_contact(impact, touch, peaks, yielding, duration, workspace, log):
+    """Enter a contact that has ended in the counters and in the log.
+
+    ``touch`` = (time, approach speed, restitution, energy then), ``peaks`` = (uncapped force, force past yield,
+    penetration), ``yielding`` = (times, dent, energy lost with dents).
+    """
+    touched, speed, e, energy = touch
+    peak, plateau, depth = peaks
+    yields, dented, lost = yielding
+    force = plateau if yields > 0 else min(peak, impact.strength)
+    for level in range(log.levels.size):
+        log.reached[level] += 1.0 if log.levels[level] <= peak else 0.0
+    lift_off(impact, energy, (peak, force, depth), (dented, lost), duration, workspace)
+    write_contact(log, (touched, touched + duration, speed, e, force, peak, depth, float(yields)), workspace)
+
+
+@small
+def node_before(free, node, nodes, time):
+    """(node, time after it) of a time after the first node of a stretch of so many nodes."""
+    width = free.passage.width(free.step, node)
+    while nodes > 1 and time >= width:
+        node, time, nodes = node + 1, time - width, nodes - 1
+    return node, time
+
+
 @kernel
 def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, log):
     """One contact from the touch at ``start`` = (node, time after it) to the moment the bodies part.
 
-    Returns (how it ended, node, time after it, state then).
+    ``state`` = (u_left, u_right, v_left, v_right) is that at the touch, each building seen from its own ground. Leaves
+    what the contact has done in the counters, the largest and smallest signals and the log. Returns (how it ended,
+    node, time after it, state then).
     """
     node, offset = start
     right = pair[1]
@@ -207,11 +274,11 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     # Where no contact's own peak is logged, only a force above the run's peak so far needs to be searched for.
     logs_contacts, logs_steps = log.levels.size > 0 or log.contacts.shape[0] > 0, log.steps.shape[0] > 0
     peak = 0.0 if logs_contacts else workspace.counters[DEMAND]
-    plateau, depth, yielded, stalled, known = 0.0, 0.0, 0, 0, False
+    plateau, depth, yields, stalled, has_readings = 0.0, 0.0, 0, 0, False
     dented, lost = 0.0, 0.0
     # The present stretch of ground motion: its first node, after the touch, its nodes, and the clock at its end.
-    since, ahead = -offset, nodes_ahead(free, node, rtol)
-    until = clock_at(since + ahead * free.passage.width(free.step, node))
+    since = -offset
+    nodes, until = stretch_from(free, node, since, rtol)
     s, h = 0.0, sqrt(sqrt(0.3 * impact.depth_scale / impact.speed_scale))
     phase = Phase(True, ELASTIC, ground)
     slopes(impact, phase, s, state, workspace, FIRST_STAGE)
@@ -224,85 +291,70 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
             break
         remaining = until - s
         if remaining <= 1e-13 * s:
-            node += ahead
+            node += nodes
             if node >= free.ground.size - 1:
                 finish = AT_END
                 break
-            since, ahead = free.passage.moment(free.step, node) - touched, nodes_ahead(free, node, rtol)
-            until = clock_at(since + ahead * free.passage.width(free.step, node))
+            since = free.passage.moment(free.step, node) - touched
+            nodes, until = stretch_from(free, node, since, rtol)
             ground = free.passage.stretch(free.ground, free.step, node, -since)
             phase = Phase(phase.approaching, phase.region, ground)
             slopes(impact, phase, s, state, workspace, FIRST_STAGE)
             continue
         if unsettled:
             choose_method(impact, phase, s, min(h, remaining), workspace)
-        moved, event, h, attempts = take_step(impact, phase, (s, h, remaining, known), rtol, workspace)
+        length, event, h, attempts = take_step(impact, phase, (s, h, remaining, has_readings), rtol, workspace)
         workspace.counters[STEPS] += attempts
         # Steps that are refused, and events, are where a damper may be found too quick for an explicit step.
         unsettled = attempts > 1 or event != NONE or workspace.counters[IMPLICIT] > 0.0
-        if moved <= 0.0 and event == NONE:
-            finish = UNDERFLOW if moved == 0.0 else NOT_FINITE
+        if length <= 0.0 and event == NONE:
+            finish = UNDERFLOW if length == 0.0 else NOT_FINITE
             break
-        before = peak
-        peak = update_peaks(impact, phase, (s, moved), peak, workspace)
+        peak_before = peak
+        peak = update_peaks(impact, phase, (s, length), peak, workspace)
         # The step may end on another event where the force just meets F_E: that counts as well.
-        met = event == YIELD or (yielded == 0 and peak > before and peak >= impact.strength)
+        meets_strength = event == YIELD or (yields == 0 and peak > peak_before and peak >= impact.strength)
         if log.levels.size > 0:
-            mark_levels(impact, phase, (s, moved, touched), peak, workspace, log)
-        s += moved
+            mark_levels(impact, phase, (s, length, touched), peak, workspace, log)
+        s += length
         for part in range(7):
             workspace.states[BEGIN, part] = workspace.states[END, part]
         state = state_of(workspace.states, BEGIN)
         since_touch = s * s * s * s
-        time = touched + since_touch
-        delta = state[0] - state[1] - impact.gap
         if phase.region == YIELDING:
             plateau = max(plateau, transmitted(impact, phase, state))
         if logs_steps:
-            write_step(log, time, transmitted(impact, phase, state), ground.apart(right, state, since_touch), workspace)
+            apart = ground.apart(right, state, since_touch)
+            write_step(log, touched + since_touch, transmitted(impact, phase, state), apart, workspace)
         # Events that follow each other without progress are rounding; a few are harmless, many are a defect.
-        stalled = stalled + 1 if moved <= 1e-12 * s else 0
+        stalled = stalled + 1 if length <= 1e-12 * s else 0
         if event == PART or stalled > 50:
             finish = FINISHED if event == PART else UNDERFLOW
             break
-        retraced = True
+        dent = -1.0
         if event == TURN:
+            delta = state[0] - state[1] - impact.gap
             if phase.approaching:
                 depth = max(depth, delta + dented)
-            yielding = phase.region == YIELDING
-            memory, dent, taken = law_turns(law, impact.memory, delta, impact.strength, phase.approaching, yielding)
-            retraced = not dent >= 0.0
-            # What stays widens the gap, here and for the contacts after this one.
-            impact = with_dent(impact, memory, 0.0 if retraced else dent)
-            if not retraced:
-                dented, lost = dented + dent, lost + taken
-        if met and phase.region == ELASTIC:
+            impact, dent, energy_lost = turn_motion(impact, phase, delta)
+            if dent >= 0.0:
+                dented, lost = dented + dent, lost + energy_lost
+        if meets_strength and phase.region == ELASTIC:
             peak, plateau = max(peak, impact.strength), max(plateau, impact.strength)
-            yielded += 1
-            if yielded == 1:
-                workspace.counters[YIELDS] += 1.0
-                if workspace.counters[YIELDS] == 1.0:
-                    workspace.counters[FIRST_YIELD] = time
-        known = event == NONE
-        if known:
-            for part in range(FELT + 1):
-                workspace.slopes[FIRST_STAGE, part] = workspace.slopes[LAST, part]
-            for signal in range(SIGNALS):
-                workspace.readings[BEGIN, signal] = workspace.readings[END, signal]
-                workspace.reading_slopes[BEGIN, signal] = workspace.reading_slopes[END, signal]
+            yields += 1
+            count_yield(yields, touched + since_touch, workspace)
+        has_readings = event == NONE
+        if has_readings:
+            begin_at_step_end(workspace)
         else:
             phase = switched(event, phase)
-            if not retraced:
+            if dent >= 0.0:
                 phase = Phase(phase.approaching, ELASTIC, phase.ground)
             slopes(impact, phase, s, state, workspace, FIRST_STAGE)
     depth = max(depth, state[0] - state[1] - impact.gap + dented)
     duration = s * s * s * s
-    force = plateau if yielded > 0 else min(peak, impact.strength)
-    for level in range(log.levels.size):
-        log.reached[level] += 1.0 if log.levels[level] <= peak else 0.0
-    lift_off(impact, energy, (peak, force, depth), (dented, lost), duration, workspace)
-    write_contact(log, (touched, touched + duration, speed, e, force, peak, depth, float(yielded)), workspace)
-    after, width = duration - since, free.passage.width(free.step, node)
-    while ahead > 1 and after >= width:
-        node, after, ahead = node + 1, after - width, ahead - 1
-    return finish, node, after, ground.apart(right, state, duration)
+    close_contact(
+        impact, (touched, speed, e, energy), (peak, plateau, depth), (yields, dented, lost), duration, workspace, log
+    )
+    node, after_node = node_before(free, node, nodes, duration - since)
+    return finish, node, after_node, ground.apart(right, state, duration)

@@ -111,10 +111,10 @@ def free_response(layout: RowLayout, acceleration: np.ndarray) -> FreeResponse:
 
 
 def _respond(layout: RowLayout, acceleration: np.ndarray, *, states: bool) -> FreeResponse:
-    row, run, motion, work, step, terms, at_nodes = unmoved(layout, acceleration)
+    row, run, motion, work, at_nodes = unmoved(layout, acceleration)
     if states:
         at_nodes = _empty_states(motion.ground.node_count(), row)
-    march_free(lent(row), lent(run), lent(motion), lent(work), step, terms, at_nodes)
+    march_free(lent(row), lent(run), lent(motion), lent(work), at_nodes)
     motion.fastest[:] = column(run.contacts, "fastest")
     return FreeResponse(_results_of(layout, run, at_nodes), motion)
 
@@ -128,6 +128,8 @@ def unmoved(layout: RowLayout, acceleration: np.ndarray) -> tuple[Any, ...]:
     blocks = ceil((ground.node_count() - 1) / layout.block)
     motion = FreeMotion(
         ground,
+        layout.step,
+        layout.terms,
         np.zeros((blocks + 1, 2, dofs)),
         np.zeros((blocks, 3, dofs)),
         np.zeros((blocks + 1, 3, dofs)),
@@ -147,7 +149,7 @@ def unmoved(layout: RowLayout, acceleration: np.ndarray) -> tuple[Any, ...]:
         np.zeros((3, most_points, nodes)),
         np.zeros((most_points, nodes - 1)),
     )
-    return row, run, motion, work, layout.step, layout.terms, np.zeros((0, 2, dofs))
+    return row, run, motion, work, np.zeros((0, 2, dofs))
 
 
 def motion_of_part(layout: RowLayout, motion: FreeMotion, acceleration: np.ndarray, dof: int, point: int) -> FreeMotion:
@@ -209,7 +211,7 @@ def _run(
             set_column(run.contacts, name, values)
         states = _empty_states(motion.ground.node_count() if histories else 0, row)
         states[:1] = motion.states[0, :, motion.first_dof : motion.first_dof + row.floors.shape[1]]
-        march(lent(row), lent(run), lent(motion), layout.step, layout.terms, float(rtol), states)
+        march(lent(row), lent(run), lent(motion), float(rtol), states)
         written = int(run.workspace.lines_written)
         if written <= lines or not histories:
             return _results_of(layout, run, states)

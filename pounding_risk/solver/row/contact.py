@@ -36,7 +36,7 @@ def touch_down(row, run, k, time):
     mass = 1.0 / compliance(row, k)
     e = rule.at(speed)
     scale = max(speed, 1e-3 * contact.fastest, 1e-12)
-    strength, least_force, depth = law_begin(run, k, e, speed, mass, contact.worn, scale, contact.yield_force)
+    strength, least_force, depth = law_begin(run, k, e, speed, mass, scale)
     size = 0.0
     for end in range(row.passage.point_ends()):
         if row.ends[k, end] >= 0:

@@ -95,8 +95,12 @@ def force_between(row, run, group, k, x):
 
 
 @kernel
-def crest(row, run, group, kind, k, sign, span):
-    """(largest sign × reading inside the step, its place): golden section with parabolic steps (Brent 1973, ch. 5)."""
+def crest(row, run, group, signal, span):
+    """(largest sign × signal inside the step, its place x): golden section with parabolic steps (Brent 1973, ch. 5).
+
+    ``signal`` = (kind, dof or contact point, sign) as `signal_between` takes them; the polynomial of the step stands.
+    """
+    kind, k, sign = signal
     golden = 0.381966011250105
     low, high = 0.0, 1.0
     x = w = v = golden
@@ -152,8 +156,9 @@ def may_hide_crest(start, end, start_slope, end_slope, s, h, best):
 
 
 @kernel
-def peak_over_step(row, run, group, kind, k, best, ends, span, laid):
-    """(max(best, |signal| over the step), whether the step is laid out); ``ends`` = values and slopes at both ends."""
+def peak_over_step(row, run, group, signal, best, ends, span):
+    """max(best, |signal| over the step); ``signal`` = (kind, dof), ``ends`` = values and slopes at both ends."""
+    kind, k = signal
     start, end, start_slope, end_slope = ends
     best = max(best, abs(end))
     # Error control keeps a step from hiding a crest twice as high as both its ends.
@@ -161,22 +166,21 @@ def peak_over_step(row, run, group, kind, k, best, ends, span, laid):
         for side in range(2):
             sign = 1.0 - 2.0 * side
             if may_hide_crest(sign * start, sign * end, sign * start_slope, sign * end_slope, span[0], span[1], best):
-                if not laid:
-                    write_polynomial(row, run, group, span[0], span[1])
-                    laid = True
-                best = max(best, crest(row, run, group, kind, k, sign, span)[0])
-    return best, laid
+                write_polynomial(row, run, group, span[0], span[1])
+                best = max(best, crest(row, run, group, (kind, k, sign), span)[0])
+    return best
 
 
 @kernel
-def extreme_over_step(row, run, group, kind, k, sign, best, ends, span, laid):
-    """(max(best, sign × distance over the step), whether the step is laid out)."""
+def extreme_over_step(row, run, group, signal, best, ends, span):
+    """max(best, sign × distance over the step); ``signal`` = (kind, contact point, sign).
+
+    ``ends`` = values and slopes at both ends, times the sign.
+    """
     start, end, start_slope, end_slope = ends
     best = max(best, end)
     # At a touch elsewhere the motion goes on smoothly here: its slope in time is the measure.
     if may_hide_crest(start, end, start_slope, end_slope, span[0], span[1], best) and (span[0] > 0.0 or end > start):
-        if not laid:
-            write_polynomial(row, run, group, span[0], span[1])
-            laid = True
-        best = max(best, crest(row, run, group, kind, k, sign, span)[0])
-    return best, laid
+        write_polynomial(row, run, group, span[0], span[1])
+        best = max(best, crest(row, run, group, signal, span)[0])
+    return best

@@ -47,6 +47,7 @@ class Group(NamedTuple):
     watched_first: int  # building, a spectator or of the group
     watched_last: int
     terms: int  # of the spectators' Taylor series
+    tolerance: float  # relative, of a step
 
 
 @small
@@ -168,7 +169,7 @@ def group_energy(row, run, group, line):
 
 
 @kernel
-def is_balanced(row, run, group, rtol):
+def is_balanced(row, run, group):
     """True where the energy of the group over a step has changed by what came in, to the step's share of the tolerance.
 
     An error estimate is a difference of two methods and may vanish by chance; the work of the contacts does not.
@@ -179,4 +180,4 @@ def is_balanced(row, run, group, rtol):
         if run.contacts[k].closed > 0.0:
             energy_in -= run.quadratures[SLOPES, points + k]
     change = group_energy(row, run, group, END) - group_energy(row, run, group, NOW)
-    return abs(change - energy_in) <= (SHARE * rtol + ROUNDING) * run.workspace.energy
+    return abs(change - energy_in) <= (SHARE * group.tolerance + ROUNDING) * run.workspace.energy

@@ -27,34 +27,37 @@ from pounding_risk.solver.row.workspace import AT_END, AT_START, END, FIRST, LAS
 
 
 @kernel
-def dip_of(row, run, group, kind, k, span, laid):
-    """(where on the step an event comes first or 2, whether the polynomial stands): a cubic between both ends."""
+def dip_of(row, run, group, kind, k, span):
+    """Where on the step, 0 to 1, an event comes first, or 2 for nowhere.
+
+    A cubic between both ends tells where its event function falls below zero; where it may dip below zero between two
+    ends above it, the polynomial of the step does.
+    """
     s, h = span[0], span[1]
     stop, stop_slope = event_function(row, run, kind, k, True)
     if stop >= 0.0 and stop_slope <= 0.0 and kind != TURN:
-        return 2.0, laid
+        return 2.0
     start, start_slope = event_function(row, run, kind, k, False)
     if stop >= 0.0 and (stop_slope <= 0.0 or s == 0.0):
-        return 2.0, laid
+        return 2.0
     start = max(start, 0.0)
     start_slope = h * start_slope if s > 0.0 else stop - start
     if stop >= 0.0 and start_slope >= 0.0:
-        return 2.0, laid
+        return 2.0
     dip = first_dip(start, start_slope, stop, h * stop_slope)
     if stop < 0.0:
-        return min(dip, 1.0), laid
+        return min(dip, 1.0)
     # The reach of a parabola through both slopes tells most steps without a dip from those with one.
     if dip > 1.0:
         reach = start_slope * h * stop_slope / (h * stop_slope - start_slope)
         if min(start, stop) + reach >= 0.0:
-            return 2.0, laid
+            return 2.0
         dip = -start_slope / (h * stop_slope - start_slope)
-    if not laid:
-        write_polynomial(row, run, group, s, h)
+    write_polynomial(row, run, group, s, h)
     bottom = lowest_point(row, run, group, kind, k, span, dip)
     value = event_function_between(row, run, group, kind, k, bottom, span)
     # Rounding is no event: the motion that only grazes goes on as it was.
-    return (bottom if value < -dip_tolerance(run, kind, k) else 2.0), True
+    return bottom if value < -dip_tolerance(run, kind, k) else 2.0
 
 
 @kernel
@@ -92,22 +95,22 @@ def lowest_point(row, run, group, kind, k, span, guess):
 
 
 @kernel
-def first_event(row, run, group, span, laid):
-    """(kind, contact or storey, where on the step) of the event that a step meets first, and whether it is laid out."""
+def first_event(row, run, group, span):
+    """(kind, contact or storey, where on the step) of the event that a step meets first; (NONE, −1, 2) for none."""
     event, event_k, fraction = NONE, -1, 2.0
     for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
             if (inside or kind == TOUCH) and is_possible(row, run, kind, k):
-                dip, laid = dip_of(row, run, group, kind, k, span, laid)
+                dip = dip_of(row, run, group, kind, k, span)
                 if dip < fraction:
                     event, event_k, fraction = kind, k, dip
     for i in range(group.low, group.high):
         if is_possible(row, run, STRAIN, i):
-            dip, laid = dip_of(row, run, group, STRAIN, i, span, laid)
+            dip = dip_of(row, run, group, STRAIN, i, span)
             if dip < fraction:
                 event, event_k, fraction = STRAIN, i, dip
-    return event, event_k, fraction, laid
+    return event, event_k, fraction
 
 
 @kernel
@@ -172,15 +175,15 @@ def fill_ends(row, run, group, span):
 
 
 @kernel
-def land(row, run, group, kind, k, fraction, span, rtol):
+def land(row, run, group, kind, k, fraction, span):
     """Shorten the step until it ends on the event, as `pair.events.land`; returns (length, whether it is there)."""
     s, h = span[0], span[1]
     low, high, length = 0.0, h, fraction * h
     crossed = event_function(row, run, kind, k, True)[0] < 0.0
     converged = False
-    close = 1e-3 * sqrt(rtol)
+    close = 1e-3 * sqrt(group.tolerance)
     for _ in range(50):
-        attempt(row, run, group, s, length, rtol)
+        attempt(row, run, group, s, length)
         slopes(row, run, group, s + length, END, LAST)
         fill_ends(row, run, group, (s, length, span[2]))
         if kind in (YIELD, CUT):
@@ -242,51 +245,63 @@ def read_step_end(row, run, group, span):
 
 
 @kernel
-def take_step(row, run, group, span, left, rtol):
-    """One accepted step, shortened to its first event; ``span`` = (s, h to try, base of the spectators' series).
+def accepted_step(row, run, group, s, h, remaining):
+    """Try a step from s of length ``h``, and shorter ones, until the error and the energy are within the tolerance.
 
-    Returns (length, kind of event, contact or storey, next length, attempts, whether the polynomial stands); a length
-    of 0 means that the step fell below what s resolves, a negative one that the motion is not finite.
+    The state at its end is left in rows END. Returns (its length, its error, attempts); a length of 0 means that the
+    step fell below what s resolves, a negative one that the motion is not finite.
     """
-    s, h, base = span
     attempts, was_halved = 0, False
     while True:
-        if h >= left:
-            h = left
-        elif 2.0 * h > left:
-            h = 0.5 * left
-        error = attempt(row, run, group, s, h, rtol)
+        # A sliver at the end would cost a step of its own: split the remaining length evenly instead.
+        if h >= remaining:
+            h = remaining
+        elif 2.0 * h > remaining:
+            h = 0.5 * remaining
+        error = attempt(row, run, group, s, h)
         attempts += 1
-        if error <= SHARE * rtol:
-            if was_halved or is_balanced(row, run, group, rtol):
-                break
+        if error <= SHARE * group.tolerance:
+            if was_halved or is_balanced(row, run, group):
+                return h, error, attempts
             was_halved, h = True, 0.5 * h
             continue
         if not error >= 0.0 and attempts > 10:
-            return -1.0, NONE, -1, h, attempts, False
-        h = next_step(h, error, rtol, run.workspace.tableau) if error >= 0.0 else 0.1 * h
-        if s + h <= s or h < 1e-13 * left:
-            return 0.0, NONE, -1, h, attempts, False
+            return -1.0, error, attempts
+        h = next_step(h, error, group.tolerance, run.workspace.tableau) if error >= 0.0 else 0.1 * h
+        if s + h <= s or h < 1e-13 * remaining:
+            return 0.0, error, attempts
+
+
+@kernel
+def take_step(row, run, group, span, remaining):
+    """One accepted step, shortened to its first event; ``span`` = (s, h to try, base of the spectators' series).
+
+    The state at its end is left in rows END, its slopes in those of LAST. Returns (length, kind of event, contact or
+    storey, next length to try, attempts); the length is below or at zero as `accepted_step` gives it.
+    """
+    s, h, base = span
+    h, error, attempts = accepted_step(row, run, group, s, h, remaining)
+    if h <= 0.0:
+        return h, NONE, -1, h, attempts
     if run.workspace.tableau.end_weight == 0.0:
         slopes(row, run, group, s + h, END, LAST)
     read_force(row, run, group, h, NOW, SLOPE, AT_START)
     read_step_end(row, run, group, (s, h, base))
-    next_h = next_step(h, error, rtol, run.workspace.tableau)
-    kind, k, fraction, laid = first_event(row, run, group, (s, h, base), False)
+    next_h = next_step(h, error, group.tolerance, run.workspace.tableau)
+    kind, k, fraction = first_event(row, run, group, (s, h, base))
     if kind == NONE:
-        return h, NONE, -1, next_h, attempts, laid
-    if not laid:
-        write_polynomial(row, run, group, s, h)
-    next_h = h
+        return h, NONE, -1, next_h, attempts
+    write_polynomial(row, run, group, s, h)
     full_length = h
     fraction = refine_event(row, run, group, kind, k, fraction, (s, full_length, base))
     if fraction > 1.0:
-        return h, NONE, -1, next_h, attempts, True
+        return h, NONE, -1, full_length, attempts
+    next_h = full_length
     for _ in range(8):
-        h, is_reached = land(row, run, group, kind, k, fraction, (s, full_length, base), rtol)
+        h, is_reached = land(row, run, group, kind, k, fraction, (s, full_length, base))
         read_step_end(row, run, group, (s, h, base))
         if not is_reached and not (kind == YIELD and int(run.contacts[k].region) == ELASTIC):
-            return h, NONE, -1, next_h, attempts, False
+            return h, NONE, -1, next_h, attempts
         earlier, earlier_k = event_passed(row, run, group, kind, k)
         if earlier == NONE:
             break
@@ -295,4 +310,4 @@ def take_step(row, run, group, span, left, rtol):
         start = event_function(row, run, earlier, earlier_k, False)[0]
         fraction = refine_event(row, run, group, earlier, earlier_k, 1.0, (s, h, base)) if start > 0.0 else 0.0
         fraction, full_length, kind, k = min(fraction, 1.0), h, earlier, earlier_k
-    return h, kind, k, next_h, attempts, False
+    return h, kind, k, next_h, attempts

@@ -25,6 +25,7 @@ from pounding_risk.solver.row.workspace import (
     CAN_YIELD,
     FIRST,
     LIMIT,
+    MOTION_BOUND,
     NEXT,
     NODE,
     PLASTIC,
@@ -60,34 +61,34 @@ def may_yield(row, run, b, swing, step):
 
 
 @kernel
-def predict_by_map(row, run, b, window, swings):
+def predict_by_map(row, run, b, window):
     """Building ``b`` over one node interval on its own: rows NODE to rows NEXT, ü at the node in ACCEL_START.
 
-    Leaves 2 E of its bounds in ``swings``; returns False where a storey yields, or may.
+    Leaves 2 E of its bounds in row MOTION_BOUND of the marks; returns False where a storey yields, or may.
     """
     _, step, ground = window
-    swings[b] = 0.0
+    run.marks[MOTION_BOUND, b] = 0.0
     if row.frame[FIRST, b] == top_of(row, b):
         end_ground(row, b, ground, run.dofs, NEXT)
         return True
-    swings[b] = inf
+    run.marks[MOTION_BOUND, b] = inf
     if row.frame[CAN_YIELD, b] and not is_elastic(row, run, b):
         return False
     pull, rise = ground.under(b)
     accelerate(row, b, NODE, pull, run.dofs, ACCEL_START)
     map_motion(row, b, ground, run.dofs, NODE, NEXT)
-    swings[b] = motion_bound(row, b, rise, run.dofs, NODE, ACCEL_START)
-    if row.frame[CAN_YIELD, b] and may_yield(row, run, b, swings[b], step):
-        swings[b] = inf
+    run.marks[MOTION_BOUND, b] = motion_bound(row, b, rise, run.dofs, NODE, ACCEL_START)
+    if row.frame[CAN_YIELD, b] and may_yield(row, run, b, run.marks[MOTION_BOUND, b], step):
+        run.marks[MOTION_BOUND, b] = inf
         return False
     return True
 
 
 @kernel
-def touch_within(row, run, interface, window, swings, terms):
+def touch_within(row, run, interface, window, terms):
     """True where two buildings that both fly alone touch within the node interval."""
     _, step, ground = window
-    swing = sqrt(max(swings[interface], swings[interface + 1]))
+    swing = sqrt(max(run.marks[MOTION_BOUND, interface], run.marks[MOTION_BOUND, interface + 1]))
     has_series = False
     for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
         start, end = across(row, k, run.dofs, NODE), across(row, k, run.dofs, NEXT)
@@ -106,10 +107,10 @@ def touch_within(row, run, interface, window, swings, terms):
 
 
 @kernel
-def update_distances(row, run, interface, window, swings, terms):
+def update_distances(row, run, interface, window, terms):
     """Raise the extremes of the distances between two buildings that have both flown alone."""
     _, step, ground = window
-    swing = sqrt(max(swings[interface], swings[interface + 1]))
+    swing = sqrt(max(run.marks[MOTION_BOUND, interface], run.marks[MOTION_BOUND, interface + 1]))
     has_series = False
     for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
         start, end = across(row, k, run.dofs, NODE), across(row, k, run.dofs, NEXT)
@@ -123,10 +124,10 @@ def update_distances(row, run, interface, window, swings, terms):
 
 
 @kernel
-def update_peaks(row, run, b, window, swings, terms):
+def update_peaks(row, run, b, window, terms):
     """Raise the peaks of a building that is alone over the interval, rows NODE to rows NEXT."""
     _, step, ground = window
     pull, rise = ground.under(b)
     accelerate(row, b, NEXT, pull + rise * step, run.dofs, ACCEL_END)
     ends = NODE, NEXT, ACCEL_START, ACCEL_END
-    raise_interval_peaks(row, run, b, ends, swings[b], ground, step, terms)
+    raise_interval_peaks(row, run, b, ends, run.marks[MOTION_BOUND, b], window, terms)

@@ -19,6 +19,7 @@ from pounding_risk.solver.row.storey import shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCEL_NUDGED,
     ACCELERATION,
+    BOTTOM,
     BOUNDS,
     CAN_YIELD,
     CONSTANT,
@@ -79,18 +80,20 @@ def differentiate_motion(row, b, dofs, displacements, velocities, ground, out):
 
 
 @kernel
-def write_signal(row, run, signal, i, bottom, pull, rise, terms):
+def write_signal(row, run, signal, i, ground_load, terms):
     """The Taylor series of a watched signal of dof ``i`` to the workspace; returns its number of terms.
 
-    ``bottom`` is true for the lowest dof of a building. The storey shear is that of `SHEAR` and of the yielding part.
+    ``ground_load`` = (a_g at the start of the series, its slope). The storey shear is that of `SHEAR` and of the
+    yielding part.
     """
     signals, series = run.workspace.search.series, run.series
     if signal == ACCELERATION:
         for n in range(terms - 2):
             signals[SIGNAL, n] = (n + 1) * (n + 2) * series[i, n + 2]
-        signals[SIGNAL, 0] += pull
-        signals[SIGNAL, 1] += rise
+        signals[SIGNAL, 0] += ground_load[0]
+        signals[SIGNAL, 1] += ground_load[1]
         return terms - 2
+    bottom = row.floors[BOTTOM, i] > 0.0
     for n in range(terms):
         signals[SIGNAL, n] = series[i, n] - (series[i - 1, n] if signal != DISPLACEMENT and not bottom else 0.0)
     if signal == STOREY_FORCE:
@@ -123,22 +126,22 @@ def raise_flight_peaks(row, run, b, ground, stop, terms):
         shake += abs(pull) + abs(rise) * stop
         # Put so that what is not finite is searched.
         if not reach <= dofs[DISPLACEMENT, i]:
-            raise_signal(row, run, DISPLACEMENT, i, first, pull, rise, stop, terms)
+            raise_signal(row, run, DISPLACEMENT, i, (pull, rise), stop, terms)
         if not drift <= dofs[DRIFT, i]:
-            raise_signal(row, run, DRIFT, i, first, pull, rise, stop, terms)
+            raise_signal(row, run, DRIFT, i, (pull, rise), stop, terms)
         if not shake <= dofs[ACCELERATION, i]:
-            raise_signal(row, run, ACCELERATION, i, first, pull, rise, stop, terms)
+            raise_signal(row, run, ACCELERATION, i, (pull, rise), stop, terms)
         if (
             row.frame[CAN_YIELD, b]
             and not shear_stiffness(row, dofs, i) * drift + abs(dofs[CONSTANT, i]) <= dofs[STOREY_FORCE, i]
         ):
-            raise_signal(row, run, STOREY_FORCE, i, first, pull, rise, stop, terms)
+            raise_signal(row, run, STOREY_FORCE, i, (pull, rise), stop, terms)
 
 
 @kernel
-def raise_signal(row, run, signal, i, first, pull, rise, stop, terms):
+def raise_signal(row, run, signal, i, ground_load, stop, terms):
     """Raise the peak of one signal by that of its series on [0, stop]."""
-    count = write_signal(row, run, signal, i, i == first, pull, rise, terms)
+    count = write_signal(row, run, signal, i, ground_load, terms)
     best = highest(run.workspace.search, SIGNAL, count, 1.0, stop, run.dofs[signal, i])
     run.dofs[signal, i] = highest(run.workspace.search, SIGNAL, count, -1.0, stop, best)
 
@@ -150,10 +153,11 @@ def size_bound(start, stop, span, bend):
 
 
 @kernel
-def raise_interval_peaks(row, run, b, ends, motion, ground, step, terms):
+def raise_interval_peaks(row, run, b, ends, motion, window, terms):
     """Peaks of a building over one node interval of free flight; the search only where a bound does not settle it.
 
-    ``ends`` = (rows of states at the start, at the end, of ü at the start, at the end), ``motion`` as `motion_bound`.
+    ``ends`` = (rows of states at the start, at the end, of ü at the start, at the end), ``motion`` as `motion_bound`,
+    ``window`` as `ground.window_at`.
     The bounds from the energy of the motion come first, that on the shaking (ω + c)² times as large, ω the fastest mode
     and c the strongest damper: they settle most intervals. Then those from the energies of its derivatives, which let a
     second derivative grow only so fast from what it is at the start. Rows BOUNDS are raised by the bounds, which lie
@@ -163,6 +167,7 @@ def raise_interval_peaks(row, run, b, ends, motion, ground, step, terms):
     if last == first:
         return  # a rigid building has no mass, and as the last one no place in the arrays either
     dofs = run.dofs
+    _, step, ground = window
     pull, rise = ground.under(b)
     eighth = 0.125 * step * step
     swing, has_series, has_exact_bound = sqrt(motion), False, False
@@ -200,8 +205,8 @@ def raise_interval_peaks(row, run, b, ends, motion, ground, step, terms):
             write_series(row, run, b, ends[0], ground, terms)
             has_series = True
         if searches_displacement or is_not_finite:
-            raise_signal(row, run, DISPLACEMENT, i, first, pull, rise, step, terms)
+            raise_signal(row, run, DISPLACEMENT, i, (pull, rise), step, terms)
         if searches_drift or is_not_finite:
-            raise_signal(row, run, DRIFT, i, first, pull, rise, step, terms)
+            raise_signal(row, run, DRIFT, i, (pull, rise), step, terms)
         if searches_acceleration or is_not_finite:
-            raise_signal(row, run, ACCELERATION, i, first, pull, rise, step, terms)
+            raise_signal(row, run, ACCELERATION, i, (pull, rise), step, terms)

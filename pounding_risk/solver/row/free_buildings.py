@@ -39,11 +39,11 @@ PULL, RISE, WIDTH = range(3)
 
 
 @kernel
-def follow_building(row, run, free, work, step, b, begin, count):
+def follow_building(row, run, free, work, b, begin, count):
     """A linear building from rows NODE over ``count`` node intervals: its states, and the ground under it."""
     dofs = run.dofs
     for n in range(count):
-        _, width, ground = window_at(free.ground, step, begin + n)
+        _, width, ground = window_at(free.ground, free.step, begin + n)
         pull, rise = ground.under(b)
         work.ground[PULL, n], work.ground[RISE, n] = pull, rise
         work.ground[PULL, n + 1] = pull + rise * width
@@ -176,7 +176,7 @@ def place_at(row, run, work, b, n, line):
 
 
 @kernel
-def raise_building(row, run, free, work, step, terms, b, begin, count):
+def raise_building(row, run, free, work, b, begin, count):
     """The peaks of a linear building over a block, and upper bounds in it."""
     first, last = row.frame[FIRST, b], top_of(row, b)
     if last == first:
@@ -203,6 +203,6 @@ def raise_building(row, run, free, work, step, terms, b, begin, count):
                 work.paths[PATH_ACCELERATION, i, n + 1],
             )
         ends = NODE, NEXT, ACCEL_START, ACCEL_END
-        _, width, ground = window_at(free.ground, step, begin + n)
-        raise_interval_peaks(row, run, b, ends, work.swings[0, b, n], ground, width, terms)
+        window = window_at(free.ground, free.step, begin + n)
+        raise_interval_peaks(row, run, b, ends, work.swings[0, b, n], window, free.terms)
     place_at(row, run, work, b, count, NODE)

@@ -43,8 +43,9 @@ def fourth_derivative_bound(row, k):
 
 
 @kernel
-def write_bends(row, free, work, step, interface, k, point, begin, count):
+def write_bends(row, free, work, interface, k, begin, count):
     """Upper bounds of |second derivative of u_left − u_right| over each interval of a block, to ``work.bends``."""
+    point = k - row.frame[START, interface]
     bend, stir = second_derivative_bound(row, k), fourth_derivative_bound(row, k)
     for n in range(count):
         swing = max(work.swings[1, interface, n], work.swings[1, interface + 1, n])
@@ -54,7 +55,7 @@ def write_bends(row, free, work, step, interface, k, point, begin, count):
         )
         work.bends[point, n] = min(at_nodes + eighth * stir * swing, bend * swing)
     for n in range(count):
-        ground = free.ground.from_node(step, begin + n)
+        ground = free.ground.from_node(free.step, begin + n)
         work.bends[point, n] += ground.ground_curves(interface + 1, work.ground[WIDTH, n])
 
 
@@ -79,19 +80,19 @@ def raise_distance(run, work, k, point, count):
 
 
 @kernel
-def raise_distances(row, run, free, work, step, terms, interface, begin, count):
+def raise_distances(row, run, free, work, interface, begin, count):
     """Extremes, bounds and largest rates of the distances between two linear buildings over a block."""
     first_point, past_point, may_pass = row.frame[START, interface], row.frame[START, interface + 1], False
     for k in range(first_point, past_point):
         place_across(row, work, k, k - first_point, count)
-        write_bends(row, free, work, step, interface, k, k - first_point, begin, count)
+        write_bends(row, free, work, interface, k, begin, count)
         may_pass = raise_distance(run, work, k, k - first_point, count) or may_pass
     if not may_pass:
         return
     for k in range(first_point, past_point):
         run.contacts[k].upper_bound, run.contacts[k].lower_bound = -inf, inf
     for n in range(count):
-        _, width, ground = window_at(free.ground, step, begin + n)
+        _, width, ground = window_at(free.ground, free.step, begin + n)
         has_series = False
         for k in range(first_point, past_point):
             start, end = work.distances[0, k - first_point, n], work.distances[0, k - first_point, n + 1]
@@ -100,8 +101,8 @@ def raise_distances(row, run, free, work, step, terms, interface, begin, count):
             for b in range(interface, interface + 2):
                 if not has_series:
                     place_at(row, run, work, b, n, NODE)
-                    write_series(row, run, b, NODE, ground, terms)
+                    write_series(row, run, b, NODE, ground, free.terms)
             has_series = True
-            raise_extremes(row, run, k, width, terms)
+            raise_extremes(row, run, k, width, free.terms)
     for b in range(interface, interface + 2):
         place_at(row, run, work, b, count, NODE)

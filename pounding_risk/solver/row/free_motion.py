@@ -11,10 +11,7 @@ from __future__ import annotations
 
 from math import inf, sqrt
 
-import numpy as np
-
 from pounding_risk._jit.compile import borrowed, kernel
-from pounding_risk._jit.memory import zeros
 from pounding_risk.solver.counters import NOT_FINITE
 from pounding_risk.solver.row.contact_points import across
 from pounding_risk.solver.row.flight_by_map import predict_by_map, update_distances, update_peaks
@@ -27,10 +24,13 @@ from pounding_risk.solver.row.initial_state import begin_motion
 from pounding_risk.solver.row.workspace import (
     ACCELERATION,
     BOUNDS,
+    BY_NODE,
     CAN_YIELD,
     DISPLACEMENT,
     DRIFT,
     FIRST,
+    GROUPED,
+    MOTION_BOUND,
     NEXT,
     NODE,
     START,
@@ -39,35 +39,40 @@ from pounding_risk.solver.row.workspace import (
 
 
 @kernel
-def pass_yielding_interval(row, run, free, work, slow, busy, swings, step, terms, node, n):
-    """The ``slow`` buildings over one node interval, rows NODE to rows NODE, and the distances of those that may yield.
+def pass_yielding_interval(row, run, free, work, node, n):
+    """The buildings marked BY_NODE over one node interval, rows NODE to rows NODE.
 
-    Their states go to ``work.paths``, the bounds of those that are linear to ``work.swings``.
+    These are the buildings whose storeys may yield, and their neighbours. Raises their peaks and those of the distances
+    to them. ``n`` is the number of the interval in its block: states go to ``work.paths``, bounds of the motion to
+    ``work.swings``. Marks in GROUPED those that a storey's change of branch makes fly on their series.
     """
-    window, buildings, dofs = window_at(free.ground, step, node), row.frame.shape[1] - 1, run.dofs
+    buildings, dofs, marks = row.frame.shape[1] - 1, run.dofs, run.marks
+    window = window_at(free.ground, free.step, node)
     for b in range(buildings):
-        busy[b] = False
-        if slow[b]:
+        marks[GROUPED, b] = 0.0
+        if marks[BY_NODE, b] > 0.0:
             place_ground(row, b, window[2], dofs, NODE)
-            busy[b] = not predict_by_map(row, run, b, window, swings)
-            work.swings[0, b, n], work.swings[1, b, n] = swings[b], sqrt(swings[b])
-            if not busy[b]:
-                update_peaks(row, run, b, window, swings, terms)
+            is_alone = predict_by_map(row, run, b, window)
+            work.swings[0, b, n], work.swings[1, b, n] = marks[MOTION_BOUND, b], sqrt(marks[MOTION_BOUND, b])
+            if is_alone:
+                update_peaks(row, run, b, window, free.terms)
+            else:
+                marks[GROUPED, b] = 1.0
     b = 0
     while b < buildings:
         last = b
-        if busy[b]:
-            while last < buildings - 1 and busy[last + 1]:
+        if marks[GROUPED, b] > 0.0:
+            while last < buildings - 1 and marks[GROUPED, last + 1] > 0.0:
                 last += 1
             watch = max(b - 1, 0), min(last + 1, buildings - 1)
-            fly(row, run, (b, last), watch, window, terms)
+            fly(row, run, (b, last), watch, window, free.terms)
         b = last + 1
     for i in range(buildings - 1):
-        bends = row.frame[CAN_YIELD, i] or row.frame[CAN_YIELD, i + 1]
-        if bends and not (busy[i] or busy[i + 1]):
-            update_distances(row, run, i, window, swings, terms)
+        can_yield = row.frame[CAN_YIELD, i] or row.frame[CAN_YIELD, i + 1]
+        if can_yield and marks[GROUPED, i] + marks[GROUPED, i + 1] == 0.0:
+            update_distances(row, run, i, window, free.terms)
     for b in range(buildings):
-        if slow[b]:
+        if marks[BY_NODE, b] > 0.0:
             for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
                 for line in range(2):
                     work.paths[line, i, n] = dofs[NODE + line, i]
@@ -124,35 +129,36 @@ def close_block(row, run, free, block):
 
 
 @kernel
-def march_free(row, run, free, work, step, terms, states):
+def march_free(row, run, free, work, states):
     """The row without any contact, from the first of ``free.states`` to the end of the record, into ``free``.
 
-    Finds the fastest closing at every point. u and v at the nodes go to ``states`` (nodes, 2, D) where it has rows.
+    Leaves the peaks in ``run``, and the fastest closing or parting at every point. u and v at the nodes go to
+    ``states`` (nodes, 2, D) where it has rows.
     """
     states = borrowed(states)
-    begin_motion(row, run, free, step)
+    begin_motion(row, run, free)
     buildings, nodes = row.frame.shape[1] - 1, free.ground.node_count() - 1
     write_peaks(row, run, free, 0)
-    busy, slow = zeros((buildings,), np.bool_), zeros((buildings,), np.bool_)
-    swings, bends = zeros((buildings,), np.float64), False
+    any_yields = False
     for b in range(buildings):
-        bends = bends or row.frame[CAN_YIELD, b] > 0
-        for other in range(max(b - 1, 0), min(b + 2, buildings)):
-            slow[b] = slow[b] or row.frame[CAN_YIELD, other] > 0
+        any_yields = any_yields or row.frame[CAN_YIELD, b] > 0
+        for neighbour in range(max(b - 1, 0), min(b + 2, buildings)):
+            if row.frame[CAN_YIELD, neighbour] > 0:
+                run.marks[BY_NODE, b] = 1.0
     for begin in range(0, nodes, free.block):
         count = min(free.block, nodes - begin)
         reset_bounds(row, run)
         for n in range(count):
-            work.ground[WIDTH, n] = free.ground.node_width(step, begin + n)
-            if bends:
-                pass_yielding_interval(row, run, free, work, slow, busy, swings, step, terms, begin + n, n)
+            work.ground[WIDTH, n] = free.ground.node_width(free.step, begin + n)
+            if any_yields:
+                pass_yielding_interval(row, run, free, work, begin + n, n)
         for b in range(buildings):
-            if not slow[b]:
-                follow_building(row, run, free, work, step, b, begin, count)
-                raise_building(row, run, free, work, step, terms, b, begin, count)
+            if run.marks[BY_NODE, b] == 0.0:
+                follow_building(row, run, free, work, b, begin, count)
+                raise_building(row, run, free, work, b, begin, count)
         for i in range(buildings - 1):
             if not (row.frame[CAN_YIELD, i] or row.frame[CAN_YIELD, i + 1]):
-                raise_distances(row, run, free, work, step, terms, i, begin, count)
+                raise_distances(row, run, free, work, i, begin, count)
         close_block(row, run, free, begin // free.block)
         if states.shape[0] > 0:
             for n in range(count + 1):

@@ -204,7 +204,7 @@ def evaluate_nodes(row, run, group, s, h, weights):
 
 
 @kernel
-def implicit_attempt(row, run, group, s, h, rtol):
+def implicit_attempt(row, run, group, s, h):
     """One implicit step, as `explicit.explicit_attempt`; infinite where its equations are not solved."""
     dofs = run.dofs
     points = closed_points(row, run, group)
@@ -230,7 +230,7 @@ def implicit_attempt(row, run, group, s, h, rtol):
     missing_before = inf
     for turn in range(ITERATIONS):
         missing = evaluate_nodes(row, run, group, s, h, weights)
-        if is_solved(turn, missing, missing_before, SHARE * rtol * group.speed):
+        if is_solved(turn, missing, missing_before, SHARE * group.tolerance * group.speed):
             break
         if is_too_slow(turn, missing, missing_before):
             return inf
@@ -291,16 +291,20 @@ def write_implicit_polynomial(run, group):
 
 
 @kernel
-def attempt(row, run, group, s, h, rtol):
+def attempt(row, run, group, s, h):
     """One step from rows NOW, whose slopes stand at stage 0, to rows END; returns its error in the group's scales."""
+    run.workspace.has_polynomial = 0.0
     if run.workspace.implicit > 0.0:
-        return implicit_attempt(row, run, group, s, h, rtol)
+        return implicit_attempt(row, run, group, s, h)
     return explicit_attempt(row, run, group, s, h)
 
 
 @kernel
 def write_polynomial(row, run, group, s, h):
-    """The polynomial between both ends of the step just made; slopes at LAST stand."""
+    """Write the polynomial between both ends of the step just made, unless it is written; slopes at LAST stand."""
+    if run.workspace.has_polynomial > 0.0:
+        return
+    run.workspace.has_polynomial = 1.0
     if run.workspace.implicit > 0.0:
         write_implicit_polynomial(run, group)
     else:

@@ -10,12 +10,15 @@ from pounding_risk.solver.row.building import accelerate
 from pounding_risk.solver.row.contact_points import across
 from pounding_risk.solver.row.ground_dof import top_of
 from pounding_risk.solver.row.storey import set_branch
-from pounding_risk.solver.row.workspace import ACCEL_START, ACCELERATION, DISPLACEMENT, DRIFT, FIRST, NODE
+from pounding_risk.solver.row.workspace import ACCEL_START, ACCELERATION, DISPLACEMENT, DRIFT, FIRST, MARKS, NODE
 
 
 @kernel
 def begin_run(row, run):
     """Set the row to rest, its gaps open and its storeys elastic."""
+    for mark in range(MARKS):
+        for b in range(row.frame.shape[1] - 1):
+            run.marks[mark, b] = 0.0
     for line in range(run.dofs.shape[0]):
         for i in range(run.dofs.shape[1]):
             run.dofs[line, i] = 0.0
@@ -30,7 +33,7 @@ def begin_run(row, run):
 
 
 @kernel
-def begin_motion(row, run, free, step):
+def begin_motion(row, run, free):
     """Set the row to the state at the first node of ``free``, which gives the first values of the peaks."""
     begin_run(row, run)
     dofs, size = run.dofs, 0.0
@@ -41,7 +44,7 @@ def begin_motion(row, run, free, step):
     if size == 0.0:
         return
     for b in range(row.frame.shape[1] - 1):
-        pull, _ = free.ground.from_node(step, 0).under(b)
+        pull, _ = free.ground.from_node(free.step, 0).under(b)
         if row.frame[FIRST, b] < top_of(row, b):
             accelerate(row, b, NODE, pull, dofs, ACCEL_START)
         below = 0.0

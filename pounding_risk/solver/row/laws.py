@@ -23,12 +23,12 @@ def law_plateau(run, k, delta, strength):
 
 
 @kernel
-def law_begin(run, k, e, speed, mass, worn, scale, limit):
+def law_begin(run, k, e, speed, mass, scale):
     """(strength, smallest force, scale of penetration) of a contact that begins, its memory written down."""
-    arguments = run.workspace.law_arguments
-    for slot, value in enumerate((e, speed, mass, worn, limit, scale)):
+    contact, arguments = run.contacts[k], run.workspace.law_arguments
+    for slot, value in enumerate((e, speed, mass, contact.worn, contact.yield_force, scale)):
         arguments[slot] = value
-    call_on(run.contacts[k].begin_verb, run.laws, k, arguments)
+    call_on(contact.begin_verb, run.laws, k, arguments)
     return arguments[0], arguments[1], arguments[2]
 
 

@@ -15,7 +15,7 @@ def map_motion(row, b, ground, dofs, state, out):
     map_start = row.frame[MAP, b] + ground.map_number() * row.frame[MAP, row.frame.shape[1] - 1]
     if row.frame[CAN_YIELD, b]:
         add_plastic_rest(row, b, dofs, state, -1.0)
-    apply_map(row.maps, map_start, dofs, state, out, (first, last), (pull, rise), 2 * (last - first) + 2)
+    apply_map(row.maps, map_start, dofs, (state, out), (first, last), (pull, rise), 2 * (last - first) + 2)
     if row.frame[CAN_YIELD, b]:
         add_plastic_rest(row, b, dofs, state, 1.0)
         add_plastic_rest(row, b, dofs, out, 1.0)
@@ -26,16 +26,18 @@ def map_motion(row, b, ground, dofs, state, out):
 def map_vibration(row, b, maps, map_start, dofs, source, target):
     """A free vibration of building ``b`` from rows ``source`` to rows ``target``; ``map_start`` of its map."""
     first, last = row.frame[FIRST, b], top_of(row, b)
-    apply_map(maps, map_start, dofs, source, target, (first, last), (0.0, 0.0), 2 * (last - first))
+    apply_map(maps, map_start, dofs, (source, target), (first, last), (0.0, 0.0), 2 * (last - first))
 
 
 @kernel
-def apply_map(maps, entry, dofs, state, out, span, ground, columns):
-    """Rows ``out`` of the dofs of a ``span`` from rows ``state`` and ``ground`` = (a_g, its slope), by a map.
+def apply_map(maps, entry, dofs, lines, span, ground, columns):
+    """(u, v) of the dofs of a ``span`` at the end of an interval, by the map that begins at ``entry`` of ``maps``.
 
-    Its columns, of which there are ``columns``, are added up one after the other, four at a time where there are as
-    many; what adds up side by side is done several at a time.
+    ``lines`` = (rows of the state at the start, rows for that at the end), ``ground`` = (a_g at the start, its slope).
+    The map's columns, of which there are ``columns``, are added up one after the other, four at a time where there are
+    as many; what adds up side by side is done several at a time.
     """
+    state, out = lines
     first, count = span[0], span[1] - span[0]
     for i in range(span[0], span[1]):
         dofs[out, i] = dofs[out + VELOCITY, i] = 0.0

@@ -71,8 +71,8 @@ def accelerations(row, run, group, s, h, at_end):
 
 
 @kernel
-def update_floor_peaks(row, run, group, span, laid):
-    """Peaks of every dof of the group over an accepted step; returns whether the step is laid out."""
+def update_floor_peaks(row, run, group, span):
+    """Raise the peaks of every dof of the group by those over an accepted step, ``span`` = (s, h, base)."""
     dofs = run.dofs
     s, h = span[0], span[1]
     cube = s * s * s
@@ -85,71 +85,64 @@ def update_floor_peaks(row, run, group, span, laid):
         pull, pull_end = ground.under(b)[0], ground_end.under(b)[0]
         for i in range(row.frame[FIRST, b], top_of(row, b)):
             ends = dofs[NOW, i], dofs[END, i], dofs[line, i], dofs[last, i]
-            dofs[DISPLACEMENT, i], laid = peak_over_step(
-                row, run, group, DISPLACEMENT, i, dofs[DISPLACEMENT, i], ends, span, laid
-            )
+            peak = dofs[DISPLACEMENT, i]
+            dofs[DISPLACEMENT, i] = peak_over_step(row, run, group, (DISPLACEMENT, i), peak, ends, span)
             ends = (
                 drift_in(row, dofs, NOW, i),
                 drift_in(row, dofs, END, i),
                 drift_in(row, dofs, line, i),
                 drift_in(row, dofs, last, i),
             )
-            dofs[DRIFT, i], laid = peak_over_step(row, run, group, DRIFT, i, dofs[DRIFT, i], ends, span, laid)
+            dofs[DRIFT, i] = peak_over_step(row, run, group, (DRIFT, i), dofs[DRIFT, i], ends, span)
             if row.frame[CAN_YIELD, b]:
                 k, c = shear_stiffness(row, dofs, i), dofs[CONSTANT, i]
                 ends = k * ends[0] + c, k * ends[1] + c, k * ends[2], k * ends[3]
-                dofs[STOREY_FORCE, i], laid = peak_over_step(
-                    row, run, group, STOREY_FORCE, i, dofs[STOREY_FORCE, i], ends, span, laid
-                )
+                peak = dofs[STOREY_FORCE, i]
+                dofs[STOREY_FORCE, i] = peak_over_step(row, run, group, (STOREY_FORCE, i), peak, ends, span)
             if not searches_acceleration:
-                felt_here = dofs[line + SLOPES, i] / clock + pull
+                felt_start = dofs[line + SLOPES, i] / clock + pull
                 felt_end = dofs[last + SLOPES, i] / clock_end + pull_end
                 dofs[ACCELERATION, i] = max(dofs[ACCELERATION, i], abs(felt_end))
-                searches_acceleration = 2.0 * max(abs(felt_here), abs(felt_end)) > dofs[ACCELERATION, i]
+                searches_acceleration = 2.0 * max(abs(felt_start), abs(felt_end)) > dofs[ACCELERATION, i]
     if searches_acceleration:
         accelerations(row, run, group, s, h, False)
         accelerations(row, run, group, s, h, True)
         for b in range(group.first, group.last + 1):
             pull, pull_end = ground.under(b)[0], ground_end.under(b)[0]
             for i in range(row.frame[FIRST, b], top_of(row, b)):
-                felt_here, felt_end = dofs[ACCEL_START, i] + pull, dofs[ACCEL_END, i] + pull_end
-                ends = felt_here, felt_end, dofs[JERK_START, i], dofs[JERK_END, i]
-                best = max(dofs[ACCELERATION, i], abs(felt_here))
-                dofs[ACCELERATION, i], laid = peak_over_step(row, run, group, ACCELERATION, i, best, ends, span, laid)
-    return laid
+                felt_start, felt_end = dofs[ACCEL_START, i] + pull, dofs[ACCEL_END, i] + pull_end
+                ends = felt_start, felt_end, dofs[JERK_START, i], dofs[JERK_END, i]
+                peak = max(dofs[ACCELERATION, i], abs(felt_start))
+                dofs[ACCELERATION, i] = peak_over_step(row, run, group, (ACCELERATION, i), peak, ends, span)
 
 
 @kernel
-def update_point_peaks(row, run, group, span, origin_time, laid):
-    """Peak forces of closed contacts and extremes of all distances; returns whether the step is laid out.
+def update_point_peaks(row, run, group, span, origin_time):
+    """Raise the peak forces of closed contacts and the extremes of all distances by those over an accepted step.
 
-    ``origin_time`` = time of the clock's origin.
+    ``span`` = (s, h, base), ``origin_time`` = time of the clock's origin [s].
     """
     dofs = run.dofs
     for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         contact = run.contacts[k]
         if inside and contact.closed > 0.0:
-            laid = update_force_peak(row, run, group, k, span, origin_time, laid)
+            update_force_peak(row, run, group, k, span, origin_time)
         else:
             start, end = across(row, k, dofs, NOW), across(row, k, dofs, END)
             start_slope, end_slope = across(row, k, dofs, SLOPE), across(row, k, dofs, SLOPE + LAST)
-            contact.highest, laid = extreme_over_step(
-                row, run, group, REACH, k, 1.0, contact.highest, (start, end, start_slope, end_slope), span, laid
-            )
-            lowest, laid = extreme_over_step(
-                row, run, group, REACH, k, -1.0, -contact.lowest, (-start, -end, -start_slope, -end_slope), span, laid
-            )
-            contact.lowest = -lowest
+            ends = start, end, start_slope, end_slope
+            contact.highest = extreme_over_step(row, run, group, (REACH, k, 1.0), contact.highest, ends, span)
+            ends = -start, -end, -start_slope, -end_slope
+            contact.lowest = -extreme_over_step(row, run, group, (REACH, k, -1.0), -contact.lowest, ends, span)
     for side in range(2):
         first, last = unwatched_points(row, (group.first, group.last), (group.watched_first, group.watched_last), side)
         for k in range(first, last):
-            laid = update_side_extremes(row, run, group, k, RIGHT_HIGH if side == 0 else LEFT_HIGH, span, laid)
-    return laid
+            update_side_extremes(row, run, group, k, RIGHT_HIGH if side == 0 else LEFT_HIGH, span)
 
 
 @kernel
-def update_side_extremes(row, run, group, k, column, span, laid):
+def update_side_extremes(row, run, group, k, column, span):
     """Extremes over a step of the group's own part of a distance across which nobody looks."""
     dofs, sides = run.dofs, run.contacts[k].side_extremes
     low, high = group.low, group.high
@@ -161,13 +154,12 @@ def update_side_extremes(row, run, group, k, column, span, laid):
     for side in range(2):
         sign, extreme = 1.0 - 2.0 * side, column + side
         ends = sign * start, sign * end, sign * start_slope, sign * end_slope
-        best, laid = extreme_over_step(row, run, group, SIDE, k, sign, sign * sides[extreme], ends, span, laid)
+        best = extreme_over_step(row, run, group, (SIDE, k, sign), sign * sides[extreme], ends, span)
         sides[extreme] = sign * best
-    return laid
 
 
 @kernel
-def update_force_peak(row, run, group, k, span, origin_time, laid):
+def update_force_peak(row, run, group, k, span, origin_time):
     """Peak uncapped force of a contact over a step, the yield that it may be, the lowest force of a law that pulls."""
     contact = run.contacts[k]
     start, end_force, start_slope, end_slope = (
@@ -181,12 +173,10 @@ def update_force_peak(row, run, group, k, span, origin_time, laid):
     if 2.0 * max(start, end_force) > best:
         best = max(best, end_force)
         if may_hide_crest(start, end_force, start_slope, end_slope, span[0], span[1], best):
-            if not laid:
-                write_polynomial(row, run, group, span[0], span[1])
-                laid = True
-            best = max(best, crest(row, run, group, PUSH, k, 1.0, span)[0])
+            write_polynomial(row, run, group, span[0], span[1])
+            best = max(best, crest(row, run, group, (PUSH, k, 1.0), span)[0])
     if best > peak_before and run.timed.shape[2] > 0:
-        laid = time_levels(row, run, group, k, best, span, origin_time, laid)
+        time_levels(row, run, group, k, best, span, origin_time)
     contact.peak_force = best
     if contact.least_force == -inf:
         lowest = min(start, end_force)
@@ -200,10 +190,8 @@ def update_force_peak(row, run, group, k, span, origin_time, laid):
                 span[1],
                 -min(lowest, contact.counters[LOWEST_FORCE]),
             ):
-                if not laid:
-                    write_polynomial(row, run, group, span[0], span[1])
-                    laid = True
-                lowest = min(lowest, -crest(row, run, group, PUSH, k, -1.0, span)[0])
+                write_polynomial(row, run, group, span[0], span[1])
+                lowest = min(lowest, -crest(row, run, group, (PUSH, k, -1.0), span)[0])
             contact.counters[LOWEST_FORCE] = min(contact.counters[LOWEST_FORCE], lowest)
     if int(contact.region) == ELASTIC and contact.strength < inf and best > peak_before and best >= contact.strength:
         # A crest that just passes F_E is a yield too, though no branch of it is landed on.
@@ -214,11 +202,10 @@ def update_force_peak(row, run, group, k, span, origin_time, laid):
         rate = across(row, k, run.dofs, END + VELOCITY)
         force = transmitted(run, k, delta, rate)
         contact.plateau_force = max(contact.plateau_force, force)
-    return laid
 
 
 @kernel
-def time_levels(row, run, group, k, best, span, origin_time, laid):
+def time_levels(row, run, group, k, best, span, origin_time):
     """Time the levels that the uncapped force of contact ``k`` reaches first on this step."""
     contact = run.contacts[k]
     for level in range(run.timed.shape[2]):
@@ -226,12 +213,10 @@ def time_levels(row, run, group, k, best, span, origin_time, laid):
             continue
         x = 0.0
         if contact.force[AT_START] < run.timed[0, k, level]:
-            if not laid:
-                write_polynomial(row, run, group, span[0], span[1])
-                laid = True
+            write_polynomial(row, run, group, span[0], span[1])
             low, high = 0.0, 1.0
             if contact.force[AT_END] < run.timed[0, k, level]:
-                high = crest(row, run, group, PUSH, k, 1.0, span)[1]
+                high = crest(row, run, group, (PUSH, k, 1.0), span)[1]
             for _ in range(50):
                 x = 0.5 * (low + high)
                 if signal_between(row, run, group, PUSH, k, x, span) < run.timed[0, k, level]:
@@ -243,4 +228,3 @@ def time_levels(row, run, group, k, best, span, origin_time, laid):
         run.timed[1, k, level] = origin_time + s * s * s * s
         if contact.counters[FIRST_YIELD] != contact.counters[FIRST_YIELD]:
             contact.counters[FIRST_YIELD] = run.timed[1, k, level]
-    return laid

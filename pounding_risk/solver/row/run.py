@@ -10,10 +10,7 @@ from __future__ import annotations
 
 from math import inf
 
-import numpy as np
-
 from pounding_risk._jit.compile import borrowed, kernel
-from pounding_risk._jit.memory import zeros
 from pounding_risk.solver.counters import (
     COMPLETE,
     COUNT,
@@ -26,13 +23,6 @@ from pounding_risk.solver.counters import (
     TALLIED,
 )
 from pounding_risk.solver.row.blocks import (
-    BY_NODE,
-    DISTANCES_SEARCHED,
-    FLOORS_SEARCHED,
-    FREE_NODE,
-    MARKS,
-    MOVED,
-    STATE_NODE,
     begin_block_vibration,
     copy_point_peaks,
     end_blocks,
@@ -44,13 +34,27 @@ from pounding_risk.solver.row.contact import lift_off
 from pounding_risk.solver.row.group import any_closed
 from pounding_risk.solver.row.initial_state import begin_motion
 from pounding_risk.solver.row.interval import interval
-from pounding_risk.solver.row.workspace import CAN_YIELD, DRIFT, FIRST, NEXT, NODE, VELOCITY
+from pounding_risk.solver.row.workspace import (
+    BY_NODE,
+    CAN_YIELD,
+    DISTANCES_SEARCHED,
+    DRIFT,
+    FIRST,
+    FLOORS_SEARCHED,
+    FREE_NODE,
+    GROUPED,
+    MOVED,
+    NEXT,
+    NODE,
+    STATE_NODE,
+    VELOCITY,
+)
 
 WATCHED = 7  # status of a run that a touch at a watched point has ended
 
 
 @kernel
-def begin_block(row, run, free, marks, step, node, walked):
+def begin_block(row, run, free, node, walked):
     """Find out what has to be searched in the block that begins at ``node``; returns False where nothing has.
 
     With ``walked`` every building is brought from node to node.
@@ -60,21 +64,21 @@ def begin_block(row, run, free, marks, step, node, walked):
     any_walked = walked
     for b in range(buildings):
         if row.frame[CAN_YIELD, b]:
-            marks[BY_NODE, b] = marks[FLOORS_SEARCHED, b] = 1.0
+            run.marks[BY_NODE, b] = run.marks[FLOORS_SEARCHED, b] = 1.0
         else:
-            marks[FLOORS_SEARCHED, b] = 0.0
-            if marks[MOVED, b] > 0.0:
-                begin_block_vibration(row, run, free, marks, step, b, node)
-                marks[FLOORS_SEARCHED, b] = 1.0 if has_new_peaks(row, run, free, marks, b, block) else 0.0
-            marks[BY_NODE, b] = 1.0 if marks[FLOORS_SEARCHED, b] > 0.0 or walked else 0.0
-        any_walked = any_walked or marks[BY_NODE, b] > 0.0
+            run.marks[FLOORS_SEARCHED, b] = 0.0
+            if run.marks[MOVED, b] > 0.0:
+                begin_block_vibration(row, run, free, b, node)
+                run.marks[FLOORS_SEARCHED, b] = 1.0 if has_new_peaks(row, run, free, b, block) else 0.0
+            run.marks[BY_NODE, b] = 1.0 if run.marks[FLOORS_SEARCHED, b] > 0.0 or walked else 0.0
+        any_walked = any_walked or run.marks[BY_NODE, b] > 0.0
     for i in range(buildings - 1):
         bends = row.frame[CAN_YIELD, i] or row.frame[CAN_YIELD, i + 1]
-        marks[DISTANCES_SEARCHED, i] = 0.0
-        if bends or any_closed(row, run, i, i + 1) or has_events(row, run, free, marks, i, block):
-            marks[DISTANCES_SEARCHED, i] = marks[BY_NODE, i] = marks[BY_NODE, i + 1] = 1.0
+        run.marks[DISTANCES_SEARCHED, i] = 0.0
+        if bends or any_closed(row, run, i, i + 1) or has_events(row, run, free, i, block):
+            run.marks[DISTANCES_SEARCHED, i] = run.marks[BY_NODE, i] = run.marks[BY_NODE, i + 1] = 1.0
             any_walked = True
-            if marks[MOVED, i] + marks[MOVED, i + 1] == 0.0:
+            if run.marks[MOVED, i] + run.marks[MOVED, i + 1] == 0.0:
                 copy_point_peaks(row, run, free, i, block)
     return any_walked
 
@@ -89,53 +93,49 @@ def struck_point(run):
 
 
 @kernel
-def next_node(row, run, free, marks, grouped, step, node, states):
+def next_node(row, run, free, node, states):
     """Rows NEXT become rows NODE, now of ``node``; ``states`` (nodes, 2, D) takes them where it has rows."""
     for b in range(row.frame.shape[1] - 1):
-        if marks[BY_NODE, b] == 0.0:
+        if run.marks[BY_NODE, b] == 0.0:
             continue
-        if grouped[b] and not row.frame[CAN_YIELD, b]:
-            separate_vibration(row, run, free, marks, step, b, node)
+        if run.marks[GROUPED, b] > 0.0 and not row.frame[CAN_YIELD, b]:
+            separate_vibration(row, run, free, b, node)
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
             for line in range(2):
                 run.dofs[NODE + line, i] = run.dofs[NEXT + line, i]
                 if states.shape[0] > node:
                     states[node, line, i] = run.dofs[NODE + line, i]
-        marks[STATE_NODE, b] = node
+        run.marks[STATE_NODE, b] = node
 
 
 @kernel
-def march(row, run, free, step, terms, rtol, states):
+def march(row, run, free, rtol, states):
     """One run from the first of ``free.states`` to the end of the record; everything is left in ``run``.
 
     u and v at the nodes after the first go to ``states`` where it has rows.
     """
     states = borrowed(states)
-    begin_motion(row, run, free, step)
-    buildings = row.frame.shape[1] - 1
-    tied, grouped = zeros((buildings,), np.bool_), zeros((buildings,), np.bool_)
-    solved, swings = zeros((buildings,), np.bool_), zeros((buildings,), np.float64)
-    marks = zeros((MARKS, buildings), np.float64)
-    for b in range(buildings):
-        marks[MOVED, b] = 1.0 if row.frame[CAN_YIELD, b] else 0.0
-        marks[FREE_NODE, b] = -1.0
+    begin_motion(row, run, free)
+    for b in range(row.frame.shape[1] - 1):
+        run.marks[MOVED, b] = 1.0 if row.frame[CAN_YIELD, b] else 0.0
+        run.marks[FREE_NODE, b] = -1.0
     node, nodes = 0, free.ground.node_count() - 1
     while node < nodes:
-        if node % free.block == 0 and not begin_block(row, run, free, marks, step, node, states.shape[0] > 0):
+        if node % free.block == 0 and not begin_block(row, run, free, node, states.shape[0] > 0):
             node = min(node + free.block, nodes)
             continue
-        goes_on, had_group = interval(row, run, free, marks, tied, grouped, solved, swings, step, node, terms, rtol)
+        goes_on, had_group = interval(row, run, free, node, rtol)
         if not goes_on:
             break
         node += 1
-        next_node(row, run, free, marks, grouped, step, node, states)
+        next_node(row, run, free, node, states)
         point = struck_point(run) if had_group else -1
         if point >= 0:
             run.workspace.status, run.workspace.watched_point = float(WATCHED), float(point)
             break
     if run.workspace.status == COMPLETE:
-        end_blocks(row, run, free, marks, step, nodes)
-    end_run(row, run, free.ground.node_time(step, nodes), rtol)
+        end_blocks(row, run, free, nodes)
+    end_run(row, run, free.ground.node_time(free.step, nodes), rtol)
 
 
 @kernel

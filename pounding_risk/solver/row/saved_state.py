@@ -5,7 +5,7 @@ from __future__ import annotations
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk._jit.records import copy_record
 from pounding_risk.solver.row.trace import drop_lines
-from pounding_risk.solver.row.workspace import FIRST, SAVED, START, TANGENT
+from pounding_risk.solver.row.workspace import FIRST, SAVED, SOLVED, START, TANGENT, TIED
 
 
 @kernel
@@ -44,16 +44,16 @@ def copy_number(array, i, j, saved, row, column, restore):
 
 
 @kernel
-def restore_group(row, run, b, tied, solved):
+def restore_group(row, run, b):
     """Bring back the whole group that building ``b`` has been solved in."""
     first = last = b
-    while first > 0 and tied[first - 1]:
+    while first > 0 and run.marks[TIED, first - 1] > 0.0:
         first -= 1
-    while last < tied.size - 1 and tied[last]:
+    while last < row.frame.shape[1] - 2 and run.marks[TIED, last] > 0.0:
         last += 1
     for member in range(first, last + 1):
-        if solved[member]:
+        if run.marks[SOLVED, member] > 0.0:
             save_or_restore(row, run, member, True)
-            solved[member] = False
+            run.marks[SOLVED, member] = 0.0
     if run.workspace.line_room > 0.0:
         drop_lines(row, run, first, last)
