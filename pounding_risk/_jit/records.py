@@ -53,7 +53,7 @@ def set_column(records: Any, name: str, values: Any) -> None:
 
 
 def column(records: Any, name: str) -> np.ndarray:
-    """One field of all ``records``, a row for each."""
+    """A copy of one field of all ``records``, a row for each."""
     return np.array([getattr(record, name) for record in records]) if INTERPRETED else records[name].copy()
 
 

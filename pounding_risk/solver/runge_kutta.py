@@ -349,7 +349,7 @@ def _through(nodes: list[Fraction], number: int) -> list[Fraction]:
 
 
 def _integral(coefficients: list[Fraction], end: Fraction) -> Fraction:
-    """Of a polynomial, from 0 to ``end``."""
+    """Integral of a polynomial, lowest power first, from 0 to ``end``."""
     return sum((value * end ** (n + 1) / (n + 1) for n, value in enumerate(coefficients)), Fraction(0))
 
 

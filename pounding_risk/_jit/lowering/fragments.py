@@ -34,7 +34,7 @@ class Fragment(JITCodeLibrary):
         ll_module.data_layout = self._codegen._data_layout
 
     def finalize(self):
-        """Nothing can be added any more."""
+        """End the fragment: set the linkage with which callers take its functions in, each once."""
         self._raise_if_finalized()
         self._finalize_dynamic_globals()
         for function in self._final_module.functions:
@@ -48,7 +48,7 @@ class Fragment(JITCodeLibrary):
         self._finalized = True
 
     def own_code(self):
-        """The function without what it calls."""
+        """The intermediate code of the function, without that of the functions that it calls."""
         self._ensure_finalized()
         return self._final_module
 

@@ -56,7 +56,7 @@ class LentType(types.Type):
 
 
 def _kind_when_lent(kind):
-    """The type of a field of this type, and of what is inside it, when it is lent."""
+    """Type that a field of type ``kind`` has in a lent tuple: arrays become `LentArray`, also those in named tuples."""
     if isinstance(kind, types.Array):
         return LentArray(kind)
     if isinstance(kind, types.BaseNamedTuple):

@@ -31,7 +31,7 @@ class Stepper(Protocol):
     """What the loop asks of a method; a state is (u_left, u_right, v_left, v_right, and two numbers of its own)."""
 
     def ready(self, pair, a_g, h):
-        """The state at rest before the first step."""
+        """The state at rest before the first step, of ``h`` [s]; ``a_g`` [m/s²] is the ground's acceleration then."""
 
     def advance(self, pair, law, contact, grounds, h, state):
         """The state one step of h [s] later; ``grounds`` are a_g at its start, middle and end."""

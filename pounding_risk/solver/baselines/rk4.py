@@ -10,7 +10,7 @@ from pounding_risk.solver.baselines.force import contact_force
 
 @small
 def derivative(pair, law, contact, a_g, state):
-    """Time derivative of the state (u_left, u_right, v_left, v_right)."""
+    """d/dt of the state (u_left, u_right, v_left, v_right) [m/s, m/s²] under ``a_g`` [m/s²]."""
     left, right = pair
     force = contact_force(law, contact, state[0] - state[1] - contact.gap, state[2] - state[3])
     return (

@@ -134,7 +134,7 @@ def subtract_force(row, k, force, out):
 
 @small
 def contact_of(row, k):
-    """What `force` asks of contact point ``k``."""
+    """The `Contact` of point ``k``: gap [m], yield and smallest force [N], damping constant, NaN while it is open."""
     contact = row.contacts[k]
     return Contact(contact[GAP], contact[STRENGTH], contact[LEAST], contact[MEMORY])
 

@@ -66,11 +66,11 @@ class ScipyRow:
         self.impacts, self.first, self.steps = np.zeros(points), np.full(points, nan), 0
 
     def depth(self, k: int, y: Array) -> float:
-        """Penetration at a contact point [m]."""
+        """Penetration at contact point ``k`` in state ``y`` [m]; below zero while it is open."""
         return float(self.shares[k] @ y[: self.count]) - float(self.contacts.gaps[k])
 
     def rate(self, k: int, y: Array) -> float:
-        """Its rate [m/s]."""
+        """Closing speed of contact point ``k`` in state ``y``, the rate of its penetration [m/s]."""
         return float(self.shares[k] @ y[self.count :])
 
     def uncapped(self, k: int, y: Array) -> float:
@@ -80,7 +80,7 @@ class ScipyRow:
         return float(self.contacts.laws[k].force(phase.memory, depth, self.rate(k, y), phase.approaching))
 
     def force(self, k: int, y: Array) -> float:
-        """Contact force on this branch of the law [N]."""
+        """Force that contact point ``k`` transmits in state ``y``, on its present branch [N]; 0 while it is open."""
         phase = self.phases[k]
         if not phase.touching or phase.region == SLACK:
             return 0.0
@@ -89,7 +89,7 @@ class ScipyRow:
         return self.uncapped(k, y)
 
     def rates(self, t: float, y: Array) -> Array:
-        """Right-hand side of the equations of motion, dy/dt."""
+        """dy/dt of ``y`` = (u, v) of all masses: (v [m/s], v̇ [m/s²]) at ``t`` [s] of the present sample."""
         u, v = y[: self.count], y[self.count :]
         pull = -self.stiffness @ u - self.damping @ v - (self.ramp[0] + self.ramp[1] * t)
         for k, phase in enumerate(self.phases):

@@ -80,7 +80,7 @@ class ScipyPair:
         return self.law.force(self.phase.memory, delta, y[2] - y[3], self.phase.approaching)
 
     def force(self, y: Any) -> float:
-        """Contact force on this branch of the law [N]."""
+        """Force that the contact transmits in state ``y``, on its present branch [N]; 0 while it is open."""
         if not self.phase.touching or self.phase.region == SLACK:
             return 0.0
         if self.phase.region == YIELDING:
@@ -88,7 +88,7 @@ class ScipyPair:
         return self.uncapped(y)
 
     def rates(self, t: float, y: Any) -> tuple[float, float, float, float]:
-        """Right-hand side of the equations of motion, dy/dt."""
+        """dy/dt of ``y`` = (u_left, u_right, v_left, v_right) [m/s, m/s²] at ``t`` [s] of the present sample."""
         u_left, u_right, v_left, v_right = y.tolist()
         a_g, force = self.ramp[0] + self.ramp[1] * t, self.force((u_left, u_right, v_left, v_right))
         left, right = self.left, self.right
@@ -126,7 +126,7 @@ class ScipyPair:
         return [*functions, _event(self.force_rate, -1.0, False)]
 
     def after(self, event: int, y: Any, time: float) -> Phase:
-        """Branch of the law after event number ``event``."""
+        """Branch of the law after event number ``event``, in state ``y`` at ``time`` [s] of the present sample."""
         phase = self.phase
         if event == CLOSING:
             if phase.touching:

@@ -111,7 +111,7 @@ def lift_off(impact, energy_at_touch, peaks, yielding, duration, workspace):
 
 @kernel
 def write_contact(log, values, workspace):
-    """Append one row to the list of contacts."""
+    """Append a row to ``log.contacts``: ``values`` are its first eight columns, the others those at BEGIN."""
     row = log.used[0]
     if row < log.contacts.shape[0]:
         state = state_of(workspace.states, BEGIN)

@@ -62,7 +62,7 @@ class Phase(NamedTuple):
 
 @small
 def transmitted(impact, phase, state):
-    """Force that the buildings feel on this branch of the law."""
+    """Force that the buildings feel [N] in ``state`` = (u_left, u_right, v_left, v_right), on this branch."""
     if phase.region == SLACK:
         return 0.0
     delta = max(state[0] - state[1] - impact.gap, 0.0)
@@ -73,7 +73,7 @@ def transmitted(impact, phase, state):
 
 @small
 def uncapped(impact, phase, state):
-    """The law's force without cap or cut."""
+    """The law's force [N] in ``state`` = (u_left, u_right, v_left, v_right), without cap or cut."""
     delta = max(state[0] - state[1] - impact.gap, 0.0)
     return impact.law.force(impact.memory, delta, state[2] - state[3], phase.approaching)
 
@@ -113,7 +113,7 @@ def write_end_slopes(impact, phase, s, workspace):
 
 @small
 def state_along_slopes(state, slope, row, nudge):
-    """The state a little further along its slopes."""
+    """``state`` moved along the slopes in row ``row`` of ``slope`` by ``nudge``, a length of the clock s."""
     return (
         state[0] + nudge * slope[row, 0],
         state[1] + nudge * slope[row, 1],
@@ -124,7 +124,7 @@ def state_along_slopes(state, slope, row, nudge):
 
 @kernel
 def energy_of(pair, state):
-    """Kinetic and strain energy of both buildings [J]."""
+    """Kinetic and strain energy of both buildings in ``state`` = (u_left, u_right, v_left, v_right) [J]."""
     left, right = pair
     kinetic = left.mass * state[2] ** 2 + right.mass * state[3] ** 2
     strain = left.mass * left.omega2 * state[0] ** 2 + right.mass * right.omega2 * state[1] ** 2

@@ -54,7 +54,7 @@ def event_function(kind, impact, phase, workspace, rows):
 
 @small
 def cubic(start, start_slope, stop, stop_slope, x):
-    """Cubic through two values and slopes on [0, 1]."""
+    """Value at x of the cubic on [0, 1] with these values and slopes at 0 and at 1."""
     rise = stop - start
     bend = 3.0 * rise - 2.0 * start_slope - stop_slope
     twist = start_slope + stop_slope - 2.0 * rise

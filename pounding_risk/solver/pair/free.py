@@ -48,7 +48,11 @@ def ramp_map(oscillator, step, terms, workspace):
 
 @small
 def advance_under_ramp(ramp_maps, displacement, velocity, load):
-    """(u, u̇) at the end of a node interval."""
+    """(u [m], u̇ [m/s]) at the end of a node interval from those at its start.
+
+    ``ramp_maps`` as `ramp_map` gives them, ``load`` = (load on the oscillator at the start [m/s²], its slope [m/s³],
+    ...).
+    """
     a, b = ramp_maps
     return (
         a[0] * displacement + a[1] * velocity + a[2] * load[0] + a[3] * load[1],

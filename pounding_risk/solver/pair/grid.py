@@ -40,7 +40,7 @@ def copy_levels(log, row, out):
 
 @kernel
 def clear_levels(log):
-    """Make the log as it was made."""
+    """Set the log back: no level reached, nothing written."""
     for level in range(log.levels.size):
         log.first[level] = nan
         log.reached[level] = 0.0

@@ -64,7 +64,7 @@ def joined_motion(joint, state):
 
 @small
 def state_of_both(joint, x, rate):
-    """The state of both buildings in joined motion."""
+    """(u_left, u_right, v_left, v_right) of joined motion at ``x`` [m] and ``rate`` [m/s] of its oscillator."""
     return x + joint.left_offset, x - joint.right_offset, rate, rate
 
 
@@ -155,7 +155,7 @@ def state_set_apart(joint, state):
 
 @small
 def write_state(workspace, state):
-    """Put the state where the log reads it."""
+    """Write (u_left, u_right, v_left, v_right) to row BEGIN of the states, from which the log is written."""
     for part in range(4):
         workspace.states[BEGIN, part] = state[part]
 

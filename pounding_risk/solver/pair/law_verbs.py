@@ -57,19 +57,19 @@ def ends_itself(law, memory, delta, strength, work, lost):
 
 @small
 def starts_called(law, e, speed, mass, worn, limit, scale):
-    """As `starts_itself`, of a law by address."""
+    """As `starts_itself`, of a law called by address; the memory is with its numbers, and given back as 0."""
     return law.begin_contact(e, speed, mass, worn, limit, scale)
 
 
 @small
 def turns_called(law, memory, delta, strength, approaching, yielding):
-    """As `turns_itself`, of a law by address."""
+    """As `turns_itself`, of a law called by address; the memory is with its numbers, and given back as 0."""
     return law.turn_contact(memory, delta, strength, approaching, yielding)
 
 
 @small
 def ends_called(law, memory, delta, strength, work, lost):
-    """As `ends_itself`, of a law by address."""
+    """As `ends_itself`, of a law called by address, whose memory is with its numbers."""
     return law.end_contact(memory, delta, strength, work, lost)
 
 

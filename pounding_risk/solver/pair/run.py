@@ -37,7 +37,7 @@ begin_contact = by_verb("strike", 2, impulsive_contact, integrate_contact)
 
 @small
 def borrow_free(free):
-    """The free response with its arrays' references not counted."""
+    """The same free response, its arrays' references not counted: for a kernel whose caller holds them."""
     return Free(
         borrowed(free.ground),
         free.step,
@@ -54,7 +54,7 @@ def borrow_free(free):
 
 @small
 def borrow_log(log):
-    """The log with its arrays' references not counted."""
+    """The same log, its arrays' references not counted: for a kernel whose caller holds them."""
     return Log(
         borrowed(log.contacts),
         borrowed(log.steps),

@@ -39,7 +39,7 @@ def expand(oscillator, displacement, velocity, load, search, row, terms):
 
 @small
 def value_at(series, row, terms, x):
-    """Value of a Taylor series at x: Σ c_n x^n."""
+    """Value at x of the Taylor series in row ``row``, of so many terms: Σ c_n x^n."""
     total = 0.0
     for n in range(terms - 1, -1, -1):
         total = total * x + series[row, n]
@@ -75,7 +75,7 @@ def bend_within(series, row, terms, x):
 
 @small
 def value_and_slope(series, row, terms, x):
-    """`value_at` and `slope_at`."""
+    """(value, first derivative) of a Taylor series at x, as `value_at` and `slope_at`."""
     value = slope = 0.0
     for n in range(terms - 1, 0, -1):
         value = value * x + series[row, n]
@@ -85,7 +85,7 @@ def value_and_slope(series, row, terms, x):
 
 @small
 def slope_and_bend(series, row, terms, x):
-    """`slope_at` and `bend_at`."""
+    """(first, second derivative) of a Taylor series at x, as `slope_at` and `bend_at`."""
     slope = bend = 0.0
     for n in range(terms - 1, 1, -1):
         slope = slope * x + n * series[row, n]
@@ -95,7 +95,7 @@ def slope_and_bend(series, row, terms, x):
 
 @small
 def value_and_bounds(series, row, terms, x):
-    """`value_at`, `slope_at` and `bend_within`."""
+    """(value, first derivative at x, bound of the second on [0, x]): `value_at`, `slope_at` and `bend_within`."""
     value = slope = bound = 0.0
     for n in range(terms - 1, 1, -1):
         value = value * x + series[row, n]

@@ -81,7 +81,7 @@ class RowRun(NamedTuple):
 
 
 def ground_histories(layout: RowLayout, acceleration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The ground at the nodes `Laid.step` apart: a_g under each building, and by how much it widens each interface.
+    """The ground at nodes `RowLayout.step` apart: a_g under each building, and how much it widens each interface.
 
     Returns arrays (nodes, buildings) [m/s²] and (nodes, interfaces) [m]; the latter is zero where all buildings have
     the motion at once.
@@ -120,7 +120,7 @@ def _respond(layout: RowLayout, acceleration: np.ndarray, *, states: bool) -> Fr
 
 
 def unmoved(layout: RowLayout, acceleration: np.ndarray) -> tuple[Any, ...]:
-    """Arguments of `march_free` for `free_response`."""
+    """Arguments of `march_free` for `free_response`: the arrays of the row, of its run and of its motion, at rest."""
     row, points, dofs = layout.row, layout.row.ends.shape[0], layout.row.floors.shape[1]
     run = new_run(row, np.zeros((points, 0)), np.zeros(0))
     set_column(run.contacts, "given_gap", np.full(points, inf))
@@ -159,7 +159,7 @@ def motion_of_part(layout: RowLayout, motion: FreeMotion, acceleration: np.ndarr
 
 
 def _ground(layout: RowLayout, acceleration: np.ndarray) -> UniformRowGround | ArrivingRowGround:
-    """The ground motion as the kernels take it."""
+    """a_g [m/s²] at the samples as the ground motion that the kernels take, node by node."""
     return row_ground(nodes_of(layout, np.asarray(acceleration, dtype=np.float64)), layout.step, layout.arrivals)
 
 

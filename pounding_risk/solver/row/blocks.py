@@ -130,7 +130,7 @@ def write_state(row, run, free, b, node, line):
 
 @kernel
 def bring_to_node(row, run, free, b, node):
-    """Building ``b`` to ``node``: its state to rows NODE."""
+    """Write the state of building ``b`` at ``node`` to rows NODE; that of one that may yield stands there already."""
     if run.marks[STATE_NODE, b] != node and not row.frame[CAN_YIELD, b]:
         advance_vibration(row, run, free, b, node)
         write_state(row, run, free, b, node, NODE)

@@ -85,7 +85,7 @@ def turn_motion(row, run, k, delta):
 
 @kernel
 def note_yield(run, k, time):
-    """The uncapped force of contact ``k`` has met F_E."""
+    """Enter in contact ``k`` and its counters that its uncapped force has met F_E at ``time`` [s]."""
     contact = run.contacts[k]
     contact.peak_force, contact.plateau_force = (
         max(contact.peak_force, contact.strength),

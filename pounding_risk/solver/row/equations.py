@@ -52,13 +52,13 @@ class Group(NamedTuple):
 
 @small
 def ground_at(group, s):
-    """The ground motion from clock time s on."""
+    """The ground motion from s of the group's clock on, its own x counted from there."""
     return group.ground.later(group.origin + s * s * s * s)
 
 
 @small
 def transmitted(run, k, delta, rate):
-    """Force that the buildings feel at contact ``k`` on the branch that it is on."""
+    """Force that the buildings feel at contact ``k`` [N] on its present branch, at δ [m] and its rate [m/s]."""
     region = int(run.contacts[k].region)
     if region == SLACK:
         return 0.0
@@ -69,7 +69,7 @@ def transmitted(run, k, delta, rate):
 
 @small
 def uncapped(run, k, delta, rate):
-    """The law's force without cap or cut."""
+    """The force of contact ``k``'s law without cap or cut [N], at δ [m] and its rate [m/s]."""
     return law_force(run, k, delta, rate, run.contacts[k].approaching)
 
 
@@ -161,7 +161,7 @@ def slopes(row, run, group, s, state, stage):
 
 @kernel
 def group_energy(row, run, group, line):
-    """Mechanical energy of the group [J]."""
+    """Mechanical energy of the group [J], u and v of its dofs in rows ``line`` and after."""
     total = 0.0
     for b in range(group.first, group.last + 1):
         total += energy_of(row, b, line, run.dofs)

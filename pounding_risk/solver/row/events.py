@@ -208,7 +208,7 @@ def land(row, run, group, kind, k, fraction, span):
 
 @kernel
 def move_end_along_slopes(row, run, group, length):
-    """Move the end of a step along its slopes."""
+    """Move the end of a step, state and quadratures, along its slopes by a ``length`` of the clock s."""
     dofs, points = run.dofs, run.laws.shape[0]
     for i in range(group.low, group.high):
         dofs[END, i] += length * dofs[SLOPE + LAST, i]

@@ -36,7 +36,7 @@ from pounding_risk.solver.row.workspace import (
 
 @kernel
 def is_elastic(row, run, b):
-    """True where no storey of a building is yielding."""
+    """True where every storey of building ``b`` is on its elastic branch."""
     if row.frame[CAN_YIELD, b]:
         for i in range(row.frame[FIRST, b], top_of(row, b)):
             if run.dofs[BRANCH, i] != 0.0:

@@ -13,7 +13,7 @@ from pounding_risk.solver.row.workspace import CAN_YIELD, FIRST, NEXT, NODE, NOW
 
 @kernel
 def copy_state(row, run, first, last, source, target):
-    """Rows of u and v of these buildings."""
+    """Copy u and v of the buildings ``first`` to ``last`` from rows ``source`` to rows ``target``."""
     for i in range(row.frame[FIRST, first], row.frame[FIRST, last + 1]):
         run.dofs[target, i] = run.dofs[source, i]
         run.dofs[target + VELOCITY, i] = run.dofs[source + VELOCITY, i]

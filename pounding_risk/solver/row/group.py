@@ -38,7 +38,7 @@ ALIKE = 1e-13  # of a_g: neighbours at rest that begin to move alike press each 
 
 @kernel
 def any_closed(row, run, first, last):
-    """True where two of these buildings touch."""
+    """True where a contact point between the buildings ``first`` to ``last`` is closed."""
     closed = False
     for k in range(row.frame[START, first], row.frame[START, last]):
         closed = closed or run.contacts[k].closed > 0.0

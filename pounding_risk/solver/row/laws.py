@@ -12,13 +12,13 @@ from pounding_risk._jit.compile import kernel, small
 
 @small
 def law_force(run, k, delta, rate, approaching):
-    """The uncapped force of contact ``k``."""
+    """The force of contact ``k``'s law without cap or cut [N] at δ [m] and its rate [m/s]."""
     return call_at(run.contacts[k].force_verb, run.laws, k, delta, rate, approaching)
 
 
 @small
 def law_plateau(run, k, delta, strength):
-    """The force of contact ``k`` past yield."""
+    """The force of contact ``k``'s law past yield [N], at δ [m], of a law that yields at ``strength`` [N]."""
     return call_at(run.contacts[k].plateau_verb, run.laws, k, delta, strength, 0.0)
 
 

@@ -60,12 +60,12 @@ class RowLayout(NamedTuple):
 
     @property
     def phases(self) -> int:
-        """Nodes a `step`."""
+        """Number of nodes in each `step`: 1, and more where the motion arrives at each building at its own time."""
         return 1 if self.arrivals is None else self.arrivals.offsets.size
 
     @property
     def block(self) -> int:
-        """Nodes that are passed over at a time."""
+        """Number of node intervals that are passed over at a time; whole steps."""
         return block_steps(self.phases) * self.phases
 
     @property
@@ -172,12 +172,12 @@ def cut_out(layout: RowLayout, first: int, last: int) -> RowLayout:
 
 
 def _rate(chain: Chain) -> float:
-    """The largest |eigenvalue| of the motion [1/s]."""
+    """The largest |eigenvalue| of the free motion of a building [1/s]; 0 for a rigid one."""
     return 0.0 if chain.mass.size == 0 else float(np.abs(np.linalg.eigvals(_motion(chain)[:-2, :-2])).max())
 
 
 def _band(matrix: np.ndarray) -> int:
-    """How far from its diagonal a matrix reaches."""
+    """How far from its diagonal a matrix reaches: 0 for a diagonal one, 1 for a tridiagonal one."""
     rows, columns = np.nonzero(matrix)
     return int(np.abs(rows - columns).max()) if rows.size else 0
 
@@ -188,7 +188,7 @@ def _stiffness(spring: np.ndarray) -> np.ndarray:
 
 
 def _motion(chain: Chain) -> np.ndarray:
-    """d/dt of (u, v, a_g, its slope)."""
+    """The matrix of d/dt (u, v, a_g, slope of a_g) of a building in free motion."""
     n = chain.mass.size
     a = np.zeros((2 * n + 2, 2 * n + 2))
     a[:n, n : 2 * n] = np.eye(n)
@@ -208,7 +208,7 @@ def _map(chain: Chain, step: float) -> np.ndarray:
 
 
 def block_steps(phases: int) -> int:
-    """Steps that are passed over at a time, of so many nodes each."""
+    """Number of steps in a block of nodes, each of which has ``phases`` nodes."""
     return max(1, BLOCK // phases)
 
 
@@ -221,7 +221,7 @@ def _block_map(maps: list[np.ndarray], n: int) -> np.ndarray:
 
 
 def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
-    """The rows of `Row.floors` of one building."""
+    """Write the rows of `Row.floors` of one building, its dofs' part of them."""
     if chain.mass.size == 0:
         return
     floors[MASS], floors[INVERSE] = chain.mass, 1.0 / chain.mass
@@ -257,7 +257,7 @@ def _dofs(chain: Chain, level: float) -> list[tuple[int, float]]:
 
 
 def nodes_of(layout: RowLayout, acceleration: np.ndarray) -> np.ndarray:
-    """a_g at the nodes `Laid.step` apart, where it arrives first; NaN from the first sample on that is not finite."""
+    """a_g at nodes `RowLayout.step` apart, where it arrives first; NaN from the first sample on that is not finite."""
     finite = np.where(np.isfinite(acceleration), acceleration, np.nan)
     count = (len(finite) - 1) * layout.parts + 1
     return np.interp(np.arange(count) / layout.parts, np.arange(len(finite)), finite)

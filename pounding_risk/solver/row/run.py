@@ -85,7 +85,7 @@ def begin_block(row, run, free, node, walked):
 
 @kernel
 def struck_point(run):
-    """A watched contact point that is closed, or −1."""
+    """A watched contact point that is closed or has been, or −1."""
     for k in range(run.laws.shape[0]):
         if run.contacts[k].watched > 0.0 and (run.contacts[k].closed > 0.0 or run.contacts[k].counters[COUNT] > 0.0):
             return k

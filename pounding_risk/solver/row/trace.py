@@ -63,7 +63,7 @@ def write_line(row, run, group, time):
 
 @kernel
 def write_contact(row, run, k, position):
-    """The columns of contact ``k``, which is closed."""
+    """Write the columns of contact ``k``, which is closed, at ``position`` of the log: force, touch, largest force."""
     contact = run.contacts[k]
     delta = max(across(row, k, run.dofs, NOW) - contact.gap, 0.0)
     force = transmitted(run, k, delta, across(row, k, run.dofs, NOW + VELOCITY))

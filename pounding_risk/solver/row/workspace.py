@@ -224,7 +224,7 @@ def new_run(row: Row, laws: np.ndarray, levels: np.ndarray, rtol: float = 0.0, l
 
 
 def width_of_line(dofs, points):
-    """Numbers in a line of the log."""
+    """How many numbers a line of the log has, with so many dofs and contact points."""
     return LINE_STATES + 2 * dofs + LINE_POINT_COLUMNS * points
 
 

@@ -43,7 +43,7 @@ JUST_BEFORE = 1.0 - 4e-16  # of the time of a jump: when the log has the state b
 
 @small
 def rule_of(link):
-    """The relation of restitution of an interface."""
+    """The relation of restitution e(v) of an interface, from the numbers in its record."""
     return Restitution(link.rule[0], link.rule[1], link.rule[2], link.rule[3], link.rule[4])
 
 
@@ -203,7 +203,7 @@ def note_jump(chain, i, time):
 
 @kernel
 def end_rest(link, time):
-    """Enter the end of a rest in the counters."""
+    """Enter the end of a rest at ``time`` [s] in the counters of an interface: contact time and largest force."""
     link.counters[CONTACT_TIME] += time - link.touch_time
     link.counters[PEAK_FORCE] = max(link.counters[PEAK_FORCE], link.peak_force)
     link.has_rested = 1.0

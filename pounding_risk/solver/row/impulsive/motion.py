@@ -17,7 +17,7 @@ from pounding_risk.solver.pair.taylor import SHARES
 
 @small
 def displacement_of(body, terms, x):
-    """Displacement at x on a building's series."""
+    """Displacement [m] of a building at ``x`` [s] after the start of its series."""
     total = 0.0
     for n in range(terms - 1, -1, -1):
         total = total * x + body.series[n]
@@ -26,7 +26,7 @@ def displacement_of(body, terms, x):
 
 @small
 def velocity_of(body, terms, x):
-    """Velocity at x on a building's series."""
+    """Velocity [m/s] of a building at ``x`` [s] after the start of its series."""
     total = 0.0
     for n in range(terms - 1, 0, -1):
         total = total * x + n * body.series[n]
@@ -130,7 +130,7 @@ def write_group(chain, first, last, since, ground, terms):
 
 @kernel
 def write_groups(chain, first, last, since, ground, terms):
-    """`write_group` of all groups of these buildings."""
+    """`write_group` of each group among the buildings ``first`` to ``last``, none of which moves as one with others."""
     b = first
     while b <= last:
         begin, end = group_of(chain, b)
