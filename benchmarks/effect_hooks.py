@@ -19,10 +19,10 @@ ROOT = Path(__file__).resolve().parent.parent
 # File, text with the hook, text without.
 HOOKS = (
     ("solver/pair/run.py", "limits.gap + workspace.counters[SET]", "limits.gap"),
-    ("solver/pair/stages.py", "law.resume(law.begin(e, speed, mass), worn)", "law.begin(e, speed, mass)"),
-    ("solver/pair/stages.py", "law.ceiling(limit) * law.hardening(speed)", "law.ceiling(limit)"),
-    ("solver/pair/stages.py", "law.held(memory, delta, strength) - lost", "law.stored(delta, strength)"),
-    ("solver/pair/stages.py", "law.yielded(loss), law.worn(memory)", "0.0, 0.0"),
+    ("solver/pair/law_verbs.py", "law.resume(law.begin(e, speed, mass), worn)", "law.begin(e, speed, mass)"),
+    ("solver/pair/law_verbs.py", "law.ceiling(limit) * law.hardening(speed)", "law.ceiling(limit)"),
+    ("solver/pair/law_verbs.py", "law.held(memory, delta, strength) - lost", "law.stored(delta, strength)"),
+    ("solver/pair/law_verbs.py", "law.yielded(loss), law.worn(memory)", "0.0, 0.0"),
     ("solver/pair/contact.py", "loss - hysteresis", "loss"),
     ("solver/pair/contact.py", "    workspace.counters[PLASTIC] += yielding[1] + hysteresis\n", ""),
     ("solver/pair/contact.py", "    workspace.counters[SET] += yielding[0]\n", ""),
@@ -69,7 +69,7 @@ HOOKS = (
         "phase.ground.apart_slopes(right, state_of(workspace.slopes, slope_row), cube * s, 4.0 * cube)",
         "state_of(workspace.slopes, slope_row)",
     ),
-    ("solver/pair/stages.py", "(put_in - phase.ground.taken_along(right, force, state[3]))", "put_in"),
+    ("solver/pair/equations.py", "(put_in - phase.ground.taken_along(right, force, state[3]))", "put_in"),
 )
 TIMED = """
 import json, time

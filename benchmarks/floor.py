@@ -21,9 +21,9 @@ from throughput import LAW, RESTITUTION, RTOL, make_bench, run_grid
 from pounding_risk._jit.compile import kernel
 from pounding_risk.models.ground import UniformInterval
 from pounding_risk.solver.pair.api import free_response
+from pounding_risk.solver.pair.equations import ELASTIC, Phase, new_impact, slopes, state_of
 from pounding_risk.solver.pair.flight import EVERY_SIGNAL, block_mask, reaches, search_mask
 from pounding_risk.solver.pair.implicit import attempt
-from pounding_risk.solver.pair.stages import ELASTIC, Phase, new_impact, slopes, state_of
 from pounding_risk.solver.runge_kutta import DOP853
 from pounding_risk.solver.workspace import BEGIN, FIRST_STAGE, make_workspace
 
@@ -62,7 +62,7 @@ def repeat_samples(pair, free, workspace, count):
     """So many looks at sample intervals in flight."""
     total = 0
     for number in range(count):
-        workspace.there[0] = 1e-9 * (number % 7)
+        workspace.end_signals[0] = 1e-9 * (number % 7)
         span = (UniformInterval(free.ground[number % free.ground.size], 10.0), free.step)
         total += search_mask(pair, 0.1, (1e-3, 2e-3, 0.01, 0.01), span, EVERY_SIGNAL, workspace)
     return total

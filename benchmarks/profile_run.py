@@ -20,11 +20,11 @@ import numpy as np
 from throughput import LAW, RESTITUTION, RTOL, make_bench
 
 from pounding_risk.solver.counters import COUNT
-from pounding_risk.solver.pair import contact, events, flight, peaks, stages
+from pounding_risk.solver.pair import contact, events, explicit, flight, peaks
 from pounding_risk.solver.pair import run as runs
 from pounding_risk.solver.pair.api import Interface, free_response, run
 
-MODULES = (stages, events, flight, peaks, runs, contact)
+MODULES = (explicit, events, flight, peaks, runs, contact)
 # What is counted: a part and who calls it, and what that means.
 WORDS = {
     ("begin_contact", "march"): "contacts",
@@ -34,7 +34,7 @@ WORDS = {
     ("attempt", "land"): "attempts for landings",
     ("crest", "update_peaks"): "crests searched inside a step",
     ("read_between", "crest"): "looks at a step between its ends for crests",
-    ("read_between", "settle"): "looks at a step between its ends for landings",
+    ("read_between", "refine_event"): "looks at a step between its ends for landings",
     ("slopes", "explicit_attempt"): "evaluations of the force in all attempts",
     ("block_mask", "fly"): "blocks of 16 samples looked at in flight",
     ("search_mask", "fly"): "sample intervals looked at in flight",

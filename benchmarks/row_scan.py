@@ -36,7 +36,8 @@ from pounding_risk.results.summary import counted
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COUNT
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.api import HIGHEST, Contacts, Laid
+from pounding_risk.solver.row.api import HIGHEST, Contacts
+from pounding_risk.solver.row.layout import RowLayout, lay_out
 
 SET, COMPONENTS = "fema-p695-farfield", 44
 SHIPPED = ("RSN6-180", "RSN1690-090")
@@ -115,17 +116,17 @@ def frames(*storeys: int) -> list[Storeys]:
     ]
 
 
-def laid_out(buildings: list[Storeys], dt: float) -> Laid:
+def laid_out(buildings: list[Storeys], dt: float) -> RowLayout:
     """Neighbours that meet wherever their floors do."""
     points = [
         Point(place, *meeting)
         for place in range(len(buildings) - 1)
         for meeting in automatic_points(buildings[place], buildings[place + 1])
     ]
-    return rows.lay_out([chain_of(building) for building in buildings], points, dt)
+    return lay_out([chain_of(building) for building in buildings], points, dt)
 
 
-def contacts_of(laid: Laid, gap: float) -> Contacts:
+def contacts_of(laid: RowLayout, gap: float) -> Contacts:
     """Equal contacts at all points that never yield."""
     count = len(laid.row.ends)
     return Contacts(np.full(count, gap), np.full(count, inf), [LAW] * count, [RESTITUTION] * count)

@@ -26,6 +26,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import FLOOR, Point
 from pounding_risk.solver.counters import PEAK_FORCE
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.layout import lay_out
 
 CONVERGED = 1e-12
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
@@ -46,7 +47,7 @@ def contacts_of(scene: RowScene) -> Any:
 def solve_row(scene: RowScene, rtol: float, times: int = 1) -> RowAnswer:
     """One run from rest by this package, and the processor's time for one, over so many."""
     points = [Point(interface, float(left), float(right), FLOOR, np.nan) for interface, left, right in scene.points]
-    row, contacts = rows.lay_out(scene.chains, points, scene.dt), contacts_of(scene)
+    row, contacts = lay_out(scene.chains, points, scene.dt), contacts_of(scene)
     free = rows.free_response(row, scene.acceleration).motion
     begun = time.process_time()
     for _ in range(times):

@@ -96,14 +96,14 @@ def call_slots(address, numbers, slots):
 
 
 @in_kernels("calls")
-def read_slot(slots, place):
-    """The float number ``place`` at an address."""
-    return float(_ARRAYS[int(slots)][place])
+def read_slot(slots, number):
+    """The float number ``number``, from 0, of those at the address ``slots``."""
+    return float(_ARRAYS[int(slots)][number])
 
 
 @in_kernels("calls")
 def write_slots(slots, values):
-    """Write a tuple of floats to an address."""
+    """Write a tuple of floats to the address ``slots`` and after."""
     _ARRAYS[int(slots)][: len(values)] = values
 
 

@@ -137,8 +137,8 @@ def apart(kind: type) -> type:
     with _NAMING:
         if kind not in _APART:
             body = {"__slots__": (), "__module__": kind.__module__}
-            own = type(f"{kind.__name__}#{len(_APART)}", (kind,), body)
-            _APART[kind] = _APART[own] = own
+            renamed = type(f"{kind.__name__}#{len(_APART)}", (kind,), body)
+            _APART[kind] = _APART[renamed] = renamed
     return _APART[kind]
 
 
@@ -162,15 +162,15 @@ def speaks(protocol):
     return protocol
 
 
-def by_verb(verb, place, those, others):
-    """One kernel of two by the type of argument number ``place``: ``those`` where it has the method, else ``others``.
+def by_verb(verb, number, with_verb, without_verb):
+    """One kernel of two by the type of argument ``number``, ``with_verb`` where it has the method ``verb``.
 
     Both take the same arguments. Compiled code holds the one that is meant, and nothing of the choice.
     """
 
     def choice(*arguments):
-        return (those if hasattr(arguments[place], verb) else others)(*arguments)
+        return (with_verb if hasattr(arguments[number], verb) else without_verb)(*arguments)
 
     if not INTERPRETED:
-        _declare("choose", choice, verb, place, those, others)
+        _declare("choose", choice, verb, number, with_verb, without_verb)
     return choice

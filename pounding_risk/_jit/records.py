@@ -23,9 +23,9 @@ def record_type(**fields: Field) -> np.dtype:
 
     A name that numpy's scalars use themselves, such as ``size``, would not be found by code that is not compiled.
     """
-    taken = [name for name in fields if hasattr(np.generic, name)]
-    if taken:
-        raise ValueError(f"{', '.join(taken)}: attributes of every numpy scalar; choose other field names")
+    reserved = [name for name in fields if hasattr(np.generic, name)]
+    if reserved:
+        raise ValueError(f"{', '.join(reserved)}: attributes of every numpy scalar; choose other field names")
     kinds = [
         (name, np.float64, kind) if isinstance(kind, tuple) else (name, np.float64 if kind is float else kind)
         for name, kind in fields.items()
@@ -53,7 +53,7 @@ def set_column(records: Any, name: str, values: Any) -> None:
 
 
 def column(records: Any, name: str) -> np.ndarray:
-    """One field of all ``records``, a row for each."""
+    """A copy of one field of all ``records``, a row for each."""
     return np.array([getattr(record, name) for record in records]) if INTERPRETED else records[name].copy()
 
 

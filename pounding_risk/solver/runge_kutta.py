@@ -68,9 +68,9 @@ class Tableau:
         for power in range(1, self.order + 1):
             self._check(abs(self.b @ self.c ** (power - 1) - 1.0 / power), f"quadrature condition {power}")
 
-    def _check(self, defect: float, what: str) -> None:
+    def _check(self, defect: float, condition: str) -> None:
         if defect > 1e-13:
-            raise ValueError(f"{self.name}: {what} (off by {defect:.1e})")
+            raise ValueError(f"{self.name}: {condition} (off by {defect:.1e})")
 
 
 DOP853 = Tableau(
@@ -318,11 +318,11 @@ class Collocation:
 
     def __post_init__(self) -> None:
         nodes = [Fraction(node) for node in self.nodes]
-        basis = [_through(nodes, place) for place in range(len(nodes))]
+        basis = [_through(nodes, number) for number in range(len(nodes))]
         dense = {
-            "a": [[float(_integral(each, node)) for each in basis] for node in nodes],
+            "a": [[float(_integral(polynomial, node)) for polynomial in basis] for node in nodes],
             "c": self.nodes,
-            "start": [float(each[0]) for each in basis],
+            "start": [float(polynomial[0]) for polynomial in basis],
             "terms": np.linalg.inv([[_nested(float(node), term) for term in range(len(nodes))] for node in nodes]),
         }
         for name, value in dense.items():
@@ -337,19 +337,19 @@ class Collocation:
                 raise ValueError(f"{self.name}: quadrature condition {power} (off by {defect:.1e})")
 
 
-def _through(nodes: list[Fraction], place: int) -> list[Fraction]:
+def _through(nodes: list[Fraction], number: int) -> list[Fraction]:
     """Coefficients, lowest power first, of the polynomial that is 1 at one of the nodes and 0 at the others."""
     coefficients = [Fraction(1)]
     for other, node in enumerate(nodes):
-        if other != place:
-            rise, still = [Fraction(0), *coefficients], [*coefficients, Fraction(0)]
-            reach = nodes[place] - node
-            coefficients = [(high - node * low) / reach for high, low in zip(rise, still, strict=True)]
+        if other != number:
+            rise, constant_part = [Fraction(0), *coefficients], [*coefficients, Fraction(0)]
+            reach = nodes[number] - node
+            coefficients = [(high - node * low) / reach for high, low in zip(rise, constant_part, strict=True)]
     return coefficients
 
 
 def _integral(coefficients: list[Fraction], end: Fraction) -> Fraction:
-    """Of a polynomial, from 0 to ``end``."""
+    """Integral of a polynomial, lowest power first, from 0 to ``end``."""
     return sum((value * end ** (n + 1) / (n + 1) for n, value in enumerate(coefficients)), Fraction(0))
 
 

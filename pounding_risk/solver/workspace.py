@@ -54,8 +54,8 @@ Search = record_type(series=(3, MAX_TERMS), pending=(64,))
 
 Workspace = record_type(
     search=Search,
-    here=(SIGNALS,),  # signals at both ends of an interval of flight
-    there=(SIGNALS,),
+    start_signals=(SIGNALS,),  # signals at both ends of an interval of flight
+    end_signals=(SIGNALS,),
     upper=(SIGNALS,),  # bounds of the signals over a block of intervals
     lower=(SIGNALS,),
     high=(SIGNALS,),  # largest and smallest value of every signal so far
@@ -79,7 +79,7 @@ Workspace = record_type(
 
 def make_workspace(rtol: float = 0.0, kind: np.dtype = Workspace) -> Any:
     """Workspace of one thread for runs to the relative tolerance ``rtol``; ``kind`` is a record with a tableau."""
-    template = _new_workspace(next(place for place, (least, _) in enumerate(METHODS) if rtol >= least), kind)
+    template = _new_workspace(next(number for number, (least, _) in enumerate(METHODS) if rtol >= least), kind)
     # NumPy takes as long to copy a record with many fields as a short run takes.
     return deepcopy(template) if INTERPRETED else np.frombuffer(bytearray(template.tobytes()), kind)[0]
 
@@ -113,5 +113,5 @@ def _write_nonzero(target: np.ndarray, rows: list[np.ndarray], count: int) -> No
     """Write the columns that are not zero in all ``rows``: the column's row of slopes, then a weight for each row."""
     columns = np.arange(len(rows[0]))
     entries = np.column_stack([np.where(columns < count, columns, columns + LAST - count), *rows])
-    used = entries[np.any(entries[:, 1:] != 0.0, axis=1)]
-    target[: used.size + 1] = [*used.ravel(), -1.0]
+    nonzero = entries[np.any(entries[:, 1:] != 0.0, axis=1)]
+    target[: nonzero.size + 1] = [*nonzero.ravel(), -1.0]

@@ -15,8 +15,9 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.results.run_labels import Case, Trace
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.api import Laid, RowRun
+from pounding_risk.solver.row.api import RowRun
 from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
+from pounding_risk.solver.row.layout import RowLayout, nodes_of
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import Frame, frame_of, outputs, variables
 from pounding_risk.solver.row.trace_reader import FACTS, contacts_of, forces_at, impulses_at, instants_of, motion_at
@@ -50,7 +51,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
             **grounds,
         },
         {name: np.array([touch.facts[column] for touch in touches]) for column, name in enumerate(FACTS)},
-        [touch.place for touch in touches],
+        [touch.point for touch in touches],
         {name: (output, values[name]) for name, output in variables(frame).items()},
         run.status,
         mechanics.laws[0],
@@ -72,9 +73,9 @@ def _by_storey(frame: Frame, values: Array) -> Array:
     return np.where(frame.storeys >= 0, np.column_stack([values, np.zeros(len(values))])[:, frame.storeys], np.nan)
 
 
-def grounds_at(row: Laid, motion: Motion, time: Array) -> dict[str, Array]:
+def grounds_at(row: RowLayout, motion: Motion, time: Array) -> dict[str, Array]:
     """Histories of the ground; those under each building where a wave passes."""
-    nodes = rows.nodes_of(row, motion.acceleration)
+    nodes = nodes_of(row, motion.acceleration)
     if row.arrivals is None:
         return {"ground_acceleration": np.interp(time, row.step * np.arange(nodes.size), nodes)}
     table = arriving(nodes, row.step, row.arrivals)
@@ -91,7 +92,7 @@ def grounds_at(row: Laid, motion: Motion, time: Array) -> dict[str, Array]:
     }
 
 
-def closing_at(row: Laid, values: Array, grounds: dict[str, Array]) -> Array:
+def closing_at(row: RowLayout, values: Array, grounds: dict[str, Array]) -> Array:
     """What closes the gap at each contact point (instants, points), from displacements of the masses."""
     moved = np.zeros((len(values), row.row.floors.shape[1] + 1))  # of each dof; dof −1 is the ground
     moved[:, row.masses] = values

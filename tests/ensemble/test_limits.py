@@ -33,7 +33,7 @@ from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.street.footprints import Footprint, clear_distance, crosses_itself
 from pounding_risk.solver.pair.api import free_response, oscillators
 from pounding_risk.solver.row.api import free_response as free_row_response
-from pounding_risk.solver.row.api import lay_out
+from pounding_risk.solver.row.layout import lay_out
 
 SCENE = scene_text(
     single("A", "44 t", "0.2 s"),

@@ -154,7 +154,7 @@ def test_what_is_compiled_is_found_out_without_compiling(tmp_path):
 PROBE = """
 import json, sys
 from pounding_risk.ensemble.plan.compilation import is_compiled
-from pounding_risk.solver.pair.stages import depth_of
+from pounding_risk.solver.pair.law_verbs import depth_of
 from pounding_risk.models.contact.laws import Hertz, Linear
 call = Hertz(1e9), 1234.5, 1e-6
 found = [is_compiled(depth_of, call)]

@@ -28,7 +28,7 @@ from pounding_risk.solver.pair.run import march
 PROBE = """
 import json, sys
 from pounding_risk._jit import sources as _jit
-from pounding_risk.solver.pair import stages as collide
+from pounding_risk.solver.pair import law_verbs as collide
 from pounding_risk.models.contact.laws import LAWS
 values = [collide.depth_of(LAWS[name](1e9), 1234.5, 1e-6) for name in ("hertz", "linear")]
 if _jit.INTERPRETED:
@@ -229,7 +229,7 @@ def test_a_cache_that_can_only_be_read_is_read(filled, tmp_path):
 @compiled
 def test_a_cache_that_can_no_longer_be_written_is_left_alone(filled, tmp_path):
     """The disk fills up, or the folder goes, after the first look at it."""
-    code = "import shutil\nfrom pounding_risk._jit import sources as _jit\nimport pounding_risk.solver.pair.stages\n"
+    code = "import shutil\nfrom pounding_risk._jit import sources as _jit\nimport pounding_risk.solver.pair.law_verbs\n"
     code += "shutil.rmtree(_jit.compile_cache())\nopen(_jit.compile_cache(), 'w').close()\n" + PROBE
     assert run(code, NUMBA_CACHE_DIR=str(tmp_path / "cache"))["values"] == filled[1]["values"]
 

@@ -27,7 +27,7 @@ from pounding_risk.models.contact.laws import LAWS, SHIPPED
 from pounding_risk.models.contact.relation import name_of
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.sections import schema as scene_schema
-from pounding_risk.solver.pair.stages import depth_of
+from pounding_risk.solver.pair.law_verbs import depth_of
 
 
 @pytest.fixture(autouse=True)
@@ -147,7 +147,8 @@ def test_an_edited_module_answers_with_its_own_numbers(tmp_path):
     """Two sessions with one compile cache: nothing of a law from outside the package is kept there."""
     code = (
         "from pads import Pad\nfrom pounding_risk._jit.compile import lowered\n"
-        "from pounding_risk.solver.pair.stages import depth_of\nfrom pounding_risk.models.contact.laws import Linear\n"
+        "from pounding_risk.solver.pair.law_verbs import depth_of\n"
+        "from pounding_risk.models.contact.laws import Linear\n"
         "print(depth_of(lowered(Pad(1e8)), 1e3, EXACT), depth_of(Linear(1e8), 1e3, 1.0) > 0.0)"
     )
     cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}

@@ -19,6 +19,7 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.read import read_motion
 from pounding_risk.solver import counters
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.layout import lay_out
 
 GRAVITY = 9.80665
 SOIL = ("soil_flexibility", (("shear_wave_velocity", 150.0), ("radius", 6.0)))
@@ -191,7 +192,7 @@ def contacts_of(meetings: Sequence[Meeting]) -> Any:
 
 def by_solver(case: Case, rtol: float = 1e-9) -> Any:
     acceleration, dt = case.shaking.samples()
-    row = rows.lay_out(case.chains, points_of(case.meetings), dt)
+    row = lay_out(case.chains, points_of(case.meetings), dt)
     return rows.run_row(row, contacts_of(case.meetings), acceleration, rtol=rtol)
 
 

@@ -24,7 +24,8 @@ from pounding_risk.motions.read import read_motion
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import Interface, free_response, initial_state, oscillators, solve
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.impulsive_api import run_jumps
+from pounding_risk.solver.row.impulsive.api import run_jumps
+from pounding_risk.solver.row.layout import lay_out
 
 DT = 0.01
 QUIET = np.zeros(201)
@@ -36,7 +37,7 @@ SLOW = Building("right", 82.6e3, 0.6, 0.05, initial_displacement=-0.02, initial_
 def test_free_vibration_is_the_closed_form():
     """u = e^(−ζωt) (u0 cos ω_d t + (v0 + ζω u0)/ω_d sin ω_d t); a pair, and a row of the same masses."""
     pair = free_response(oscillators(MOVED, SLOW), QUIET, DT, None, initial_state(MOVED, SLOW))
-    row = rows.free_row(rows.lay_out([chain_of(MOVED), chain_of(SLOW)], (), DT), QUIET, states=True)
+    row = rows.free_row(lay_out([chain_of(MOVED), chain_of(SLOW)], (), DT), QUIET, states=True)
     for place, building in enumerate((MOVED, SLOW)):
         omega = 2.0 * pi / building.period
         decay, rate = building.damping * omega, omega * sqrt(1.0 - building.damping**2)
@@ -52,7 +53,7 @@ def test_storeys_begin_where_they_are_told():
     """Against the exponential of the matrix: states at nodes, and peaks, of which those at the start are some."""
     building = Storeys("", (90e3,) * 3, (5e7,) * 3, (3.0,) * 3, initial_displacement=(0.01, 0.03, 0.04))
     chain = chain_of(building)
-    laid = rows.lay_out([chain], (), DT)
+    laid = lay_out([chain], (), DT)
     found = rows.free_row(laid, QUIET, states=True)
     mass, damping, stiffness = building.matrices()
     matrix = np.zeros((6, 6))
@@ -83,7 +84,7 @@ def test_a_mass_that_moves_against_a_stop(as_row: bool):
     force, duration = sqrt(mass) * stiff / sqrt(k + stiff), pi * sqrt(mass / (k + stiff))
     if as_row:
         meetings = [meeting(0, 1.0, 1.0, 0.0, law="kelvin_voigt_tension_cut", stiffness=stiff, restitution=1.0)]
-        laid = rows.lay_out([chain_of(left), chain_of(Building.rigid("stop"))], points_of(meetings), DT)
+        laid = lay_out([chain_of(left), chain_of(Building.rigid("stop"))], points_of(meetings), DT)
         run = rows.run_row(laid, contacts_of(meetings), shaking, rtol=1e-11)
         found = {name: values[0] for name, values in named(run).items()}
     else:
@@ -124,7 +125,7 @@ def test_a_row_that_begins_moving_is_the_reference():
         initial_displacement=(-0.002, -0.003),
     )
     meetings = [meeting(0, float(floor), float(floor), 0.01, restitution=0.6) for floor in (1, 2)]
-    laid = rows.lay_out([slender, limp], points_of(meetings), MOTION.dt)
+    laid = lay_out([slender, limp], points_of(meetings), MOTION.dt)
     run = rows.run_row(laid, contacts_of(meetings), MOTION.acceleration, rtol=1e-11)
     towers = [oracle_rows.Tower(*chain[:7]) for chain in (slender, limp)]
     start = np.array([0.0, 0.0, 0.0, -0.002, -0.003, 0.2, 0.3, 0.4, 0.0, 0.0])
@@ -140,7 +141,7 @@ def test_a_row_that_begins_moving_is_the_reference():
 def test_two_masses_are_the_same_as_pair_and_as_row(model):
     law = model(5e7) if model is KelvinVoigtTensionCut else model()
     meetings = [meeting(0, 1.0, 1.0, 0.03)]
-    laid = rows.lay_out([chain_of(MOVED), chain_of(SLOW)], points_of(meetings), MOTION.dt)
+    laid = lay_out([chain_of(MOVED), chain_of(SLOW)], points_of(meetings), MOTION.dt)
     contacts = contacts_of(meetings)._replace(laws=[law], restitutions=[constant(0.6)])
     if model is Stereomechanical:
         run = run_jumps(laid, contacts, MOTION.acceleration, rows.free_row(laid, MOTION.acceleration), rtol=1e-10)

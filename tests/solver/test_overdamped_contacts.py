@@ -26,6 +26,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver import counters
 from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.layout import lay_out
 
 GRAVITY = 9.80665
 DT = 0.01
@@ -47,7 +48,7 @@ def meetings_of(e: float) -> list[Meeting]:
 
 
 def run_of(chains: tuple[Chain, ...], meetings: list[Meeting], ground: np.ndarray, rtol: float = 1e-6) -> rows.RowRun:
-    return rows.run_row(rows.lay_out(chains, points_of(meetings), DT), contacts_of(meetings), ground, rtol=rtol)
+    return rows.run_row(lay_out(chains, points_of(meetings), DT), contacts_of(meetings), ground, rtol=rtol)
 
 
 @pytest.mark.parametrize("e", [1e-1, 1e-2, 1e-4, 1e-6])
@@ -159,6 +160,7 @@ import numpy as np
 from row_cases import contacts_of, meeting, points_of, storeys
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import implicit
+from pounding_risk.solver.row.layout import lay_out
 
 side, middle = storeys(2, 90e3, 4e7), storeys(2, 60e3, 3e7)
 meetings = [meeting(interface, 1.6, 1.6, 0.01, restitution=1e-4) for interface in (0, 1)]
@@ -171,7 +173,7 @@ def counted(*arguments):
 
 implicit.closing_changes = counted
 drawn = [side._replace(initial=np.array([[u, 2.0 * u], [0.0, 0.0]])) for u in (-0.03, 0.03)]
-laid = rows.lay_out((drawn[0], middle, drawn[1]), points_of(meetings), 0.01)
+laid = lay_out((drawn[0], middle, drawn[1]), points_of(meetings), 0.01)
 run = rows.run_row(laid, contacts_of(meetings), np.zeros(40))
 print(json.dumps([run.status, run.points.tolist(), run.floors.tolist(), solved]))
 """

@@ -19,6 +19,7 @@ from scipy.linalg import expm
 from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.solver.counters import COMPLETE, COUNT
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.layout import lay_out
 from pounding_risk.solver.row.workspace import GIVE, ROOT, SWAY
 
 ACCELERATION, DT = EL_CENTRO.samples()
@@ -55,7 +56,7 @@ def laid_row(chains: Any, gaps: Any, lags: Any = None) -> tuple[Any, Any]:
         left, right = (level, level) if level else (1.0, 1.0)
         meetings.append(meeting(interface, left, right, gap, stiffness=2e8, law="kelvin_voigt_tension_cut"))
     arrivals = None if lags is None else WavePassage(0.0, lags).arrivals(len(chains))
-    return rows.lay_out(chains, points_of(meetings), DT, arrivals), contacts_of(meetings)
+    return lay_out(chains, points_of(meetings), DT, arrivals), contacts_of(meetings)
 
 
 def needed(free: Any) -> np.ndarray:
@@ -142,7 +143,7 @@ def motion_matrix(chain: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def test_a_free_vibration_stays_within_its_bounds_and_is_led_over_a_block(name: str):
     """Any start, by the exponential of the matrix at 40 instants: what the energy allows, and where a block ends."""
     chain = CASES[name].chains[0]
-    laid = rows.lay_out((chain,), (), DT)
+    laid = lay_out((chain,), (), DT)
     matrix, stiffness, _ = motion_matrix(chain)
     n, random = len(chain.mass), np.random.default_rng(3)
     np.testing.assert_allclose(laid.row.floors[SWAY] ** 2, np.diag(np.linalg.inv(stiffness)), rtol=1e-12)

@@ -32,7 +32,7 @@ from pounding_risk.solver.row.complementarity import (
     TABLE_ROWS,
     solve_complementarity,
 )
-from pounding_risk.solver.row.impulsive_api import run_jumps
+from pounding_risk.solver.row.impulsive.api import run_jumps
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import OF_BUILDINGS, frame_of, outputs
 from pounding_risk.solver.row.trace_reader import contacts_of, instants_of
@@ -160,11 +160,11 @@ def test_whole_runs_against_scipy(name, mirrored):
     run = made.run()
     assert run.status == COMPLETE
     contacts = made.contacts(run)
-    for place, touches in enumerate(reference.touches):
-        own = [contact for contact in contacts if contact.place == place]
+    for point, touches in enumerate(reference.touches):
+        own = [contact for contact in contacts if contact.point == point]
         np.testing.assert_allclose([contact.facts[0] for contact in own], touches, rtol=1e-6)
         ended = [contact.facts[1] for contact in own if contact.facts[1] > contact.facts[0]]
-        np.testing.assert_allclose(ended[: len(reference.rests[place])], reference.rests[place], rtol=1e-6)
+        np.testing.assert_allclose(ended[: len(reference.rests[point])], reference.rests[point], rtol=1e-6)
     values = made.outputs(run)
     assert values["impact_count"].sum() > 8
     np.testing.assert_allclose(values["impulse"], reference.impulse, rtol=1e-6)
@@ -301,7 +301,7 @@ def test_a_jump_alone_is_goldsmiths():
     lost, contacts = np.zeros(2), made.contacts(run)
     assert len({contact.facts[0] for contact in contacts}) == len(contacts) > 8
     for contact in contacts:
-        place = contact.place
+        place = contact.point
         reduced = 1.0 / (1.0 / buildings[place].mass + 1.0 / buildings[place + 1].mass)
         speed, impulse = contact.facts[2], contact.facts[4]
         assert impulse == pytest.approx((1.0 + e[place]) * reduced * speed, rel=1e-9)

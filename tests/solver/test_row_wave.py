@@ -30,6 +30,7 @@ from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import trace_reader
 from pounding_risk.solver.row.api import HIGHEST
 from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
+from pounding_risk.solver.row.layout import lay_out
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.studies.stability.trial import shaking
 
@@ -47,7 +48,7 @@ def arrivals(*lags: float) -> np.ndarray:
 
 
 def run_of(chains, meetings, lags, ground=GROUND, rtol: float = 1e-9, **more: Any):
-    row = rows.lay_out(chains, points_of(meetings), STEP, arrivals(*lags))
+    row = lay_out(chains, points_of(meetings), STEP, arrivals(*lags))
     return rows.run_row(row, contacts_of(meetings), ground, rtol=rtol, **more)
 
 
@@ -176,7 +177,7 @@ def test_a_wave_in_no_time_is_no_wave(name: str):
     """0.1 ns between neighbours: the ground moves them by some 1e-11 m, and the kernels are those of a wave."""
     case = CASES[name]
     plain, (acceleration, dt) = by_solver(case), case.shaking.samples()
-    row = rows.lay_out(case.chains, points_of(case.meetings), dt, 1e-10 * np.arange(len(case.chains)))
+    row = lay_out(case.chains, points_of(case.meetings), dt, 1e-10 * np.arange(len(case.chains)))
     assert row.phases == len(case.chains)
     run = rows.run_row(row, contacts_of(case.meetings), acceleration, rtol=1e-9)
     found, known = named(run), named(plain)
@@ -200,7 +201,7 @@ def test_no_distance_is_no_wave_to_the_bit(wave: WavePassage):
 def test_what_is_later_moves_as_what_is_prompt():
     """Equal buildings that never touch, whatever part of a sample the lags end in; before its arrival none moves."""
     chain = storeys(3, 70e3, 4e7)
-    row = rows.lay_out((chain,) * 3, points_of([meeting(i, 3.0, 3.0, 9.0) for i in (0, 1)]), STEP, arrivals(0.05, LAG))
+    row = lay_out((chain,) * 3, points_of([meeting(i, 3.0, 3.0, 9.0) for i in (0, 1)]), STEP, arrivals(0.05, LAG))
     free = rows.free_row(row, np.append(GROUND, np.zeros(100)), states=True)
     assert free.states.shape == (500, 2, 9) and not free.states[:10, :, 6:].any()
     np.testing.assert_allclose(free.floors[3:6], free.floors[:3], rtol=1e-11)
@@ -241,7 +242,7 @@ def test_histories_are_those_of_the_masses():
     assert shares.min() > 0.99 and shares.max() <= 1.0 + 1e-12
     for point, peak in enumerate(run.points[:, PEAK_FORCE]):
         assert max(each.facts[3] for each in contacts if each.place == point) == peak > 0.0
-    row = rows.lay_out(chains, points_of(meetings), STEP, arrivals(*lags))
+    row = lay_out(chains, points_of(meetings), STEP, arrivals(*lags))
     pulls, widened = rows.ground_histories(row, GROUND)
     late = np.interp(np.arange(400) * STEP - 0.0333, np.arange(400) * STEP, GROUND, left=0.0)
     np.testing.assert_allclose(pulls[:-1, 1], late[:-1], atol=1e-12)

@@ -20,6 +20,7 @@ from row_cases import CASES, by_solver, named
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.solver import counters
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.layout import lay_out
 
 RTOL = 1e-9
 # Relative tolerance at the solver's rtol of 1e-9: what the project promises of peaks, and of what follows from them.
@@ -85,7 +86,7 @@ def test_free_flight_of_a_row_is_direct_integration(name: str):
     case = CASES[name]
     acceleration, dt = case.shaking.samples()
     true = reference(case.chains, (), acceleration, dt)
-    free = rows.free_row(rows.lay_out(case.chains, (), dt), acceleration)
+    free = rows.free_row(lay_out(case.chains, (), dt), acceleration)
     np.testing.assert_allclose(free.floors, true.floors, rtol=1e-9)
     assert np.all(np.abs(free.rest - true.rest) <= 1e-9 * true.floors[:, 1:2])
 

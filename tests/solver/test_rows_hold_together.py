@@ -32,6 +32,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver import counters
 from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.layout import lay_out
 
 # Two like buildings drawn away from the one between them and let go; a run begins at rest, so what begins it is told.
 MIRRORED = """
@@ -43,7 +44,7 @@ from pounding_risk.solver.row import api as rows
 side, middle = storeys(2, 90e3, 4e7), storeys(2, 60e3, 3e7)
 meetings = [meeting(interface, 1.6, 1.6, 0.01, yield_force=1e6) for interface in (0, 1)]
 drawn = [side._replace(initial=np.array([[u, 2.0 * u], [0.0, 0.0]])) for u in (-0.03, 0.03)]
-laid = rows.lay_out((drawn[0], middle, drawn[1]), points_of(meetings), 0.01)
+laid = lay_out((drawn[0], middle, drawn[1]), points_of(meetings), 0.01)
 run = rows.run_row(laid, contacts_of(meetings), np.zeros(60))
 print(json.dumps([run.status, run.points.tolist(), run.floors.tolist()]))
 """
@@ -53,7 +54,7 @@ SIDES = ("peak_displacement", "peak_storey_shear", "peak_floor_acceleration")
 def free(chains: Any, shaking: Any = EL_CENTRO) -> Any:
     """Buildings without contact."""
     acceleration, dt = shaking.samples()
-    return rows.free_row(rows.lay_out(chains, (), dt), acceleration)
+    return rows.free_row(lay_out(chains, (), dt), acceleration)
 
 
 def test_wide_gaps_are_single_buildings_bit_by_bit():
@@ -140,7 +141,7 @@ def test_a_record_may_end_while_a_storey_yields():
     for stop in range(60, 300, 20):
         cut = acceleration[:stop]
         true = integrate((chain,), (), cut, dt)
-        found = rows.free_row(rows.lay_out((chain,), (), dt), cut)
+        found = rows.free_row(lay_out((chain,), (), dt), cut)
         np.testing.assert_allclose(found.rest, true.rest, rtol=1e-9, atol=1e-12)
         caught += bool(np.any(np.abs(true.rest[:, 0] - true.rest[:, 1]) >= chain.strength / chain.shear * (1 - 1e-9)))
     assert caught >= 1, "no record ends so"

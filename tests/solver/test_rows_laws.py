@@ -16,6 +16,7 @@ from row_cases import EL_CENTRO, PLACES, contacts_of, floors, jankowski, points_
 
 from pounding_risk.solver import counters
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.layout import lay_out
 
 SETUP = f"""
 import json, sys
@@ -36,7 +37,7 @@ BUILDINGS = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 1.0, 0.
 PAIR = [chain_of(each) for each in BUILDINGS]
 
 def solved(chains, meetings, laws, samples=150):
-    row = rows.lay_out(chains, points_of(meetings), DT)
+    row = lay_out(chains, points_of(meetings), DT)
     count = len(meetings)
     gaps, forces = np.array([each.gap for each in meetings]), np.full(count, FORCE)
     return rows.run_row(row, rows.Contacts(gaps, forces, laws, [E] * count), ACCELERATION[:samples], rtol=1e-9)
@@ -146,7 +147,7 @@ def test_a_closed_gap_at_rest_under_a_tapered_record():
     chains, meetings = (single(2e5, 0.5), storeys(2, 80e3, 5e7)), floors(0, 1.0, gap=0.0)
     for quiet in (0, 7):
         shaken = np.concatenate([np.zeros(quiet), tapered])
-        run = rows.run_row(rows.lay_out(chains, points_of(meetings), dt), contacts_of(meetings), shaken)
+        run = rows.run_row(lay_out(chains, points_of(meetings), dt), contacts_of(meetings), shaken)
         assert run.status == counters.COMPLETE
         assert run.points[0, counters.COUNT] >= 1
         assert quiet * dt <= run.points[0, counters.FIRST_TOUCH] < quiet * dt + 1.0
@@ -154,7 +155,7 @@ def test_a_closed_gap_at_rest_under_a_tapered_record():
 
 def test_a_row_without_contact_points_is_free():
     acceleration, dt = EL_CENTRO.samples()
-    laid = rows.lay_out(jankowski(), [], dt)
+    laid = lay_out(jankowski(), [], dt)
     run = rows.run_row(laid, rows.Contacts(np.zeros(0), np.zeros(0), [], []), acceleration[:100])
     assert run.status == counters.COMPLETE
     np.testing.assert_array_equal(run.floors, rows.free_row(laid, acceleration[:100]).floors)
@@ -186,7 +187,7 @@ ground = np.full(21, 2.0)
 found = []
 for mass in np.linspace(7.1e4, 9.3e4, 12):
     chains = [chain_of(Building.rigid("wall")), single(1.3 * mass, 0.31), single(mass, 0.47)]
-    row = rows.lay_out(chains, points_of([meeting(0, 1.0, 1.0, 0.0), meeting(1, 1.0, 1.0, 0.0)]), DT)
+    row = lay_out(chains, points_of([meeting(0, 1.0, 1.0, 0.0), meeting(1, 1.0, 1.0, 0.0)]), DT)
     contacts = rows.Contacts(np.zeros(2), np.full(2, np.inf), [ViscousElastoplastic(2.75e9)] * 2, [E] * 2)
     found.append(rows.run_row(row, contacts, ground).points[:, 2].tolist())
 print(json.dumps(found))

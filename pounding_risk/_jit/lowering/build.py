@@ -99,11 +99,11 @@ def speak(protocol):
         overload_method(types.BaseNamedTuple, name, jit_options=INLINED)(resolve)
 
 
-def choose(choice, verb, place, those, others):
-    """Compile a call of ``choice`` to one of ``those`` or ``others``: see `compile.by_verb`."""
+def choose(choice, verb, number, with_verb, without_verb):
+    """Compile a call of ``choice`` to one of ``with_verb`` or ``without_verb``: see `compile.by_verb`."""
 
     def resolve(*arguments):
-        chosen = those if hasattr(arguments[place].instance_class, verb) else others
+        chosen = with_verb if hasattr(arguments[number].instance_class, verb) else without_verb
         return lambda *arguments: chosen(*arguments)
 
     overload(choice, jit_options=INLINED)(resolve)

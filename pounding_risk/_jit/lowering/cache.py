@@ -61,7 +61,7 @@ class Shelf:
         return ""
 
     def get_disambiguator(self):
-        """What tells functions of one name apart."""
+        """What tells functions of one name in one module apart: the line of their source."""
         return str(self._line)
 
 

@@ -67,14 +67,14 @@ def _leaves_of(typingctx, model):
 @intrinsic
 def _model_at(typingctx, model, numbers, offset):
     def codegen(context, builder, signature, arguments):
-        def build(part, at):
+        def build(part, entry):
             if not isinstance(part, types.BaseTuple):
-                return builder.load(builder.gep(start, [context.get_constant(types.intp, at)])), at + 1
+                return builder.load(builder.gep(start, [context.get_constant(types.intp, entry)])), entry + 1
             parts = []
             for inner in part.types:
-                value, at = build(inner, at)
+                value, entry = build(inner, entry)
                 parts.append(value)
-            return context.make_tuple(builder, part, parts), at
+            return context.make_tuple(builder, part, parts), entry
 
         start = builder.gep(arguments[1], [arguments[2]])
         return build(signature.args[0], 0)[0]
@@ -87,14 +87,14 @@ def _lay_at(typingctx, model, numbers, offset):
     def codegen(context, builder, signature, arguments):
         start = builder.gep(arguments[1], [arguments[2]])
 
-        def lay(part, value, at):
+        def lay(part, value, entry):
             if not isinstance(part, types.BaseTuple):
                 number = context.cast(builder, value, part, types.float64)
-                builder.store(number, builder.gep(start, [context.get_constant(types.intp, at)]))
-                return at + 1
+                builder.store(number, builder.gep(start, [context.get_constant(types.intp, entry)]))
+                return entry + 1
             for number, inner in enumerate(part.types):
-                at = lay(inner, builder.extract_value(value, number), at)
-            return at
+                entry = lay(inner, builder.extract_value(value, number), entry)
+            return entry
 
         return context.get_constant(types.intp, lay(signature.args[0], arguments[0], 0))
 
@@ -127,7 +127,7 @@ def _call_slots(typingctx, address, numbers, slots):
 
 
 @intrinsic
-def _read_slot(typingctx, slots, place):
+def _read_slot(typingctx, slots, number):
     def codegen(context, builder, signature, arguments):
         return builder.load(builder.gep(_pointer(builder, arguments[0]), [arguments[1]]))
 
@@ -138,9 +138,9 @@ def _read_slot(typingctx, slots, place):
 def _write_slots(typingctx, slots, values):
     def codegen(context, builder, signature, arguments):
         start = _pointer(builder, arguments[0])
-        for place in range(len(signature.args[1])):
-            value = builder.extract_value(arguments[1], place)
-            builder.store(value, builder.gep(start, [context.get_constant(types.intp, place)]))
+        for number in range(len(signature.args[1])):
+            value = builder.extract_value(arguments[1], number)
+            builder.store(value, builder.gep(start, [context.get_constant(types.intp, number)]))
         return context.get_dummy_value()
 
     return types.none(types.float64, types.UniTuple(types.float64, len(values))), codegen

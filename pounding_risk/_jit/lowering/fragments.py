@@ -34,7 +34,7 @@ class Fragment(JITCodeLibrary):
         ll_module.data_layout = self._codegen._data_layout
 
     def finalize(self):
-        """Nothing can be added any more."""
+        """End the fragment: set the linkage with which callers take its functions in, each once."""
         self._raise_if_finalized()
         self._finalize_dynamic_globals()
         for function in self._final_module.functions:
@@ -48,16 +48,16 @@ class Fragment(JITCodeLibrary):
         self._finalized = True
 
     def own_code(self):
-        """The function without what it calls."""
+        """The intermediate code of the function, without that of the functions that it calls."""
         self._ensure_finalized()
         return self._final_module
 
     def _get_module_for_linking(self):
         # For a function that is compiled in numba's own way, as a user's: with all that this one calls.
-        whole = self.own_code().clone()
+        module = self.own_code().clone()
         for library in gathered(self._linking_libraries):
-            whole.link_in(code_of(library), preserve=True)
-        return whole
+            module.link_in(code_of(library), preserve=True)
+        return module
 
     def get_pointer_to_function(self, name):
         """None: there is no machine code."""
@@ -115,11 +115,11 @@ def _symbols_of(module) -> llvm.ModuleRef:
 
 def gathered(libraries: Iterable[JITCodeLibrary]) -> Iterator[JITCodeLibrary]:
     """These libraries and the fragments below them, each once."""
-    seen, pending = set(), list(libraries)[::-1]
+    visited, pending = set(), list(libraries)[::-1]
     while pending:
         library = pending.pop()
-        if library not in seen:
-            seen.add(library)
+        if library not in visited:
+            visited.add(library)
             yield library
             if isinstance(library, Fragment):
                 pending += library._linking_libraries[::-1]

@@ -47,16 +47,16 @@ class LentType(types.Type):
 
     def field(self, name):
         """(number of the table's entries before a field, the field's type)."""
-        place = 0
-        for own, kind in zip(self.tuple_type.fields, self.kinds, strict=True):
-            if own == name:
-                return place, kind
-            place += _entries(kind)
+        entry = 0
+        for field, kind in zip(self.tuple_type.fields, self.kinds, strict=True):
+            if field == name:
+                return entry, kind
+            entry += _entries(kind)
         return None
 
 
 def _kind_when_lent(kind):
-    """The type of a field of this type, and of what is inside it, when it is lent."""
+    """Type that a field of type ``kind`` has in a lent tuple: arrays become `LentArray`, also those in named tuples."""
     if isinstance(kind, types.Array):
         return LentArray(kind)
     if isinstance(kind, types.BaseNamedTuple):
@@ -140,8 +140,8 @@ class _LentFields(AttributeTemplate):
 
 
 @unbox(LentType)
-def _unbox_lent(kind, thing, c):
-    number = c.pyapi.object_getattr_string(thing, "_address")
+def _unbox_lent(kind, lent, c):
+    number = c.pyapi.object_getattr_string(lent, "_address")
     address = c.pyapi.number_as_ssize_t(number)
     c.pyapi.decref(number)
     pointer = c.builder.inttoptr(address, c.context.get_value_type(kind))
@@ -150,7 +150,7 @@ def _unbox_lent(kind, thing, c):
 
 @lower_getattr_generic(LentType)
 def _read_field(context, builder, kind, pointer, name):
-    place, field = kind.field(name)
+    first_entry, field = kind.field(name)
 
     def entry(number):
         loaded = builder.load(builder.gep(pointer, [context.get_constant(types.intp, number)]))
@@ -158,21 +158,21 @@ def _read_field(context, builder, kind, pointer, name):
         loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
         return loaded
 
-    def read(part, at):
+    def read(part, first):
         value_type = context.get_value_type(part)
         if isinstance(part, types.BaseTuple):
             values = []
             for inner in part.types:
-                values.append(read(inner, at))
-                at += _entries(inner)
+                values.append(read(inner, first))
+                first += _entries(inner)
             return context.make_tuple(builder, part, values)
         if isinstance(part, types.Array):
-            return _array(context, builder, part, [entry(at + number) for number in range(1 + part.ndim)])
+            return _array(context, builder, part, [entry(first + number) for number in range(1 + part.ndim)])
         if isinstance(part, types.Record):
-            return builder.inttoptr(entry(at), value_type)
-        return builder.bitcast(entry(at), value_type)
+            return builder.inttoptr(entry(first), value_type)
+        return builder.bitcast(entry(first), value_type)
 
-    return read(field, place)
+    return read(field, first_entry)
 
 
 def _array(context, builder, kind, entries):
@@ -199,8 +199,8 @@ def _item(context, builder, kind, array, index_types, indices):
     offset = context.get_constant(types.intp, 0)
     lengths = cgutils.unpack_tuple(builder, view.shape)
     for length, index_type, index in zip(lengths, index_types, indices, strict=True):
-        place = context.cast(builder, index, index_type, types.intp)
-        offset = builder.add(builder.mul(offset, length), place)
+        position = context.cast(builder, index, index_type, types.intp)
+        offset = builder.add(builder.mul(offset, length), position)
     return builder.gep(view.data, [offset])
 
 

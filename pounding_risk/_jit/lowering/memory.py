@@ -20,9 +20,9 @@ def zeros(typingctx, shape, dtype):
         lengths = cgutils.unpack_tuple(builder, arguments[0])
         kinds = signature.args[0]
         lengths = [context.cast(builder, n, kind, types.intp) for n, kind in zip(lengths, kinds, strict=True)]
-        made = _empty_nd_impl(context, builder, array, lengths)
-        cgutils.memset(builder, made.data, builder.mul(made.itemsize, made.nitems), 0)
-        return impl_ret_new_ref(context, builder, array, made._getvalue())
+        view = _empty_nd_impl(context, builder, array, lengths)
+        cgutils.memset(builder, view.data, builder.mul(view.itemsize, view.nitems), 0)
+        return impl_ret_new_ref(context, builder, array, view._getvalue())
 
     return array(shape, dtype), codegen
 

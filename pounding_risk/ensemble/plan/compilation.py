@@ -28,8 +28,8 @@ from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import run as rows_march
 from pounding_risk.solver.row.free_motion import march_free
-from pounding_risk.solver.row.impulsive import march_jumps
-from pounding_risk.solver.row.impulsive_api import jumps, unmoved_jumps
+from pounding_risk.solver.row.impulsive.api import jumps, unmoved_jumps
+from pounding_risk.solver.row.impulsive.run import march_jumps
 from pounding_risk.solver.workspace import make_workspace
 
 STILL = np.zeros(2), 0.01  # a ground motion of zeros: only its types matter
@@ -89,9 +89,9 @@ def _of_pair(study: Scene, own_kernels: bool) -> Kernels:
 
 
 def _of_row(study: Scene) -> Kernels:
-    *bundles, step, terms, states = rows.unmoved(model_of(study).row(STILL[1]), STILL[0])
+    *bundles, states = rows.unmoved(model_of(study).row(STILL[1]), STILL[0])
     row, run, motion, work = map(lent, bundles)
-    solver = is_compiled(rows_march.march, (row, run, motion, step, terms, study.rtol, states))
+    solver = is_compiled(rows_march.march, (row, run, motion, study.rtol, states))
     places = [study.at(place) for place in range(len(study.interfaces))]
 
     def known(name: str) -> bool:
@@ -103,7 +103,7 @@ def _of_row(study: Scene) -> Kernels:
     names = study.models_of(*study.grid.contact_models)
     solver = solver or jumps([known_law(name) for name in names])  # which have a solver of their own
     laws = tuple(map(known, study.grid.contact_models))
-    return Kernels(is_compiled(march_free, (row, run, motion, work, step, terms, states)), solver, laws)
+    return Kernels(is_compiled(march_free, (row, run, motion, work, states)), solver, laws)
 
 
 def _like(study: Scene, name: str) -> Any:

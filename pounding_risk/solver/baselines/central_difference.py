@@ -16,10 +16,10 @@ from pounding_risk.solver.baselines.force import contact_force
 
 
 @small
-def kicked(oscillator, a_g, h, place, speed, push):
+def next_velocity(oscillator, a_g, h, displacement, speed, push):
     """The velocity half a step later; ``push`` is the contact's acceleration of this building [m/s²]."""
     damp = 0.5 * h * oscillator.two_zeta_omega
-    pull = -oscillator.ground * a_g - oscillator.omega2 * place + push
+    pull = -oscillator.ground * a_g - oscillator.omega2 * displacement + push
     return ((1.0 - damp) * speed + h * pull) / (1.0 + damp)
 
 
@@ -35,6 +35,6 @@ class CentralDifference(NamedTuple):
     def advance(self, pair, law, contact, grounds, h, state):
         left, right = pair
         force = contact_force(law, contact, state[0] - state[1] - contact.gap, state[2] - state[3])
-        v_left = kicked(left, grounds[0], h, state[0], state[2], -left.inverse_mass * force)
-        v_right = kicked(right, grounds[0], h, state[1], state[3], right.inverse_mass * force)
+        v_left = next_velocity(left, grounds[0], h, state[0], state[2], -left.inverse_mass * force)
+        v_right = next_velocity(right, grounds[0], h, state[1], state[3], right.inverse_mass * force)
         return (state[0] + h * v_left, state[1] + h * v_right, v_left, v_right, 0.0, 0.0)

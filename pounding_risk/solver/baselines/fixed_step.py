@@ -31,7 +31,7 @@ class Stepper(Protocol):
     """What the loop asks of a method; a state is (u_left, u_right, v_left, v_right, and two numbers of its own)."""
 
     def ready(self, pair, a_g, h):
-        """The state at rest before the first step."""
+        """The state at rest before the first step, of ``h`` [s]; ``a_g`` [m/s²] is the ground's acceleration then."""
 
     def advance(self, pair, law, contact, grounds, h, state):
         """The state one step of h [s] later; ``grounds`` are a_g at its start, middle and end."""
@@ -72,15 +72,19 @@ def march_fixed(stepper, pair, law, limits, ground, out):
     for sample in range(a_g.size - 1):
         start, rise = a_g[sample], a_g[sample + 1] - a_g[sample]
         for part in range(parts):
-            place = part * share
-            grounds = (start + rise * place, start + rise * (place + 0.5 * share), start + rise * (place + share))
-            before = state
-            state = stepper.advance(pair, law, contact, grounds, h, before)
+            x = part * share
+            grounds = (
+                start + rise * x,
+                start + rise * (x + 0.5 * share),
+                start + rise * (x + share),
+            )
+            previous = state
+            state = stepper.advance(pair, law, contact, grounds, h, previous)
             closing = state[0] - state[1]
             # Apart, the damping constant is NaN: a step whose force asked for it shows it, and is made again.
             if not (touching or closing <= gap):
-                contact = Contact(gap, strength, least, damping(pair, law, restitution, before))
-                state = stepper.advance(pair, law, contact, grounds, h, before)
+                contact = Contact(gap, strength, least, damping(pair, law, restitution, previous))
+                state = stepper.advance(pair, law, contact, grounds, h, previous)
                 closing = state[0] - state[1]
             reach, closest = max(reach, abs(closing)), max(closest, closing)
             if closing > gap:
@@ -91,8 +95,8 @@ def march_fixed(stepper, pair, law, limits, ground, out):
                 if not touching:
                     count += 1.0
                     if count == 1.0:
-                        behind = gap - (before[0] - before[1])
-                        first = sample * dt + h * (part + behind / (behind + closing - gap))
+                        open_gap = gap - (previous[0] - previous[1])
+                        first = sample * dt + h * (part + open_gap / (open_gap + closing - gap))
                 touching = True
             elif touching or contact.memory == contact.memory:
                 contact = Contact(gap, strength, least, nan)

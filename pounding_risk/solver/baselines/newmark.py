@@ -26,39 +26,42 @@ def solve_force(law, contact, reach, guess):
     F grows, so the root lies between 0 and the force that the full penetration would give. ``guess`` is the force of
     the last step.
     """
-    delta, rate, give, slow = reach
+    delta, rate, c_depth, c_rate = reach
     full = contact_force(law, contact, delta, rate)
     # NaN, an unknown damping constant, goes straight back to the caller.
     if not (full > 0.0 or full < 0.0):
         return full
     low, high = min(full, 0.0), max(full, 0.0)
     close = CLOSE * (high - low)
-    before, miss_before = full, full - contact_force(law, contact, delta - give * full, rate - slow * full)
+    previous_force, previous_miss = (
+        full,
+        full - contact_force(law, contact, delta - c_depth * full, rate - c_rate * full),
+    )
     force = guess if low < guess < high else 0.5 * full
-    last, older = inf, inf  # lengths of the steps before
+    length, previous_length = inf, inf  # lengths of the steps before
     for _ in range(MOST_TRIALS):
-        miss = force - contact_force(law, contact, delta - give * force, rate - slow * force)
+        miss = force - contact_force(law, contact, delta - c_depth * force, rate - c_rate * force)
         if miss == 0.0:
             return force
         if miss > 0.0:
             high = force
         else:
             low = force
-        step = miss * (force - before) / (miss - miss_before) if miss != miss_before else inf
-        if not low < force - step < high or abs(step) > 0.5 * older:
+        step = miss * (force - previous_force) / (miss - previous_miss) if miss != previous_miss else inf
+        if not low < force - step < high or abs(step) > 0.5 * previous_length:
             step = force - 0.5 * (low + high)
-        before, miss_before = force, miss
-        last, older = abs(step), last
+        previous_force, previous_miss = force, miss
+        length, previous_length = abs(step), length
         force -= step
-        if last <= close:
+        if length <= close:
             break
     return force
 
 
 @small
-def acceleration(oscillator, a_g, place, speed):
+def acceleration(oscillator, a_g, displacement, velocity):
     """−a_g − 2 ζ ω v − ω² u [m/s²]."""
-    return -oscillator.ground * a_g - oscillator.two_zeta_omega * speed - oscillator.omega2 * place
+    return -oscillator.ground * a_g - oscillator.two_zeta_omega * velocity - oscillator.omega2 * displacement
 
 
 class Newmark(NamedTuple):
@@ -83,14 +86,14 @@ class Newmark(NamedTuple):
         a_left = stiff_left * acceleration(left, grounds[2], u_left, v_left)
         a_right = stiff_right * acceleration(right, grounds[2], u_right, v_right)
         yields_left, yields_right = stiff_left * left.inverse_mass, stiff_right * right.inverse_mass
-        apart = u_left - u_right + bend * (a_left - a_right) - contact.gap
+        end_depth = u_left - u_right + bend * (a_left - a_right) - contact.gap
         force = 0.0
-        if apart > 0.0:
+        if end_depth > 0.0:
             rate = v_left - v_right + rise * (a_left - a_right)
             give = yields_left + yields_right
-            felt = state[0] - state[1] - contact.gap
-            guess = contact_force(law, contact, felt, state[2] - state[3])
-            force = solve_force(law, contact, (apart, rate, bend * give, rise * give), guess)
+            start_depth = state[0] - state[1] - contact.gap
+            guess = contact_force(law, contact, start_depth, state[2] - state[3])
+            force = solve_force(law, contact, (end_depth, rate, bend * give, rise * give), guess)
             a_left -= yields_left * force
             a_right += yields_right * force
         return (

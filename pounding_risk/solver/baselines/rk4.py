@@ -10,7 +10,7 @@ from pounding_risk.solver.baselines.force import contact_force
 
 @small
 def derivative(pair, law, contact, a_g, state):
-    """Time derivative of the state (u_left, u_right, v_left, v_right)."""
+    """d/dt of the state (u_left, u_right, v_left, v_right) [m/s, m/s²] under ``a_g`` [m/s²]."""
     left, right = pair
     force = contact_force(law, contact, state[0] - state[1] - contact.gap, state[2] - state[3])
     return (
@@ -22,7 +22,7 @@ def derivative(pair, law, contact, a_g, state):
 
 
 @small
-def moved(state, slope, h):
+def state_along_slope(state, slope, h):
     """The state after a time h at a constant slope: state + h slope."""
     return (
         state[0] + h * slope[0],
@@ -45,9 +45,9 @@ class Rk4(NamedTuple):
 
     def advance(self, pair, law, contact, grounds, h, state):
         k1 = derivative(pair, law, contact, grounds[0], state)
-        k2 = derivative(pair, law, contact, grounds[1], moved(state, k1, 0.5 * h))
-        k3 = derivative(pair, law, contact, grounds[1], moved(state, k2, 0.5 * h))
-        k4 = derivative(pair, law, contact, grounds[2], moved(state, k3, h))
+        k2 = derivative(pair, law, contact, grounds[1], state_along_slope(state, k1, 0.5 * h))
+        k3 = derivative(pair, law, contact, grounds[1], state_along_slope(state, k2, 0.5 * h))
+        k4 = derivative(pair, law, contact, grounds[2], state_along_slope(state, k3, h))
         sixth = h / 6.0
         return (
             state[0] + sixth * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0]),

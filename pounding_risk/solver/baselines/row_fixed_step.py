@@ -126,7 +126,7 @@ def across(row, k, vector):
 
 
 @small
-def press(row, k, force, out):
+def subtract_force(row, k, force, out):
     """Take a contact force from row ``out``: it pushes the left building back, the right one on."""
     for end in range(row.ends.shape[1]):
         row.state[out, row.ends[k, end]] -= row.shares[k, end] * force
@@ -134,18 +134,18 @@ def press(row, k, force, out):
 
 @small
 def contact_of(row, k):
-    """What `force` asks of contact point ``k``."""
+    """The `Contact` of point ``k``: gap [m], yield and smallest force [N], damping constant, NaN while it is open."""
     contact = row.contacts[k]
     return Contact(contact[GAP], contact[STRENGTH], contact[LEAST], contact[MEMORY])
 
 
 @kernel
-def pressed(row, laws, u, v, out):
+def subtract_contact_forces(row, laws, u, v, out):
     """Take the contact forces of displacements and velocities in rows ``u`` and ``v`` from row ``out``."""
     for k in range(row.ends.shape[0]):
         delta = across(row, k, u) - row.contacts[k, GAP]
         if not delta <= 0.0:
-            press(row, k, contact_force(laws[k], contact_of(row, k), delta, across(row, k, v)), out)
+            subtract_force(row, k, contact_force(laws[k], contact_of(row, k), delta, across(row, k, v)), out)
 
 
 @kernel
@@ -154,7 +154,7 @@ def accelerate(row, laws, a_g, u, v, out):
     row.state[out] = 0.0
     add_product(row, row.stiffness, -1.0, u, out)
     add_product(row, row.damping, -1.0, v, out)
-    pressed(row, laws, u, v, out)
+    subtract_contact_forces(row, laws, u, v, out)
     for i in range(row.inverse_mass.size):
         row.state[out, i] = row.state[out, i] * row.inverse_mass[i] - a_g
 
@@ -186,7 +186,7 @@ def advance_central(row, laws, grounds, h):
     add_product(row, row.stiffness, -h, U, SPARE)
     add_product(row, row.damping, -0.5 * h, V, SPARE)
     state[SPARE + 1] = 0.0
-    pressed(row, laws, U, V, SPARE + 1)
+    subtract_contact_forces(row, laws, U, V, SPARE + 1)
     for i in range(state.shape[1]):
         state[SPARE, i] += h * state[SPARE + 1, i] + (state[V, i] - h * grounds[0]) / row.inverse_mass[i]
     state[V_AFTER] = 0.0
@@ -211,7 +211,7 @@ def advance_newmark(row, laws, grounds, h):
     solve_forces(row, laws, bend, rise)
     state[SPARE] = 0.0
     for k in range(row.ends.shape[0]):
-        press(row, k, forces[1, k], SPARE)
+        subtract_force(row, k, forces[1, k], SPARE)
     add_product(row, row.inverse, 1.0, SPARE, A_AFTER)
     for i in range(state.shape[1]):
         state[U_AFTER, i] += bend * state[A_AFTER, i]
@@ -228,24 +228,24 @@ def solve_forces(row, laws, bend, rise):
     forces, points = row.forces, row.ends.shape[0]
     forces[1] = 0.0
     for _ in range(MOST_SWEEPS):
-        largest, moved = 0.0, 0.0
+        largest_force, largest_change = 0.0, 0.0
         for k in range(points):
-            taken = 0.0
-            for other in range(points):
-                if other != k:
-                    taken += row.give[k, other] * forces[1, other]
-            apart = across(row, k, U_AFTER) + bend * (across(row, k, A_AFTER) - taken) - row.contacts[k, GAP]
+            reaction = 0.0
+            for j in range(points):
+                if j != k:
+                    reaction += row.give[k, j] * forces[1, j]
+            depth = across(row, k, U_AFTER) + bend * (across(row, k, A_AFTER) - reaction) - row.contacts[k, GAP]
             force = 0.0
-            if not apart <= 0.0:
-                rate = across(row, k, V_AFTER) + rise * (across(row, k, A_AFTER) - taken)
+            if not depth <= 0.0:
+                rate = across(row, k, V_AFTER) + rise * (across(row, k, A_AFTER) - reaction)
                 give = row.give[k, k]
-                force = solve_force(laws[k], contact_of(row, k), (apart, rate, bend * give, rise * give), forces[0, k])
-            moved = max(moved, abs(force - forces[1, k]))
+                force = solve_force(laws[k], contact_of(row, k), (depth, rate, bend * give, rise * give), forces[0, k])
+            largest_change = max(largest_change, abs(force - forces[1, k]))
             forces[1, k] = force
-            largest = max(largest, abs(force))
+            largest_force = max(largest_force, abs(force))
             if not abs(force) < inf:
                 return
-        if moved <= AGREED * largest or points == 1:
+        if largest_change <= AGREED * largest_force or points == 1:
             return
 
 
@@ -278,11 +278,11 @@ def begin_contacts(row, laws, rules):
 
 
 @kernel
-def note(row, laws, moment, h, out):
+def update_peaks(row, laws, moment, h, out):
     """Raise the peaks of every contact point by the state after a step from ``moment`` [s], and end contacts."""
     for k in range(row.ends.shape[0]):
         contact, peaks = row.contacts[k], out[k]
-        closing, before = across(row, k, U_AFTER), across(row, k, U)
+        closing, previous_closing = across(row, k, U_AFTER), across(row, k, U)
         delta = closing - contact[GAP]
         peaks[REACH], peaks[CLOSING] = max(peaks[REACH], abs(closing)), max(peaks[CLOSING], closing)
         row.forces[0, k] = 0.0
@@ -296,8 +296,8 @@ def note(row, laws, moment, h, out):
             if contact[CLOSED] == 0.0:
                 peaks[COUNT] += 1.0
                 if peaks[COUNT] == 1.0:
-                    behind = contact[GAP] - before
-                    peaks[FIRST] = moment + h * behind / (behind + delta)
+                    open_gap = contact[GAP] - previous_closing
+                    peaks[FIRST] = moment + h * open_gap / (open_gap + delta)
             contact[CLOSED] = 1.0
         else:
             contact[CLOSED], contact[MEMORY] = 0.0, nan
@@ -328,14 +328,18 @@ def march_row(method, row, laws, rules, limits, ground, out):
     for sample in range(a_g.size - 1):
         start, rise = a_g[sample], a_g[sample + 1] - a_g[sample]
         for part in range(parts):
-            place = part * share
-            grounds = (start + rise * place, start + rise * (place + 0.5 * share), start + rise * (place + share))
+            x = part * share
+            grounds = (
+                start + rise * x,
+                start + rise * (x + 0.5 * share),
+                start + rise * (x + share),
+            )
             advance(method, row, laws, grounds, h)
             for _ in range(row.ends.shape[0] + 1):
                 if not begin_contacts(row, laws, rules):
                     break
                 advance(method, row, laws, grounds, h)
-            note(row, laws, sample * dt + part * h, h, out)
+            update_peaks(row, laws, sample * dt + part * h, h, out)
             state[U : A + 1] = state[U_AFTER : A_AFTER + 1]
         total = 0.0
         for i in range(state.shape[1]):

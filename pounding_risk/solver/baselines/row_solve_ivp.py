@@ -66,11 +66,11 @@ class ScipyRow:
         self.impacts, self.first, self.steps = np.zeros(points), np.full(points, nan), 0
 
     def depth(self, k: int, y: Array) -> float:
-        """Penetration at a contact point [m]."""
+        """Penetration at contact point ``k`` in state ``y`` [m]; below zero while it is open."""
         return float(self.shares[k] @ y[: self.count]) - float(self.contacts.gaps[k])
 
     def rate(self, k: int, y: Array) -> float:
-        """Its rate [m/s]."""
+        """Closing speed of contact point ``k`` in state ``y``, the rate of its penetration [m/s]."""
         return float(self.shares[k] @ y[self.count :])
 
     def uncapped(self, k: int, y: Array) -> float:
@@ -80,7 +80,7 @@ class ScipyRow:
         return float(self.contacts.laws[k].force(phase.memory, depth, self.rate(k, y), phase.approaching))
 
     def force(self, k: int, y: Array) -> float:
-        """Contact force on this branch of the law [N]."""
+        """Force that contact point ``k`` transmits in state ``y``, on its present branch [N]; 0 while it is open."""
         phase = self.phases[k]
         if not phase.touching or phase.region == SLACK:
             return 0.0
@@ -89,7 +89,7 @@ class ScipyRow:
         return self.uncapped(k, y)
 
     def rates(self, t: float, y: Array) -> Array:
-        """Right-hand side of the equations of motion, dy/dt."""
+        """dy/dt of ``y`` = (u, v) of all masses: (v [m/s], v̇ [m/s²]) at ``t`` [s] of the present sample."""
         u, v = y[: self.count], y[self.count :]
         pull = -self.stiffness @ u - self.damping @ v - (self.ramp[0] + self.ramp[1] * t)
         for k, phase in enumerate(self.phases):
@@ -102,8 +102,8 @@ class ScipyRow:
         age = t - self.phases[k].since
         if age <= 0.0:
             return 1.0
-        ahead = NUDGE * age * self.rates(t, y)
-        return (self.force(k, y + ahead) - self.force(k, y - ahead)) / (2.0 * NUDGE * age**0.25)
+        shift = NUDGE * age * self.rates(t, y)
+        return (self.force(k, y + shift) - self.force(k, y - shift)) / (2.0 * NUDGE * age**0.25)
 
     def events(self) -> list[tuple[int, int, Any]]:
         """(contact point, what it is, function) of the events that end this piece and of the crests that do not."""
@@ -123,22 +123,22 @@ class ScipyRow:
             listed.append((k, CREST, _event(_crest(self.force_rate, k), -1.0, False)))
         return listed
 
-    def happens(self, k: int, what: int, y: Array, now: float) -> None:
+    def happens(self, k: int, event: int, y: Array, time: float) -> None:
         """Change the branch of contact point ``k`` after an event."""
         phase = self.phases[k]
-        if what == CLOSING and phase.touching:
+        if event == CLOSING and phase.touching:
             self.phases[k] = Phase()
-        elif what == CLOSING:
+        elif event == CLOSING:
             speed = max(self.rate(k, y), 0.0)
             memory = self.contacts.laws[k].begin(
                 self.contacts.restitutions[k].at(speed), speed, float(self.row.striking[k])
             )
-            self.phases[k] = Phase(True, True, ELASTIC, memory, now)
-        elif what == TURN:
+            self.phases[k] = Phase(True, True, ELASTIC, memory, time)
+        elif event == TURN:
             self.phases[k] = phase._replace(approaching=not phase.approaching)
         else:
-            other = YIELDING if what == YIELD else SLACK
-            self.phases[k] = phase._replace(region=ELASTIC if phase.region == other else other)
+            far_region = YIELDING if event == YIELD else SLACK
+            self.phases[k] = phase._replace(region=ELASTIC if phase.region == far_region else far_region)
 
     def look(self, states: Array) -> None:
         """Raise every peak to the states given, one a row, all on the present branches."""
@@ -162,17 +162,17 @@ class ScipyRow:
             raise GaveUp(f"stopped at {float(solution.t[-1]):g} s of a sample: {solution.message}")
         self.look(np.vstack([solution.y.T, *(crests for crests in solution.y_events if len(crests))]))
         self.steps += any(phase.touching for phase in self.phases) * (len(solution.t) - 1)
-        y, now = solution.y[:, -1].copy(), float(solution.t[-1])
+        y, time = solution.y[:, -1].copy(), float(solution.t[-1])
         if solution.status != 1:
-            return y, now, True
-        k, what, _ = listed[_what_ended(solution, functions)]
-        self.happens(k, what, y, now)
-        if what == CLOSING:
+            return y, time, True
+        k, event, _ = listed[_what_ended(solution, functions)]
+        self.happens(k, event, y, time)
+        if event == CLOSING:
             # The root search leaves rounding in δ, which is taken out where the contact point acts.
             share = self.shares[k]
             y[: self.count] -= share * self.depth(k, y) / float(share @ share)
             self.look(y[np.newaxis])
-        return y, now, False
+        return y, time, False
 
 
 def _of(function: Any, k: int, less: float = 0.0) -> Any:
@@ -199,16 +199,16 @@ def solve_general_row(
     y = np.zeros(2 * row.mass.size)
     for sample in range(len(ground) - 1):
         model.ramp = (float(ground[sample]), float(ground[sample + 1] - ground[sample]) / dt)
-        now, at_end = 0.0, False
-        while not at_end and now < dt * (1.0 - 1e-12):
+        time, at_end = 0.0, False
+        while not at_end and time < dt * (1.0 - 1e-12):
             closed = [phase.touching for phase in model.phases]
             try:
-                y, now, at_end = model.piece((now, dt), y, options)
+                y, time, at_end = model.piece((time, dt), y, options)
             except GaveUp as reason:
                 raise GaveUp(f"{solver} at rtol {rtol:g}, sample {sample}: {reason}") from None
             for k, phase in enumerate(model.phases):
                 if phase.touching and not closed[k]:
                     model.impacts[k] += 1.0
-                    model.first[k] = sample * dt + now if model.impacts[k] == 1.0 else model.first[k]
+                    model.first[k] = sample * dt + time if model.impacts[k] == 1.0 else model.first[k]
         model.phases = [phase._replace(since=phase.since - dt) for phase in model.phases]
     return RowAnswer(model.reach, model.closing, model.peak, model.demand, model.impacts, model.first, model.steps)

@@ -46,7 +46,7 @@ class Answer(NamedTuple):
     steps: float
 
 
-class Seen:
+class RunPeaks:
     """Largest values of the run so far."""
 
     def __init__(self) -> None:
@@ -80,7 +80,7 @@ class ScipyPair:
         return self.law.force(self.phase.memory, delta, y[2] - y[3], self.phase.approaching)
 
     def force(self, y: Any) -> float:
-        """Contact force on this branch of the law [N]."""
+        """Force that the contact transmits in state ``y``, on its present branch [N]; 0 while it is open."""
         if not self.phase.touching or self.phase.region == SLACK:
             return 0.0
         if self.phase.region == YIELDING:
@@ -88,18 +88,15 @@ class ScipyPair:
         return self.uncapped(y)
 
     def rates(self, t: float, y: Any) -> tuple[float, float, float, float]:
-        """Right-hand side of the equations of motion, dy/dt."""
-        place_left, place_right, v_left, v_right = y.tolist()
-        a_g, force = self.ramp[0] + self.ramp[1] * t, self.force((place_left, place_right, v_left, v_right))
+        """dy/dt of ``y`` = (u_left, u_right, v_left, v_right) [m/s, m/s²] at ``t`` [s] of the present sample."""
+        u_left, u_right, v_left, v_right = y.tolist()
+        a_g, force = self.ramp[0] + self.ramp[1] * t, self.force((u_left, u_right, v_left, v_right))
         left, right = self.left, self.right
         return (
             v_left,
             v_right,
-            -left.ground * a_g - left.two_zeta_omega * v_left - left.omega2 * place_left - left.inverse_mass * force,
-            -right.ground * a_g
-            - right.two_zeta_omega * v_right
-            - right.omega2 * place_right
-            + right.inverse_mass * force,
+            -left.ground * a_g - left.two_zeta_omega * v_left - left.omega2 * u_left - left.inverse_mass * force,
+            -right.ground * a_g - right.two_zeta_omega * v_right - right.omega2 * u_right + right.inverse_mass * force,
         )
 
     def force_rate(self, t: float, y: Any) -> float:
@@ -107,8 +104,8 @@ class ScipyPair:
         age = t - self.phase.since
         if age <= 0.0:
             return 1.0
-        ahead = NUDGE * age * np.array(self.rates(t, y))
-        return (self.force(y + ahead) - self.force(y - ahead)) / (2.0 * NUDGE * age**0.25)
+        shift = NUDGE * age * np.array(self.rates(t, y))
+        return (self.force(y + shift) - self.force(y - shift)) / (2.0 * NUDGE * age**0.25)
 
     def events(self) -> list[Any]:
         """The events that end this piece, then the crests that do not: functions as ``solve_ivp`` wants them."""
@@ -128,20 +125,20 @@ class ScipyPair:
             functions.append(_event(lambda t, y: self.uncapped(y), rises, True))
         return [*functions, _event(self.force_rate, -1.0, False)]
 
-    def after(self, which: int, y: Any, now: float) -> Phase:
-        """Branch of the law after event number ``which``."""
+    def after(self, event: int, y: Any, time: float) -> Phase:
+        """Branch of the law after event number ``event``, in state ``y`` at ``time`` [s] of the present sample."""
         phase = self.phase
-        if which == CLOSING:
+        if event == CLOSING:
             if phase.touching:
                 return Phase()
             speed = max(float(y[2] - y[3]), 0.0)
             mass = 1.0 / (self.left.inverse_mass + self.right.inverse_mass)
             memory = self.law.begin(self.interface.restitution.at(speed), speed, mass)
-            return Phase(True, True, ELASTIC, memory, now)
-        if which == TURN:
+            return Phase(True, True, ELASTIC, memory, time)
+        if event == TURN:
             return phase._replace(approaching=not phase.approaching)
-        other = YIELDING if self.strength < inf else SLACK
-        return phase._replace(region=ELASTIC if phase.region == other else other)
+        far_region = YIELDING if self.strength < inf else SLACK
+        return phase._replace(region=ELASTIC if phase.region == far_region else far_region)
 
 
 def _event(function: Any, direction: float, terminal: bool) -> Any:
@@ -164,7 +161,7 @@ def solve_general(solver: str, pair: Any, interface: Any, motion: tuple[Any, flo
 
     Raises GaveUp where SciPy does, ValueError for a ground motion that is not finite.
     """
-    model, seen = ScipyPair(pair, interface), Seen()
+    model, peaks = ScipyPair(pair, interface), RunPeaks()
     ground, dt = np.asarray(motion[0], dtype=float), float(motion[1])
     if not np.isfinite(ground).all():
         # SciPy's step control would try again for ever.
@@ -173,25 +170,27 @@ def solve_general(solver: str, pair: Any, interface: Any, motion: tuple[Any, flo
     y = np.zeros(4)
     for sample in range(len(ground) - 1):
         model.ramp = (float(ground[sample]), float(ground[sample + 1] - ground[sample]) / dt)
-        now = 0.0
-        while now < dt * (1.0 - 1e-12):
+        time = 0.0
+        while time < dt * (1.0 - 1e-12):
             events = model.events()
-            solution: Any = solve_ivp(model.rates, (now, dt), y, events=events, **options)
+            solution: Any = solve_ivp(model.rates, (time, dt), y, events=events, **options)
             if not solution.success:
                 when = f"{sample * dt + float(solution.t[-1]):g} s"
                 raise GaveUp(f"{solver} at rtol {rtol:g} stopped at {when}: {solution.message}")
-            seen.look(model, np.vstack([solution.y.T, *(crests for crests in solution.y_events if len(crests))]))
-            seen.steps += model.phase.touching * (len(solution.t) - 1)
-            y, now = solution.y[:, -1].copy(), float(solution.t[-1])
+            peaks.look(model, np.vstack([solution.y.T, *(crests for crests in solution.y_events if len(crests))]))
+            peaks.steps += model.phase.touching * (len(solution.t) - 1)
+            y, time = solution.y[:, -1].copy(), float(solution.t[-1])
             if solution.status != 1:
                 break
-            which = _what_ended(solution, events)
-            if which == CLOSING and not model.phase.touching:
-                seen.count += 1
-                seen.first = sample * dt + now if seen.count == 1 else seen.first
-            model.phase = model.after(which, y, now)
-            if which == CLOSING:
+            event = _what_ended(solution, events)
+            if event == CLOSING and not model.phase.touching:
+                peaks.count += 1
+                peaks.first = sample * dt + time if peaks.count == 1 else peaks.first
+            model.phase = model.after(event, y, time)
+            if event == CLOSING:
                 y[0] = y[1] + interface.gap  # the root search leaves rounding in δ
-                seen.look(model, y[np.newaxis])
+                peaks.look(model, y[np.newaxis])
         model.phase = model.phase._replace(since=model.phase.since - dt)
-    return Answer(seen.reach, seen.closing, seen.force, seen.demand, float(seen.count), seen.first, float(seen.steps))
+    return Answer(
+        peaks.reach, peaks.closing, peaks.force, peaks.demand, float(peaks.count), peaks.first, float(peaks.steps)
+    )

@@ -13,12 +13,12 @@ from pounding_risk.models.ground import DelayedGround, UniformGround
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building, Oscillator
 from pounding_risk.solver.counters import FIRST_YIELD, STATUS, STEPS, TALLIED, YIELDS, Log, make_log
+from pounding_risk.solver.pair.equations import Limits
 from pounding_risk.solver.pair.flight import BLOCK, Free
 from pounding_risk.solver.pair.free import fill_free_response
 from pounding_risk.solver.pair.laws import by_address
 from pounding_risk.solver.pair.outputs import building_outputs, run_outputs
 from pounding_risk.solver.pair.run import march
-from pounding_risk.solver.pair.stages import Limits
 from pounding_risk.solver.workspace import MAX_TERMS, SIGNALS, make_workspace
 
 AT_REST = (0.0, 0.0, 0.0, 0.0)  # of `initial_state`
@@ -93,8 +93,8 @@ def at_rest(
     omega = max(0.0 if o.inverse_omega == 0.0 else 1.0 / o.inverse_omega for o in pair)
     parts = max(1, ceil(omega * dt / 2.5))
     count = (len(acceleration) - 1) * parts + 1
-    known = np.where(np.isfinite(acceleration), acceleration, np.nan)
-    ground = known if parts == 1 else np.interp(np.arange(count) / parts, np.arange(len(acceleration)), known)
+    finite = np.where(np.isfinite(acceleration), acceleration, np.nan)
+    ground = finite if parts == 1 else np.interp(np.arange(count) / parts, np.arange(len(acceleration)), finite)
     step = dt / parts
     terms, size = 4, 1.0
     while size > 1e-19 and terms < MAX_TERMS:

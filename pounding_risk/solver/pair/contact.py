@@ -35,23 +35,22 @@ from pounding_risk.solver.counters import (
     WORN,
     YIELDS,
 )
-from pounding_risk.solver.pair.events import NONE, PART, TURN, YIELD, dip_of, settle, switched, take_step
-from pounding_risk.solver.pair.implicit import choose_method, spread
-from pounding_risk.solver.pair.peaks import FORCE, update_peaks
-from pounding_risk.solver.pair.stages import (
+from pounding_risk.solver.pair.equations import (
     ELASTIC,
     REBOUND_SHARE,
     YIELDING,
     Impact,
     Phase,
     energy_of,
-    law_ends,
-    law_turns,
     new_impact,
     slopes,
     state_of,
     transmitted,
 )
+from pounding_risk.solver.pair.events import NONE, PART, TURN, YIELD, dip_of, refine_event, switched, take_step
+from pounding_risk.solver.pair.implicit import choose_method, write_polynomial
+from pounding_risk.solver.pair.law_verbs import law_ends, law_turns
+from pounding_risk.solver.pair.peaks import FORCE, update_peaks
 from pounding_risk.solver.workspace import BEGIN, END, FELT, FIRST_STAGE, LAST, SIGNALS
 
 PASSES_NODES = 1e-3  # the rtol from which on steps pass nodes between samples
@@ -72,31 +71,31 @@ def write_step(log, time, force, state, workspace):
 
 
 @kernel
-def touch_down(impact, held, touched, speed, workspace):
+def touch_down(impact, beyond_range, touched, speed, workspace):
     """Enter a new contact in the counters; returns the mechanical energy at the touch."""
     state = state_of(workspace.states, BEGIN)
     if workspace.counters[COUNT] == 0.0:
         workspace.counters[FIRST_TOUCH] = touched
     workspace.counters[COUNT] += 1.0
     workspace.counters[APPROACH] = max(workspace.counters[APPROACH], speed)
-    workspace.counters[HELD] += 1.0 if held else 0.0
+    workspace.counters[HELD] += 1.0 if beyond_range else 0.0
     energy = energy_of((impact.left, impact.right), state)
     workspace.counters[ENERGY] = max(workspace.counters[ENERGY], energy)
     return energy
 
 
 @kernel
-def lift_off(impact, energy, peaks, yielding, duration, workspace):
+def lift_off(impact, energy_at_touch, peaks, yielding, duration, workspace):
     """Close a contact in the counters.
 
     ``peaks`` = (uncapped force, transmitted force, penetration), ``yielding`` = (dent, energy lost with it).
     """
     state = state_of(workspace.states, BEGIN)
     delta = max(state[0] - state[1] - impact.gap, 0.0)
-    after = energy_of((impact.left, impact.right), state)
+    energy_after = energy_of((impact.left, impact.right), state)
     work = workspace.states[BEGIN, 4]
-    workspace.counters[ENERGY] = max(workspace.counters[ENERGY], after)
-    workspace.counters[RESIDUAL] += after - energy - (workspace.states[BEGIN, 6] - work)
+    workspace.counters[ENERGY] = max(workspace.counters[ENERGY], energy_after)
+    workspace.counters[RESIDUAL] += energy_after - energy_at_touch - (workspace.states[BEGIN, 6] - work)
     loss, hysteresis, worn = law_ends(impact.law, impact.memory, delta, impact.strength, work, yielding[1])
     workspace.counters[VISCOUS] += loss - hysteresis
     workspace.counters[PLASTIC] += yielding[1] + hysteresis
@@ -112,7 +111,7 @@ def lift_off(impact, energy, peaks, yielding, duration, workspace):
 
 @kernel
 def write_contact(log, values, workspace):
-    """Append one row to the list of contacts."""
+    """Append a row to ``log.contacts``: ``values`` are its first eight columns, the others those at BEGIN."""
     row = log.used[0]
     if row < log.contacts.shape[0]:
         state = state_of(workspace.states, BEGIN)
@@ -145,7 +144,18 @@ def nodes_ahead(free, node, rtol):
 def with_dent(impact, memory, dent):
     """The contact with a gap that is wider by a dent, and with a new memory of the law."""
     i = impact
-    return Impact(i.left, i.right, i.law, i.gap + dent, i.strength, i.least, memory, i.speed, i.depth, i.still)
+    return Impact(
+        i.left,
+        i.right,
+        i.law,
+        i.gap + dent,
+        i.strength,
+        i.least_force,
+        memory,
+        i.speed_scale,
+        i.depth_scale,
+        i.still_speed,
+    )
 
 
 @kernel
@@ -157,20 +167,98 @@ def mark_levels(impact, phase, span, peak, workspace, log):
         length = 0.0
         if workspace.readings[BEGIN, FORCE] < level:
             i = impact
-            watched = Impact(i.left, i.right, i.law, i.gap, level, i.least, i.memory, i.speed, i.depth, i.still)
-            spread(impact, phase, (s, h), workspace)
-            place = min(dip_of(YIELD, watched, phase, (s, h), workspace), 1.0)
-            length = h * min(settle(YIELD, place, watched, phase, (s, h), workspace), 1.0)
+            impact_of_level = Impact(
+                i.left,
+                i.right,
+                i.law,
+                i.gap,
+                level,
+                i.least_force,
+                i.memory,
+                i.speed_scale,
+                i.depth_scale,
+                i.still_speed,
+            )
+            write_polynomial(impact, phase, (s, h), workspace)
+            fraction = min(dip_of(YIELD, impact_of_level, phase, (s, h), workspace), 1.0)
+            length = h * min(refine_event(YIELD, fraction, impact_of_level, phase, (s, h), workspace), 1.0)
         square = (s + length) * (s + length)
         log.first[log.used[2]] = touched + square * square
         log.used[2] += 1
+
+
+@small
+def stretch_from(free, node, since, rtol):
+    """(nodes, clock at its end) of the stretch of ground motion after a node, ``since`` [s] after the touch."""
+    nodes = nodes_ahead(free, node, rtol)
+    return nodes, clock_at(since + nodes * free.passage.width(free.step, node))
+
+
+@small
+def begin_at_step_end(workspace):
+    """Slopes and readings at the end of a step become those at the beginning of the next one."""
+    for part in range(FELT + 1):
+        workspace.slopes[FIRST_STAGE, part] = workspace.slopes[LAST, part]
+    for signal in range(SIGNALS):
+        workspace.readings[BEGIN, signal] = workspace.readings[END, signal]
+        workspace.reading_slopes[BEGIN, signal] = workspace.reading_slopes[END, signal]
+
+
+@small
+def turn_motion(impact, phase, delta):
+    """(contact, dent or a number that is not at least 0, energy lost with it) once the motion has turned at δ.
+
+    A dent stays: it widens the gap, here and for the contacts after this one.
+    """
+    yielding = phase.region == YIELDING
+    memory, dent, energy_lost = law_turns(
+        impact.law, impact.memory, delta, impact.strength, phase.approaching, yielding
+    )
+    return with_dent(impact, memory, dent if dent >= 0.0 else 0.0), dent, energy_lost
+
+
+@small
+def count_yield(yields, time, workspace):
+    """Enter in the counters that the uncapped force has met F_E, for the first of the ``yields`` of a contact."""
+    if yields == 1:
+        workspace.counters[YIELDS] += 1.0
+        if workspace.counters[YIELDS] == 1.0:
+            workspace.counters[FIRST_YIELD] = time
+
+
+@small
+def close_contact(impact, touch, peaks, yielding, duration, workspace, log):
+    """Enter a contact that has ended in the counters and in the log.
+
+    ``touch`` = (time, approach speed, restitution, energy then), ``peaks`` = (uncapped force, force past yield,
+    penetration), ``yielding`` = (times, dent, energy lost with dents).
+    """
+    touched, speed, e, energy = touch
+    peak, plateau, depth = peaks
+    yields, dented, lost = yielding
+    force = plateau if yields > 0 else min(peak, impact.strength)
+    for level in range(log.levels.size):
+        log.reached[level] += 1.0 if log.levels[level] <= peak else 0.0
+    lift_off(impact, energy, (peak, force, depth), (dented, lost), duration, workspace)
+    write_contact(log, (touched, touched + duration, speed, e, force, peak, depth, float(yields)), workspace)
+
+
+@small
+def node_before(free, node, nodes, time):
+    """(node, time after it) of a time after the first node of a stretch of so many nodes."""
+    width = free.passage.width(free.step, node)
+    while nodes > 1 and time >= width:
+        node, time, nodes = node + 1, time - width, nodes - 1
+    return node, time
 
 
 @kernel
 def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, log):
     """One contact from the touch at ``start`` = (node, time after it) to the moment the bodies part.
 
-    Returns (how it ended, node, time after it, state then).
+    ``state`` = (u_left, u_right, v_left, v_right) is that at the touch, each building seen from its own ground. Leaves
+    what the contact has done in the counters, the largest and smallest signals and the log. Returns (how it ended,
+    node, time after it, state then).
     """
     node, offset = start
     right = pair[1]
@@ -186,12 +274,12 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     # Where no contact's own peak is logged, only a force above the run's peak so far needs to be searched for.
     logs_contacts, logs_steps = log.levels.size > 0 or log.contacts.shape[0] > 0, log.steps.shape[0] > 0
     peak = 0.0 if logs_contacts else workspace.counters[DEMAND]
-    plateau, depth, yielded, stalled, known = 0.0, 0.0, 0, 0, False
+    plateau, depth, yields, stalled, has_readings = 0.0, 0.0, 0, 0, False
     dented, lost = 0.0, 0.0
     # The present stretch of ground motion: its first node, after the touch, its nodes, and the clock at its end.
-    since, ahead = -offset, nodes_ahead(free, node, rtol)
-    until = clock_at(since + ahead * free.passage.width(free.step, node))
-    s, h = 0.0, sqrt(sqrt(0.3 * impact.depth / impact.speed))
+    since = -offset
+    nodes, until = stretch_from(free, node, since, rtol)
+    s, h = 0.0, sqrt(sqrt(0.3 * impact.depth_scale / impact.speed_scale))
     phase = Phase(True, ELASTIC, ground)
     slopes(impact, phase, s, state, workspace, FIRST_STAGE)
     if logs_steps:
@@ -203,85 +291,70 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
             break
         remaining = until - s
         if remaining <= 1e-13 * s:
-            node += ahead
+            node += nodes
             if node >= free.ground.size - 1:
                 finish = AT_END
                 break
-            since, ahead = free.passage.moment(free.step, node) - touched, nodes_ahead(free, node, rtol)
-            until = clock_at(since + ahead * free.passage.width(free.step, node))
+            since = free.passage.moment(free.step, node) - touched
+            nodes, until = stretch_from(free, node, since, rtol)
             ground = free.passage.stretch(free.ground, free.step, node, -since)
             phase = Phase(phase.approaching, phase.region, ground)
             slopes(impact, phase, s, state, workspace, FIRST_STAGE)
             continue
         if unsettled:
             choose_method(impact, phase, s, min(h, remaining), workspace)
-        moved, event, h, attempts = take_step(impact, phase, (s, h, remaining, known), rtol, workspace)
+        length, event, h, attempts = take_step(impact, phase, (s, h, remaining, has_readings), rtol, workspace)
         workspace.counters[STEPS] += attempts
         # Steps that are refused, and events, are where a damper may be found too quick for an explicit step.
         unsettled = attempts > 1 or event != NONE or workspace.counters[IMPLICIT] > 0.0
-        if moved <= 0.0 and event == NONE:
-            finish = UNDERFLOW if moved == 0.0 else NOT_FINITE
+        if length <= 0.0 and event == NONE:
+            finish = UNDERFLOW if length == 0.0 else NOT_FINITE
             break
-        before = peak
-        peak = update_peaks(impact, phase, (s, moved), peak, workspace)
+        peak_before = peak
+        peak = update_peaks(impact, phase, (s, length), peak, workspace)
         # The step may end on another event where the force just meets F_E: that counts as well.
-        met = event == YIELD or (yielded == 0 and peak > before and peak >= impact.strength)
+        meets_strength = event == YIELD or (yields == 0 and peak > peak_before and peak >= impact.strength)
         if log.levels.size > 0:
-            mark_levels(impact, phase, (s, moved, touched), peak, workspace, log)
-        s += moved
+            mark_levels(impact, phase, (s, length, touched), peak, workspace, log)
+        s += length
         for part in range(7):
             workspace.states[BEGIN, part] = workspace.states[END, part]
         state = state_of(workspace.states, BEGIN)
         since_touch = s * s * s * s
-        time = touched + since_touch
-        delta = state[0] - state[1] - impact.gap
         if phase.region == YIELDING:
             plateau = max(plateau, transmitted(impact, phase, state))
         if logs_steps:
-            write_step(log, time, transmitted(impact, phase, state), ground.apart(right, state, since_touch), workspace)
+            apart = ground.apart(right, state, since_touch)
+            write_step(log, touched + since_touch, transmitted(impact, phase, state), apart, workspace)
         # Events that follow each other without progress are rounding; a few are harmless, many are a defect.
-        stalled = stalled + 1 if moved <= 1e-12 * s else 0
+        stalled = stalled + 1 if length <= 1e-12 * s else 0
         if event == PART or stalled > 50:
             finish = FINISHED if event == PART else UNDERFLOW
             break
-        retraced = True
+        dent = -1.0
         if event == TURN:
+            delta = state[0] - state[1] - impact.gap
             if phase.approaching:
                 depth = max(depth, delta + dented)
-            yielding = phase.region == YIELDING
-            memory, dent, taken = law_turns(law, impact.memory, delta, impact.strength, phase.approaching, yielding)
-            retraced = not dent >= 0.0
-            # What stays widens the gap, here and for the contacts after this one.
-            impact = with_dent(impact, memory, 0.0 if retraced else dent)
-            if not retraced:
-                dented, lost = dented + dent, lost + taken
-        if met and phase.region == ELASTIC:
+            impact, dent, energy_lost = turn_motion(impact, phase, delta)
+            if dent >= 0.0:
+                dented, lost = dented + dent, lost + energy_lost
+        if meets_strength and phase.region == ELASTIC:
             peak, plateau = max(peak, impact.strength), max(plateau, impact.strength)
-            yielded += 1
-            if yielded == 1:
-                workspace.counters[YIELDS] += 1.0
-                if workspace.counters[YIELDS] == 1.0:
-                    workspace.counters[FIRST_YIELD] = time
-        known = event == NONE
-        if known:
-            for part in range(FELT + 1):
-                workspace.slopes[FIRST_STAGE, part] = workspace.slopes[LAST, part]
-            for signal in range(SIGNALS):
-                workspace.readings[BEGIN, signal] = workspace.readings[END, signal]
-                workspace.reading_slopes[BEGIN, signal] = workspace.reading_slopes[END, signal]
+            yields += 1
+            count_yield(yields, touched + since_touch, workspace)
+        has_readings = event == NONE
+        if has_readings:
+            begin_at_step_end(workspace)
         else:
             phase = switched(event, phase)
-            if not retraced:
+            if dent >= 0.0:
                 phase = Phase(phase.approaching, ELASTIC, phase.ground)
             slopes(impact, phase, s, state, workspace, FIRST_STAGE)
     depth = max(depth, state[0] - state[1] - impact.gap + dented)
     duration = s * s * s * s
-    force = plateau if yielded > 0 else min(peak, impact.strength)
-    for level in range(log.levels.size):
-        log.reached[level] += 1.0 if log.levels[level] <= peak else 0.0
-    lift_off(impact, energy, (peak, force, depth), (dented, lost), duration, workspace)
-    write_contact(log, (touched, touched + duration, speed, e, force, peak, depth, float(yielded)), workspace)
-    after, width = duration - since, free.passage.width(free.step, node)
-    while ahead > 1 and after >= width:
-        node, after, ahead = node + 1, after - width, ahead - 1
-    return finish, node, after, ground.apart(right, state, duration)
+    close_contact(
+        impact, (touched, speed, e, energy), (peak, plateau, depth), (yields, dented, lost), duration, workspace, log
+    )
+    node, after_node = node_before(free, node, nodes, duration - since)
+    return finish, node, after_node, ground.apart(right, state, duration)

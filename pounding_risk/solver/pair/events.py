@@ -9,7 +9,9 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.solver.pair.implicit import attempt, spread
+from pounding_risk.solver.pair.equations import ELASTIC, SHARE, SLACK, YIELDING, Phase, write_end_slopes
+from pounding_risk.solver.pair.explicit import next_step
+from pounding_risk.solver.pair.implicit import attempt, write_polynomial
 from pounding_risk.solver.pair.peaks import (
     AT_BEGIN,
     AT_BETWEEN,
@@ -20,7 +22,6 @@ from pounding_risk.solver.pair.peaks import (
     read_between,
     read_end,
 )
-from pounding_risk.solver.pair.stages import ELASTIC, SHARE, SLACK, YIELDING, Phase, finish, next_step
 from pounding_risk.solver.workspace import END, LAST
 
 NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early
@@ -40,7 +41,7 @@ def event_function(kind, impact, phase, workspace, rows):
         sign = 1.0 if phase.approaching else -1.0
         # A turn is one that rounding does not undo: bodies at rest against each other turn no more.
         rate = states[row, 2] - states[row, 3]
-        return sign * rate + impact.still, sign * (slopes[slope_row, 2] - slopes[slope_row, 3])
+        return sign * rate + impact.still_speed, sign * (slopes[slope_row, 2] - slopes[slope_row, 3])
     if kind == PART:
         return states[row, 0] - states[row, 1] - impact.gap, slopes[slope_row, 0] - slopes[slope_row, 1]
     if kind == YIELD:
@@ -53,7 +54,7 @@ def event_function(kind, impact, phase, workspace, rows):
 
 @small
 def cubic(start, start_slope, stop, stop_slope, x):
-    """Cubic through two values and slopes on [0, 1]."""
+    """Value at x of the cubic on [0, 1] with these values and slopes at 0 and at 1."""
     rise = stop - start
     bend = 3.0 * rise - 2.0 * start_slope - stop_slope
     twist = start_slope + stop_slope - 2.0 * rise
@@ -89,9 +90,9 @@ def rise_above(impact, phase, span, workspace):
     ends = hides_crest(FORCE, 1.0, impact.strength, span, workspace)
     if not ends[0] > 0.0:
         return 2.0
-    spread(impact, phase, span, workspace)
-    best, place = crest(FORCE, 1.0, ends, impact, phase, span, workspace)
-    return place if best > BARELY * impact.strength else 2.0
+    write_polynomial(impact, phase, span, workspace)
+    best, fraction = crest(FORCE, 1.0, ends, impact, phase, span, workspace)
+    return fraction if best > BARELY * impact.strength else 2.0
 
 
 @small
@@ -119,20 +120,20 @@ def is_possible(kind, impact, phase):
     if kind == YIELD:
         return impact.strength < inf
     if kind == CUT:
-        return impact.least > -inf and phase.region != YIELDING
+        return impact.least_force > -inf and phase.region != YIELDING
     return kind != PART or not phase.approaching
 
 
 @small
 def first_event(impact, phase, span, workspace):
     """Which event the step from BEGIN to END meets first, and where on it (0 to 1)."""
-    kind, place = NONE, 2.0
+    kind, fraction = NONE, 2.0
     for candidate in range(TURN, PART + 1):
         if is_possible(candidate, impact, phase):
             dip = dip_of(candidate, impact, phase, span, workspace)
-            if dip < place:
-                kind, place = candidate, dip
-    return kind, place
+            if dip < fraction:
+                kind, fraction = candidate, dip
+    return kind, fraction
 
 
 @kernel
@@ -147,37 +148,37 @@ def event_passed(landed, impact, phase, workspace):
 
 
 @kernel
-def settle(kind, place, impact, phase, span, workspace):
+def refine_event(kind, fraction, impact, phase, span, workspace):
     """Refine the place of an event on the step's polynomial: Newton's rule in a bracket; 2 where there is none.
 
-    ``place`` is the guess of the model between the ends, which may see a dip that the step does not have.
+    ``fraction`` is the guess of the model between the ends, which may see a dip that the step does not have.
     """
     h = span[1]
     crossed = event_function(kind, impact, phase, workspace, AT_END)[0] < 0.0
-    low, high, x = 0.0, 1.0, place
+    low, high, trial = 0.0, 1.0, fraction
     for _ in range(40):
-        read_between(impact, phase, span, x, workspace)
+        read_between(impact, phase, span, trial, workspace)
         value, slope = event_function(kind, impact, phase, workspace, AT_BETWEEN)
         if value < 0.0:
-            high, crossed = x, True
+            high, crossed = trial, True
         elif crossed or slope < 0.0:
-            low = x
+            low = trial
         else:
-            high = x  # past the bottom of a dip that has not crossed yet
-        new = x - value / (h * slope) if slope < 0.0 else -1.0
+            high = trial  # past the bottom of a dip that has not crossed yet
+        new = trial - value / (h * slope) if slope < 0.0 else -1.0
         if not low < new < high:
             if slope < 0.0 and value >= 0.0 and not crossed and new >= high:
                 return 2.0
             new = 0.5 * (low + high)
         # Newton's rule squares what is left; the landing repeats the step and sees to the rest.
-        if abs(new - x) <= 1e-5 or high - low <= 1e-9:
+        if abs(new - trial) <= 1e-5 or high - low <= 1e-9:
             return new if crossed or high - low > 1e-9 else 2.0
-        x = new
-    return x
+        trial = new
+    return trial
 
 
 @kernel
-def land(kind, place, impact, phase, span, rtol, workspace):
+def land(kind, fraction, impact, phase, span, rtol, workspace):
     """Shorten the step until it ends on the event: Newton's rule on repeated steps, inside a bracket.
 
     Returns the length of the step, whose end is left in END and its slopes in LAST, and whether the event
@@ -185,14 +186,14 @@ def land(kind, place, impact, phase, span, rtol, workspace):
     """
     s, h = span
     low, high = 0.0, h
-    length = place * h
+    length = fraction * h
     crossed = event_function(kind, impact, phase, workspace, AT_END)[0] < 0.0
     converged = False
     # Branches join continuously, and the end is moved along its slopes by what is left: either costs its square.
     close = 1e-3 * sqrt(rtol)
     for _ in range(50):
         attempt(impact, phase, s, length, rtol, workspace)
-        finish(impact, phase, s + length, workspace)
+        write_end_slopes(impact, phase, s + length, workspace)
         read_end(impact, phase, (s + length, h), workspace, AT_END)
         value, slope = event_function(kind, impact, phase, workspace, AT_END)
         if value > 0.0:
@@ -228,29 +229,29 @@ def switched(kind, phase):
 
 
 @kernel
-def end_on(kind, place, impact, phase, span, rtol, workspace):
+def end_on(kind, fraction, impact, phase, span, rtol, workspace):
     """End the step on an event; returns (length, event), the whole length and NONE where it is not there."""
-    spread(impact, phase, span, workspace)
-    place = settle(kind, place, impact, phase, span, workspace)
-    if place > 1.0:
+    write_polynomial(impact, phase, span, workspace)
+    fraction = refine_event(kind, fraction, impact, phase, span, workspace)
+    if fraction > 1.0:
         return span[1], NONE
-    length, there = land(kind, place, impact, phase, span, rtol, workspace)
+    length, is_reached = land(kind, fraction, impact, phase, span, rtol, workspace)
     # A crest that passes F_E by less than the tolerance may stay below it when the step is made again: still a yield.
-    there = there or (kind == YIELD and phase.region == ELASTIC)
-    return length, kind if there else NONE
+    is_reached = is_reached or (kind == YIELD and phase.region == ELASTIC)
+    return length, kind if is_reached else NONE
 
 
 @small
 def take_step(impact, phase, span, rtol, workspace):
     """One accepted step within ``span`` = (s, length to try, remaining length, known), up to the first event on it.
 
-    ``known`` says that the readings at its beginning stand in their rows already.
+    ``has_readings`` says that the readings at its beginning stand in their rows already.
 
     The end is left in END, its slopes on this branch in LAST. Returns (length, event, next length to
     try, attempts); a length of 0 means that the step fell below what s resolves, a negative one that the motion
     is not finite.
     """
-    s, h, remaining, known = span
+    s, h, remaining, has_readings = span
     attempts = 0
     while True:
         # A sliver at the end of the span would cost a step of its own: split the remaining length evenly instead.
@@ -268,20 +269,20 @@ def take_step(impact, phase, span, rtol, workspace):
         if s + h <= s or h < 1e-13 * remaining:
             return 0.0, NONE, h, attempts
     if workspace.tableau.end_weight == 0.0:
-        finish(impact, phase, s + h, workspace)
-    if not known:
+        write_end_slopes(impact, phase, s + h, workspace)
+    if not has_readings:
         read_end(impact, phase, (s, h), workspace, AT_BEGIN)
     read_end(impact, phase, (s + h, h), workspace, AT_END)
-    following = next_step(h, error, rtol, workspace.tableau)
-    event, place = first_event(impact, phase, (s, h), workspace)
+    next_h = next_step(h, error, rtol, workspace.tableau)
+    event, fraction = first_event(impact, phase, (s, h), workspace)
     if event != NONE:
-        following = h
-        h, event = end_on(event, place, impact, phase, (s, h), rtol, workspace)
+        next_h = h
+        h, event = end_on(event, fraction, impact, phase, (s, h), rtol, workspace)
         # The order of two events on one step is a guess of the model between its ends: look again from the landing.
         for _ in range(PART):
             earlier = event_passed(event, impact, phase, workspace)
             if earlier == NONE:
                 break
-            place = min(dip_of(earlier, impact, phase, (s, h), workspace), 1.0)
-            h, event = end_on(earlier, place, impact, phase, (s, h), rtol, workspace)
-    return h, event, following, attempts
+            fraction = min(dip_of(earlier, impact, phase, (s, h), workspace), 1.0)
+            h, event = end_on(earlier, fraction, impact, phase, (s, h), rtol, workspace)
+    return h, event, next_h, attempts

@@ -65,11 +65,11 @@ def write_signal(signal, pair, ground, workspace, terms):
     if signal == 0:
         for n in range(terms):
             series[SIGNAL, n] = series[LEFT, n] - series[RIGHT, n]
-        still, first, second, third = ground.widening()
-        series[SIGNAL, 0] -= still
-        series[SIGNAL, 1] -= first
-        series[SIGNAL, 2] -= second
-        series[SIGNAL, 3] -= third
+        w0, w1, w2, w3 = ground.widening()
+        series[SIGNAL, 0] -= w0
+        series[SIGNAL, 1] -= w1
+        series[SIGNAL, 2] -= w2
+        series[SIGNAL, 3] -= w3
         return SIGNAL, terms
     if signal == 1:
         return LEFT, terms
@@ -84,13 +84,13 @@ def write_signal(signal, pair, ground, workspace, terms):
 
 
 @small
-def turn_bound(oscillator, place, speed, load):
+def turn_bound(oscillator, displacement, speed, load):
     """No |ü| within the interval is larger: u̇ + slope/ω² is a free vibration, whose energy only falls.
 
     The sum of both terms stands for the root of their squares, which it is never below and which takes longer.
     """
     drift = (oscillator.omega2 * speed + load[1]) * oscillator.inverse_omega
-    pull = load[0] + oscillator.two_zeta_omega * speed + oscillator.omega2 * place
+    pull = load[0] + oscillator.two_zeta_omega * speed + oscillator.omega2 * displacement
     return abs(drift) + abs(pull)
 
 
@@ -130,21 +130,21 @@ def state_at(pair, workspace, terms, x):
 
 
 @kernel
-def search_interval(pair, gap, wanted, span, terms, workspace):
-    """The first touch within a stretch of flight, and the peaks up to there; ``wanted`` as `search_mask` has it.
+def search_interval(pair, gap, mask, span, terms, workspace):
+    """The first touch within a stretch of flight, and the peaks up to there; ``mask`` as `search_mask` has it.
 
     The series of both buildings stand in the workspace; ``span`` = (ground, length) of the stretch. Returns the time of
     the touch after its start, or −1; the largest and smallest signals so far are updated.
     """
     ground, stop = span
     touch = -1.0
-    if wanted & 1:
+    if mask & 1:
         write_signal(0, pair, ground, workspace, terms)
         touch = first_rise(workspace.search, terms, gap, stop)
         stop = touch if touch >= 0.0 else stop
     if stop > 0.0:
         for signal in range(SIGNALS):
-            sides = wanted >> (1 + 2 * signal) & 3
+            sides = mask >> (1 + 2 * signal) & 3
             if sides:
                 row, count = write_signal(signal, pair, ground, workspace, terms)
                 if sides & 1:
@@ -165,25 +165,25 @@ def search_mask(pair, gap, state, span, watched, workspace):
     ground, length = span
     bends = bend_bounds(pair, state, ground, length)
     eighth = 0.125 * length * length
-    wanted = 0
-    if max(workspace.here[0], workspace.there[0]) + eighth * bends[0] > gap:
-        wanted = 1 if crest_bound(workspace.here[0], workspace.there[0], length, bends[0]) > gap else 0
+    mask = 0
+    if max(workspace.start_signals[0], workspace.end_signals[0]) + eighth * bends[0] > gap:
+        mask = 1 if crest_bound(workspace.start_signals[0], workspace.end_signals[0], length, bends[0]) > gap else 0
     for signal in range(SIGNALS):
         if watched >> signal & 1 == 0:
             continue
-        bend, here, there = bends[signal], workspace.here[signal], workspace.there[signal]
-        if wanted & 1 == 0:
-            workspace.high[signal] = max(workspace.high[signal], there)
-            workspace.low[signal] = min(workspace.low[signal], there)
+        bend, start, end = bends[signal], workspace.start_signals[signal], workspace.end_signals[signal]
+        if mask & 1 == 0:
+            workspace.high[signal] = max(workspace.high[signal], end)
+            workspace.low[signal] = min(workspace.low[signal], end)
         # The coarser bound first, max + |f''| h²/8: it settles most intervals without a division.
-        top, bottom = max(here, there) + eighth * bend, min(here, there) - eighth * bend
-        if top > workspace.high[signal] and crest_bound(here, there, length, bend) > workspace.high[signal]:
-            wanted |= 2 << 2 * signal
-        if bottom < workspace.low[signal] and -crest_bound(-here, -there, length, bend) < workspace.low[signal]:
-            wanted |= 4 << 2 * signal
+        top, bottom = max(start, end) + eighth * bend, min(start, end) - eighth * bend
+        if top > workspace.high[signal] and crest_bound(start, end, length, bend) > workspace.high[signal]:
+            mask |= 2 << 2 * signal
+        if bottom < workspace.low[signal] and -crest_bound(-start, -end, length, bend) < workspace.low[signal]:
+            mask |= 4 << 2 * signal
         # Motion that is not finite is searched: what the search makes of it ends the run with its status.
-        wanted |= 0 if abs(top) < inf else 2 << 2 * signal
-    return wanted
+        mask |= 0 if abs(top) < inf else 2 << 2 * signal
+    return mask
 
 
 @kernel
@@ -224,7 +224,7 @@ def block_mask(extremes, gap, block, reach, workspace):
 
 
 @small
-def advanced(maps, vibration):
+def advance_vibration(maps, vibration):
     """The free vibration (u_left, u_right, v_left, v_right) advanced by the maps of both buildings."""
     a, b = maps
     u, w, v, z = vibration
@@ -257,14 +257,14 @@ def fly(pair, free, gap, start, state, workspace):
         ground = passage.stretch(free.ground, free.step, node, offset)
         span = (ground, passage.width(free.step, node) - offset)
         write_series(pair, state, ground, terms, workspace)
-        ahead = state_at(pair, workspace, terms, span[1])
-        read_signals(pair, state, ground.widening()[0], workspace.here)
-        read_signals(pair, ahead, passage.widened(node + 1), workspace.there)
-        wanted = search_mask(pair, gap, state, span, EVERY_SIGNAL, workspace)
-        touch = search_interval(pair, gap, wanted, span, terms, workspace)
+        next_state = state_at(pair, workspace, terms, span[1])
+        read_signals(pair, state, ground.widening()[0], workspace.start_signals)
+        read_signals(pair, next_state, passage.widened(node + 1), workspace.end_signals)
+        mask = search_mask(pair, gap, state, span, EVERY_SIGNAL, workspace)
+        touch = search_interval(pair, gap, mask, span, terms, workspace)
         if touch >= 0.0:
             return node, offset + touch, state_at(pair, workspace, terms, touch)
-        state = ahead
+        state = next_state
         node += 1
         vibration = (
             state[0] - states[node, 0],
@@ -281,25 +281,25 @@ def fly(pair, free, gap, start, state, workspace):
                 for signal in range(SIGNALS):
                     workspace.high[signal] = max(workspace.high[signal], extremes[0][block, signal])
                     workspace.low[signal] = min(workspace.low[signal], extremes[1][block, signal])
-            vibration = advanced(free.block_map, vibration)
+            vibration = advance_vibration(free.block_map, vibration)
             node += BLOCK
             continue
         stop = min(last, node - node % BLOCK + BLOCK)
         state = with_free(states, node, vibration)
-        read_signals(pair, state, passage.widened(node), workspace.there)
+        read_signals(pair, state, passage.widened(node), workspace.end_signals)
         while node < stop:
             span = (passage.stretch(free.ground, free.step, node, 0.0), passage.width(free.step, node))
-            vibration = advanced(passage.node_maps(free.node_map, node), vibration)
-            ahead = with_free(states, node + 1, vibration)
+            vibration = advance_vibration(passage.node_maps(free.node_map, node), vibration)
+            next_state = with_free(states, node + 1, vibration)
             for signal in range(SIGNALS):
-                workspace.here[signal] = workspace.there[signal]
-            read_signals(pair, ahead, passage.widened(node + 1), workspace.there)
-            wanted = search_mask(pair, gap, state, span, watched, workspace)
-            if wanted:
+                workspace.start_signals[signal] = workspace.end_signals[signal]
+            read_signals(pair, next_state, passage.widened(node + 1), workspace.end_signals)
+            mask = search_mask(pair, gap, state, span, watched, workspace)
+            if mask:
                 write_series(pair, state, span[0], terms, workspace)
-                touch = search_interval(pair, gap, wanted, span, terms, workspace)
+                touch = search_interval(pair, gap, mask, span, terms, workspace)
                 if touch >= 0.0:
                     return node, touch, state_at(pair, workspace, terms, touch)
-            state = ahead
+            state = next_state
             node += 1
     return -1, 0.0, state

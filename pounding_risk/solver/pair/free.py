@@ -23,39 +23,53 @@ from pounding_risk.solver.workspace import LEFT, SIGNALS
 def ramp_map(oscillator, step, terms, workspace):
     """u and u̇ after one node interval from (u, u̇, the load at its start, its slope): 2 x 4 numbers."""
     series = workspace.search.series
-    places, speeds = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
+    displacements, velocities = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
     if oscillator.inverse_omega > 0.0:
         for part in range(4):
-            place, speed = (1.0 if part == 0 else 0.0), (1.0 if part == 1 else 0.0)
+            displacement, velocity = (1.0 if part == 0 else 0.0), (1.0 if part == 1 else 0.0)
             load = (1.0 if part == 2 else 0.0, 1.0 if part == 3 else 0.0, 0.0, 0.0)
-            expand(oscillator, place, speed, load, workspace.search, LEFT, terms)
-            workspace.here[part] = value_at(series, LEFT, terms, step)
-            workspace.there[part] = slope_at(series, LEFT, terms, step)
-        places = (workspace.here[0], workspace.here[1], workspace.here[2], workspace.here[3])
-        speeds = (workspace.there[0], workspace.there[1], workspace.there[2], workspace.there[3])
-    return places, speeds
+            expand(oscillator, displacement, velocity, load, workspace.search, LEFT, terms)
+            workspace.start_signals[part] = value_at(series, LEFT, terms, step)
+            workspace.end_signals[part] = slope_at(series, LEFT, terms, step)
+        displacements = (
+            workspace.start_signals[0],
+            workspace.start_signals[1],
+            workspace.start_signals[2],
+            workspace.start_signals[3],
+        )
+        velocities = (
+            workspace.end_signals[0],
+            workspace.end_signals[1],
+            workspace.end_signals[2],
+            workspace.end_signals[3],
+        )
+    return displacements, velocities
 
 
 @small
-def ramped(ramp_maps, place, speed, load):
-    """(u, u̇) at the end of a node interval."""
+def advance_under_ramp(ramp_maps, displacement, velocity, load):
+    """(u [m], u̇ [m/s]) at the end of a node interval from those at its start.
+
+    ``ramp_maps`` as `ramp_map` gives them, ``load`` = (load on the oscillator at the start [m/s²], its slope [m/s³],
+    ...).
+    """
     a, b = ramp_maps
     return (
-        a[0] * place + a[1] * speed + a[2] * load[0] + a[3] * load[1],
-        b[0] * place + b[1] * speed + b[2] * load[0] + b[3] * load[1],
+        a[0] * displacement + a[1] * velocity + a[2] * load[0] + a[3] * load[1],
+        b[0] * displacement + b[1] * velocity + b[2] * load[0] + b[3] * load[1],
     )
 
 
 @small
-def widen(pair, state, span, workspace):
+def widen_bounds(pair, state, span, workspace):
     """Widen the bounds of the block by those of an interval: max and min of the end values ± |f''| h²/8."""
     ground, length = span
     bends = bend_bounds(pair, state, ground, length)
     for signal in range(SIGNALS):
         reach = 0.125 * bends[signal] * length * length
-        here, there = workspace.here[signal], workspace.there[signal]
-        workspace.upper[signal] = max(workspace.upper[signal], max(here, there) + reach)
-        workspace.lower[signal] = min(workspace.lower[signal], min(here, there) - reach)
+        start, end = workspace.start_signals[signal], workspace.end_signals[signal]
+        workspace.upper[signal] = max(workspace.upper[signal], max(start, end) + reach)
+        workspace.lower[signal] = min(workspace.lower[signal], min(start, end) - reach)
 
 
 @kernel
@@ -67,29 +81,29 @@ def fill_free_response(pair, free, workspace):
     """
     step, terms, states, passage = free.step, free.terms, free.states, free.passage
     # Even and odd nodes may be followed by intervals of unlike widths.
-    even, odd = passage.width(step, 0), passage.width(step, 1)
-    maps = ramp_map(pair[0], even, terms, workspace), ramp_map(pair[1], even, terms, workspace)
-    others = ramp_map(pair[0], odd, terms, workspace), ramp_map(pair[1], odd, terms, workspace)
+    even_width, odd_width = passage.width(step, 0), passage.width(step, 1)
+    even_maps = ramp_map(pair[0], even_width, terms, workspace), ramp_map(pair[1], even_width, terms, workspace)
+    odd_maps = ramp_map(pair[0], odd_width, terms, workspace), ramp_map(pair[1], odd_width, terms, workspace)
     last = free.ground.size - 1
     for block in range(free.high.shape[0]):
         first, stop = block * BLOCK, min(last, block * BLOCK + BLOCK)
         workspace.upper[:] = -inf
         workspace.lower[:] = inf
         state = (states[first, 0], states[first, 1], states[first, 2], states[first, 3])
-        read_signals(pair, state, passage.widened(first), workspace.there)
+        read_signals(pair, state, passage.widened(first), workspace.end_signals)
         for node in range(first, stop):
             ground = passage.stretch(free.ground, step, node, 0.0)
-            turn = others if node % 2 else maps
-            left = ramped(turn[0], state[0], state[2], ground.load_left(pair[0]))
-            right = ramped(turn[1], state[1], state[3], ground.load_right(pair[1]))
-            ahead = (left[0], right[0], left[1], right[1])
+            interval_maps = odd_maps if node % 2 else even_maps
+            left = advance_under_ramp(interval_maps[0], state[0], state[2], ground.load_left(pair[0]))
+            right = advance_under_ramp(interval_maps[1], state[1], state[3], ground.load_right(pair[1]))
+            next_state = (left[0], right[0], left[1], right[1])
             for signal in range(SIGNALS):
-                workspace.here[signal] = workspace.there[signal]
-            read_signals(pair, ahead, passage.widened(node + 1), workspace.there)
-            widen(pair, state, (ground, passage.width(step, node)), workspace)
+                workspace.start_signals[signal] = workspace.end_signals[signal]
+            read_signals(pair, next_state, passage.widened(node + 1), workspace.end_signals)
+            widen_bounds(pair, state, (ground, passage.width(step, node)), workspace)
             for part in range(4):
-                states[node + 1, part] = ahead[part]
-            state = ahead
+                states[node + 1, part] = next_state[part]
+            state = next_state
         measure_block(pair, free, (first, stop), workspace)
         for signal in range(SIGNALS):
             free.high[block, signal] = min(workspace.upper[signal], workspace.high[signal])
@@ -99,21 +113,23 @@ def fill_free_response(pair, free, workspace):
 @kernel
 def measure_block(pair, free, nodes, workspace):
     """Update the largest and smallest signals so far by those of a block that can pass them."""
-    record = False
+    has_new_peak = False
     for signal in range(SIGNALS):
-        record |= workspace.upper[signal] > workspace.high[signal] or workspace.lower[signal] < workspace.low[signal]
-    if not record:
+        has_new_peak |= (
+            workspace.upper[signal] > workspace.high[signal] or workspace.lower[signal] < workspace.low[signal]
+        )
+    if not has_new_peak:
         return
-    still = (0.0, 0.0, 0.0, 0.0)
+    no_vibration = (0.0, 0.0, 0.0, 0.0)
     states, passage = free.states, free.passage
-    read_signals(pair, with_free(states, nodes[0], still), passage.widened(nodes[0]), workspace.there)
+    read_signals(pair, with_free(states, nodes[0], no_vibration), passage.widened(nodes[0]), workspace.end_signals)
     for node in range(nodes[0], nodes[1]):
         span = (passage.stretch(free.ground, free.step, node, 0.0), passage.width(free.step, node))
-        state = with_free(states, node, still)
+        state = with_free(states, node, no_vibration)
         for signal in range(SIGNALS):
-            workspace.here[signal] = workspace.there[signal]
-        read_signals(pair, with_free(states, node + 1, still), passage.widened(node + 1), workspace.there)
-        wanted = search_mask(pair, inf, state, span, EVERY_SIGNAL, workspace)
-        if wanted:
+            workspace.start_signals[signal] = workspace.end_signals[signal]
+        read_signals(pair, with_free(states, node + 1, no_vibration), passage.widened(node + 1), workspace.end_signals)
+        mask = search_mask(pair, inf, state, span, EVERY_SIGNAL, workspace)
+        if mask:
             write_series(pair, state, span[0], free.terms, workspace)
-            search_interval(pair, inf, wanted, span, free.terms, workspace)
+            search_interval(pair, inf, mask, span, free.terms, workspace)

@@ -13,9 +13,9 @@ import numpy as np
 
 from pounding_risk._jit.compile import kernel, lowered
 from pounding_risk.solver.counters import COMPLETE, DEMAND, FIRST_YIELD, STATUS, TALLIED, YIELDS, make_log
+from pounding_risk.solver.pair.equations import Limits
 from pounding_risk.solver.pair.laws import by_address
 from pounding_risk.solver.pair.run import march
-from pounding_risk.solver.pair.stages import Limits
 from pounding_risk.solver.workspace import SIGNALS
 
 KNOWN, SIMULATED = 0, 1
@@ -24,8 +24,8 @@ KNOWN, SIMULATED = 0, 1
 @kernel
 def copy_to_row(workspace, out):
     """Copy the counters and the extremes of a run from the workspace to its row of raw columns."""
-    for place in range(TALLIED):
-        out[place] = workspace.counters[place]
+    for counter in range(TALLIED):
+        out[counter] = workspace.counters[counter]
     for signal in range(SIGNALS):
         out[TALLIED + signal] = workspace.high[signal]
         out[TALLIED + SIGNALS + signal] = workspace.low[signal]
@@ -40,7 +40,7 @@ def copy_levels(log, row, out):
 
 @kernel
 def clear_levels(log):
-    """Make the log as it was made."""
+    """Set the log back: no level reached, nothing written."""
     for level in range(log.levels.size):
         log.first[level] = nan
         log.reached[level] = 0.0
@@ -48,19 +48,19 @@ def clear_levels(log):
         log.used[part] = 0
 
 
-def solve_grid(pair, free, law, grid, rtol, screening, workspace, out, how, own_kernel=False):
-    """Fill ``out`` (gaps, yield forces, outputs.COLUMNS) and ``how`` (gaps, yield forces).
+def solve_grid(pair, free, law, grid, rtol, screening, workspace, out, case_kinds, own_kernel=False):
+    """Fill ``out`` (gaps, yield forces, outputs.COLUMNS) and ``case_kinds`` (gaps, yield forces).
 
     ``grid`` = (gaps, yield forces ascending, restitution); ``workspace`` belongs to the calling thread. With
     ``own_kernel`` the law's code is in the kernel, which is compiled for this kind of law: faster, with the same bits.
     """
     called = lowered(law) if own_kernel else by_address(law)
     logs = make_log(0, 0, np.zeros(0)), make_log(0, 0, np.zeros(1)), make_log(0, 0, grid[1])
-    march_grid(pair, free, called, grid, rtol, screening, logs, workspace, out, how)
+    march_grid(pair, free, called, grid, rtol, screening, logs, workspace, out, case_kinds)
 
 
 @kernel
-def march_grid(pair, free, law, grid, rtol, screening, logs, workspace, out, how):
+def march_grid(pair, free, law, grid, rtol, screening, logs, workspace, out, case_kinds):
     """As `solve_grid`, of a law as kernels take it; ``logs`` are those without a level, with one, with all of them."""
     gaps, yield_forces, restitution = grid
     capped = law.ceiling(1.0) < inf
@@ -69,14 +69,14 @@ def march_grid(pair, free, law, grid, rtol, screening, logs, workspace, out, how
     for block in range(free.high.shape[0]):
         closing = max(closing, free.high[block, 0])
     for g in range(gaps.size):
-        contact = closing > gaps[g]
+        touches = closing > gaps[g]
         # Index −1 is the run without yielding, from which others may be known; without screening there is none.
         f = -1 if screening else 0
-        known_from = count
-        while f < known_from:
+        first_answered = count
+        while f < first_answered:
             strength = inf if f < 0 else yield_forces[f]
             log = logs[0]
-            if not capped and contact:
+            if not capped and touches:
                 log = logs[2] if f < 0 else logs[1]
                 if f >= 0:
                     log.levels[0] = strength
@@ -84,23 +84,23 @@ def march_grid(pair, free, law, grid, rtol, screening, logs, workspace, out, how
             march(pair, free, law, Limits(gaps[g], strength, restitution), rtol, workspace, log)
             if f >= 0:
                 copy_to_row(workspace, out[g, f])
-                how[g, f] = SIMULATED
+                case_kinds[g, f] = SIMULATED
                 if log.levels.size > 0:
                     copy_levels(log, 0, out[g, f])
             else:
-                known_from = 0
-                if capped and contact:
+                first_answered = 0
+                if capped and touches:
                     completed = workspace.counters[STATUS] == COMPLETE
-                    while known_from < count and not (
-                        completed and yield_forces[known_from] > workspace.counters[DEMAND]
+                    while first_answered < count and not (
+                        completed and yield_forces[first_answered] > workspace.counters[DEMAND]
                     ):
-                        known_from += 1
-                for known in range(known_from, count):
-                    copy_to_row(workspace, out[g, known])
-                    how[g, known] = KNOWN
+                        first_answered += 1
+                for answered in range(first_answered, count):
+                    copy_to_row(workspace, out[g, answered])
+                    case_kinds[g, answered] = KNOWN
                     if log.levels.size > 0:
-                        copy_levels(log, known, out[g, known])
+                        copy_levels(log, answered, out[g, answered])
                 # The run without yielding is counted as the last of the cases that it answers.
-                if contact and known_from < count:
-                    how[g, count - 1] = SIMULATED
+                if touches and first_answered < count:
+                    case_kinds[g, count - 1] = SIMULATED
             f += 1

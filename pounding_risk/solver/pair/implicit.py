@@ -13,7 +13,8 @@ from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import IMPLICIT, WORKED
-from pounding_risk.solver.pair.stages import ELASTIC, SHARE, explicit_attempt, explicit_spread, finish, slopes, state_of
+from pounding_risk.solver.pair.equations import ELASTIC, SHARE, slopes, state_of, write_end_slopes
+from pounding_risk.solver.pair.explicit import explicit_attempt, write_explicit_polynomial
 from pounding_risk.solver.runge_kutta import RADAU
 from pounding_risk.solver.workspace import BEGIN, END, FELT, FIRST_STAGE, TERMS
 
@@ -51,8 +52,8 @@ def solve_linear(matrix, right):
                 for j in range(column + 1, size):
                     matrix[i, j] -= factor * matrix[column, j]
                 right[i] -= factor * right[column]
-    for back in range(size):
-        i = size - 1 - back
+    for count_back in range(size):
+        i = size - 1 - count_back
         total = right[i]
         for j in range(i + 1, size):
             total -= matrix[i, j] * right[j]
@@ -60,26 +61,26 @@ def solve_linear(matrix, right):
 
 
 @small
-def shallow(delta, depth):
+def scale_of_damped_depth(delta, depth):
     """The scale of penetration of a damped contact, which goes much less deep than its spring alone would let it."""
     return min(depth, max(delta, SHALLOWEST * depth))
 
 
 @small
-def is_too_slow(turn, missing, before):
+def is_too_slow(turn, missing, missing_before):
     """True where iterating further would cost more than a shorter step."""
-    return turn + 1 == ITERATIONS or not missing < inf or (turn > 4 and missing > 0.7 * before)
+    return turn + 1 == ITERATIONS or not missing < inf or (turn > 4 and missing > 0.7 * missing_before)
 
 
 @small
-def is_solved(turn, missing, before, allowed):
+def is_solved(turn, missing, missing_before, allowed):
     """True where the equations of a step are solved, ``missing`` now and one iteration before.
 
     The first guess is that nothing moves: on a short step it misses less than is allowed, and would never move.
     """
     if turn < LEAST_ITERATIONS:
         return False
-    return missing <= RESIDUE * allowed or (missing > 0.5 * before and missing <= ROUNDED_RESIDUE * allowed)
+    return missing <= RESIDUE * allowed or (missing > 0.5 * missing_before and missing <= ROUNDED_RESIDUE * allowed)
 
 
 @small
@@ -88,7 +89,7 @@ def damper_of(impact, phase, state, force):
     if phase.region != ELASTIC:
         return 0.0
     u, w, v, z = state
-    delta, faster = max(u - w - impact.gap, 0.0), 1e-3 * impact.speed
+    delta, faster = max(u - w - impact.gap, 0.0), 1e-3 * impact.speed_scale
     return (impact.law.force(impact.memory, delta, v - z + faster, phase.approaching) - force) / faster
 
 
@@ -121,8 +122,8 @@ def choose_method(impact, phase, s, h, workspace):
 def fill_time_weights(s, h, weights):
     """h a_ij dt/ds at node j: what a slope in time at node j adds at node i."""
     for j in range(PARTS):
-        place = s + NODES[j] * h
-        clock = h * 4.0 * place * place * place
+        node_s = s + NODES[j] * h
+        clock = h * 4.0 * node_s * node_s * node_s
         for i in range(PARTS):
             weights[i, j] = COEFFICIENTS[i, j] * clock
 
@@ -186,7 +187,7 @@ def correct(impact, workspace):
 
 @small
 def implicit_attempt(impact, phase, s, h, rtol, workspace):
-    """One implicit step, as `pair.stages.explicit_attempt`; infinite where its equations are not solved."""
+    """One implicit step, as `explicit.explicit_attempt`; infinite where its equations are not solved."""
     state = state_of(workspace.states, BEGIN)
     force = workspace.slopes[FIRST_STAGE, FELT]
     damper, spring = damper_of(impact, phase, state, force), spring_of(impact, phase, state, force)
@@ -194,14 +195,14 @@ def implicit_attempt(impact, phase, s, h, rtol, workspace):
     fill_response(workspace.time_weights, damper, spring, workspace.response)
     for i in range(PARTS):
         workspace.node_states[i, 2], workspace.node_states[i, 3] = state[2], state[3]
-    before = inf
+    missing_before = inf
     for turn in range(ITERATIONS):
         missing = evaluate_nodes(impact, phase, s, h, workspace)
-        if is_solved(turn, missing, before, SHARE * rtol * impact.speed):
+        if is_solved(turn, missing, missing_before, SHARE * rtol * impact.speed_scale):
             break
-        if is_too_slow(turn, missing, before):
+        if is_too_slow(turn, missing, missing_before):
             return inf
-        before = missing
+        missing_before = missing
         correct(impact, workspace)
     for column in range(4):
         workspace.states[END, column] = workspace.node_states[PARTS - 1, column]
@@ -211,10 +212,10 @@ def implicit_attempt(impact, phase, s, h, rtol, workspace):
             total += COEFFICIENTS[PARTS - 1, j] * workspace.slopes[1 + j, column]
         workspace.states[END, column] = workspace.states[BEGIN, column] + h * total
     if workspace.tableau.end_weight != 0.0:
-        finish(impact, phase, s + h, workspace)
+        write_end_slopes(impact, phase, s + h, workspace)
     delta = state[0] - state[1] - impact.gap
-    depth = shallow(delta, impact.depth) if damper > 0.0 else impact.depth
-    return begin_defect(h, depth, impact.speed, workspace)
+    depth = scale_of_damped_depth(delta, impact.depth_scale) if damper > 0.0 else impact.depth_scale
+    return begin_defect(h, depth, impact.speed_scale, workspace)
 
 
 @small
@@ -237,8 +238,8 @@ def begin_defect(h, depth, speed, workspace):
 
 
 @small
-def implicit_spread(workspace):
-    """The polynomial of the implicit step just made, as `pair.stages.explicit_spread` leaves it."""
+def write_implicit_polynomial(workspace):
+    """The polynomial of the implicit step just made, as `explicit.write_explicit_polynomial` leaves it."""
     states = workspace.states
     for term in range(TERMS):
         for column in range(4):
@@ -259,9 +260,9 @@ def attempt(impact, phase, s, h, rtol, workspace):
 
 
 @kernel
-def spread(impact, phase, span, workspace):
+def write_polynomial(impact, phase, span, workspace):
     """Write the polynomial between both ends of the step just made, ``span`` = (s, h)."""
     if workspace.counters[IMPLICIT] > 0.0:
-        implicit_spread(workspace)
+        write_implicit_polynomial(workspace)
     else:
-        explicit_spread(impact, phase, span, workspace)
+        write_explicit_polynomial(impact, phase, span, workspace)

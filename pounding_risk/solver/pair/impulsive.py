@@ -1,13 +1,4 @@
-"""A touch whose velocities jump, and the joined motion of two buildings that press on each other.
-
-Joined, the pair is one linear oscillator: shares p1 = m1/(m1+m2) and p2 of the masses weigh spring, damper and ground,
-
-    ẍ = −(p1 q1 + p2 q2) − (p1 f1 + p2 f2) ẋ − (p1 s1 + p2 s2) x,   u_left = x + a,   u_right = x − b,
-
-a + b the gap. Over a node interval with linear a_g, x is its own Taylor series, as in flight, and so is the force
-between the buildings, F = m (A_left − A_right) with A the acceleration that each would have alone: peaks, impulse and
-the moment at which F would turn to tension come from the series, without a time-step error. A rigid building has
-p = 1 and holds the other where it is.
+"""A touch whose velocities jump.
 
 What rebounds slower than rtol times the fastest free closing speed, onto a building that presses on it, does not
 rebound: bounces shrink by e each, so what is left of a train of them then is a relative displacement of the order of
@@ -21,12 +12,9 @@ same. Its contact then lasts that long at least, though no longer than the recor
 from __future__ import annotations
 
 from math import isnan, nan
-from typing import NamedTuple
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.models.structures.sdof import Oscillator
 from pounding_risk.solver.counters import (
-    AT_END,
     BUSY,
     CONTACT_TIME,
     DEMAND,
@@ -35,205 +23,23 @@ from pounding_risk.solver.counters import (
     IMPULSE,
     PEAK_FORCE,
     RESIDUAL,
-    STEPS,
     VISCOUS,
 )
 from pounding_risk.solver.pair.contact import touch_down, write_contact, write_step
-from pounding_risk.solver.pair.stages import energy_of, state_of
-from pounding_risk.solver.pair.taylor import expand, first_rise, highest, slope_at, value_at
-from pounding_risk.solver.workspace import BEGIN, LEFT, RIGHT, SIGNAL
-
-ROUNDING = 1e-14  # of the displacements: no bounce so low can be told from rest
-
-
-class Joint(NamedTuple):
-    """Two buildings in joined motion: one oscillator, and where each stands in it."""
-
-    left: Oscillator
-    right: Oscillator
-    whole: Oscillator  # of both, but the ground; its mass is the reduced mass m1 m2 / (m1 + m2), which F needs
-    share_left: float  # p1
-    share_right: float
-    ahead: float  # a = u_left − x [m]
-    behind: float  # b = x − u_right [m]
-
-
-@kernel
-def joined(pair, gap):
-    """The oscillator that both buildings make when they are held together across the gap."""
-    left, right = pair
-    total = left.inverse_mass + right.inverse_mass
-    p, q = right.inverse_mass / total, left.inverse_mass / total
-    spring = p * left.omega2 + q * right.omega2
-    whole = Oscillator(1.0 / total, 0.0, spring, p * left.two_zeta_omega + q * right.two_zeta_omega, 0.0, 0.0)
-    ahead = gap if right.inverse_mass == 0.0 else 0.0
-    behind = gap if left.inverse_mass == 0.0 else 0.0
-    # Masses without springs, as in an isolated impact, are not held anywhere.
-    if spring > 0.0 and left.inverse_mass > 0.0 and right.inverse_mass > 0.0:
-        ahead = q * right.omega2 * gap / spring
-        behind = p * left.omega2 * gap / spring
-    return Joint(left, right, whole, p, q, ahead, behind)
-
-
-@small
-def midway(joint, state):
-    """(x, ẋ) of the joined motion that takes over from a state: place and momentum of the centre of mass."""
-    p, q = joint.share_left, joint.share_right
-    place = p * (state[0] - joint.ahead) + q * (state[1] + joint.behind)
-    return place, p * state[2] + q * state[3]
-
-
-@small
-def of_both(joint, place, speed):
-    """The state of both buildings in joined motion."""
-    return place + joint.ahead, place - joint.behind, speed, speed
-
-
-@small
-def load_whole(joint, ground):
-    """What pushes the joined pair, from the ground under the left building."""
-    p, q = joint.share_left, joint.share_right
-    one, other = ground.load_left(joint.left), ground.load_across(joint.right)
-    return (
-        p * one[0] + q * other[0],
-        p * one[1] + q * other[1],
-        p * one[2] + q * other[2],
-        p * one[3] + q * other[3],
-    )
-
-
-@kernel
-def write_tension(joint, ground, terms, workspace):
-    """Row SIGNAL: the series of −F / m, tension above zero, from that of x in row LEFT; returns its terms."""
-    left, right = joint.left, joint.right
-    two_zeta_omega, omega2 = left.two_zeta_omega - right.two_zeta_omega, left.omega2 - right.omega2
-    series = workspace.search.series
-    for n in range(terms - 1):
-        series[SIGNAL, n] = two_zeta_omega * ((n + 1) * series[LEFT, n + 1]) + omega2 * series[LEFT, n]
-    one, other = ground.load_left(left), ground.load_across(right)
-    series[SIGNAL, 0] += (one[0] - other[0]) + (left.omega2 * joint.ahead + right.omega2 * joint.behind)
-    for n in range(1, 4):
-        series[SIGNAL, n] += one[n] - other[n]
-    return terms - 1
-
-
-@small
-def presses(series, count):
-    """True where the force between the buildings, −SIGNAL, is compression just after the start of its series."""
-    for n in range(count):
-        if series[SIGNAL, n] != 0.0:
-            return series[SIGNAL, n] < 0.0
-    return False
-
-
-@kernel
-def raise_rows(joint, ground, terms, stop, workspace):
-    """Peaks of displacement and of absolute acceleration over a joined stretch, x in row LEFT."""
-    left, right, whole = joint.left, joint.right, joint.whole
-    series = workspace.search.series
-    place = series[LEFT, 0]
-    for n in range(terms):
-        series[RIGHT, n] = series[LEFT, n]
-    for n in range(terms - 1):
-        series[SIGNAL, n] = -whole.two_zeta_omega * ((n + 1) * series[LEFT, n + 1]) - whole.omega2 * series[LEFT, n]
-    # ẍ + a_g: without a wave nothing of a_g is left but where a rigid building carries the other along.
-    push, widening, still = load_whole(joint, ground), ground.widening(), ground.under_left()
-    for n in range(4):
-        series[SIGNAL, n] -= push[n]
-        series[RIGHT, n] -= widening[n]
-    series[SIGNAL, 0] += still[0]
-    series[SIGNAL, 1] += still[1]
-    series[LEFT, 0] += joint.ahead
-    series[RIGHT, 0] -= joint.behind
-    if left.inverse_mass > 0.0:
-        raise_signal(1, LEFT, terms, stop, workspace)
-        raise_signal(3, SIGNAL, terms - 1, stop, workspace)
-    if right.inverse_mass > 0.0:
-        raise_signal(2, RIGHT, terms, stop, workspace)
-        raise_signal(4, SIGNAL, terms - 1, stop, workspace)
-    series[LEFT, 0] = place
-
-
-@kernel
-def raise_signal(signal, row, terms, stop, workspace):
-    """Raise a signal's peaks by those of a row's series on [0, stop]."""
-    workspace.high[signal] = highest(workspace.search, row, terms, 1.0, stop, workspace.high[signal])
-    workspace.low[signal] = -highest(workspace.search, row, terms, -1.0, stop, -workspace.low[signal])
-
-
-@small
-def parted(joint, state):
-    """The state of a parting: further apart by a rounding, so that flight does not begin with a touch of rounding."""
-    clear = 4e-16 * (abs(state[0]) + abs(state[1]) + (joint.ahead + joint.behind))
-    u_left = state[0] - clear if joint.left.inverse_mass > 0.0 else 0.0
-    u_right = state[1] + clear if joint.right.inverse_mass > 0.0 else 0.0
-    return u_left, u_right, state[2], state[3]
-
-
-@small
-def write_state(workspace, state):
-    """Put the state where the log reads it."""
-    for part in range(4):
-        workspace.states[BEGIN, part] = state[part]
-
-
-@kernel
-def time_levels(mass, largest, count, span, workspace, log):
-    """Time the levels that F reaches first on a joined stretch, ``span`` = (its start, its length); −F/m in SIGNAL."""
-    series = workspace.search.series
-    while log.used[2] < log.levels.size and log.levels[log.used[2]] <= mass * largest:
-        level = log.levels[log.used[2]] / mass
-        after = 0.0
-        if -series[SIGNAL, 0] < level:
-            for n in range(count):
-                series[SIGNAL, n] = -series[SIGNAL, n]
-            root = first_rise(workspace.search, count, level, span[1])
-            for n in range(count):
-                series[SIGNAL, n] = -series[SIGNAL, n]
-            # A crest that reaches it by rounding has no root.
-            after = root if root >= 0.0 else span[1]
-        log.first[log.used[2]] = span[0] + after
-        log.used[2] += 1
-
-
-@kernel
-def move_joined(joint, free, start, place, speed, workspace, log):
-    """Joined motion from ``start`` until F falls to zero or the record ends; x, ẋ at its start are given.
-
-    Returns (how it ended, node, time after it, state seen from the own grounds, largest force).
-    """
-    node, offset = start
-    mass, terms, series = joint.whole.mass, free.terms, workspace.search.series
-    largest = 0.0
-    while True:
-        ground = free.passage.stretch(free.ground, free.step, node, offset)
-        span = free.passage.width(free.step, node) - offset
-        expand(joint.whole, place, speed, load_whole(joint, ground), workspace.search, LEFT, terms)
-        count = write_tension(joint, ground, terms, workspace)
-        root = first_rise(workspace.search, count, 0.0, span)
-        stop = root if root >= 0.0 else span
-        largest = highest(workspace.search, SIGNAL, count, -1.0, stop, largest)
-        if not isnan(workspace.counters[DEMAND]):
-            time_levels(mass, largest, count, (free.passage.moment(free.step, node) + offset, stop), workspace, log)
-        push, power = 0.0, stop
-        for n in range(count):
-            push -= series[SIGNAL, n] * power / (n + 1)
-            power *= stop
-        workspace.states[BEGIN, 5] += mass * push
-        force = max(-mass * value_at(series, SIGNAL, count, stop), 0.0) if root < 0.0 else 0.0
-        raise_rows(joint, ground, terms, stop, workspace)
-        place, speed = value_at(series, LEFT, terms, stop), slope_at(series, LEFT, terms, stop)
-        workspace.counters[STEPS] += 1.0
-        offset += stop
-        state = of_both(joint, place, speed)
-        write_state(workspace, state)
-        state = ground.apart(joint.right, state, stop)
-        write_step(log, free.passage.moment(free.step, node) + offset, force, state, workspace)
-        if root >= 0.0:
-            return FINISHED, node, offset, state, mass * largest
-        node, offset = node + 1, 0.0
-        if node >= free.ground.size - 1:
-            return AT_END, node, offset, state, mass * largest
+from pounding_risk.solver.pair.equations import energy_of, state_of
+from pounding_risk.solver.pair.joined import (
+    ROUNDING,
+    joined_motion,
+    load_whole,
+    make_joint,
+    move_joined,
+    presses,
+    state_set_apart,
+    write_state,
+    write_tension,
+)
+from pounding_risk.solver.pair.taylor import expand
+from pounding_risk.solver.workspace import BEGIN, LEFT, SIGNAL
 
 
 @small
@@ -248,16 +54,16 @@ def record_push(push, touched, workspace, log):
 @small
 def settle_force(push, largest, rests, workspace, log):
     """The largest force of a contact, from that of its jump and of the joined motion, entered in the counters."""
-    known = workspace.counters[PEAK_FORCE]
+    peak_so_far = workspace.counters[PEAK_FORCE]
     if isnan(push):
         if rests:
-            workspace.counters[PEAK_FORCE] = largest if not known > largest else known
+            workspace.counters[PEAK_FORCE] = largest if not peak_so_far > largest else peak_so_far
             return largest
-        if known == 0.0:
+        if peak_so_far == 0.0:
             workspace.counters[PEAK_FORCE] = nan
         return nan
     force = max(push, largest)
-    workspace.counters[PEAK_FORCE] = max(known, force)
+    workspace.counters[PEAK_FORCE] = max(peak_so_far, force)
     workspace.counters[DEMAND] = max(workspace.counters[DEMAND], force)
     for level in range(log.levels.size):
         log.reached[level] += 1.0 if log.levels[level] <= force else 0.0
@@ -273,8 +79,8 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     that a law would have without a cap is NaN.
     """
     node, offset = start
-    joint = joined(pair, limits.gap)
-    mass, series = joint.whole.mass, workspace.search.series
+    joint = make_joint(pair, limits.gap)
+    mass, series = joint.oscillator.mass, workspace.search.series
     ground = free.passage.stretch(free.ground, free.step, node, offset)
     state = ground.across(joint.right, state, 0.0)
     touched = free.passage.moment(free.step, node) + offset
@@ -285,26 +91,26 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     energy = touch_down(joint, limits.restitution.beyond(speed), touched, speed, workspace)
     workspace.high[0] = max(workspace.high[0], limits.gap)
     write_step(log, touched, 0.0, ground.apart(joint.right, state, 0.0), workspace)
-    place, common = midway(joint, state)
-    expand(joint.whole, place, common, load_whole(joint, ground), workspace.search, LEFT, free.terms)
+    x, rate = joined_motion(joint, state)
+    expand(joint.oscillator, x, rate, load_whole(joint, ground), workspace.search, LEFT, free.terms)
     pressed = presses(series, write_tension(joint, ground, free.terms, workspace))
     ratio, hardness, lasts = law.strike(e, pair[0].inverse_mass, pair[1].inverse_mass)
-    back, push = ratio * speed, hardness * speed
+    rebound, push = ratio * speed, hardness * speed
     # A bounce of speed w under the acceleration A rises by w² / (2 A).
-    low = -2.0 * series[SIGNAL, 0] * ROUNDING * (abs(state[0]) + abs(state[1]))
-    if pressed and (back <= rtol * free.fastest or back * back <= low):
-        back = 0.0
-    rests = pressed and back == 0.0
+    low_rebound = -2.0 * series[SIGNAL, 0] * ROUNDING * (abs(state[0]) + abs(state[1]))
+    if pressed and (rebound <= rtol * free.fastest or rebound * rebound <= low_rebound):
+        rebound = 0.0
+    rests = pressed and rebound == 0.0
     force = -mass * series[SIGNAL, 0] if rests else 0.0
     state = (
         state[0],
         state[1],
-        common - joint.share_right * back,
-        common + joint.share_left * back,
+        rate - joint.share_right * rebound,
+        rate + joint.share_left * rebound,
     )
     write_state(workspace, state)
-    workspace.states[BEGIN, 4] = 0.5 * mass * (speed - back) * (speed + back)
-    workspace.states[BEGIN, 5] = mass * (speed + back)
+    workspace.states[BEGIN, 4] = 0.5 * mass * (speed - rebound) * (speed + rebound)
+    workspace.states[BEGIN, 5] = mass * (speed + rebound)
     workspace.counters[VISCOUS] += workspace.states[BEGIN, 4]
     taken_along = ground.taken_along(joint.right, workspace.states[BEGIN, 5], state[3])
     workspace.counters[RESIDUAL] += energy_of(pair, state) - energy + workspace.states[BEGIN, 4] + taken_along
@@ -313,16 +119,16 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     record_push(push, touched, workspace, log)
     finish, largest = FINISHED, 0.0
     if rests:
-        finish, node, offset, state, largest = move_joined(joint, free, (node, offset), place, common, workspace, log)
+        finish, node, offset, state, largest = move_joined(joint, free, (node, offset), x, rate, workspace, log)
     force = settle_force(push, largest, rests, workspace, log)
-    state = parted(joint, state)
+    state = state_set_apart(joint, state)
     stop = free.passage.moment(free.step, free.ground.size - 1)
-    over = max(free.passage.moment(free.step, node) + offset, min(touched + lasts, stop))
-    duration = max(over - touched, 0.0)
+    end_time = max(free.passage.moment(free.step, node) + offset, min(touched + lasts, stop))
+    duration = max(end_time - touched, 0.0)
     workspace.counters[ENERGY] = max(workspace.counters[ENERGY], energy_of(pair, state_of(workspace.states, BEGIN)))
     # The next touch may come while the floors still press.
-    workspace.counters[CONTACT_TIME] += max(over - max(touched, workspace.counters[BUSY]), 0.0)
-    workspace.counters[BUSY] = over
+    workspace.counters[CONTACT_TIME] += max(end_time - max(touched, workspace.counters[BUSY]), 0.0)
+    workspace.counters[BUSY] = end_time
     workspace.counters[IMPULSE] += workspace.states[BEGIN, 5]
     uncapped = nan if isnan(push) else force
     write_contact(log, (touched, touched + duration, speed, e, force, uncapped, 0.0, 0.0), workspace)

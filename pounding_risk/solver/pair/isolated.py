@@ -20,10 +20,10 @@ from pounding_risk.models.ground import UniformGround
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import free_mass
 from pounding_risk.solver.counters import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
+from pounding_risk.solver.pair.equations import Limits
 from pounding_risk.solver.pair.flight import Free
 from pounding_risk.solver.pair.laws import by_address
 from pounding_risk.solver.pair.run import begin_contact
-from pounding_risk.solver.pair.stages import Limits
 from pounding_risk.solver.workspace import BEGIN, SIGNALS, make_workspace
 from pounding_risk.units import GAP, TIME, YIELD_FORCE, say
 
@@ -61,8 +61,8 @@ class Impact(ShortRepr):
         """Speeds, restitution and peaks of the collision."""
         yield "contact model", self.law
         yield "approach", f"{self.approach_speed:.4g} m/s, rebound {self.rebound_speed:.4g} m/s"
-        asked = "" if isnan(self.restitution_asked) else f", {self.restitution_asked:.4g} asked for"
-        yield "restitution", f"{self.restitution:.4g}{asked}"
+        asked_words = "" if isnan(self.restitution_asked) else f", {self.restitution_asked:.4g} asked for"
+        yield "restitution", f"{self.restitution:.4g}{asked_words}"
         yield "peak force", "none that is finite" if isnan(self.peak_force) else say(self.peak_force, YIELD_FORCE)
         yield "penetration", say(self.peak_penetration, GAP)
         yield "duration", say(self.duration, TIME)
@@ -103,8 +103,8 @@ def collide(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
         raise PoundingError(f"impact: the contact takes {log.used[1]} steps, more than {ROWS}; raise rtol")
     facts = dict(zip(CONTACT_COLUMNS, log.contacts[0], strict=False))
     rows = _steps_of(law, pair, facts) if needs_floors(law) else log.steps[: log.used[1]]
-    after = workspace.states[BEGIN]
-    momentum = mass * (after[2] - speed) + (other_mass * after[3] if other_mass < inf else np.nan)
+    end_state = workspace.states[BEGIN]
+    momentum = mass * (end_state[2] - speed) + (other_mass * end_state[3] if other_mass < inf else np.nan)
     return Impact(
         law=name_of(type(bare(law))),
         mass=float(mass),
@@ -128,7 +128,7 @@ def collide(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
 def meeting(law: Any, rule: Restitution, speed: float, values: tuple[float, float, float, float]) -> tuple[Any, ...]:
     """Arguments of `run.begin_contact` for `collide`, ``law`` as kernels take it; ``values`` as there."""
     mass, other_mass, yield_force, rtol = map(float, values)
-    still = ((0.0,) * 4,) * 2
+    no_maps = ((0.0,) * 4,) * 2
     free = Free(
         np.zeros(2),
         NEVER,
@@ -136,8 +136,8 @@ def meeting(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
         np.zeros((2, 4)),
         np.zeros((1, SIGNALS)),
         np.zeros((1, SIGNALS)),
-        still,
-        still,
+        no_maps,
+        no_maps,
         0.0,
         UniformGround(),
     )

@@ -27,7 +27,7 @@ from pounding_risk._jit.calls import (
     write_slots,
 )
 from pounding_risk._jit.compile import apart, kernel, lowered, small, speaks
-from pounding_risk.solver.pair.stages import ends_itself, starts_itself, turns_itself
+from pounding_risk.solver.pair.law_verbs import ends_itself, starts_itself, turns_itself
 
 SLOTS = 6  # numbers that a verb is given and gives back
 Verbs = tuple[int, tuple[float, ...]]
@@ -37,20 +37,29 @@ _VERBS: dict[tuple[Any, ...], Verbs] = {}
 
 @small
 def force(law, blank, numbers, delta, rate, approaching):
-    """``law.force``; ``blank`` is a memory of the law, of which only the form counts."""
+    """``law.force`` [N] at penetration ``delta`` [m] and closing speed ``rate`` [m/s].
+
+    ``numbers`` are the law's own and behind them the memory; ``law`` and ``blank`` tell by their types how many there
+    are.
+    """
     memory = model_at(blank, numbers, leaves_of(law))
     return model_at(law, numbers, 0).force(memory, delta, rate, approaching > 0.0)
 
 
 @small
 def plateau(law, blank, numbers, delta, strength, unused):
-    """``law.plateau``."""
+    """``law.plateau`` [N] at penetration ``delta`` [m], of a law that yields at ``strength`` [N]."""
     return model_at(law, numbers, 0).plateau(delta, strength)
 
 
 @small
 def begin(law, blank, numbers, slots):
-    """`starts_itself` from and to the slots; the memory is written behind the law's numbers."""
+    """`starts_itself`: a contact begins.
+
+    ``slots`` hold e, approach speed [m/s], mass [kg], damage so far, yield force [N] and scale of velocity [m/s]; then
+    the force at which the law yields [N], its smallest force [N] and the scale of penetration [m]. The memory is
+    written behind the law's numbers. Returns 0.
+    """
     memory, strength, least, depth = starts_itself(
         model_at(law, numbers, 0), slots[0], slots[1], slots[2], slots[3], slots[4], slots[5]
     )
@@ -61,8 +70,13 @@ def begin(law, blank, numbers, slots):
 
 @small
 def turn(law, blank, numbers, slots):
-    """`turns_itself` from and to the slots."""
-    memory, dent, taken = turns_itself(
+    """`turns_itself`: the motion of a contact turns.
+
+    ``slots`` hold δ [m], the force at which the law yields [N], whether the bodies approach and whether the law yields
+    (1 or 0); then the dent [m], below zero for none, and the energy lost with it [J]. The memory is written behind the
+    law's numbers. Returns 0.
+    """
+    memory, dent, energy_lost = turns_itself(
         model_at(law, numbers, 0),
         model_at(blank, numbers, leaves_of(law)),
         slots[0],
@@ -71,13 +85,17 @@ def turn(law, blank, numbers, slots):
         slots[3] > 0.0,
     )
     lay_at(memory, numbers, leaves_of(law))
-    slots[0], slots[1] = dent, taken
+    slots[0], slots[1] = dent, energy_lost
     return 0.0
 
 
 @small
 def part(law, blank, numbers, slots):
-    """`ends_itself` from and to the slots."""
+    """`ends_itself`: a contact ends.
+
+    ``slots`` hold δ [m], the force at which the law yields [N], the work of the force and what dents have taken of it
+    [J]; then the loss [J], the part of it that hysteresis takes [J] and the damage left behind. Returns 0.
+    """
     memory = model_at(blank, numbers, leaves_of(law))
     slots[0], slots[1], slots[2] = ends_itself(
         model_at(law, numbers, 0), memory, slots[0], slots[1], slots[2], slots[3]
@@ -87,14 +105,18 @@ def part(law, blank, numbers, slots):
 
 @small
 def strike(law, blank, numbers, slots):
-    """``law.strike`` from and to the slots."""
+    """``law.strike`` of a model whose velocities jump.
+
+    ``slots`` hold e and 1/mass of the left and the right building [1/kg]; then the ratio of rebound to approach speed,
+    the largest force over the approach speed [N s/m] and the duration [s]. Returns 0.
+    """
     slots[0], slots[1], slots[2] = model_at(law, numbers, 0).strike(slots[0], slots[1], slots[2])
     return 0.0
 
 
 @kernel
 def force_verbs(law, blank, out):
-    """The addresses of `force`, `plateau`, `begin`, `turn` and `part` for laws of this kind."""
+    """Write the addresses of `force`, `plateau`, `begin`, `turn` and `part` for laws of this kind to ``out``."""
     out[0] = entry_of_numbers(force, law, blank)
     out[1] = entry_of_numbers(plateau, law, blank)
     out[2] = entry_of_slots(begin, law, blank)
@@ -104,7 +126,7 @@ def force_verbs(law, blank, out):
 
 @kernel
 def jump_verbs(law, blank, out):
-    """The address of `strike` for models of this kind."""
+    """Write the address of `strike` for models of this kind to ``out``."""
     out[0] = entry_of_slots(strike, law, blank)
 
 
@@ -151,13 +173,13 @@ class CalledVerbs(Protocol):
     """
 
     def begin_contact(self, e, speed, mass, worn, limit, scale):
-        """As `stages.starts_itself`."""
+        """As `law_verbs.starts_itself`, with 0 in place of the memory."""
 
     def turn_contact(self, memory, delta, strength, approaching, yielding):
-        """As `stages.turns_itself`."""
+        """As `law_verbs.turns_itself`, with 0 in place of the memory."""
 
     def end_contact(self, memory, delta, strength, work, lost):
-        """As `stages.ends_itself`."""
+        """As `law_verbs.ends_itself`; ``memory`` plays no part."""
 
 
 class CalledLaw(NamedTuple):
@@ -232,15 +254,15 @@ def unnamed(law) -> HeldLaw | HeldJump:
 
 def by_address(law) -> HeldLaw | HeldJump:
     """The law, called by address. One thread may use it at a time, and must keep it as long as a kernel has it."""
-    own = lowered(law)
-    room, verbs = verbs_of(own)
+    law_of_floats = lowered(law)
+    room, verbs = verbs_of(law_of_floats)
     row, slots = np.zeros(room), np.zeros(SLOTS)
-    row[: len(numbers_of(own))] = numbers_of(own)
-    places = address_of(row), address_of(slots)
-    held: HeldLaw | HeldJump
+    row[: len(numbers_of(law_of_floats))] = numbers_of(law_of_floats)
+    addresses = address_of(row), address_of(slots)
+    called: HeldLaw | HeldJump
     if hasattr(law, "strike"):
-        held = HeldJump._make((*places, *verbs))
+        called = HeldJump._make((*addresses, *verbs))
     else:
-        held = HeldLaw._make((*places, *verbs, float(isfinite(own.ceiling(1.0)))))
-    held.row = row, slots
-    return held
+        called = HeldLaw._make((*addresses, *verbs, float(isfinite(law_of_floats.ceiling(1.0)))))
+    called.row = row, slots
+    return called

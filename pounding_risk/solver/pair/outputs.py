@@ -35,8 +35,8 @@ class Output(NamedTuple):
     whole: bool = False  # a count or a flag: stored as integer, −1 where the run failed or it is not defined
 
 
-def _column(place: int) -> Callable[[Raw, Raw], Raw]:
-    return lambda raw, strength: raw[..., place]
+def _column(number: int) -> Callable[[Raw, Raw], Raw]:
+    return lambda raw, strength: raw[..., number]
 
 
 def _share(raw: Raw, strength: Raw) -> Raw:

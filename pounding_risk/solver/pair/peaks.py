@@ -6,8 +6,9 @@ from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import LOWEST_FORCE
-from pounding_risk.solver.pair.implicit import spread
-from pounding_risk.solver.pair.stages import ELASTIC, nudged, slopes, state_between, state_of, transmitted, uncapped
+from pounding_risk.solver.pair.equations import ELASTIC, slopes, state_along_slopes, state_of, transmitted, uncapped
+from pounding_risk.solver.pair.explicit import state_between
+from pounding_risk.solver.pair.implicit import write_polynomial
 from pounding_risk.solver.workspace import BEGIN, BETWEEN, BETWEEN_SLOPE, END, FELT, FIRST_STAGE, LAST, SIGNALS
 
 # Readings in contact; from 1 on they are numbered as the signals in flight.
@@ -28,32 +29,32 @@ def read_contact(impact, phase, state, force, time, workspace, row):
 
 
 @small
-def read_end(impact, phase, place, workspace, rows):
-    """Write the readings and their slopes per unit of s at ``place`` = (s, length of the step).
+def read_end(impact, phase, position, workspace, rows):
+    """Write the readings and their slopes per unit of s at ``position`` = (s, length of the step).
 
-    ``rows`` are those of the place: (of states and readings, of slopes), whose slopes `stages.slopes` has written. The
-    slope of the force is a difference over a ten-millionth of the step; all else is linear in it and in the slopes of
-    the state.
+    ``rows`` are those of the place: (of states and readings, of slopes), whose slopes `equations.slopes` has written.
+    The slope of the force is a difference over a ten-millionth of the step; all else is linear in it and in the slopes
+    of the state.
     """
     row, slope_row = rows
     rise = workspace.reading_slopes
     left, right = impact.left, impact.right
     state = state_of(workspace.states, row)
-    s, h = place
+    s, h = position
     cube = s * s * s
     nudge = 1e-7 * h
-    ahead = nudged(state, workspace.slopes, slope_row, nudge)
+    nudged_state = state_along_slopes(state, workspace.slopes, slope_row, nudge)
     force = workspace.slopes[slope_row, FELT]
     read_contact(impact, phase, state, force, cube * s, workspace, row)
-    rise[row, FORCE] = (uncapped(impact, phase, ahead) - workspace.readings[row, FORCE]) / nudge
-    felt = rise[row, FORCE]
+    rise[row, FORCE] = (uncapped(impact, phase, nudged_state) - workspace.readings[row, FORCE]) / nudge
+    force_slope = rise[row, FORCE]
     if phase.region != ELASTIC:
-        felt = (transmitted(impact, phase, ahead) - force) / nudge
+        force_slope = (transmitted(impact, phase, nudged_state) - force) / nudge
     u, w, v, z = phase.ground.apart_slopes(right, state_of(workspace.slopes, slope_row), cube * s, 4.0 * cube)
     rise[row, DISPLACEMENT_LEFT] = u
     rise[row, DISPLACEMENT_RIGHT] = w
-    rise[row, ACCELERATION_LEFT] = (-left.two_zeta_omega * v - left.omega2 * u) - left.inverse_mass * felt
-    rise[row, ACCELERATION_RIGHT] = (-right.two_zeta_omega * z - right.omega2 * w) + right.inverse_mass * felt
+    rise[row, ACCELERATION_LEFT] = (-left.two_zeta_omega * v - left.omega2 * u) - left.inverse_mass * force_slope
+    rise[row, ACCELERATION_RIGHT] = (-right.two_zeta_omega * z - right.omega2 * w) + right.inverse_mass * force_slope
 
 
 # Rows of a place on the step: of its state and readings, and of its slopes.
@@ -82,7 +83,7 @@ def crest(reading, sign, ends, impact, phase, span, workspace):
     """
     low, high = 0.0, 1.0
     low_slope, high_slope = ends
-    best, there = -inf, 0.0
+    best, best_x = -inf, 0.0
     side = 0
     x = low_slope / (low_slope - high_slope)
     if span[0] > 0.0:
@@ -91,7 +92,7 @@ def crest(reading, sign, ends, impact, phase, span, workspace):
     for _ in range(60):
         read_between(impact, phase, span, x, workspace)
         if sign * workspace.readings[BETWEEN, reading] > best:
-            best, there = sign * workspace.readings[BETWEEN, reading], x
+            best, best_x = sign * workspace.readings[BETWEEN, reading], x
         slope = sign * workspace.reading_slopes[BETWEEN, reading]
         if slope > 0.0:
             low, low_slope = x, slope
@@ -108,7 +109,7 @@ def crest(reading, sign, ends, impact, phase, span, workspace):
         if abs(new - x) <= 1e-5 or high - low <= 1e-5:
             break
         x = new
-    return best, there
+    return best, best_x
 
 
 @small
@@ -156,24 +157,24 @@ def update_peaks(impact, phase, span, peak, workspace):
     The readings at its ends are those in the workspace. Error control keeps a step from hiding a crest twice as high as
     both its ends: what stays below half of the peak so far is not searched.
     """
-    laid = False
+    has_polynomial = False
     readings = workspace.readings
     peak = max(peak, readings[BEGIN, FORCE])
     for reading in range(SIGNALS):
         for side in range(2):
             sign = 1.0 - 2.0 * side
-            if reading == FORCE and side == 1 and impact.least > -inf:
+            if reading == FORCE and side == 1 and impact.least_force > -inf:
                 continue
             best = peak_so_far(reading, sign, peak, workspace)
-            here, there = sign * readings[BEGIN, reading], sign * readings[END, reading]
-            if not 2.0 * max(here, there) > best:
+            start, end = sign * readings[BEGIN, reading], sign * readings[END, reading]
+            if not 2.0 * max(start, end) > best:
                 continue
-            best = max(best, there)
+            best = max(best, end)
             ends = hides_crest(reading, sign, best, span, workspace)
             if ends[0] > 0.0:
-                if not laid:
-                    spread(impact, phase, span, workspace)
-                    laid = True
+                if not has_polynomial:
+                    write_polynomial(impact, phase, span, workspace)
+                    has_polynomial = True
                 best = max(best, crest(reading, sign, ends, impact, phase, span, workspace)[0])
             if reading > FORCE and side == 0:
                 workspace.high[reading] = best

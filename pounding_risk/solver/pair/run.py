@@ -26,9 +26,9 @@ from pounding_risk.solver.counters import (
     Log,
 )
 from pounding_risk.solver.pair.contact import integrate_contact
+from pounding_risk.solver.pair.equations import Limits
 from pounding_risk.solver.pair.flight import Free, fly
 from pounding_risk.solver.pair.impulsive import impulsive_contact
-from pounding_risk.solver.pair.stages import Limits
 from pounding_risk.solver.workspace import SIGNALS
 
 # A touch begins a jump of the velocities under a law that has one, otherwise a contact of finite force.
@@ -37,7 +37,7 @@ begin_contact = by_verb("strike", 2, impulsive_contact, integrate_contact)
 
 @small
 def borrow_free(free):
-    """The free response with its arrays' references not counted."""
+    """The same free response, its arrays' references not counted: for a kernel whose caller holds them."""
     return Free(
         borrowed(free.ground),
         free.step,
@@ -54,7 +54,7 @@ def borrow_free(free):
 
 @small
 def borrow_log(log):
-    """The log with its arrays' references not counted."""
+    """The same log, its arrays' references not counted: for a kernel whose caller holds them."""
     return Log(
         borrowed(log.contacts),
         borrowed(log.steps),
@@ -67,7 +67,7 @@ def borrow_log(log):
 
 @kernel
 def march(pair, free, law, limits, rtol, workspace, log):
-    """One run from rest to the end of the record; ``limits`` as `stages.Limits`.
+    """One run from rest to the end of the record; ``limits`` as `equations.Limits`.
 
     Leaves the largest and smallest signals and the counters in the workspace.
     """

@@ -23,11 +23,11 @@ FINEST = 2.0**-36  # of an interval: where the bisection stops
 
 
 @kernel
-def expand(oscillator, place, speed, load, search, row, terms):
+def expand(oscillator, displacement, velocity, load, search, row, terms):
     """Write the Taylor coefficients of u(x) from (u, u̇) to a row of the series; ``load`` as in `GroundInterval`."""
     series = search.series
-    series[row, 0] = place
-    series[row, 1] = speed
+    series[row, 0] = displacement
+    series[row, 1] = velocity
     two_zeta_omega, omega2 = oscillator.two_zeta_omega, oscillator.omega2
     series[row, 2] = -(two_zeta_omega * series[row, 1] + omega2 * series[row, 0] + load[0]) * SHARES[2]
     series[row, 3] = -(two_zeta_omega * 2 * series[row, 2] + omega2 * series[row, 1] + load[1]) * SHARES[3]
@@ -39,7 +39,7 @@ def expand(oscillator, place, speed, load, search, row, terms):
 
 @small
 def value_at(series, row, terms, x):
-    """Value of a Taylor series at x: Σ c_n x^n."""
+    """Value at x of the Taylor series in row ``row``, of so many terms: Σ c_n x^n."""
     total = 0.0
     for n in range(terms - 1, -1, -1):
         total = total * x + series[row, n]
@@ -75,7 +75,7 @@ def bend_within(series, row, terms, x):
 
 @small
 def value_and_slope(series, row, terms, x):
-    """`value_at` and `slope_at`."""
+    """(value, first derivative) of a Taylor series at x, as `value_at` and `slope_at`."""
     value = slope = 0.0
     for n in range(terms - 1, 0, -1):
         value = value * x + series[row, n]
@@ -85,7 +85,7 @@ def value_and_slope(series, row, terms, x):
 
 @small
 def slope_and_bend(series, row, terms, x):
-    """`slope_at` and `bend_at`."""
+    """(first, second derivative) of a Taylor series at x, as `slope_at` and `bend_at`."""
     slope = bend = 0.0
     for n in range(terms - 1, 1, -1):
         slope = slope * x + n * series[row, n]
@@ -95,7 +95,7 @@ def slope_and_bend(series, row, terms, x):
 
 @small
 def value_and_bounds(series, row, terms, x):
-    """`value_at`, `slope_at` and `bend_within`."""
+    """(value, first derivative at x, bound of the second on [0, x]): `value_at`, `slope_at` and `bend_within`."""
     value = slope = bound = 0.0
     for n in range(terms - 1, 1, -1):
         value = value * x + series[row, n]
@@ -209,9 +209,9 @@ def summit(search, row, terms, sign, start, end):
         if not low < new < high:
             new = 0.5 * (low + high)
         # Flat at the summit: a place good to 1e-8 gives the value to rounding.
-        near = abs(new - x) <= 1e-8 * (end - start)
+        has_converged = abs(new - x) <= 1e-8 * (end - start)
         x = new
-        if near:
+        if has_converged:
             break
     return sign * value_at(search.series, row, terms, x)
 
@@ -232,15 +232,15 @@ def highest(search, row, terms, sign, stop, best):
         best = max(best, at_end)
         span = end - start
         crest = crest_bound(at_start, at_end, span, bound)
-        done = not crest > best + 1e-15 * abs(best) or span <= finest
-        if not done:
+        is_searched = not crest > best + 1e-15 * abs(best) or span <= finest
+        if not is_searched:
             bend, twist = bend_and_twist_within(search.series, row, terms, 0.5 * (start + end), end)
             bend, spread = sign * bend, 0.5 * span * twist
             if bend + spread < 0.0:
                 best = max(best, summit(search, row, terms, sign, start, end))
             # A stretch that is convex throughout is highest at an end.
-            done = abs(bend) > spread
-        if done:
+            is_searched = abs(bend) > spread
+        if is_searched:
             start, at_start = end, at_end
             top -= 1
         else:

@@ -1,88 +1,18 @@
-"""One building of a row: a chain of masses on storeys, its accelerations, its Taylor series, and bounds on it.
+"""One building of a row: a chain of masses on storeys, its accelerations, its energy and its Taylor series.
 
     m ü_i = −(C u̇)_i − V_i + V_{i+1} − m a_g,   V_i = k_i (u_i − u_{i−1}) + c_i
 
 with the constants c_i of storeys that have yielded. While no storey changes its branch the motion under a linear a_g is
-its own Taylor series; y = u̇ + K⁻¹ M 1 · (slope of a_g) is then a free vibration, and so are its derivatives. The
-energy of a free vibration only falls, which bounds every derivative of the motion from what it is at the start:
-
-    |ü_i| ≤ sqrt(2 E / m_i),   2 E = Σ m ü² + Σ k (y_i − y_{i−1})².
+its own Taylor series.
 """
 
 from __future__ import annotations
 
-from math import inf, sqrt
-
-from pounding_risk._jit.compile import kernel, small
-from pounding_risk.solver.pair.taylor import crest_bound, highest, slope_at, value_at
-from pounding_risk.solver.row.storey import shear_stiffness, storey_energy
-from pounding_risk.solver.row.workspace import (
-    ACCEL_NUDGED,
-    ACCELERATION,
-    BAND,
-    BENDS,
-    BOUNDS,
-    CONSTANT,
-    DISPLACEMENT,
-    DRIFT,
-    FIRST,
-    GIVE,
-    INVERSE,
-    MAP,
-    MASS,
-    PLASTIC,
-    QUICK,
-    ROOT,
-    SOFT,
-    SPRING,
-    STATIC,
-    STOREY_FORCE,
-    TANGENT,
-    VELOCITY,
-)
-from pounding_risk.solver.workspace import SIGNAL
-
-
-@small
-def top_of(row, b):
-    """One past the last dof of building ``b`` that is a mass."""
-    return row.frame[FIRST, b + 1] - row.passage.ground_dofs()
-
-
-@small
-def place_ground(row, b, ground, dofs, line):
-    """Write w and ẇ of building ``b`` at x = 0 to rows ``line``."""
-    if row.passage.ground_dofs() > 0:
-        w, rate, _, _ = ground.ground_moves(b)
-        dofs[line, top_of(row, b)] = w
-        dofs[line + VELOCITY, top_of(row, b)] = rate
-
-
-@small
-def end_ground(row, b, ground, dofs, line):
-    """Write w and ẇ of building ``b`` at the end of the node interval to rows ``line``."""
-    if row.passage.ground_dofs() > 0:
-        w, rate = ground.ground_ends(b)
-        dofs[line, top_of(row, b)] = w
-        dofs[line + VELOCITY, top_of(row, b)] = rate
-
-
-@small
-def push_ground(row, b, ground, dofs, line):
-    """Write ẅ of building ``b`` at x = 0 to row ``line``."""
-    if row.passage.ground_dofs() > 0:
-        dofs[line, top_of(row, b)] = ground.ground_moves(b)[2]
-
-
-@small
-def write_ground_series(row, b, ground, series, terms):
-    """Write the series of w of building ``b`` from x = 0 on."""
-    if row.passage.ground_dofs() > 0:
-        i = top_of(row, b)
-        w, rate, bend, twist = ground.ground_moves(b)
-        series[i, 0], series[i, 1], series[i, 2], series[i, 3] = w, rate, 0.5 * bend, twist / 6.0
-        for n in range(4, terms):
-            series[i, n] = 0.0
+from pounding_risk._jit.compile import kernel
+from pounding_risk.solver.pair.taylor import slope_at, value_at
+from pounding_risk.solver.row.ground_dof import top_of, write_ground_series
+from pounding_risk.solver.row.storey import storey_energy
+from pounding_risk.solver.row.workspace import BAND, CONSTANT, FIRST, INVERSE, MASS, TANGENT, VELOCITY
 
 
 @kernel
@@ -99,12 +29,12 @@ def accelerate(row, b, state, pull, dofs, out):
         dofs[out, i] = -force
         if i > first:
             dofs[out, i - 1] += force
-    held = 0.0
+    storey_power = 0.0
     for i in range(first, last):
-        held += dofs[out, i] * dofs[state + VELOCITY, i]
+        storey_power += dofs[out, i] * dofs[state + VELOCITY, i]
         dofs[out, i] -= row.floors[MASS, i] * pull
-    drag(row, b, state + VELOCITY, dofs, out)
-    power = -held
+    subtract_damping(row, b, state + VELOCITY, dofs, out)
+    power = -storey_power
     for i in range(first, last):
         power += dofs[out, i] * dofs[state + VELOCITY, i]
         dofs[out, i] *= row.floors[INVERSE, i]
@@ -112,7 +42,7 @@ def accelerate(row, b, state, pull, dofs, out):
 
 
 @kernel
-def drag(row, b, speed, dofs, out):
+def subtract_damping(row, b, speed, dofs, out):
     """Take the dampers' forces C · row ``speed`` from row ``out``; C is symmetric, and columns add up side by side."""
     first, last = row.frame[FIRST, b], top_of(row, b)
     band = row.frame[BAND, b]
@@ -170,245 +100,3 @@ def place_on(row, run, b, x, terms, state):
     for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         run.dofs[state, i] = value_at(run.series, i, terms, x)
         run.dofs[state + VELOCITY, i] = slope_at(run.series, i, terms, x)
-
-
-@kernel
-def step_over(row, b, ground, dofs, state, out):
-    """Building ``b`` over one node interval, exactly, from rows ``state`` to rows ``out``."""
-    pull, rise = ground.under(b)
-    first, last = row.frame[FIRST, b], top_of(row, b)
-    place = row.frame[MAP, b] + ground.map_number() * row.frame[MAP, row.frame.shape[1] - 1]
-    if row.frame[BENDS, b]:
-        settle_about(row, b, dofs, state, -1.0)
-    apply_map(row.maps, place, dofs, state, out, (first, last), (pull, rise), 2 * (last - first) + 2)
-    if row.frame[BENDS, b]:
-        settle_about(row, b, dofs, state, 1.0)
-        settle_about(row, b, dofs, out, 1.0)
-    end_ground(row, b, ground, dofs, out)
-
-
-@kernel
-def advance(row, b, maps, place, dofs, source, target):
-    """A free vibration of building ``b`` from rows ``source`` to rows ``target``; ``place`` of its map."""
-    first, last = row.frame[FIRST, b], top_of(row, b)
-    apply_map(maps, place, dofs, source, target, (first, last), (0.0, 0.0), 2 * (last - first))
-
-
-@kernel
-def apply_map(maps, place, dofs, state, out, span, ground, columns):
-    """Rows ``out`` of the dofs of a ``span`` from rows ``state`` and ``ground`` = (a_g, its slope), by a map.
-
-    Its columns, of which there are ``columns``, are added up one after the other, four at a time where there are as
-    many; what adds up side by side is done several at a time.
-    """
-    first, count = span[0], span[1] - span[0]
-    for i in range(span[0], span[1]):
-        dofs[out, i] = dofs[out + VELOCITY, i] = 0.0
-    size = 2 * count
-    for column in range(0, columns - 3, 4):
-        a, b = factor(dofs, state, first, count, ground, column), factor(dofs, state, first, count, ground, column + 1)
-        c, d = (
-            factor(dofs, state, first, count, ground, column + 2),
-            factor(dofs, state, first, count, ground, column + 3),
-        )
-        for line in range(2):
-            for i in range(count):
-                total = dofs[out + line, first + i] + maps[place + i] * a
-                total = (total + maps[place + size + i] * b) + maps[place + 2 * size + i] * c
-                dofs[out + line, first + i] = total + maps[place + 3 * size + i] * d
-            place += count
-        place += 3 * size
-    for column in range(columns - columns % 4, columns):
-        a = factor(dofs, state, first, count, ground, column)
-        for line in range(2):
-            for i in range(count):
-                dofs[out + line, first + i] += maps[place + i] * a
-            place += count
-
-
-@small
-def factor(dofs, state, first, count, ground, column):
-    """What a column of a map is multiplied with: u, v of each dof in turn, a_g and its slope."""
-    if column < count:
-        return dofs[state, first + column]
-    if column < 2 * count:
-        return dofs[state + VELOCITY, first + column - count]
-    return ground[column - 2 * count]
-
-
-@kernel
-def settle_about(row, b, dofs, state, sign):
-    """Add ``sign`` times the displacements at which a building rests, with the plastic drifts that it has."""
-    rest = 0.0
-    for i in range(row.frame[FIRST, b], top_of(row, b)):
-        rest += row.floors[SOFT, i] * dofs[PLASTIC, i] / row.floors[SPRING, i]
-        dofs[state, i] += sign * rest
-
-
-@kernel
-def motion_bound(row, b, rise, dofs, state, here):
-    """2 E of building ``b``, |ü_i| ≤ sqrt(2 E / m_i), while a_g rises by ``rise``; ü in row ``here``."""
-    motion, below = 0.0, 0.0
-    for i in range(row.frame[FIRST, b], top_of(row, b)):
-        y = dofs[state + VELOCITY, i] + row.floors[STATIC, i] * rise
-        motion += row.floors[MASS, i] * dofs[here, i] ** 2 + dofs[TANGENT, i] * (y - below) ** 2
-        below = y
-    return motion
-
-
-@kernel
-def shake_bound(row, b, rise, dofs, state, here, spare):
-    """The same of the second derivative of ü, for peaks of acceleration; ``spare`` are two free rows."""
-    # Third and fourth derivatives of u, by the same equation once and twice differentiated.
-    derive(row, b, dofs, state + VELOCITY, here, rise, spare)
-    derive(row, b, dofs, here, spare, 0.0, spare + 1)
-    shake, below = 0.0, 0.0
-    for i in range(row.frame[FIRST, b], top_of(row, b)):
-        shake += row.floors[MASS, i] * dofs[spare + 1, i] ** 2 + dofs[TANGENT, i] * (dofs[spare, i] - below) ** 2
-        below = dofs[spare, i]
-    return shake
-
-
-@kernel
-def derive(row, b, dofs, place, speed, ground, out):
-    """−M⁻¹ (C · row ``speed`` + K · row ``place``) − ``ground`` into row ``out``."""
-    first, last = row.frame[FIRST, b], top_of(row, b)
-    below = 0.0
-    for i in range(first, last):
-        force = dofs[TANGENT, i] * (dofs[place, i] - below)
-        below = dofs[place, i]
-        dofs[out, i] = -force
-        if i > first:
-            dofs[out, i - 1] += force
-    drag(row, b, speed, dofs, out)
-    for i in range(first, last):
-        dofs[out, i] = dofs[out, i] * row.floors[INVERSE, i] - ground
-
-
-@kernel
-def write_signal(row, run, signal, i, bottom, pull, rise, terms):
-    """The Taylor series of a watched signal of dof ``i`` to the workspace; returns its number of terms.
-
-    ``bottom`` is true for the lowest dof of a building. The storey shear is that of `SHEAR` and of the yielding part.
-    """
-    signals, series = run.workspace.search.series, run.series
-    if signal == ACCELERATION:
-        for n in range(terms - 2):
-            signals[SIGNAL, n] = (n + 1) * (n + 2) * series[i, n + 2]
-        signals[SIGNAL, 0] += pull
-        signals[SIGNAL, 1] += rise
-        return terms - 2
-    for n in range(terms):
-        signals[SIGNAL, n] = series[i, n] - (series[i - 1, n] if signal != DISPLACEMENT and not bottom else 0.0)
-    if signal == STOREY_FORCE:
-        stiffness = shear_stiffness(row, run.dofs, i)
-        for n in range(terms):
-            signals[SIGNAL, n] *= stiffness
-        signals[SIGNAL, 0] += run.dofs[CONSTANT, i]
-    return terms
-
-
-@kernel
-def raise_peaks(row, run, b, ground, stop, terms):
-    """Raise the peaks of building ``b`` by those of its series on [0, stop]; ``ground`` begins where they do.
-
-    A signal is searched only where the sum of its terms' sizes passes its peak.
-    """
-    first, last = row.frame[FIRST, b], top_of(row, b)
-    dofs, series = run.dofs, run.series
-    pull, rise = ground.under(b)
-    for i in range(first, last):
-        place = drift = shake = 0.0
-        power = 1.0
-        for n in range(terms):
-            below = series[i - 1, n] if i > first else 0.0
-            place += power * abs(series[i, n])
-            drift += power * abs(series[i, n] - below)
-            if n + 2 < terms:
-                shake += power * abs((n + 1) * (n + 2) * series[i, n + 2])
-            power *= stop
-        shake += abs(pull) + abs(rise) * stop
-        # Put so that what is not finite is searched.
-        if not place <= dofs[DISPLACEMENT, i]:
-            raise_signal(row, run, DISPLACEMENT, i, first, pull, rise, stop, terms)
-        if not drift <= dofs[DRIFT, i]:
-            raise_signal(row, run, DRIFT, i, first, pull, rise, stop, terms)
-        if not shake <= dofs[ACCELERATION, i]:
-            raise_signal(row, run, ACCELERATION, i, first, pull, rise, stop, terms)
-        if (
-            row.frame[BENDS, b]
-            and not shear_stiffness(row, dofs, i) * drift + abs(dofs[CONSTANT, i]) <= dofs[STOREY_FORCE, i]
-        ):
-            raise_signal(row, run, STOREY_FORCE, i, first, pull, rise, stop, terms)
-
-
-@kernel
-def raise_signal(row, run, signal, i, first, pull, rise, stop, terms):
-    """Raise the peak of one signal by that of its series on [0, stop]."""
-    count = write_signal(row, run, signal, i, i == first, pull, rise, terms)
-    best = highest(run.workspace.search, SIGNAL, count, 1.0, stop, run.dofs[signal, i])
-    run.dofs[signal, i] = highest(run.workspace.search, SIGNAL, count, -1.0, stop, best)
-
-
-@small
-def size_bound(start, stop, span, bend):
-    """The largest size of a function with |f''| ≤ ``bend`` and these values at the ends of the span."""
-    return max(crest_bound(start, stop, span, bend), crest_bound(-start, -stop, span, bend))
-
-
-@kernel
-def raise_between(row, run, b, ends, motion, ground, step, terms):
-    """Peaks of a building over one node interval of free flight; the search only where a bound does not settle it.
-
-    ``ends`` = (rows of states at the start, at the end, of ü at the start, at the end), ``motion`` as `motion_bound`.
-    The bounds from the energy of the motion come first, that on the shaking (ω + c)² times as large, ω the fastest mode
-    and c the strongest damper: they settle most intervals. Then those from the energies of its derivatives, which let a
-    second derivative grow only so fast from what it is at the start. Rows BOUNDS are raised by the bounds, which lie
-    above the peaks.
-    """
-    first, last = row.frame[FIRST, b], top_of(row, b)
-    if last == first:
-        return  # a rigid building has no mass, and as the last one no place in the arrays either
-    dofs = run.dofs
-    pull, rise = ground.under(b)
-    eighth = 0.125 * step * step
-    swing, laid, exact = sqrt(motion), False, False
-    shake = row.floors[QUICK, first] * swing
-    below = below_end = below_bend = below_turn = 0.0
-    for i in range(first, last):
-        root, turn = row.floors[ROOT, i], dofs[ends[2], i]
-        bend = swing * root
-        here, there = dofs[ends[0], i], dofs[ends[1], i]
-        drift, drift_end = here - below, there - below_end
-        felt, felt_end = turn + pull, dofs[ends[3], i] + (pull + rise * step)
-        dofs[DISPLACEMENT, i] = max(dofs[DISPLACEMENT, i], abs(there))
-        dofs[DRIFT, i] = max(dofs[DRIFT, i], abs(drift_end))
-        dofs[ACCELERATION, i] = max(dofs[ACCELERATION, i], abs(felt_end))
-        most = max(abs(here), abs(there)) + eighth * bend
-        most_drift = max(abs(drift), abs(drift_end)) + eighth * (bend + below_bend)
-        most_felt = max(abs(felt), abs(felt_end)) + eighth * shake * root
-        if most > dofs[DISPLACEMENT, i] or most_drift > dofs[DRIFT, i] or most_felt > dofs[ACCELERATION, i]:
-            if not exact:  # leaves the third and fourth derivatives of u at the start in rows ACCEL_NUDGED
-                shake, exact = sqrt(shake_bound(row, b, rise, dofs, ends[0], ends[2], ACCEL_NUDGED)), True
-            slow = abs(turn) + step * (abs(dofs[ACCEL_NUDGED, i]) + 0.5 * step * shake * root)
-            slow_drift = abs(turn - below_turn) + step * shake * row.floors[GIVE, i]
-            most = size_bound(here, there, step, min(bend, slow))
-            most_drift = size_bound(drift, drift_end, step, min(bend + below_bend, slow_drift))
-            slow_felt = abs(dofs[ACCEL_NUDGED + 1, i]) + step * sqrt(row.floors[QUICK, first]) * shake * root
-            most_felt = size_bound(felt, felt_end, step, min(shake * root, slow_felt))
-        dofs[BOUNDS, i] = max(dofs[BOUNDS, i], most)
-        dofs[BOUNDS + 1, i] = max(dofs[BOUNDS + 1, i], most_drift)
-        dofs[BOUNDS + 2, i] = max(dofs[BOUNDS + 2, i], most_felt)
-        wanted = most > dofs[DISPLACEMENT, i]
-        drifts, shakes = most_drift > dofs[DRIFT, i], most_felt > dofs[ACCELERATION, i]
-        odd = not abs(there) + abs(felt_end) < inf
-        below, below_end, below_bend, below_turn = here, there, bend, turn
-        if (wanted or drifts or shakes or odd) and not laid:
-            write_series(row, run, b, ends[0], ground, terms)
-            laid = True
-        if wanted or odd:
-            raise_signal(row, run, DISPLACEMENT, i, first, pull, rise, step, terms)
-        if drifts or odd:
-            raise_signal(row, run, DRIFT, i, first, pull, rise, step, terms)
-        if shakes or odd:
-            raise_signal(row, run, ACCELERATION, i, first, pull, rise, step, terms)

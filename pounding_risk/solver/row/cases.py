@@ -21,7 +21,7 @@ from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.solver.counters import COMPLETE, DEMAND, ENERGY, FIRST_YIELD, RESIDUAL, YIELDS
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import GREW_STATUS, HIGHEST, Contacts, RowRun
-from pounding_risk.solver.row.impulsive_api import jumps, run_jumps
+from pounding_risk.solver.row.impulsive.api import jumps, run_jumps
 from pounding_risk.solver.row.model import Part, RowModel
 from pounding_risk.solver.row.partition import HELD, Span, settled, tied
 from pounding_risk.solver.row.workspace import FreeMotion
@@ -99,8 +99,8 @@ class Cases:
 
     def _whole(self, limits: Limits, *, histories: bool) -> RowRun:
         span = self.model.everything
-        made = self._run(span, limits.gaps, limits.yield_forces, histories=histories)
-        run = self._levelled(made, limits.yield_forces, self._uncapped)
+        part_run = self._run(span, limits.gaps, limits.yield_forces, histories=histories)
+        run = self._levelled(part_run, limits.yield_forces, self._uncapped)
         row_run = put_together(self.driven.free, [(self._part(span), run)])
         return row_run._replace(states=run.states, log=run.log)
 
@@ -126,15 +126,15 @@ class Cases:
         return self.model.part(span, self.driven.dt)
 
     def _answer(self, span: Span, limits: Limits) -> tuple[RowRun, Answered]:
-        places = self._part(span).points
-        given, largest, uncapped = limits.yield_forces[places], limits.largest[places], self._uncapped[places]
-        if not uncapped.all() and not np.array_equal(given, largest):
+        points = self._part(span).points
+        yield_forces, largest, uncapped = limits.yield_forces[points], limits.largest[points], self._uncapped[points]
+        if not uncapped.all() and not np.array_equal(yield_forces, largest):
             run, key = self._shared(span, limits.gaps, limits.largest)
-            unyielding = (given > run.points[:, DEMAND]) | (given == largest) | uncapped
+            unyielding = (yield_forces > run.points[:, DEMAND]) | (yield_forces == largest) | uncapped
             if run.status in (COMPLETE, GREW_STATUS) and unyielding.all():
-                return self._levelled(run, given, uncapped), Answered(key, True)
+                return self._levelled(run, yield_forces, uncapped), Answered(key, True)
         run, key = self._shared(span, limits.gaps, limits.yield_forces)
-        return self._levelled(run, given, uncapped), Answered(key, False)
+        return self._levelled(run, yield_forces, uncapped), Answered(key, False)
 
     def _shared(self, span: Span, gaps: Array, yield_forces: Array) -> tuple[RowRun, tuple[bytes, ...]]:
         """The run of a part, from an equal one where there is one, and its key."""
@@ -147,18 +147,18 @@ class Cases:
     def _meeting(self, span: Span, within: NDArray[np.int64]) -> bytes:
         """Laws and restitutions at the contact points of a part, all numbers of them; kept for the next time."""
         if span not in self._met:
-            used = [(self.mechanics.laws[place], self.mechanics.restitutions[place]) for place in within]
-            self._met[span] = blake2b(repr(used).encode(), digest_size=16).digest()
+            contact_models = [(self.mechanics.laws[k], self.mechanics.restitutions[k]) for k in within]
+            self._met[span] = blake2b(repr(contact_models).encode(), digest_size=16).digest()
         return self._met[span]
 
     def _run(self, span: Span, gaps: Array, yield_forces: Array, *, histories: bool = False) -> RowRun:
         part, mechanics = self._part(span), self.mechanics
-        places = part.points
+        points = part.points
         contacts = Contacts(
-            gaps[places],
-            yield_forces[places],
-            mechanics.laws[places],
-            mechanics.restitutions[places],
+            gaps[points],
+            yield_forces[points],
+            mechanics.laws[points],
+            mechanics.restitutions[points],
             part.watched,
         )
         acceleration = self.driven.acceleration
@@ -172,7 +172,7 @@ class Cases:
             rtol=self.rtol,
             levels=mechanics.levels if self._uncapped.any() else None,
             histories=histories,
-            free=rows.motion_of_part(part.row, self._motion(), acceleration, part.first_dof, places.start),
+            free=rows.motion_of_part(part.row, self._motion(), acceleration, part.first_dof, points.start),
         )
 
     def _free_of(self, part: Part) -> RowRun:
@@ -180,7 +180,7 @@ class Cases:
 
         The fastest closing is that of the whole row: neighbours that move alike until others strike them have none.
         """
-        free, first = self.driven.free, part.masses.start - part.own.start
+        free, first = self.driven.free, part.masses.start - part.own_masses.start
         masses = slice(first, first + part.row.masses.size)
         return free._replace(
             points=free.points[part.points],
@@ -195,9 +195,9 @@ class Cases:
         if not uncapped.any() or not run.reached.size:
             return run
         points, finite = run.points.copy(), np.isfinite(yield_forces)
-        place = np.where(finite, np.searchsorted(levels, yield_forces), 0)[:, None]
-        reached = np.where(finite, np.take_along_axis(run.reached, place, 1)[:, 0], 0.0)
-        first = np.where(finite, np.take_along_axis(run.first, place, 1)[:, 0], np.nan)
+        level = np.where(finite, np.searchsorted(levels, yield_forces), 0)[:, None]
+        reached = np.where(finite, np.take_along_axis(run.reached, level, 1)[:, 0], 0.0)
+        first = np.where(finite, np.take_along_axis(run.first, level, 1)[:, 0], np.nan)
         points[uncapped, YIELDS], points[uncapped, FIRST_YIELD] = reached[uncapped], first[uncapped]
         return run._replace(points=points)
 
@@ -213,7 +213,7 @@ def put_together(free: RowRun, parts: list[tuple[Part, RowRun]]) -> RowRun:
         points[part.points] = run.points
         within = points[part.points]
         within[~part.watched, RESIDUAL], within[~part.watched, ENERGY] = abs(run.residual), run.energy
-        floors[part.masses], rest[part.masses] = run.floors[part.own], run.rest[part.own]
+        floors[part.masses], rest[part.masses] = run.floors[part.own_masses], run.rest[part.own_masses]
         status = status if status != COMPLETE else run.status
         steps += run.steps
     return free._replace(points=points, floors=floors, rest=rest, status=status, steps=steps)

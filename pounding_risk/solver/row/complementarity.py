@@ -28,17 +28,17 @@ def solve_complementarity(table, first, last):
     for i in range(first, last + 1):
         table[ANSWER, i] = table[PUSHES, i] = 0.0
     while True:
-        grown = False
+        has_grown = False
         for i in range(first, last + 1):
-            before = table[COUPLING, i - 1] * table[ANSWER, i - 1] if i > first else 0.0
-            after = table[COUPLING, i] * table[ANSWER, i + 1] if i < last else 0.0
-            table[SLACK, i] = (table[DIAGONAL, i] * table[ANSWER, i] + (before + after)) + table[GIVEN, i]
+            left_part = table[COUPLING, i - 1] * table[ANSWER, i - 1] if i > first else 0.0
+            right_part = table[COUPLING, i] * table[ANSWER, i + 1] if i < last else 0.0
+            table[SLACK, i] = (table[DIAGONAL, i] * table[ANSWER, i] + (left_part + right_part)) + table[GIVEN, i]
             if table[SLACK, i] < 0.0 and table[PUSHES, i] == 0.0:
                 table[PUSHES, i] = 1.0
-                grown = True
+                has_grown = True
             elif table[PUSHES, i] > 0.0:
                 table[SLACK, i] = 0.0
-        if not grown:
+        if not has_grown:
             return
         i = first
         while i <= last:
@@ -80,7 +80,7 @@ def solve_block(table, first, last):
     while low > first:
         low, high = low - 1, high + 1
         table[ANSWER, low] = (table[RIGHT, low] - table[COUPLING, low] * table[ANSWER, low + 1]) / table[PIVOT, low]
-        rest = table[RIGHT, high] - table[COUPLING, high - 1] * table[ANSWER, high - 1]
-        table[ANSWER, high] = rest / table[PIVOT, high]
+        right_hand = table[RIGHT, high] - table[COUPLING, high - 1] * table[ANSWER, high - 1]
+        table[ANSWER, high] = right_hand / table[PIVOT, high]
     for i in range(first, last + 1):
         table[ANSWER, i] = max(table[ANSWER, i], 0.0)  # below it by rounding only

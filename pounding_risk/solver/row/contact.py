@@ -21,8 +21,8 @@ from pounding_risk.solver.counters import (
     VISCOUS,
     YIELDS,
 )
-from pounding_risk.solver.pair.stages import ELASTIC, REBOUND_SHARE, ROUNDING
-from pounding_risk.solver.row.flight import across, compliance
+from pounding_risk.solver.pair.equations import ELASTIC, REBOUND_SHARE, ROUNDING
+from pounding_risk.solver.row.contact_points import across, compliance
 from pounding_risk.solver.row.laws import law_begin, law_part, law_turn
 from pounding_risk.solver.row.workspace import NOW, START, VELOCITY
 
@@ -36,21 +36,21 @@ def touch_down(row, run, k, time):
     mass = 1.0 / compliance(row, k)
     e = rule.at(speed)
     scale = max(speed, 1e-3 * contact.fastest, 1e-12)
-    strength, least, depth = law_begin(run, k, e, speed, mass, contact.worn, scale, contact.yield_force)
+    strength, least_force, depth = law_begin(run, k, e, speed, mass, scale)
     size = 0.0
     for end in range(row.passage.point_ends()):
         if row.ends[k, end] >= 0:
             size = max(size, abs(dofs[NOW, row.ends[k, end]]))
     contact.closed = 1.0
-    contact.strength, contact.least_force = strength, least
+    contact.strength, contact.least_force = strength, least_force
     contact.speed_scale, contact.depth_scale = scale, depth
     # As the pair has it: δ is a difference of displacements, and what they round by becomes a speed.
     contact.still_speed = (1e-14 + 4.0 * ROUNDING * size / depth) * scale
     contact.approaching, contact.region = 1.0, float(ELASTIC)
     contact.touch_time, contact.approach_speed, contact.restitution = time, speed, e
     # Crests below the largest force so far are of no account, unless each contact's own are asked for.
-    own = run.timed.shape[2] > 0 or run.workspace.line_room > 0.0
-    contact.peak_force = 0.0 if own else contact.counters[DEMAND]
+    needs_own_peak = run.timed.shape[2] > 0 or run.workspace.line_room > 0.0
+    contact.peak_force = 0.0 if needs_own_peak else contact.counters[DEMAND]
     contact.plateau_force = contact.peak_penetration = contact.yields = contact.dent = contact.plastic_energy = 0.0
     contact.next_step = 0.3 * depth / scale
     if contact.counters[COUNT] == 0.0:
@@ -61,31 +61,31 @@ def touch_down(row, run, k, time):
 
 
 @kernel
-def own_tolerance(run, k, rtol):
+def tolerance_of(run, k, rtol):
     """What comes back of a contact is e times what came: its error must stay a small part of that."""
     return min(rtol, REBOUND_SHARE * run.contacts[k].restitution)
 
 
 @kernel
-def turn(row, run, k, delta):
+def turn_motion(row, run, k, delta):
     """The motion of contact ``k`` turns at ``delta``; as in `pair.contact.integrate_contact`."""
     contact = run.contacts[k]
     approaching = contact.approaching > 0.0
     if approaching:
         contact.peak_penetration = max(contact.peak_penetration, delta + contact.dent)
-    dent, taken = law_turn(run, k, delta, contact.strength, contact.approaching, contact.region)
+    dent, energy_lost = law_turn(run, k, delta, contact.strength, contact.approaching, contact.region)
     if dent >= 0.0:
         # What stays widens the gap, here and for the contacts after this one.
         contact.gap += dent
         contact.dent += dent
-        contact.plastic_energy += taken
+        contact.plastic_energy += energy_lost
         contact.region = float(ELASTIC)
     contact.approaching = 0.0 if approaching else 1.0
 
 
 @kernel
 def note_yield(run, k, time):
-    """The uncapped force of contact ``k`` has met F_E."""
+    """Enter in contact ``k`` and its counters that its uncapped force has met F_E at ``time`` [s]."""
     contact = run.contacts[k]
     contact.peak_force, contact.plateau_force = (
         max(contact.peak_force, contact.strength),

@@ -9,12 +9,13 @@ from __future__ import annotations
 from math import inf
 
 from pounding_risk._jit.compile import kernel
+from pounding_risk.solver.pair.equations import YIELDING
 from pounding_risk.solver.pair.events import CUT, MET, PART, TURN, YIELD
-from pounding_risk.solver.pair.stages import YIELDING
 from pounding_risk.solver.pair.taylor import slope_at, value_at
-from pounding_risk.solver.row.flight import across
-from pounding_risk.solver.row.stages import between, uncapped
-from pounding_risk.solver.row.storey import OVER, creep, drift_in
+from pounding_risk.solver.row.contact_points import across
+from pounding_risk.solver.row.equations import uncapped
+from pounding_risk.solver.row.explicit import between
+from pounding_risk.solver.row.storey import OVER, creep_rate, drift_in
 from pounding_risk.solver.row.workspace import (
     AT_END,
     AT_START,
@@ -36,7 +37,7 @@ ROUNDED = 1e-15  # m: displacements of metres round by a part of this, and no to
 
 
 @kernel
-def read_force(row, run, group, h, state, line, at):
+def read_force(row, run, group, h, state, line, end):
     """Write every contact's uncapped force and its slope per unit of s at one end of the step."""
     dofs = run.dofs
     nudge = 1e-7 * h
@@ -44,11 +45,11 @@ def read_force(row, run, group, h, state, line, at):
         contact = run.contacts[k]
         if contact.closed > 0.0:
             delta, rate = across(row, k, dofs, state) - contact.gap, across(row, k, dofs, state + VELOCITY)
-            ahead = delta + nudge * across(row, k, dofs, line)
-            faster = rate + nudge * across(row, k, dofs, line + SLOPES)
+            nudged_delta = delta + nudge * across(row, k, dofs, line)
+            nudged_rate = rate + nudge * across(row, k, dofs, line + SLOPES)
             force = uncapped(run, k, max(delta, 0.0), rate)
-            contact.force[at] = force
-            contact.force_slope[at] = (uncapped(run, k, max(ahead, 0.0), faster) - force) / nudge
+            contact.force[end] = force
+            contact.force_slope[end] = (uncapped(run, k, max(nudged_delta, 0.0), nudged_rate) - force) / nudge
 
 
 @kernel
@@ -67,7 +68,7 @@ def strain_event_function(row, run, i, drift, rate):
     """(margin, its slope per unit of the drift's) of a storey's next change of branch."""
     branch = run.dofs[BRANCH, i]
     if branch != 0.0:
-        return branch * rate + creep(row, i), 0.0
+        return branch * rate + creep_rate(row, i), 0.0
     strain = drift - run.dofs[PLASTIC, i]
     side = 1.0 if strain >= 0.0 else -1.0
     return OVER * row.floors[LIMIT, i] - side * strain, -side
@@ -83,7 +84,7 @@ def event_function(row, run, kind, k, at_end):
         branch = run.dofs[BRANCH, k]
         if branch != 0.0:
             rate = drift_in(row, dofs, state + VELOCITY, k)
-            return branch * rate + creep(row, k), branch * drift_in(row, dofs, line + SLOPES, k)
+            return branch * rate + creep_rate(row, k), branch * drift_in(row, dofs, line + SLOPES, k)
         value, turn = strain_event_function(row, run, k, drift_in(row, dofs, state, k), 0.0)
         return value, turn * drift_in(row, dofs, line, k)
     contact = run.contacts[k]
@@ -101,8 +102,8 @@ def event_function(row, run, kind, k, at_end):
 
 
 @kernel
-def across_between(row, run, group, k, part, x, after):
-    """u_left − u_right (part 0) or its rate at x of the step; ``after`` is the time on the spectators' series."""
+def across_between(row, run, group, k, part, x, time):
+    """u_left − u_right (part 0) or its rate at x of the step; ``time`` is the time on the spectators' series."""
     total = 0.0
     for end in range(row.passage.point_ends()):
         i = row.ends[k, end]
@@ -110,9 +111,9 @@ def across_between(row, run, group, k, part, x, after):
             if group.low <= i < group.high:
                 value = between(run, part, i, x)
             elif part == 0:
-                value = value_at(run.series, i, group.terms, after)
+                value = value_at(run.series, i, group.terms, time)
             else:
-                value = slope_at(run.series, i, group.terms, after)
+                value = slope_at(run.series, i, group.terms, time)
             total += row.shares[k, end] * value
     return total
 
@@ -127,16 +128,16 @@ def event_function_between(row, run, group, kind, k, x, span):
         return strain_event_function(row, run, k, drift, rate)[0]
     contact = run.contacts[k]
     clock = span[0] + x * span[1]
-    after = group.origin + clock * clock * clock * clock - span[2]
+    time = group.origin + clock * clock * clock * clock - span[2]
     if kind == TOUCH:
-        return contact.gap + ROUNDED - across_between(row, run, group, k, 0, x, after)
+        return contact.gap + ROUNDED - across_between(row, run, group, k, 0, x, time)
     if kind == TURN:
         sign = 1.0 if contact.approaching > 0.0 else -1.0
-        return sign * across_between(row, run, group, k, 1, x, after) + contact.still_speed
-    delta = across_between(row, run, group, k, 0, x, after) - contact.gap
+        return sign * across_between(row, run, group, k, 1, x, time) + contact.still_speed
+    delta = across_between(row, run, group, k, 0, x, time) - contact.gap
     if kind == PART:
         return delta
-    rate = across_between(row, run, group, k, 1, x, after)
+    rate = across_between(row, run, group, k, 1, x, time)
     force = uncapped(run, k, max(delta, 0.0), rate)
     return force_event_function(run, kind, k, force, 0.0)[0]
 

@@ -9,9 +9,11 @@ from __future__ import annotations
 from math import sqrt
 
 from pounding_risk._jit.compile import kernel
+from pounding_risk.solver.pair.equations import ELASTIC, SHARE
 from pounding_risk.solver.pair.events import CUT, NONE, TURN, YIELD, first_dip
-from pounding_risk.solver.pair.stages import ELASTIC, SHARE, next_step
+from pounding_risk.solver.pair.explicit import next_step
 from pounding_risk.solver.pair.taylor import slope_at, value_at
+from pounding_risk.solver.row.equations import is_balanced, slopes
 from pounding_risk.solver.row.event_functions import (
     STRAIN,
     TOUCH,
@@ -20,44 +22,46 @@ from pounding_risk.solver.row.event_functions import (
     is_possible,
     read_force,
 )
-from pounding_risk.solver.row.implicit import attempt, spread
-from pounding_risk.solver.row.stages import is_balanced, slopes
+from pounding_risk.solver.row.implicit import attempt, write_polynomial
 from pounding_risk.solver.row.workspace import AT_END, AT_START, END, FIRST, LAST, NOW, SLOPE, SLOPES, START, VELOCITY
 
 
 @kernel
-def dip_of(row, run, group, kind, k, span, laid):
-    """(where on the step an event comes first or 2, whether the polynomial stands): a cubic between both ends."""
+def dip_of(row, run, group, kind, k, span):
+    """Where on the step, 0 to 1, an event comes first, or 2 for nowhere.
+
+    A cubic between both ends tells where its event function falls below zero; where it may dip below zero between two
+    ends above it, the polynomial of the step does.
+    """
     s, h = span[0], span[1]
     stop, stop_slope = event_function(row, run, kind, k, True)
     if stop >= 0.0 and stop_slope <= 0.0 and kind != TURN:
-        return 2.0, laid
+        return 2.0
     start, start_slope = event_function(row, run, kind, k, False)
     if stop >= 0.0 and (stop_slope <= 0.0 or s == 0.0):
-        return 2.0, laid
+        return 2.0
     start = max(start, 0.0)
     start_slope = h * start_slope if s > 0.0 else stop - start
     if stop >= 0.0 and start_slope >= 0.0:
-        return 2.0, laid
+        return 2.0
     dip = first_dip(start, start_slope, stop, h * stop_slope)
     if stop < 0.0:
-        return min(dip, 1.0), laid
+        return min(dip, 1.0)
     # The reach of a parabola through both slopes tells most steps without a dip from those with one.
     if dip > 1.0:
         reach = start_slope * h * stop_slope / (h * stop_slope - start_slope)
         if min(start, stop) + reach >= 0.0:
-            return 2.0, laid
+            return 2.0
         dip = -start_slope / (h * stop_slope - start_slope)
-    if not laid:
-        spread(row, run, group, s, h)
-    bottom = lowest(row, run, group, kind, k, span, dip)
+    write_polynomial(row, run, group, s, h)
+    bottom = lowest_point(row, run, group, kind, k, span, dip)
     value = event_function_between(row, run, group, kind, k, bottom, span)
     # Rounding is no event: the motion that only grazes goes on as it was.
-    return (bottom if value < -graze(run, kind, k) else 2.0), True
+    return bottom if value < -dip_tolerance(run, kind, k) else 2.0
 
 
 @kernel
-def graze(run, kind, k):
+def dip_tolerance(run, kind, k):
     """How far a margin may dip without an event: rounding."""
     if kind == YIELD:
         return 1e-9 * run.contacts[k].strength
@@ -65,65 +69,65 @@ def graze(run, kind, k):
 
 
 @kernel
-def lowest(row, run, group, kind, k, span, guess):
+def lowest_point(row, run, group, kind, k, span, guess):
     """Where on the step a margin that falls at its start and rises at its end is lowest: golden section."""
     low, high, x = 0.0, 1.0, min(max(guess, 0.05), 0.95)
     value = event_function_between(row, run, group, kind, k, x, span)
     for _ in range(40):
-        if value < -graze(run, kind, k):
+        if value < -dip_tolerance(run, kind, k):
             return x
-        wide = x - low > high - x
-        other = x - 0.381966 * (x - low) if wide else x + 0.381966 * (high - x)
-        there = event_function_between(row, run, group, kind, k, other, span)
-        if there < value:
-            if wide:
+        is_left_wider = x - low > high - x
+        trial = x - 0.381966 * (x - low) if is_left_wider else x + 0.381966 * (high - x)
+        trial_value = event_function_between(row, run, group, kind, k, trial, span)
+        if trial_value < value:
+            if is_left_wider:
                 high = x
             else:
                 low = x
-            x, value = other, there
-        elif wide:
-            low = other
+            x, value = trial, trial_value
+        elif is_left_wider:
+            low = trial
         else:
-            high = other
+            high = trial
         if high - low < 1e-4:
             break
     return x
 
 
 @kernel
-def first_event(row, run, group, span, laid):
-    """(kind, contact or storey, where on the step) of the event that a step meets first, and whether it is laid out."""
-    found, which, place = NONE, -1, 2.0
+def first_event(row, run, group, span):
+    """(kind, contact or storey, where on the step) of the event that a step meets first; (NONE, −1, 2) for none."""
+    event, event_k, fraction = NONE, -1, 2.0
     for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
             if (inside or kind == TOUCH) and is_possible(row, run, kind, k):
-                dip, laid = dip_of(row, run, group, kind, k, span, laid)
-                if dip < place:
-                    found, which, place = kind, k, dip
+                dip = dip_of(row, run, group, kind, k, span)
+                if dip < fraction:
+                    event, event_k, fraction = kind, k, dip
     for i in range(group.low, group.high):
         if is_possible(row, run, STRAIN, i):
-            dip, laid = dip_of(row, run, group, STRAIN, i, span, laid)
-            if dip < place:
-                found, which, place = STRAIN, i, dip
-    return found, which, place, laid
+            dip = dip_of(row, run, group, STRAIN, i, span)
+            if dip < fraction:
+                event, event_k, fraction = STRAIN, i, dip
+    return event, event_k, fraction
 
 
 @kernel
-def settle(row, run, group, kind, k, place, span):
+def refine_event(row, run, group, kind, k, fraction, span):
     """Refine the place of an event on the step's polynomial: regula falsi with halving; 2 where there is none.
 
-    ``place`` lies past the event, or at a guess of it.
+    ``fraction`` lies past the event, or at a guess of it.
     """
     high, above = 1.0, event_function_between(row, run, group, kind, k, 1.0, span)
-    value = event_function_between(row, run, group, kind, k, place, span)
+    value = event_function_between(row, run, group, kind, k, fraction, span)
     if value < 0.0:
-        high, above = place, value
+        high, above = fraction, value
     elif not above < 0.0:
         return 2.0
     low, below = 0.0, max(event_function_between(row, run, group, kind, k, 0.0, span), 0.0)
     if value >= 0.0:
-        low, below = place, value
+        low, below = fraction, value
     side = 0
     x = high
     for _ in range(60):
@@ -145,13 +149,13 @@ def settle(row, run, group, kind, k, place, span):
 
 
 @kernel
-def fill_spectators(row, run, group, after, line):
-    """The neighbours that only look on, ``after`` the start of their series, into rows ``line``."""
+def fill_spectators(row, run, group, time, line):
+    """The neighbours that only look on, ``time`` the start of their series, into rows ``line``."""
     for b in range(group.watched_first, group.watched_last + 1):
         if not group.first <= b <= group.last:
             for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-                run.dofs[line, i] = value_at(run.series, i, group.terms, after)
-                run.dofs[line + VELOCITY, i] = slope_at(run.series, i, group.terms, after)
+                run.dofs[line, i] = value_at(run.series, i, group.terms, time)
+                run.dofs[line + VELOCITY, i] = slope_at(run.series, i, group.terms, time)
 
 
 @kernel
@@ -160,8 +164,8 @@ def fill_ends(row, run, group, span):
     for at_end in range(2):
         s = span[0] + span[1] if at_end else span[0]
         cube = s * s * s
-        after = group.origin + cube * s - span[2]
-        fill_spectators(row, run, group, after, END if at_end else NOW)
+        time = group.origin + cube * s - span[2]
+        fill_spectators(row, run, group, time, END if at_end else NOW)
         line = SLOPE + LAST if at_end else SLOPE
         for b in range(group.watched_first, group.watched_last + 1):
             if not group.first <= b <= group.last:
@@ -171,15 +175,15 @@ def fill_ends(row, run, group, span):
 
 
 @kernel
-def land(row, run, group, kind, k, place, span, rtol):
+def land(row, run, group, kind, k, fraction, span):
     """Shorten the step until it ends on the event, as `pair.events.land`; returns (length, whether it is there)."""
     s, h = span[0], span[1]
-    low, high, length = 0.0, h, place * h
+    low, high, length = 0.0, h, fraction * h
     crossed = event_function(row, run, kind, k, True)[0] < 0.0
     converged = False
-    close = 1e-3 * sqrt(rtol)
+    close = 1e-3 * sqrt(group.tolerance)
     for _ in range(50):
-        attempt(row, run, group, s, length, rtol)
+        attempt(row, run, group, s, length)
         slopes(row, run, group, s + length, END, LAST)
         fill_ends(row, run, group, (s, length, span[2]))
         if kind in (YIELD, CUT):
@@ -194,7 +198,7 @@ def land(row, run, group, kind, k, place, span, rtol):
             new = 0.5 * (low + high)
         converged = slope < 0.0 and abs(new - length) <= close * h
         if converged:
-            slide(row, run, group, new - length)
+            move_end_along_slopes(row, run, group, new - length)
             length = new
         if converged or high - low <= 1e-13 * h:
             break
@@ -203,8 +207,8 @@ def land(row, run, group, kind, k, place, span, rtol):
 
 
 @kernel
-def slide(row, run, group, length):
-    """Move the end of a step along its slopes."""
+def move_end_along_slopes(row, run, group, length):
+    """Move the end of a step, state and quadratures, along its slopes by a ``length`` of the clock s."""
     dofs, points = run.dofs, run.laws.shape[0]
     for i in range(group.low, group.high):
         dofs[END, i] += length * dofs[SLOPE + LAST, i]
@@ -216,17 +220,17 @@ def slide(row, run, group, length):
 
 
 @kernel
-def event_passed(row, run, group, landed, which):
+def event_passed(row, run, group, landed, landed_k):
     """An event other than the one landed on that lies before the end of the step after all, or NONE."""
     for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
-            if (kind == landed and k == which) or not (inside or kind == TOUCH):
+            if (kind == landed and k == landed_k) or not (inside or kind == TOUCH):
                 continue
             if is_possible(row, run, kind, k) and event_function(row, run, kind, k, True)[0] < 0.0:
                 return kind, k
     for i in range(group.low, group.high):
-        if landed == STRAIN and i == which:
+        if landed == STRAIN and i == landed_k:
             continue
         if is_possible(row, run, STRAIN, i) and event_function(row, run, STRAIN, i, True)[0] < 0.0:
             return STRAIN, i
@@ -241,57 +245,69 @@ def read_step_end(row, run, group, span):
 
 
 @kernel
-def take_step(row, run, group, span, left, rtol):
-    """One accepted step, shortened to its first event; ``span`` = (s, h to try, base of the spectators' series).
+def accepted_step(row, run, group, s, h, remaining):
+    """Try a step from s of length ``h``, and shorter ones, until the error and the energy are within the tolerance.
 
-    Returns (length, kind of event, contact or storey, next length, attempts, whether the polynomial stands); a length
-    of 0 means that the step fell below what s resolves, a negative one that the motion is not finite.
+    The state at its end is left in rows END. Returns (its length, its error, attempts); a length of 0 means that the
+    step fell below what s resolves, a negative one that the motion is not finite.
     """
-    s, h, base = span
-    attempts, doubted = 0, False
+    attempts, was_halved = 0, False
     while True:
-        if h >= left:
-            h = left
-        elif 2.0 * h > left:
-            h = 0.5 * left
-        error = attempt(row, run, group, s, h, rtol)
+        # A sliver at the end would cost a step of its own: split the remaining length evenly instead.
+        if h >= remaining:
+            h = remaining
+        elif 2.0 * h > remaining:
+            h = 0.5 * remaining
+        error = attempt(row, run, group, s, h)
         attempts += 1
-        if error <= SHARE * rtol:
-            if doubted or is_balanced(row, run, group, rtol):
-                break
-            doubted, h = True, 0.5 * h
+        if error <= SHARE * group.tolerance:
+            if was_halved or is_balanced(row, run, group):
+                return h, error, attempts
+            was_halved, h = True, 0.5 * h
             continue
         if not error >= 0.0 and attempts > 10:
-            return -1.0, NONE, -1, h, attempts, False
-        h = next_step(h, error, rtol, run.workspace.tableau) if error >= 0.0 else 0.1 * h
-        if s + h <= s or h < 1e-13 * left:
-            return 0.0, NONE, -1, h, attempts, False
+            return -1.0, error, attempts
+        h = next_step(h, error, group.tolerance, run.workspace.tableau) if error >= 0.0 else 0.1 * h
+        if s + h <= s or h < 1e-13 * remaining:
+            return 0.0, error, attempts
+
+
+@kernel
+def take_step(row, run, group, span, remaining):
+    """One accepted step, shortened to its first event; ``span`` = (s, h to try, base of the spectators' series).
+
+    The state at its end is left in rows END, its slopes in those of LAST. Returns (length, kind of event, contact or
+    storey, next length to try, attempts); the length is below or at zero as `accepted_step` gives it.
+    """
+    s, h, base = span
+    h, error, attempts = accepted_step(row, run, group, s, h, remaining)
+    if h <= 0.0:
+        return h, NONE, -1, h, attempts
     if run.workspace.tableau.end_weight == 0.0:
         slopes(row, run, group, s + h, END, LAST)
     read_force(row, run, group, h, NOW, SLOPE, AT_START)
     read_step_end(row, run, group, (s, h, base))
-    following = next_step(h, error, rtol, run.workspace.tableau)
-    kind, k, place, laid = first_event(row, run, group, (s, h, base), False)
+    next_h = next_step(h, error, group.tolerance, run.workspace.tableau)
+    kind, k, fraction = first_event(row, run, group, (s, h, base))
     if kind == NONE:
-        return h, NONE, -1, following, attempts, laid
-    if not laid:
-        spread(row, run, group, s, h)
-    following = h
-    whole = h
-    place = settle(row, run, group, kind, k, place, (s, whole, base))
-    if place > 1.0:
-        return h, NONE, -1, following, attempts, True
+        return h, NONE, -1, next_h, attempts
+    write_polynomial(row, run, group, s, h)
+    full_length = h
+    fraction = refine_event(row, run, group, kind, k, fraction, (s, full_length, base))
+    if fraction > 1.0:
+        return h, NONE, -1, full_length, attempts
+    next_h = full_length
     for _ in range(8):
-        h, there = land(row, run, group, kind, k, place, (s, whole, base), rtol)
+        h, is_reached = land(row, run, group, kind, k, fraction, (s, full_length, base))
         read_step_end(row, run, group, (s, h, base))
-        if not there and not (kind == YIELD and int(run.contacts[k].region) == ELASTIC):
-            return h, NONE, -1, following, attempts, False
-        other, which = event_passed(row, run, group, kind, k)
-        if other == NONE:
+        if not is_reached and not (kind == YIELD and int(run.contacts[k].region) == ELASTIC):
+            return h, NONE, -1, next_h, attempts
+        earlier, earlier_k = event_passed(row, run, group, kind, k)
+        if earlier == NONE:
             break
         # The order of two events on one step is a guess of the model between its ends: look again from the landing.
-        spread(row, run, group, s, h)
-        start = event_function(row, run, other, which, False)[0]
-        place = settle(row, run, group, other, which, 1.0, (s, h, base)) if start > 0.0 else 0.0
-        place, whole, kind, k = min(place, 1.0), h, other, which
-    return h, kind, k, following, attempts, False
+        write_polynomial(row, run, group, s, h)
+        start = event_function(row, run, earlier, earlier_k, False)[0]
+        fraction = refine_event(row, run, group, earlier, earlier_k, 1.0, (s, h, base)) if start > 0.0 else 0.0
+        fraction, full_length, kind, k = min(fraction, 1.0), h, earlier, earlier_k
+    return h, kind, k, next_h, attempts

@@ -21,7 +21,7 @@ import numpy as np
 from pounding_risk._jit.compile import small, speaks
 from pounding_risk.models.ground import Arrivals, arriving
 
-# Columns of `ArrivingGround.table`.
+# Columns of `ArrivingRowGround.table`.
 PULL, RISE, BEND, TWIST, SPREAD, RATE = range(6)
 
 
@@ -30,10 +30,10 @@ class RowPassage(Protocol):
     """How a row's dofs and contact points count the ground; a field of `workspace.Row`."""
 
     def point_ends(self):
-        """How many dofs a contact point may lie on."""
+        """How many dofs a contact point may lie on: two of either building, and that of the right one's ground."""
 
     def ground_dofs(self):
-        """How many dofs of each building are the ground's."""
+        """How many dofs of each building are its ground's: 1 with a passing wave, else 0."""
 
 
 @speaks
@@ -41,13 +41,13 @@ class RowGround(Protocol):
     """The ground motion of a row, node by node."""
 
     def node_count(self):
-        """Number of nodes."""
+        """Number of nodes of the record, its first and last included; there is one interval less."""
 
     def node_time(self, step, node):
-        """Time of a node [s], ``step`` that between two samples."""
+        """Time of node number ``node`` from the start of the record [s]; ``step`` [s] is that between two samples."""
 
     def node_width(self, step, node):
-        """Time from a node to the next [s]."""
+        """Time from node number ``node`` to the next [s]; ``step`` [s] is that between two samples."""
 
     def from_node(self, step, node):
         """The ground motion after a node, its x counted from there."""
@@ -61,7 +61,7 @@ class RowInterval(Protocol):
         """a_g under building ``b``: its value at x = 0 [m/s²], its slope [m/s³]."""
 
     def later(self, x):
-        """The same motion, its x counted from ``x`` on."""
+        """The same motion with its x counted from ``x`` [s] on."""
 
     def largest_pull(self, first, last):
         """The largest |a_g| under these buildings at x = 0 [m/s²]."""

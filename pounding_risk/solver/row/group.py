@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import COUNT as TOUCHES
 from pounding_risk.solver.counters import (
     EXHAUSTED,
@@ -17,17 +17,17 @@ from pounding_risk.solver.counters import (
     WORK_A_SECOND,
     WORK_AT_LEAST,
 )
+from pounding_risk.solver.pair.equations import ELASTIC, SLACK, YIELDING
 from pounding_risk.solver.pair.events import CUT, NONE, PART, TURN, YIELD
-from pounding_risk.solver.pair.stages import ELASTIC, SLACK, YIELDING
 from pounding_risk.solver.row.building import place_on
-from pounding_risk.solver.row.contact import lift_off, note_yield, own_tolerance, scales, touch_down, turn
+from pounding_risk.solver.row.contact import lift_off, note_yield, scales, tolerance_of, touch_down, turn_motion
+from pounding_risk.solver.row.contact_points import across, begin_unwatched_extremes, compliance
+from pounding_risk.solver.row.equations import Group, accelerate_group, group_energy, slopes
 from pounding_risk.solver.row.event_functions import ROUNDED, STRAIN, TOUCH, event_function, is_possible
 from pounding_risk.solver.row.events import fill_spectators, take_step
-from pounding_risk.solver.row.flight import across, begin_blind, compliance
-from pounding_risk.solver.row.free import copy_state, fly_group, write_all_series, write_spectator_series
+from pounding_risk.solver.row.flight_by_series import copy_state, fly_group, write_all_series, write_spectator_series
 from pounding_risk.solver.row.implicit import choose_method
 from pounding_risk.solver.row.peaks import update_floor_peaks, update_point_peaks
-from pounding_risk.solver.row.stages import Group, group_energy, load, slopes
 from pounding_risk.solver.row.storey import switch_storey
 from pounding_risk.solver.row.trace import write_line
 from pounding_risk.solver.row.workspace import END, FIRST, LAST, NODE, NOW, SLOPE, SLOPES, START, TRIAL, VELOCITY
@@ -38,7 +38,7 @@ ALIKE = 1e-13  # of a_g: neighbours at rest that begin to move alike press each 
 
 @kernel
 def any_closed(row, run, first, last):
-    """True where two of these buildings touch."""
+    """True where a contact point between the buildings ``first`` to ``last`` is closed."""
     closed = False
     for k in range(row.frame[START, first], row.frame[START, last]):
         closed = closed or run.contacts[k].closed > 0.0
@@ -62,7 +62,7 @@ def begin_contacts(row, run, group, time, ground):
         if rate == 0.0:
             # Closed at rest: what decides is how both sides would move on.
             if not ready:
-                load(row, run, group, NOW, ground, TRIAL)
+                accelerate_group(row, run, group, NOW, ground, TRIAL)
                 ready = True
             rate = across(row, k, run.dofs, TRIAL)
             if rate <= ALIKE * ground.largest_pull(group.first, group.last):
@@ -80,13 +80,13 @@ def close_step(row, run, group):
     for i in range(group.low, group.high):
         run.dofs[NOW, i] = run.dofs[END, i]
         run.dofs[NOW + VELOCITY, i] = run.dofs[END + VELOCITY, i]
-    came = run.quadratures[SLOPES, 2 * points]
+    energy_in = run.quadratures[SLOPES, 2 * points]
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
             run.contacts[k].counters[IMPULSE] += run.quadratures[SLOPES, k]
             run.contacts[k].work += run.quadratures[SLOPES, points + k]
-            came -= run.quadratures[SLOPES, points + k]
-    return came
+            energy_in -= run.quadratures[SLOPES, points + k]
+    return energy_in
 
 
 @kernel
@@ -96,7 +96,7 @@ def apply_event(row, run, kind, k, time, line):
         return False, switch_storey(row, run, k, line)
     contact = run.contacts[k]
     if kind == TURN:
-        turn(row, run, k, max(across(row, k, run.dofs, line) - contact.gap, 0.0))
+        turn_motion(row, run, k, max(across(row, k, run.dofs, line) - contact.gap, 0.0))
     elif kind == YIELD:
         if int(contact.region) == ELASTIC:
             note_yield(run, k, time)
@@ -117,125 +117,174 @@ def apply_event(row, run, kind, k, time, line):
 
 
 @kernel
-def integrate_contact(row, run, span, watch, window, t, base, terms, rtol):
+def resting_group(row, span, watch, ground, terms, rtol):
+    """A group of the buildings of ``span`` that looks out to those of ``watch``, its clock and scales not set yet."""
+    low, high = row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1]
+    return Group(span[0], span[1], low, high, 0.0, ground, 1.0, 1.0, watch[0], watch[1], terms, rtol)
+
+
+@kernel
+def group_in_contact(row, run, group, moment):
+    """(the group with clock, scales and tolerance of its present contacts, length that its next step should have [s]).
+
+    ``moment`` is the time of the node; the tolerance that ``group`` has is the largest.
+    """
+    touched, depth, speed, pace = scales(row, run, group.first, group.last)
+    tolerance = group.tolerance
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        if run.contacts[k].closed > 0.0:
+            tolerance = tolerance_of(run, k, tolerance)
+    g = group
+    timed = Group(
+        g.first,
+        g.last,
+        g.low,
+        g.high,
+        touched - moment,
+        g.ground,
+        depth,
+        speed,
+        g.watched_first,
+        g.watched_last,
+        g.terms,
+        tolerance,
+    )
+    return timed, pace
+
+
+@kernel
+def begin_at_step_end(row, run, group):
+    """Slopes at the end of a step become those at the start of the next one."""
+    points = run.laws.shape[0]
+    for i in range(group.low, group.high):
+        run.dofs[SLOPE, i] = run.dofs[SLOPE + LAST, i]
+        run.dofs[SLOPE + SLOPES, i] = run.dofs[SLOPE + SLOPES + LAST, i]
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        for column in (k, points + k):
+            run.quadratures[0, column] = run.quadratures[LAST, column]
+    run.quadratures[0, 2 * points] = run.quadratures[LAST, 2 * points]
+
+
+@kernel
+def note_next_step(row, run, group, s, h):
+    """Note the time that a step of length ``h`` from s takes, for the clock of the next touch."""
+    # Products: interpreted, a power is the library's, and rounds otherwise.
+    start, end = s * s * s * s, (s + h) * (s + h) * (s + h) * (s + h)
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        run.contacts[k].next_step = end - start
+
+
+@kernel
+def is_exhausted(row, run, time):
+    """True where a run has taken more steps, or evaluations, than one may up to this time [s]."""
+    allowed = (WORK_AT_LEAST + WORK_A_SECOND * time) * row.floors.shape[1]
+    return run.workspace.steps > MAX_STEPS or run.workspace.evaluations > allowed
+
+
+@small
+def fail(run, status):
+    """Set the status of a run that cannot go on; returns FAILED."""
+    run.workspace.status = float(status)
+    return FAILED
+
+
+@kernel
+def integrate_contact(row, run, members, window, t, base):
     """Integrate a group with contacts from rows NOW at ``t`` after the node until all have parted or the interval ends.
 
-    ``span`` = (first, last building), ``window`` = (time of the node, step, the ground motion), ``base`` the start of
+    ``members`` is a `resting_group`, ``window`` = (time of the node, step, the ground motion), ``base`` the start of
     the spectators' series. Returns (how it ended, time after the node, interface of a touched spectator or −1).
     """
     moment, step, ground = window
-    low, high = row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1]
-    tolerance, stalled = rtol, 0
-    renewed, known, unsettled = True, False, True
+    group = members
+    has_changed, has_slopes, unsettled, stalled = True, False, True, 0
     run.workspace.implicit = 0.0
-    group = Group(span[0], span[1], low, high, 0.0, ground, 1.0, 1.0, watch[0], watch[1], terms)
-    s = h = now = 0.0
-    energy = group_energy(row, run, group, NOW)
-    run.workspace.energy = max(run.workspace.energy, energy)
-    came = 0.0
+    s = h = 0.0
+    energy_before = group_energy(row, run, group, NOW)
+    run.workspace.energy = max(run.workspace.energy, energy_before)
+    energy_in = 0.0
     while True:
-        if renewed:
-            if not any_closed(row, run, span[0], span[1]):
+        if has_changed:
+            if not any_closed(row, run, members.first, members.last):
                 break
-            touched, depth, speed, pace = scales(row, run, span[0], span[1])
-            origin = touched - moment
-            group = Group(span[0], span[1], low, high, origin, ground, depth, speed, watch[0], watch[1], terms)
-            tolerance = rtol
-            for k in range(row.frame[START, span[0]], row.frame[START, span[1]]):
-                if run.contacts[k].closed > 0.0:
-                    tolerance = own_tolerance(run, k, tolerance)
-            s = sqrt(sqrt(max(t - origin, 0.0)))
-            h = sqrt(sqrt(max(t - origin, 0.0) + pace)) - s
-            now, renewed, known = moment + origin, False, False
+            group, pace = group_in_contact(row, run, members, moment)
+            s = sqrt(sqrt(max(t - group.origin, 0.0)))
+            h = sqrt(sqrt(max(t - group.origin, 0.0) + pace)) - s
+            has_changed, has_slopes = False, False
             if run.workspace.line_room > 0.0:
                 write_line(row, run, group, moment + t)
-        left = sqrt(sqrt(step - group.origin)) - s
-        if left <= 1e-13 * s or t >= step:
+        remaining = sqrt(sqrt(step - group.origin)) - s
+        if remaining <= 1e-13 * s or t >= step:
             t = step
             break
-        allowed = (WORK_AT_LEAST + WORK_A_SECOND * (moment + t)) * row.floors.shape[1]
-        if run.workspace.steps > MAX_STEPS or run.workspace.evaluations > allowed:
-            run.workspace.status = float(EXHAUSTED)
-            return FAILED, t, -1
+        if is_exhausted(row, run, moment + t):
+            return fail(run, EXHAUSTED), t, -1
         fill_spectators(row, run, group, t - base, NOW)
-        if known:
-            for i in range(low, high):
-                run.dofs[SLOPE, i] = run.dofs[SLOPE + LAST, i]
-                run.dofs[SLOPE + SLOPES, i] = run.dofs[SLOPE + SLOPES + LAST, i]
-            for k in range(row.frame[START, span[0]], row.frame[START, span[1]]):
-                for column in (k, run.laws.shape[0] + k):
-                    run.quadratures[0, column] = run.quadratures[LAST, column]
-            run.quadratures[0, 2 * run.laws.shape[0]] = run.quadratures[LAST, 2 * run.laws.shape[0]]
+        if has_slopes:
+            begin_at_step_end(row, run, group)
         else:
             slopes(row, run, group, s, NOW, 0)
         if unsettled:
-            choose_method(row, run, group, s, min(h, left))
-        moved, kind, k, h, attempts, laid = take_step(row, run, group, (s, h, base), left, tolerance)
+            choose_method(row, run, group, s, min(h, remaining))
+        length, kind, k, h, attempts = take_step(row, run, group, (s, h, base), remaining)
         run.workspace.steps += attempts
         # Steps that are refused, and events, are where a damper may be found too quick for an explicit step.
         unsettled = attempts > 1 or kind != NONE or run.workspace.implicit > 0.0
-        if moved <= 0.0 and kind == NONE:
-            run.workspace.status = float(UNDERFLOW if moved == 0.0 else NOT_FINITE)
-            return FAILED, t, -1
-        if kind == TOUCH and not row.frame[START, span[0]] <= k < row.frame[START, span[1]]:
+        if length <= 0.0 and kind == NONE:
+            return fail(run, UNDERFLOW if length == 0.0 else NOT_FINITE), t, -1
+        if kind == TOUCH and not row.frame[START, group.first] <= k < row.frame[START, group.last]:
             # A neighbour that has only looked on is struck: the interval is made again with it in the group.
-            edge = span[0] - 1 if k < row.frame[START, span[0]] else span[1]
-            return GROW, t, edge
-        laid = update_floor_peaks(row, run, group, (s, moved, base), laid)
-        update_point_peaks(row, run, group, (s, moved, base), now, laid)
-        s += moved
+            return GROW, t, group.first - 1 if k < row.frame[START, group.first] else group.last
+        update_floor_peaks(row, run, group, (s, length, base))
+        update_point_peaks(row, run, group, (s, length, base), moment + group.origin)
+        s += length
         t = group.origin + s * s * s * s
-        came += close_step(row, run, group)
+        energy_in += close_step(row, run, group)
         if run.workspace.line_room > 0.0:
             write_line(row, run, group, moment + t)
-        # Products: interpreted, a power is the library's, and rounds otherwise.
-        before, after = s * s * s * s, (s + h) * (s + h) * (s + h) * (s + h)
-        for each in range(row.frame[START, span[0]], row.frame[START, span[1]]):
-            run.contacts[each].next_step = after - before
-        stalled = stalled + 1 if moved <= 1e-12 * s else 0
+        note_next_step(row, run, group, s, h)
+        stalled = stalled + 1 if length <= 1e-12 * s else 0
         if stalled > 50 + row.ends.shape[0]:
-            run.workspace.status = float(UNDERFLOW)
-            return FAILED, t, -1
-        known = kind == NONE
+            return fail(run, UNDERFLOW), t, -1
+        has_slopes = kind == NONE
         if kind != NONE:
-            ends, jump = apply_to_mirror_images(row, run, group, kind, k, moment + t)
-            renewed, own = apply_event(row, run, kind, k, moment + t, NOW)
-            renewed, came = renewed or ends, came + jump + own
+            has_changed, of_images, of_event = apply_with_mirror_images(row, run, group, kind, k, moment + t)
+            energy_in = energy_in + of_images + of_event
             if kind == TOUCH:
                 begin_contacts(row, run, group, moment + t, ground.later(t))
-            if renewed and too_many(row, run, span):
-                run.workspace.status = float(TOO_MANY_CONTACTS)
-                return FAILED, t, -1
-    after = group_energy(row, run, group, NOW)
-    run.workspace.energy = max(run.workspace.energy, after)
-    run.workspace.residual += after - energy - came
+            if has_changed and too_many(row, run, group):
+                return fail(run, TOO_MANY_CONTACTS), t, -1
+    energy_after = group_energy(row, run, group, NOW)
+    run.workspace.energy = max(run.workspace.energy, energy_after)
+    run.workspace.residual += energy_after - energy_before - energy_in
     return FLOWN, t, -1
 
 
 @kernel
-def apply_to_mirror_images(row, run, group, kind, k, time):
-    """Let the event of ``k`` happen to its mirror images too, whose margins are its own to the last bit.
+def apply_with_mirror_images(row, run, group, kind, k, time):
+    """Apply an event, and those of the mirror images of ``k``, whose event functions are its own to the last bit.
 
-    One after the other they would be a rounding apart, and a row that is symmetric would not stay so.
+    One after the other they would be a rounding apart, and a row that is symmetric would not stay so. Returns (whether
+    a contact began or ended, change of the potential of the images, of ``k`` [J]).
     """
-    ends, change = False, 0.0
-    if kind == TOUCH:
-        return ends, change
-    value = event_function(row, run, kind, k, True)[0]
-    first, last = row.frame[START, group.first], row.frame[START, group.last]
-    if kind == STRAIN:
-        first, last = group.low, group.high
-    for each in range(first, last):
-        if each != k and is_possible(row, run, kind, each) and event_function(row, run, kind, each, True)[0] == value:
-            ended, jump = apply_event(row, run, kind, each, time, NOW)
-            ends, change = ends or ended, change + jump
-    return ends, change
+    has_changed, of_images = False, 0.0
+    if kind != TOUCH:
+        value = event_function(row, run, kind, k, True)[0]
+        first, last = row.frame[START, group.first], row.frame[START, group.last]
+        if kind == STRAIN:
+            first, last = group.low, group.high
+        for j in range(first, last):
+            if j != k and is_possible(row, run, kind, j) and event_function(row, run, kind, j, True)[0] == value:
+                image_changed, change = apply_event(row, run, kind, j, time, NOW)
+                has_changed, of_images = has_changed or image_changed, of_images + change
+    event_changed, of_event = apply_event(row, run, kind, k, time, NOW)
+    return has_changed or event_changed, of_images, of_event
 
 
 @kernel
-def too_many(row, run, span):
-    """True where a contact point has had more contacts than a run may."""
-    for k in range(row.frame[START, span[0]], row.frame[START, span[1]]):
+def too_many(row, run, group):
+    """True where a contact point of the group has had more contacts than a run may."""
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].counters[TOUCHES] > MAX_CONTACTS:
             return True
     return False
@@ -248,49 +297,36 @@ def solve_group(row, run, span, watch, window, terms, rtol):
     Returns (FLOWN, −1), (GROW, interface that must be tied too) or (FAILED, −1), the run's status set.
     """
     moment, step, ground = window
-    group = Group(
-        span[0],
-        span[1],
-        row.frame[FIRST, span[0]],
-        row.frame[FIRST, span[1] + 1],
-        0.0,
-        ground,
-        1.0,
-        1.0,
-        watch[0],
-        watch[1],
-        terms,
-    )
+    group = resting_group(row, span, watch, ground, terms, rtol)
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
-    begin_blind(row, run, span, watch)
+    begin_unwatched_extremes(row, run, span, watch)
     t = base = 0.0
     write_spectator_series(row, run, span, watch, ground, terms)
     turns = 0
     while True:
         begin_contacts(row, run, group, moment + t, ground.later(t))
         if any_closed(row, run, span[0], span[1]):
-            how, t, edge = integrate_contact(row, run, span, watch, window, t, base, terms, rtol)
-            if how != FLOWN:
-                return how, edge
+            outcome, t, edge = integrate_contact(row, run, group, window, t, base)
+            if outcome != FLOWN:
+                return outcome, edge
             if t >= step:
                 return FLOWN, -1
             fill_spectators(row, run, group, t - base, NOW)
         base = t
-        now = ground.later(t)
-        write_all_series(row, run, watch, now, terms)
-        left = step - t
-        flown, point, storey = fly_group(row, run, span, watch, left, now, terms)
+        ground_now = ground.later(t)
+        write_all_series(row, run, watch, ground_now, terms)
+        remaining = step - t
+        flown, point, storey = fly_group(row, run, span, watch, remaining, ground_now, terms)
         if point >= 0 and not row.frame[START, span[0]] <= point < row.frame[START, span[1]]:
             return GROW, span[0] - 1 if point < row.frame[START, span[0]] else span[1]
         for b in range(watch[0], watch[1] + 1):
             place_on(row, run, b, flown, terms, NOW)
         t += flown
-        if flown >= left:
+        if flown >= remaining:
             return FLOWN, -1
         turns += 1
         if turns > MAX_CONTACTS:
-            run.workspace.status = float(TOO_MANY_CONTACTS)
-            return FAILED, -1
+            return fail(run, TOO_MANY_CONTACTS), -1
         if storey >= 0:
             switch_storey(row, run, storey, NOW)
         else:

@@ -14,6 +14,7 @@ import numpy as np
 
 from pounding_risk._jit.compile import kernel
 from pounding_risk._jit.memory import zeros
+from pounding_risk.solver.pair.equations import ELASTIC, SHARE
 from pounding_risk.solver.pair.implicit import (
     BEGIN_SLOPE,
     COEFFICIENTS,
@@ -27,12 +28,12 @@ from pounding_risk.solver.pair.implicit import (
     fill_time_weights,
     is_solved,
     is_too_slow,
-    shallow,
+    scale_of_damped_depth,
     solve_linear,
 )
-from pounding_risk.solver.pair.stages import ELASTIC, SHARE
-from pounding_risk.solver.row.flight import across, compliance
-from pounding_risk.solver.row.stages import explicit_attempt, explicit_spread, slopes, uncapped
+from pounding_risk.solver.row.contact_points import across, compliance
+from pounding_risk.solver.row.equations import slopes, uncapped
+from pounding_risk.solver.row.explicit import explicit_attempt, write_explicit_polynomial
 from pounding_risk.solver.row.workspace import (
     END,
     INVERSE,
@@ -83,14 +84,14 @@ def choose_method(row, run, group, s, h):
 
 
 @kernel
-def coupling(row, k, other):
+def coupling(row, k, j):
     """B M⁻¹ Bᵀ between two contact points: how fast a force at one drives the other apart [1/kg]."""
     left = right = 0.0
     for end in range(4):
         i = row.ends[k, end]
-        for far in range(4):
-            if i >= 0 and row.ends[other, far] == i:
-                product = row.shares[k, end] * row.shares[other, far] * row.floors[INVERSE, i]
+        for far_end in range(4):
+            if i >= 0 and row.ends[j, far_end] == i:
+                product = row.shares[k, end] * row.shares[j, far_end] * row.floors[INVERSE, i]
                 if end < 2:
                     left += product
                 else:
@@ -104,72 +105,72 @@ def closed_points(row, run, group):
     count = 0
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         count += 1 if run.contacts[k].closed > 0.0 else 0
-    places = zeros((count,), np.int64)
+    points = zeros((count,), np.int64)
     count = 0
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
-            places[count] = k
+            points[count] = k
             count += 1
-    return places
+    return points
 
 
 @kernel
-def newton_matrix(row, places, tables):
+def newton_matrix(row, points, tables):
     """I + (B M⁻¹ Bᵀ) ⊗ responses, unknowns the changes of closing speed: contact by contact, node by node."""
-    size = places.size * PARTS
+    size = points.size * PARTS
     matrix = zeros((size, size), np.float64)
-    for one in range(places.size):
-        for other in range(places.size):
-            share = coupling(row, places[one], places[other])
+    for n in range(points.size):
+        for m in range(points.size):
+            share = coupling(row, points[n], points[m])
             if share != 0.0:
                 for i in range(PARTS):
                     for j in range(PARTS):
-                        matrix[one * PARTS + i, other * PARTS + j] = share * tables[other, i, j]
-    for place in range(size):
-        matrix[place, place] += 1.0
+                        matrix[n * PARTS + i, m * PARTS + j] = share * tables[m, i, j]
+    for unknown in range(size):
+        matrix[unknown, unknown] += 1.0
     return matrix
 
 
 @kernel
-def closing_changes(row, run, places, tables):
+def closing_changes(row, run, points, tables):
     """Changes of the closing speeds at the nodes that remove what is missing there, (contacts, nodes) [m/s].
 
     Solved from the left and from the right and averaged: a row and its mirror image move alike to the bit.
     """
-    count = places.size
+    count = points.size
     changes = zeros((count, PARTS), np.float64)
     order = zeros((count,), np.int64)
-    turned = zeros((count, PARTS, PARTS), np.float64)
+    ordered_tables = zeros((count, PARTS, PARTS), np.float64)
     right = zeros((count * PARTS,), np.float64)
     for side in range(2):
-        for one in range(count):
-            source = one if side == 0 else count - 1 - one
-            order[one] = places[source]
+        for n in range(count):
+            source = n if side == 0 else count - 1 - n
+            order[n] = points[source]
             for i in range(PARTS):
                 for j in range(PARTS):
-                    turned[one, i, j] = tables[source, i, j]
-                right[one * PARTS + i] = across(row, order[one], run.dofs, MISSING + i)
-        solve_linear(newton_matrix(row, order, turned), right)
-        for one in range(count):
-            target = one if side == 0 else count - 1 - one
+                    ordered_tables[n, i, j] = tables[source, i, j]
+                right[n * PARTS + i] = across(row, order[n], run.dofs, MISSING + i)
+        solve_linear(newton_matrix(row, order, ordered_tables), right)
+        for n in range(count):
+            target = n if side == 0 else count - 1 - n
             for i in range(PARTS):
-                changes[target, i] += 0.5 * right[one * PARTS + i]
+                changes[target, i] += 0.5 * right[n * PARTS + i]
     return changes
 
 
 @kernel
-def correct(row, run, group, places, tables, changes):
+def correct(row, run, group, points, tables, changes):
     """Add to the speeds at the nodes what is missing there, less what the contact forces' answer takes of it."""
     dofs = run.dofs
     for i in range(PARTS):
         target = AT_NODE + SLOPES + 1 + i
         for dof in range(group.low, group.high):
             dofs[target, dof] += dofs[MISSING + i, dof]
-        for one in range(places.size):
-            k = places[one]
+        for n in range(points.size):
+            k = points[n]
             impulse = 0.0
             for j in range(PARTS):
-                impulse += tables[one, i, j] * changes[one, j]
+                impulse += tables[n, i, j] * changes[n, j]
             for end in range(4):
                 dof = row.ends[k, end]
                 if dof >= 0:
@@ -203,54 +204,55 @@ def evaluate_nodes(row, run, group, s, h, weights):
 
 
 @kernel
-def implicit_attempt(row, run, group, s, h, rtol):
-    """One implicit step, as `stages.explicit_attempt`; infinite where its equations are not solved."""
+def implicit_attempt(row, run, group, s, h):
+    """One implicit step, as `explicit.explicit_attempt`; infinite where its equations are not solved."""
     dofs = run.dofs
-    places = closed_points(row, run, group)
+    points = closed_points(row, run, group)
     weights, table = zeros((PARTS, PARTS), np.float64), zeros((PARTS, PARTS), np.float64)
     fill_time_weights(s, h, weights)
-    tables = zeros((places.size, PARTS, PARTS), np.float64)
+    tables = zeros((points.size, PARTS, PARTS), np.float64)
     shallowest = group.depth
-    for one in range(places.size):
-        k = places[one]
+    for n in range(points.size):
+        k = points[n]
         damper, spring = tangents(row, run, k, NOW)
         fill_response(weights, damper, spring, table)
         for i in range(PARTS):
             for j in range(PARTS):
-                tables[one, i, j] = table[i, j]
+                tables[n, i, j] = table[i, j]
         if damper > 0.0:
             shallowest = min(
-                shallowest, shallow(across(row, k, dofs, NOW) - run.contacts[k].gap, run.contacts[k].depth_scale)
+                shallowest,
+                scale_of_damped_depth(across(row, k, dofs, NOW) - run.contacts[k].gap, run.contacts[k].depth_scale),
             )
     for dof in range(group.low, group.high):
         for i in range(PARTS):
             dofs[AT_NODE + SLOPES + 1 + i, dof] = dofs[NOW + VELOCITY, dof]
-    before = inf
+    missing_before = inf
     for turn in range(ITERATIONS):
         missing = evaluate_nodes(row, run, group, s, h, weights)
-        if is_solved(turn, missing, before, SHARE * rtol * group.speed):
+        if is_solved(turn, missing, missing_before, SHARE * group.tolerance * group.speed):
             break
-        if is_too_slow(turn, missing, before):
+        if is_too_slow(turn, missing, missing_before):
             return inf
-        before = missing
-        correct(row, run, group, places, tables, closing_changes(row, run, places, tables))
-    end_step(row, run, group, places, h)
+        missing_before = missing
+        correct(row, run, group, points, tables, closing_changes(row, run, points, tables))
+    end_step(row, run, group, points, h)
     if run.workspace.tableau.end_weight != 0.0:
         slopes(row, run, group, s + h, END, LAST)
     return begin_defect(run, group, h, shallowest)
 
 
 @kernel
-def end_step(row, run, group, places, h):
+def end_step(row, run, group, points, h):
     """The last node, which is the end of the step, to rows END, and the quadratures to row SLOPES."""
-    dofs, quadratures, points = run.dofs, run.quadratures, run.laws.shape[0]
+    dofs, quadratures, all_points = run.dofs, run.quadratures, run.laws.shape[0]
     for dof in range(group.low, group.high):
         dofs[END, dof] = dofs[AT_NODE + PARTS, dof]
         dofs[END + VELOCITY, dof] = dofs[AT_NODE + SLOPES + PARTS, dof]
-    for one in range(2 * places.size + 1):
-        column = 2 * points
-        if one < 2 * places.size:
-            column = places[one // 2] + (points if one % 2 else 0)
+    for n in range(2 * points.size + 1):
+        column = 2 * all_points
+        if n < 2 * points.size:
+            column = points[n // 2] + (all_points if n % 2 else 0)
         total = 0.0
         for j in range(PARTS):
             total += COEFFICIENTS[PARTS - 1, j] * quadratures[1 + j, column]
@@ -263,18 +265,18 @@ def begin_defect(run, group, h, depth):
     dofs = run.dofs
     total = 0.0
     for dof in range(group.low, group.high):
-        place, speed = -dofs[SLOPE, dof], -dofs[SLOPE + SLOPES, dof]
+        u_defect, v_defect = -dofs[SLOPE, dof], -dofs[SLOPE + SLOPES, dof]
         for j in range(PARTS):
-            place += BEGIN_SLOPE[j] * dofs[SLOPE + 1 + j, dof]
-            speed += BEGIN_SLOPE[j] * dofs[SLOPE + SLOPES + 1 + j, dof]
-        place, speed = place / depth, speed / group.speed
-        total += place * place + speed * speed
+            u_defect += BEGIN_SLOPE[j] * dofs[SLOPE + 1 + j, dof]
+            v_defect += BEGIN_SLOPE[j] * dofs[SLOPE + SLOPES + 1 + j, dof]
+        u_defect, v_defect = u_defect / depth, v_defect / group.speed
+        total += u_defect * u_defect + v_defect * v_defect
     return h * sqrt(total)
 
 
 @kernel
-def implicit_spread(run, group):
-    """The polynomial of the implicit step just made, as `stages.explicit_spread` writes it."""
+def write_implicit_polynomial(run, group):
+    """The polynomial of the implicit step just made, as `explicit.write_explicit_polynomial` writes it."""
     dofs = run.dofs
     for side in range(2):
         poly, nodes = POLY + side * TERMS, AT_NODE + side * SLOPES + 1
@@ -289,17 +291,21 @@ def implicit_spread(run, group):
 
 
 @kernel
-def attempt(row, run, group, s, h, rtol):
+def attempt(row, run, group, s, h):
     """One step from rows NOW, whose slopes stand at stage 0, to rows END; returns its error in the group's scales."""
+    run.workspace.has_polynomial = 0.0
     if run.workspace.implicit > 0.0:
-        return implicit_attempt(row, run, group, s, h, rtol)
+        return implicit_attempt(row, run, group, s, h)
     return explicit_attempt(row, run, group, s, h)
 
 
 @kernel
-def spread(row, run, group, s, h):
-    """The polynomial between both ends of the step just made; slopes at LAST stand."""
+def write_polynomial(row, run, group, s, h):
+    """Write the polynomial between both ends of the step just made, unless it is written; slopes at LAST stand."""
+    if run.workspace.has_polynomial > 0.0:
+        return
+    run.workspace.has_polynomial = 1.0
     if run.workspace.implicit > 0.0:
-        implicit_spread(run, group)
+        write_implicit_polynomial(run, group)
     else:
-        explicit_spread(row, run, group, s, h)
+        write_explicit_polynomial(row, run, group, s, h)

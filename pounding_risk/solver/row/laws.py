@@ -12,23 +12,23 @@ from pounding_risk._jit.compile import kernel, small
 
 @small
 def law_force(run, k, delta, rate, approaching):
-    """The uncapped force of contact ``k``."""
+    """The force of contact ``k``'s law without cap or cut [N] at δ [m] and its rate [m/s]."""
     return call_at(run.contacts[k].force_verb, run.laws, k, delta, rate, approaching)
 
 
 @small
 def law_plateau(run, k, delta, strength):
-    """The force of contact ``k`` past yield."""
+    """The force of contact ``k``'s law past yield [N], at δ [m], of a law that yields at ``strength`` [N]."""
     return call_at(run.contacts[k].plateau_verb, run.laws, k, delta, strength, 0.0)
 
 
 @kernel
-def law_begin(run, k, e, speed, mass, worn, scale, limit):
+def law_begin(run, k, e, speed, mass, scale):
     """(strength, smallest force, scale of penetration) of a contact that begins, its memory written down."""
-    arguments = run.workspace.law_arguments
-    for place, value in enumerate((e, speed, mass, worn, limit, scale)):
-        arguments[place] = value
-    call_on(run.contacts[k].begin_verb, run.laws, k, arguments)
+    contact, arguments = run.contacts[k], run.workspace.law_arguments
+    for slot, value in enumerate((e, speed, mass, contact.worn, contact.yield_force, scale)):
+        arguments[slot] = value
+    call_on(contact.begin_verb, run.laws, k, arguments)
     return arguments[0], arguments[1], arguments[2]
 
 
@@ -36,8 +36,8 @@ def law_begin(run, k, e, speed, mass, worn, scale, limit):
 def law_turn(run, k, delta, strength, approaching, yielding):
     """(dent or below zero, energy lost with it) of a contact whose motion turns, its memory written down."""
     arguments = run.workspace.law_arguments
-    for place, value in enumerate((delta, strength, approaching, yielding)):
-        arguments[place] = value
+    for slot, value in enumerate((delta, strength, approaching, yielding)):
+        arguments[slot] = value
     call_on(run.contacts[k].turn_verb, run.laws, k, arguments)
     return arguments[0], arguments[1]
 
@@ -46,7 +46,7 @@ def law_turn(run, k, delta, strength, approaching, yielding):
 def law_part(run, k, delta, strength, work):
     """(loss, part of it that hysteresis takes, what is left for later contacts) of a contact that parts."""
     arguments = run.workspace.law_arguments
-    for place, value in enumerate((delta, strength, work, 0.0)):
-        arguments[place] = value
+    for slot, value in enumerate((delta, strength, work, 0.0)):
+        arguments[slot] = value
     call_on(run.contacts[k].part_verb, run.laws, k, arguments)
     return arguments[0], arguments[1], arguments[2]

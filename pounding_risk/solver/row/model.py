@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.mdof import Chain
-from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.api import Laid
+from pounding_risk.solver.row.layout import RowLayout, cut_out, lay_out
 from pounding_risk.solver.row.partition import LEFTWARDS, RIGHTWARDS, Span
 from pounding_risk.solver.row.workspace import FIRST
 
@@ -21,18 +20,18 @@ from pounding_risk.solver.row.workspace import FIRST
 class Part(NamedTuple):
     """Some buildings of a row with the neighbours beside them, as one row of its own."""
 
-    row: Laid
+    row: RowLayout
     points: slice  # of the whole row's contact points; those to the neighbours too
     watched: NDArray[np.bool_]  # which of these are to the neighbours
     masses: slice  # of the whole row's, the buildings' own
-    own: slice  # these in ``row``
+    own_masses: slice  # these in ``row``
     first_dof: int  # of the whole row's that ``row`` begins with
     to_left: int  # contact points to the left neighbour, which come first
     structure: bytes  # the same for equal buildings with equal contact points, and times at which a wave arrives
 
-    def side(self, place: int) -> int:
+    def side(self, point: int) -> int:
         """On which side the neighbour at this contact point stands."""
-        return LEFTWARDS if place < self.to_left else RIGHTWARDS
+        return LEFTWARDS if point < self.to_left else RIGHTWARDS
 
 
 class RowModel:
@@ -49,7 +48,7 @@ class RowModel:
         self.bounds = np.searchsorted(self.interfaces, np.arange(len(self.chains)))  # of each interface's points
         kinds: dict[bytes, int] = {}
         self._kinds = [kinds.setdefault(_content(chain), len(kinds)) for chain in self.chains]
-        self._rows: dict[float, Laid] = {}
+        self._rows: dict[float, RowLayout] = {}
         self._parts: dict[tuple[Span, float], Part] = {}
 
     @property
@@ -57,10 +56,10 @@ class RowModel:
         """Range of all buildings of the row."""
         return Span(0, len(self.chains) - 1)
 
-    def row(self, dt: float) -> Laid:
+    def row(self, dt: float) -> RowLayout:
         """The whole row for motions sampled every ``dt`` [s]; kept for the next time."""
         if dt not in self._rows:
-            self._rows[dt] = rows.lay_out(self.chains, self.points, dt, self.arrivals)
+            self._rows[dt] = lay_out(self.chains, self.points, dt, self.arrivals)
         return self._rows[dt]
 
     def part(self, span: Span, dt: float) -> Part:
@@ -71,20 +70,20 @@ class RowModel:
 
     def _made(self, span: Span, dt: float) -> Part:
         first, last = max(span.first - 1, 0), min(span.last + 1, len(self.chains) - 1)
-        places = slice(int(self.bounds[first]), int(self.bounds[last]))
-        interfaces = self.interfaces[places]
+        points = slice(int(self.bounds[first]), int(self.bounds[last]))
+        interfaces = self.interfaces[points]
         masses = slice(self.firsts[span.first], self.firsts[span.last + 1])
-        before = self.firsts[first]
-        met = [(point.interface - first, point.left_floor, point.right_floor) for point in self.points[places]]
+        mass_before = self.firsts[first]
+        meetings = [(point.interface - first, point.left_floor, point.right_floor) for point in self.points[points]]
         return Part(
-            rows.cut_out(self.row(dt), first, last),
-            places,
+            cut_out(self.row(dt), first, last),
+            points,
             (interfaces < span.first) | (interfaces >= span.last),
             masses,
-            slice(masses.start - before, masses.stop - before),
+            slice(masses.start - mass_before, masses.stop - mass_before),
             int(self.row(dt).row.frame[FIRST, first]),
             int((interfaces < span.first).sum()),
-            repr((self._kinds[first : last + 1], met, span.first - first, span.last - first)).encode()
+            repr((self._kinds[first : last + 1], meetings, span.first - first, span.last - first)).encode()
             + self.arrivals[first : last + 1].tobytes(),
         )
 

@@ -193,10 +193,10 @@ def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
     buildings = {
         name: np.fmax.reduce(values, axis=-1) for name, values in zip(OF_BUILDINGS, storeys.values(), strict=True)
     }
-    still = np.asarray(run.status == counters.COMPLETE)[..., None] & (frame.storeys < 0).all(axis=-1)
-    buildings["peak_displacement"] = np.where(still, 0.0, buildings["peak_displacement"])
-    felt = np.asarray(pga)[..., None]
-    buildings["peak_floor_acceleration"] = np.where(still, felt, buildings["peak_floor_acceleration"])
+    is_rigid = np.asarray(run.status == counters.COMPLETE)[..., None] & (frame.storeys < 0).all(axis=-1)
+    buildings["peak_displacement"] = np.where(is_rigid, 0.0, buildings["peak_displacement"])
+    ground_peak = np.asarray(pga)[..., None]
+    buildings["peak_floor_acceleration"] = np.where(is_rigid, ground_peak, buildings["peak_floor_acceleration"])
     outputs_of_run = buildings | storeys
     if frame.yields:
         outputs_of_run["storey_ductility"] = _at_storeys(run.floors[..., DRIFT] / frame.yield_drifts, frame, run)

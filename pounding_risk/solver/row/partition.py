@@ -40,7 +40,7 @@ def tied(closed: Iterable[bool]) -> list[Span]:
 
     Parts that stand side by side are one: neither may take the other for a neighbour that moves freely.
     """
-    return gathered(Span(place, place + 1) for place, shut in enumerate(closed) if shut)
+    return gathered(Span(interface, interface + 1) for interface, shut in enumerate(closed) if shut)
 
 
 def gathered(spans: Iterable[Span]) -> list[Span]:
@@ -59,14 +59,14 @@ def settled(spans: list[Span], solve: Callable[[Span], tuple[Answer, int]]) -> d
 
     ``solve`` gives a part's answer and how it ended: `HELD`, or the side on which it touches a neighbour.
     """
-    known: dict[Span, tuple[Answer, int]] = {}
+    answers: dict[Span, tuple[Answer, int]] = {}
     while True:
         for span in spans:
-            if span not in known:
-                known[span] = solve(span)
-            side = known[span][1]
+            if span not in answers:
+                answers[span] = solve(span)
+            side = answers[span][1]
             if side != HELD:
                 spans = gathered([*(other for other in spans if other != span), span.grown(side)])
                 break
         else:
-            return {span: known[span][0] for span in spans}
+            return {span: answers[span][0] for span in spans}

@@ -1,7 +1,4 @@
-"""Peaks within a step in contact: forces, distances, displacements, drifts and accelerations of the continuous motion.
-
-A crest between both ends of a step is searched for only where the tangents at the ends leave room for a new peak.
-"""
+"""Peaks in a step in contact: forces, distances, displacements, drifts and accelerations of the continuous motion."""
 
 from __future__ import annotations
 
@@ -9,13 +6,22 @@ from math import inf
 
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.counters import FIRST_YIELD, LOWEST_FORCE
-from pounding_risk.solver.pair.stages import ELASTIC
-from pounding_risk.solver.row.building import top_of
+from pounding_risk.solver.pair.equations import ELASTIC
 from pounding_risk.solver.row.contact import note_yield
-from pounding_risk.solver.row.event_functions import across_between
-from pounding_risk.solver.row.flight import across, blind_points, own_side
-from pounding_risk.solver.row.implicit import spread
-from pounding_risk.solver.row.stages import between, ground_at, load, transmitted, uncapped
+from pounding_risk.solver.row.contact_points import across, part_of_distance, unwatched_points
+from pounding_risk.solver.row.crests import (
+    PUSH,
+    REACH,
+    SIDE,
+    crest,
+    extreme_over_step,
+    may_hide_crest,
+    peak_over_step,
+    signal_between,
+)
+from pounding_risk.solver.row.equations import accelerate_group, ground_at, transmitted
+from pounding_risk.solver.row.ground_dof import top_of
+from pounding_risk.solver.row.implicit import write_polynomial
 from pounding_risk.solver.row.storey import drift_in, shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCEL_END,
@@ -24,15 +30,12 @@ from pounding_risk.solver.row.workspace import (
     ACCELERATION,
     AT_END,
     AT_START,
-    BAND,
-    BENDS,
-    BOTTOM,
+    CAN_YIELD,
     CONSTANT,
     DISPLACEMENT,
     DRIFT,
     END,
     FIRST,
-    INVERSE,
     JERK_END,
     JERK_START,
     LAST,
@@ -44,150 +47,8 @@ from pounding_risk.solver.row.workspace import (
     SLOPES,
     START,
     STOREY_FORCE,
-    TANGENT,
     VELOCITY,
 )
-
-PUSH, REACH, SIDE = -1, -2, -3  # what is watched beside the signals of a dof
-
-
-@kernel
-def reading(row, run, group, what, k, x, span):
-    """A watched signal at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
-    if what == DISPLACEMENT:
-        return between(run, 0, k, x)
-    if what in (DRIFT, STOREY_FORCE):
-        drift = between(run, 0, k, x) - (between(run, 0, k - 1, x) if row.floors[BOTTOM, k] == 0.0 else 0.0)
-        return drift if what == DRIFT else shear_stiffness(row, run.dofs, k) * drift + run.dofs[CONSTANT, k]
-    if what == ACCELERATION:
-        return felt(row, run, group, k, x)
-    if what == SIDE:
-        total = 0.0
-        for end in range(row.passage.point_ends()):
-            i = row.ends[k, end]
-            if group.low <= i < group.high:
-                total += row.shares[k, end] * between(run, 0, i, x)
-        return total
-    clock = span[0] + x * span[1]
-    after = group.origin + clock * clock * clock * clock - span[2]
-    place = across_between(row, run, group, k, 0, x, after)
-    if what == REACH:
-        return place
-    rate = across_between(row, run, group, k, 1, x, after)
-    return uncapped(run, k, max(place - run.contacts[k].gap, 0.0), rate)
-
-
-@kernel
-def felt(row, run, group, i, x):
-    """Absolute acceleration of dof ``i`` at a place x of the step: what storeys, dampers and contacts do to it."""
-    dofs = run.dofs
-    b = building_of(row, group, i)
-    first, last = row.frame[FIRST, b], top_of(row, b)
-    place = between(run, 0, i, x)
-    drift = place - (between(run, 0, i - 1, x) if i > first else 0.0)
-    force = -(dofs[TANGENT, i] * drift + dofs[CONSTANT, i])
-    if i + 1 < last:
-        force += dofs[TANGENT, i + 1] * (between(run, 0, i + 1, x) - place) + dofs[CONSTANT, i + 1]
-    band = row.frame[BAND, b]
-    for j in range(max(first, i - band), min(last, i + band + 1)):
-        force -= row.damping[i, j - first] * between(run, 1, j, x)
-    for k in range(row.frame[START, max(b - 1, group.first)], row.frame[START, min(b + 1, group.last)]):
-        if run.contacts[k].closed > 0.0:
-            for end in range(4):
-                if row.ends[k, end] == i:
-                    force -= row.shares[k, end] * push_between(row, run, group, k, x)
-    return force * row.floors[INVERSE, i]
-
-
-@kernel
-def building_of(row, group, i):
-    """The building of the group that dof ``i`` belongs to."""
-    b = group.first
-    while row.frame[FIRST, b + 1] <= i:
-        b += 1
-    return b
-
-
-@kernel
-def push_between(row, run, group, k, x):
-    """The force that closed contact ``k`` transmits at a place x of the step."""
-    delta = across_between(row, run, group, k, 0, x, 0.0) - run.contacts[k].gap
-    rate = across_between(row, run, group, k, 1, x, 0.0)
-    return transmitted(run, k, max(delta, 0.0), rate)
-
-
-@kernel
-def crest(row, run, group, what, k, sign, span):
-    """(largest sign × reading inside the step, its place): golden section with parabolic steps (Brent 1973, ch. 5)."""
-    golden = 0.381966011250105
-    low, high = 0.0, 1.0
-    x = w = v = golden
-    fx = -sign * reading(row, run, group, what, k, x, span)
-    fw = fv = fx
-    step = before = 0.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        close = 3e-6
-        if abs(x - middle) <= 2.0 * close - 0.5 * (high - low):
-            break
-        parabola = False
-        if abs(before) > close:
-            r, q = (x - w) * (fx - fv), (x - v) * (fx - fw)
-            p = (x - v) * q - (x - w) * r
-            q = 2.0 * (q - r)
-            p = -p if q > 0.0 else p
-            q = abs(q)
-            parabola = abs(p) < abs(0.5 * q * before) and q * (low - x) < p < q * (high - x)
-            before = step
-            if parabola:
-                step = p / q
-        if not parabola:
-            before = high - x if x < middle else low - x
-            step = golden * before
-        if abs(step) < close:
-            step = close if step >= 0.0 else -close
-        u = x + step
-        fu = -sign * reading(row, run, group, what, k, u, span)
-        if fu <= fx:
-            low, high = (x, high) if u >= x else (low, x)
-            v, w, x, fv, fw, fx = w, x, u, fw, fx, fu
-        else:
-            low, high = (u, high) if u < x else (low, u)
-            if fu <= fw or w == x:
-                v, w, fv, fw = w, u, fw, fu
-            elif fu <= fv or v in (x, w):
-                v, fv = u, fu
-    return -fx, x
-
-
-@kernel
-def hides(here, there, rise, fall, s, h, best):
-    """True where a signal with these end values and slopes may pass ``best`` between both ends of a step."""
-    if fall >= 0.0:
-        return False
-    if s == 0.0:
-        # The slope at the touch itself is no measure of what follows.
-        return True
-    if rise <= 0.0:
-        return False
-    return max(here, there) + h * rise * fall / (fall - rise) > best
-
-
-@kernel
-def peak_over_step(row, run, group, what, k, best, ends, span, laid):
-    """(max(best, |signal| over the step), whether the step is laid out); ``ends`` = values and slopes at both ends."""
-    here, there, rise, fall = ends
-    best = max(best, abs(there))
-    # Error control keeps a step from hiding a crest twice as high as both its ends.
-    if 2.0 * max(abs(here), abs(there)) > best:
-        for side in range(2):
-            sign = 1.0 - 2.0 * side
-            if hides(sign * here, sign * there, sign * rise, sign * fall, span[0], span[1], best):
-                if not laid:
-                    spread(row, run, group, span[0], span[1])
-                    laid = True
-                best = max(best, crest(row, run, group, what, k, sign, span)[0])
-    return best, laid
 
 
 @kernel
@@ -196,26 +57,26 @@ def accelerations(row, run, group, s, h, at_end):
     dofs = run.dofs
     state, line = (END, SLOPE + LAST) if at_end else (NOW, SLOPE)
     out, rises = (ACCEL_END, JERK_END) if at_end else (ACCEL_START, JERK_START)
-    place = s + h if at_end else s
+    clock = s + h if at_end else s
     nudge = 1e-7 * h
-    load(row, run, group, state, ground_at(group, place), out)
+    accelerate_group(row, run, group, state, ground_at(group, clock), out)
     for i in range(group.low, group.high):
         dofs[NUDGED, i] = dofs[state, i] + nudge * dofs[line, i]
         dofs[NUDGED + VELOCITY, i] = dofs[state + VELOCITY, i] + nudge * dofs[line + SLOPES, i]
-    load(row, run, group, NUDGED, ground_at(group, place + nudge), ACCEL_NUDGED)
+    accelerate_group(row, run, group, NUDGED, ground_at(group, clock + nudge), ACCEL_NUDGED)
     for b in range(group.first, group.last + 1):
-        before, ahead = ground_at(group, place).under(b)[0], ground_at(group, place + nudge).under(b)[0]
+        pull, nudged_pull = ground_at(group, clock).under(b)[0], ground_at(group, clock + nudge).under(b)[0]
         for i in range(row.frame[FIRST, b], top_of(row, b)):
-            dofs[rises, i] = ((dofs[ACCEL_NUDGED, i] + ahead) - (dofs[out, i] + before)) / nudge
+            dofs[rises, i] = ((dofs[ACCEL_NUDGED, i] + nudged_pull) - (dofs[out, i] + pull)) / nudge
 
 
 @kernel
-def update_floor_peaks(row, run, group, span, laid):
-    """Peaks of every dof of the group over an accepted step; returns whether the step is laid out."""
+def update_floor_peaks(row, run, group, span):
+    """Raise the peaks of every dof of the group by those over an accepted step, ``span`` = (s, h, base)."""
     dofs = run.dofs
     s, h = span[0], span[1]
     cube = s * s * s
-    shaken = s == 0.0
+    searches_acceleration = s == 0.0
     end = s + h
     clock, clock_end = 4.0 * cube, 4.0 * end * end * end
     ground, ground_end = ground_at(group, s), ground_at(group, end)
@@ -224,143 +85,127 @@ def update_floor_peaks(row, run, group, span, laid):
         pull, pull_end = ground.under(b)[0], ground_end.under(b)[0]
         for i in range(row.frame[FIRST, b], top_of(row, b)):
             ends = dofs[NOW, i], dofs[END, i], dofs[line, i], dofs[last, i]
-            dofs[DISPLACEMENT, i], laid = peak_over_step(
-                row, run, group, DISPLACEMENT, i, dofs[DISPLACEMENT, i], ends, span, laid
-            )
+            peak = dofs[DISPLACEMENT, i]
+            dofs[DISPLACEMENT, i] = peak_over_step(row, run, group, (DISPLACEMENT, i), peak, ends, span)
             ends = (
                 drift_in(row, dofs, NOW, i),
                 drift_in(row, dofs, END, i),
                 drift_in(row, dofs, line, i),
                 drift_in(row, dofs, last, i),
             )
-            dofs[DRIFT, i], laid = peak_over_step(row, run, group, DRIFT, i, dofs[DRIFT, i], ends, span, laid)
-            if row.frame[BENDS, b]:
+            dofs[DRIFT, i] = peak_over_step(row, run, group, (DRIFT, i), dofs[DRIFT, i], ends, span)
+            if row.frame[CAN_YIELD, b]:
                 k, c = shear_stiffness(row, dofs, i), dofs[CONSTANT, i]
                 ends = k * ends[0] + c, k * ends[1] + c, k * ends[2], k * ends[3]
-                dofs[STOREY_FORCE, i], laid = peak_over_step(
-                    row, run, group, STOREY_FORCE, i, dofs[STOREY_FORCE, i], ends, span, laid
-                )
-            if not shaken:
-                felt_here = dofs[line + SLOPES, i] / clock + pull
+                peak = dofs[STOREY_FORCE, i]
+                dofs[STOREY_FORCE, i] = peak_over_step(row, run, group, (STOREY_FORCE, i), peak, ends, span)
+            if not searches_acceleration:
+                felt_start = dofs[line + SLOPES, i] / clock + pull
                 felt_end = dofs[last + SLOPES, i] / clock_end + pull_end
                 dofs[ACCELERATION, i] = max(dofs[ACCELERATION, i], abs(felt_end))
-                shaken = 2.0 * max(abs(felt_here), abs(felt_end)) > dofs[ACCELERATION, i]
-    if shaken:
+                searches_acceleration = 2.0 * max(abs(felt_start), abs(felt_end)) > dofs[ACCELERATION, i]
+    if searches_acceleration:
         accelerations(row, run, group, s, h, False)
         accelerations(row, run, group, s, h, True)
         for b in range(group.first, group.last + 1):
             pull, pull_end = ground.under(b)[0], ground_end.under(b)[0]
             for i in range(row.frame[FIRST, b], top_of(row, b)):
-                felt_here, felt_end = dofs[ACCEL_START, i] + pull, dofs[ACCEL_END, i] + pull_end
-                ends = felt_here, felt_end, dofs[JERK_START, i], dofs[JERK_END, i]
-                best = max(dofs[ACCELERATION, i], abs(felt_here))
-                dofs[ACCELERATION, i], laid = peak_over_step(row, run, group, ACCELERATION, i, best, ends, span, laid)
-    return laid
+                felt_start, felt_end = dofs[ACCEL_START, i] + pull, dofs[ACCEL_END, i] + pull_end
+                ends = felt_start, felt_end, dofs[JERK_START, i], dofs[JERK_END, i]
+                peak = max(dofs[ACCELERATION, i], abs(felt_start))
+                dofs[ACCELERATION, i] = peak_over_step(row, run, group, (ACCELERATION, i), peak, ends, span)
 
 
 @kernel
-def update_point_peaks(row, run, group, span, now, laid):
-    """Peak forces of closed contacts and extremes of all distances; returns whether the step is laid out.
+def update_point_peaks(row, run, group, span, origin_time):
+    """Raise the peak forces of closed contacts and the extremes of all distances by those over an accepted step.
 
-    ``now`` = time of the clock's origin.
+    ``span`` = (s, h, base), ``origin_time`` = time of the clock's origin [s].
     """
     dofs = run.dofs
     for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         contact = run.contacts[k]
         if inside and contact.closed > 0.0:
-            laid = update_force_peak(row, run, group, k, span, now, laid)
+            update_force_peak(row, run, group, k, span, origin_time)
         else:
-            here, there = across(row, k, dofs, NOW), across(row, k, dofs, END)
-            rise, fall = across(row, k, dofs, SLOPE), across(row, k, dofs, SLOPE + LAST)
-            contact.highest, laid = raise_reach(
-                row, run, group, REACH, k, 1.0, contact.highest, (here, there, rise, fall), span, laid
-            )
-            lowest, laid = raise_reach(
-                row, run, group, REACH, k, -1.0, -contact.lowest, (-here, -there, -rise, -fall), span, laid
-            )
-            contact.lowest = -lowest
+            start, end = across(row, k, dofs, NOW), across(row, k, dofs, END)
+            start_slope, end_slope = across(row, k, dofs, SLOPE), across(row, k, dofs, SLOPE + LAST)
+            ends = start, end, start_slope, end_slope
+            contact.highest = extreme_over_step(row, run, group, (REACH, k, 1.0), contact.highest, ends, span)
+            ends = -start, -end, -start_slope, -end_slope
+            contact.lowest = -extreme_over_step(row, run, group, (REACH, k, -1.0), -contact.lowest, ends, span)
     for side in range(2):
-        first, last = blind_points(row, (group.first, group.last), (group.watched_first, group.watched_last), side)
+        first, last = unwatched_points(row, (group.first, group.last), (group.watched_first, group.watched_last), side)
         for k in range(first, last):
-            laid = update_side_extremes(row, run, group, k, RIGHT_HIGH if side == 0 else LEFT_HIGH, span, laid)
-    return laid
+            update_side_extremes(row, run, group, k, RIGHT_HIGH if side == 0 else LEFT_HIGH, span)
 
 
 @kernel
-def update_side_extremes(row, run, group, k, column, span, laid):
+def update_side_extremes(row, run, group, k, column, span):
     """Extremes over a step of the group's own part of a distance across which nobody looks."""
     dofs, sides = run.dofs, run.contacts[k].side_extremes
     low, high = group.low, group.high
-    here, there = own_side(row, k, low, high, dofs, NOW), own_side(row, k, low, high, dofs, END)
-    rise, fall = own_side(row, k, low, high, dofs, SLOPE), own_side(row, k, low, high, dofs, SLOPE + LAST)
+    start, end = part_of_distance(row, k, low, high, dofs, NOW), part_of_distance(row, k, low, high, dofs, END)
+    start_slope, end_slope = (
+        part_of_distance(row, k, low, high, dofs, SLOPE),
+        part_of_distance(row, k, low, high, dofs, SLOPE + LAST),
+    )
     for side in range(2):
-        sign, place = 1.0 - 2.0 * side, column + side
-        ends = sign * here, sign * there, sign * rise, sign * fall
-        best, laid = raise_reach(row, run, group, SIDE, k, sign, sign * sides[place], ends, span, laid)
-        sides[place] = sign * best
-    return laid
+        sign, extreme = 1.0 - 2.0 * side, column + side
+        ends = sign * start, sign * end, sign * start_slope, sign * end_slope
+        best = extreme_over_step(row, run, group, (SIDE, k, sign), sign * sides[extreme], ends, span)
+        sides[extreme] = sign * best
 
 
 @kernel
-def raise_reach(row, run, group, what, k, sign, best, ends, span, laid):
-    """(max(best, sign × distance over the step), whether the step is laid out)."""
-    here, there, rise, fall = ends
-    best = max(best, there)
-    # At a touch elsewhere the motion goes on smoothly here: its slope in time is the measure.
-    if hides(here, there, rise, fall, span[0], span[1], best) and (span[0] > 0.0 or there > here):
-        if not laid:
-            spread(row, run, group, span[0], span[1])
-            laid = True
-        best = max(best, crest(row, run, group, what, k, sign, span)[0])
-    return best, laid
-
-
-@kernel
-def update_force_peak(row, run, group, k, span, now, laid):
+def update_force_peak(row, run, group, k, span, origin_time):
     """Peak uncapped force of a contact over a step, the yield that it may be, the lowest force of a law that pulls."""
     contact = run.contacts[k]
-    here, there, rise, fall = (
+    start, end_force, start_slope, end_slope = (
         contact.force[AT_START],
         contact.force[AT_END],
         contact.force_slope[AT_START],
         contact.force_slope[AT_END],
     )
-    before = contact.peak_force
-    best = max(before, here)
-    if 2.0 * max(here, there) > best:
-        best = max(best, there)
-        if hides(here, there, rise, fall, span[0], span[1], best):
-            if not laid:
-                spread(row, run, group, span[0], span[1])
-                laid = True
-            best = max(best, crest(row, run, group, PUSH, k, 1.0, span)[0])
-    if best > before and run.timed.shape[2] > 0:
-        laid = time_levels(row, run, group, k, best, span, now, laid)
+    peak_before = contact.peak_force
+    best = max(peak_before, start)
+    if 2.0 * max(start, end_force) > best:
+        best = max(best, end_force)
+        if may_hide_crest(start, end_force, start_slope, end_slope, span[0], span[1], best):
+            write_polynomial(row, run, group, span[0], span[1])
+            best = max(best, crest(row, run, group, (PUSH, k, 1.0), span)[0])
+    if best > peak_before and run.timed.shape[2] > 0:
+        time_levels(row, run, group, k, best, span, origin_time)
     contact.peak_force = best
     if contact.least_force == -inf:
-        lowest = min(here, there)
+        lowest = min(start, end_force)
         if 2.0 * lowest < contact.counters[LOWEST_FORCE]:
-            if hides(-here, -there, -rise, -fall, span[0], span[1], -min(lowest, contact.counters[LOWEST_FORCE])):
-                if not laid:
-                    spread(row, run, group, span[0], span[1])
-                    laid = True
-                lowest = min(lowest, -crest(row, run, group, PUSH, k, -1.0, span)[0])
+            if may_hide_crest(
+                -start,
+                -end_force,
+                -start_slope,
+                -end_slope,
+                span[0],
+                span[1],
+                -min(lowest, contact.counters[LOWEST_FORCE]),
+            ):
+                write_polynomial(row, run, group, span[0], span[1])
+                lowest = min(lowest, -crest(row, run, group, (PUSH, k, -1.0), span)[0])
             contact.counters[LOWEST_FORCE] = min(contact.counters[LOWEST_FORCE], lowest)
-    if int(contact.region) == ELASTIC and contact.strength < inf and best > before and best >= contact.strength:
+    if int(contact.region) == ELASTIC and contact.strength < inf and best > peak_before and best >= contact.strength:
         # A crest that just passes F_E is a yield too, though no branch of it is landed on.
         end = span[0] + span[1]
-        note_yield(run, k, now + end * end * end * end)
+        note_yield(run, k, origin_time + end * end * end * end)
     if int(contact.region) > ELASTIC:
         delta = max(across(row, k, run.dofs, END) - contact.gap, 0.0)
         rate = across(row, k, run.dofs, END + VELOCITY)
         force = transmitted(run, k, delta, rate)
         contact.plateau_force = max(contact.plateau_force, force)
-    return laid
 
 
 @kernel
-def time_levels(row, run, group, k, best, span, now, laid):
+def time_levels(row, run, group, k, best, span, origin_time):
     """Time the levels that the uncapped force of contact ``k`` reaches first on this step."""
     contact = run.contacts[k]
     for level in range(run.timed.shape[2]):
@@ -368,21 +213,18 @@ def time_levels(row, run, group, k, best, span, now, laid):
             continue
         x = 0.0
         if contact.force[AT_START] < run.timed[0, k, level]:
-            if not laid:
-                spread(row, run, group, span[0], span[1])
-                laid = True
+            write_polynomial(row, run, group, span[0], span[1])
             low, high = 0.0, 1.0
             if contact.force[AT_END] < run.timed[0, k, level]:
-                high = crest(row, run, group, PUSH, k, 1.0, span)[1]
+                high = crest(row, run, group, (PUSH, k, 1.0), span)[1]
             for _ in range(50):
                 x = 0.5 * (low + high)
-                if reading(row, run, group, PUSH, k, x, span) < run.timed[0, k, level]:
+                if signal_between(row, run, group, PUSH, k, x, span) < run.timed[0, k, level]:
                     low = x
                 else:
                     high = x
             x = high
         s = span[0] + x * span[1]
-        run.timed[1, k, level] = now + s * s * s * s
+        run.timed[1, k, level] = origin_time + s * s * s * s
         if contact.counters[FIRST_YIELD] != contact.counters[FIRST_YIELD]:
             contact.counters[FIRST_YIELD] = run.timed[1, k, level]
-    return laid

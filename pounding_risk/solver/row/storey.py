@@ -29,7 +29,7 @@ OVER = 1.0 + 1e-12
 
 
 @kernel
-def soften(row, dofs, i, branch):
+def set_branch(row, dofs, i, branch):
     """Set a storey's branch: 0 elastic about its plastic drift, ±1 yielding."""
     dofs[BRANCH, i] = branch
     soft = row.floors[SOFT, i]
@@ -56,10 +56,10 @@ def storey_energy(row, dofs, i, drift):
     total = 0.5 * dofs[TANGENT, i] * drift * drift
     if row.floors[SOFT, i] == 0.0:
         return total
-    soft, rest = row.floors[SOFT, i], dofs[PLASTIC, i]
+    soft, plastic_drift = row.floors[SOFT, i], dofs[PLASTIC, i]
     if dofs[BRANCH, i] == 0.0:
-        return total + dofs[CONSTANT, i] * drift + 0.5 * soft * rest * rest
-    return total + dofs[CONSTANT, i] * (drift - rest) - 0.5 * soft * row.floors[LIMIT, i] ** 2
+        return total + dofs[CONSTANT, i] * drift + 0.5 * soft * plastic_drift * plastic_drift
+    return total + dofs[CONSTANT, i] * (drift - plastic_drift) - 0.5 * soft * row.floors[LIMIT, i] ** 2
 
 
 @kernel
@@ -69,7 +69,7 @@ def drift_in(row, dofs, line, i):
 
 
 @kernel
-def creep(row, i):
+def creep_rate(row, i):
     """Drift rate against the yielding that is rounding, and no unloading [m/s]."""
     return (OVER - 1.0) * row.floors[LIMIT, i] * sqrt(row.floors[SPRING, i] * row.floors[INVERSE, i])
 
@@ -84,16 +84,16 @@ def next_strain(row, run, i, stop, terms):
         for n in range(terms - 1):
             rate = (n + 1) * (series[i, n + 1] - (0.0 if bottom else series[i - 1, n + 1]))
             search.series[SIGNAL, n] = -branch * rate
-        return first_rise(search, terms - 1, creep(row, i), stop)
-    found = -1.0
+        return first_rise(search, terms - 1, creep_rate(row, i), stop)
+    earliest = -1.0
     for side in range(2):
         sign = 1.0 - 2.0 * side
         for n in range(terms):
             search.series[SIGNAL, n] = sign * (series[i, n] - (0.0 if bottom else series[i - 1, n]))
         level = OVER * row.floors[LIMIT, i] + sign * dofs[PLASTIC, i]
-        at = first_rise(search, terms, level, stop if found < 0.0 else found)
-        found = at if at >= 0.0 else found
-    return found
+        time = first_rise(search, terms, level, stop if earliest < 0.0 else earliest)
+        earliest = time if time >= 0.0 else earliest
+    return earliest
 
 
 @kernel
@@ -101,14 +101,14 @@ def switch_storey(row, run, i, line):
     """The storey below dof ``i`` changes its branch, its state in rows ``line``; returns how its potential changes."""
     dofs = run.dofs
     drift = drift_in(row, run.dofs, line, i)
-    before = storey_energy(row, dofs, i, drift)
+    energy_before = storey_energy(row, dofs, i, drift)
     branch = dofs[BRANCH, i]
     if branch == 0.0:
-        soften(row, dofs, i, 1.0 if drift > dofs[PLASTIC, i] else -1.0)
+        set_branch(row, dofs, i, 1.0 if drift > dofs[PLASTIC, i] else -1.0)
     else:
         dofs[PLASTIC, i] = drift - branch * row.floors[LIMIT, i]
-        soften(row, dofs, i, 0.0)
-    return storey_energy(row, dofs, i, drift) - before
+        set_branch(row, dofs, i, 0.0)
+    return storey_energy(row, dofs, i, drift) - energy_before
 
 
 @kernel
@@ -117,7 +117,7 @@ def first_strain(row, run, b, stop, terms):
     storey = -1
     for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         if row.floors[LIMIT, i] < inf:
-            found = next_strain(row, run, i, stop, terms)
-            if found >= 0.0:
-                stop, storey = found, i
+            time = next_strain(row, run, i, stop, terms)
+            if time >= 0.0:
+                stop, storey = time, i
     return stop, storey

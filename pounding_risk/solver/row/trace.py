@@ -6,31 +6,31 @@ from math import nan
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import IMPULSE
-from pounding_risk.solver.row.flight import across
-from pounding_risk.solver.row.stages import transmitted
+from pounding_risk.solver.row.contact_points import across
+from pounding_risk.solver.row.equations import transmitted
 from pounding_risk.solver.row.workspace import (
-    ACTING,
-    BEGAN,
-    CAME_AT,
-    MOVED,
-    NOTED,
+    LINE_BUILDING,
+    LINE_POINT_COLUMNS,
+    LINE_STATES,
+    LINE_TIME,
     NOW,
+    POINT_APPROACH_SPEED,
+    POINT_FORCE,
+    POINT_IMPULSE,
+    POINT_PEAK_FORCE,
+    POINT_TOUCH_TIME,
     SAVED,
-    SO_FAR,
     START,
-    STRONGEST,
     VELOCITY,
-    WHEN,
-    WHOSE,
     line_width,
 )
 
 
 @small
-def write_number(run, place, value):
+def write_number(run, position, value):
     """Write one number to the log, which follows the saved rows: an array of its own would cost every call."""
     dofs = run.saved.shape[1]
-    run.saved[SAVED + place // dofs, place % dofs] = value
+    run.saved[SAVED + position // dofs, position % dofs] = value
 
 
 @kernel
@@ -46,32 +46,32 @@ def write_line(row, run, group, time):
     if line >= run.workspace.line_room:
         return
     line *= width
-    for place in range(line, line + width):
-        write_number(run, place, nan)
-    write_number(run, line + WHEN, time)
-    write_number(run, line + WHOSE, float(group.first))
+    for position in range(line, line + width):
+        write_number(run, position, nan)
+    write_number(run, line + LINE_TIME, time)
+    write_number(run, line + LINE_BUILDING, float(group.first))
     for i in range(group.low, group.high):
-        write_number(run, line + MOVED + i, run.dofs[NOW, i])
-        write_number(run, line + MOVED + dofs + i, run.dofs[NOW + VELOCITY, i])
+        write_number(run, line + LINE_STATES + i, run.dofs[NOW, i])
+        write_number(run, line + LINE_STATES + dofs + i, run.dofs[NOW + VELOCITY, i])
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        place = line + MOVED + 2 * dofs + NOTED * k
-        write_number(run, place + ACTING, 0.0)
-        write_number(run, place + SO_FAR, run.contacts[k].counters[IMPULSE])
+        position = line + LINE_STATES + 2 * dofs + LINE_POINT_COLUMNS * k
+        write_number(run, position + POINT_FORCE, 0.0)
+        write_number(run, position + POINT_IMPULSE, run.contacts[k].counters[IMPULSE])
         if run.contacts[k].closed > 0.0:
-            write_contact(row, run, k, place)
+            write_contact(row, run, k, position)
 
 
 @kernel
-def write_contact(row, run, k, place):
-    """The columns of contact ``k``, which is closed."""
+def write_contact(row, run, k, position):
+    """Write the columns of contact ``k``, which is closed, at ``position`` of the log: force, touch, largest force."""
     contact = run.contacts[k]
     delta = max(across(row, k, run.dofs, NOW) - contact.gap, 0.0)
     force = transmitted(run, k, delta, across(row, k, run.dofs, NOW + VELOCITY))
     strongest = contact.plateau_force if contact.yields > 0.0 else min(contact.peak_force, contact.strength)
-    write_number(run, place + ACTING, force)
-    write_number(run, place + BEGAN, contact.touch_time)
-    write_number(run, place + CAME_AT, contact.approach_speed)
-    write_number(run, place + STRONGEST, max(force, strongest))
+    write_number(run, position + POINT_FORCE, force)
+    write_number(run, position + POINT_TOUCH_TIME, contact.touch_time)
+    write_number(run, position + POINT_APPROACH_SPEED, contact.approach_speed)
+    write_number(run, position + POINT_PEAK_FORCE, max(force, strongest))
 
 
 @kernel
@@ -80,6 +80,6 @@ def drop_lines(row, run, first, last):
     width = line_width(row.floors.shape[1], run.laws.shape[0])
     dofs = run.saved.shape[1]
     for line in range(int(run.workspace.first_line), int(min(run.workspace.lines_written, run.workspace.line_room))):
-        place = line * width + WHOSE
-        if first <= run.saved[SAVED + place // dofs, place % dofs] <= last:
-            write_number(run, line * width + WHEN, nan)
+        position = line * width + LINE_BUILDING
+        if first <= run.saved[SAVED + position // dofs, position % dofs] <= last:
+            write_number(run, line * width + LINE_TIME, nan)

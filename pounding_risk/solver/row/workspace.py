@@ -25,7 +25,7 @@ from pounding_risk.solver.workspace import LAST, MAX_TERMS, TERMS, Search, Table
 MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM, QUICK, ROOT, SWAY, GIVE = range(12)
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches, of its map in `FreeMotion.block_maps`.
-FIRST, START, MAP, BENDS, BAND, BLOCK_MAP = range(6)
+FIRST, START, MAP, CAN_YIELD, BAND, BLOCK_MAP = range(6)
 # Fields of a contact by end of the step, and extremes over an interval of what either building adds to the distance.
 AT_START, AT_END = 0, 1
 LEFT_HIGH, LEFT_LOW, RIGHT_HIGH, RIGHT_LOW = range(4)
@@ -96,6 +96,30 @@ TANGENT, CONSTANT, PLASTIC, BRANCH, DISPLACEMENT, DRIFT, STOREY_FORCE, ACCELERAT
 ROWS = ACCELERATION + 1
 SAVED = ROWS - TANGENT  # rows of `Run.saved` that an interval begins with
 
+# Rows of `Run.marks`, by building: whether it has been in a group, or its storeys may yield; the node of its VIBRATION
+# rows; the node of its NODE rows; whether it has been on its own since the start of the block; whether it is brought
+# from node to node, and its floors are searched for peaks, in this block; upper bounds of the displacements and
+# accelerations of its vibration, over SWAY and ROOT; the node of its FREE rows, −1 where they stand nowhere; 2 E of the
+# bounds on its motion alone over the present interval; whether it needs a group, and has been solved in one. By
+# interface: whether its distances are searched in this block; whether it ties both buildings to one group.
+(
+    MOVED,
+    VIBRATION_NODE,
+    STATE_NODE,
+    ALONE,
+    BY_NODE,
+    FLOORS_SEARCHED,
+    DISPLACEMENT_BOUND,
+    ACCELERATION_BOUND,
+    FREE_NODE,
+    MOTION_BOUND,
+    GROUPED,
+    SOLVED,
+    DISTANCES_SEARCHED,
+    TIED,
+    MARKS,
+) = range(15)
+
 RowWorkspace = record_type(
     search=Search,
     tableau=Tableau,
@@ -105,6 +129,7 @@ RowWorkspace = record_type(
     residual=float,  # what the contacts leave unaccounted for [J]
     watched_point=float,  # one that was touched, −1 where none was
     implicit=float,  # above zero where the present step is
+    has_polynomial=float,  # above zero once that of the present step is written
     evaluations=float,  # of the equations of motion in contact, mass by mass
     line_room=float,  # lines that the log has room for
     lines_written=float,
@@ -113,8 +138,8 @@ RowWorkspace = record_type(
 )
 
 # Columns of a line of the log: when, the first building of the group; then u and v of every dof, then point by point:
-WHEN, WHOSE, MOVED = range(3)
-ACTING, SO_FAR, BEGAN, CAME_AT, STRONGEST, NOTED = range(6)
+LINE_TIME, LINE_BUILDING, LINE_STATES = range(3)
+POINT_FORCE, POINT_IMPULSE, POINT_TOUCH_TIME, POINT_APPROACH_SPEED, POINT_PEAK_FORCE, LINE_POINT_COLUMNS = range(6)
 
 
 class Row(NamedTuple):
@@ -136,6 +161,8 @@ class FreeMotion(NamedTuple):
     """
 
     ground: UniformRowGround | ArrivingRowGround
+    step: float  # between two samples, of which the ground makes nodes [s]
+    terms: int  # of the Taylor series over an interval
     states: np.ndarray  # (P + 1, 2, D) u and v at the start of each block, and at the last node
     floor_bounds: np.ndarray  # (P, 3, D) no |u|, |drift|, |absolute acceleration| in the block is larger
     floor_peaks: np.ndarray  # (P + 1, 3, D) largest of each up to the start of the block, and in the whole record
@@ -159,7 +186,7 @@ class FreeWork(NamedTuple):
 
 
 class Run(NamedTuple):
-    """Work arrays and results of one run of a row. They are few, as every call passes all of them."""
+    """Work arrays and results of one run of a row."""
 
     laws: np.ndarray  # (K, ...) the numbers of each law and what its contact remembers; C-contiguous
     timed: np.ndarray  # (3, K, L) levels of force, when each is first reached, contacts in which it is
@@ -171,6 +198,7 @@ class Run(NamedTuple):
     saved: np.ndarray  # (SAVED, D) what an interval begins with, should it have to be made again; below it the log
     saved_contacts: np.ndarray  # (K,) the same of the contact points
     saved_laws: np.ndarray  # (K, ...) of their levels and laws
+    marks: np.ndarray  # (MARKS, B)
 
 
 def new_run(row: Row, laws: np.ndarray, levels: np.ndarray, rtol: float = 0.0, lines: int = 0) -> Run:
@@ -191,12 +219,13 @@ def new_run(row: Row, laws: np.ndarray, levels: np.ndarray, rtol: float = 0.0, l
         np.zeros((SAVED + -(-lines * width_of_line(dofs, points) // max(dofs, 1)), dofs)),
         new_records(Contact, points),
         np.zeros((points, 2 * levels.size + laws.shape[1])),
+        np.zeros((MARKS, row.frame.shape[1] - 1)),
     )
 
 
 def width_of_line(dofs, points):
-    """Numbers in a line of the log."""
-    return MOVED + 2 * dofs + NOTED * points
+    """How many numbers a line of the log has, with so many dofs and contact points."""
+    return LINE_STATES + 2 * dofs + LINE_POINT_COLUMNS * points
 
 
 line_width = small(width_of_line)  # the same for kernels
@@ -207,4 +236,4 @@ def log_of(run: Run) -> np.ndarray:
     width = width_of_line(run.dofs.shape[1], run.laws.shape[0])
     flat = run.saved[SAVED:].ravel()
     log = flat[: flat.size // width * width].reshape(-1, width)[: int(run.workspace.lines_written)]
-    return log[np.isfinite(log[:, WHEN])]
+    return log[np.isfinite(log[:, LINE_TIME])]

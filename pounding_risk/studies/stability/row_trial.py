@@ -12,6 +12,7 @@ from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import RowRun
 from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
+from pounding_risk.solver.row.layout import nodes_of
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import OF_BUILDINGS, frame_of, outputs
 from pounding_risk.solver.row.trace_reader import contacts_of, instants_of, motion_at
@@ -61,7 +62,7 @@ class RowTrial(Trial):
         """The contacts and steps of one run; of a contact what the cases read: touch, parting, approach speed."""
         run, model, _ = self._made(scene, histories=True)
         layout = model.row(scene.dt)
-        instants = instants_of(run.log, len(rows.nodes_of(layout, scene.ground)), layout.step)
+        instants = instants_of(run.log, len(nodes_of(layout, scene.ground)), layout.step)
         touched = contacts_of(run.log, 1, instants)
         contacts = np.array([contact.facts for contact in touched]).reshape(len(touched), -1)
         moved = motion_at(run.log, run.states, instants)

@@ -51,7 +51,7 @@ def push_apart(row, k, force, dofs, line):
 
 
 @small
-def carried(row, k, power, force, dofs, line):
+def power_through_ground(row, k, power, force, dofs, line):
     """``power`` [W] and what the contact force at point ``k`` does as the grounds move; velocities in row ``line``."""
     if row.passage.ground_dofs() > 0:
         power += force * row.shares[k, 4] * dofs[line, row.ends[k, 4]]
@@ -80,7 +80,7 @@ def search_point(row, run, k, gap, stop, terms):
 
 
 @kernel
-def raise_reach(row, run, k, stop, terms):
+def raise_extremes(row, run, k, stop, terms):
     """Raise the extremes of u_left − u_right at contact point ``k`` by those on [0, stop] of its series."""
     write_distance(row, run, k, terms)
     contact, search = run.contacts[k], run.workspace.search
@@ -89,7 +89,7 @@ def raise_reach(row, run, k, stop, terms):
 
 
 @kernel
-def bend_across(row, k):
+def second_derivative_bound(row, k):
     """|second derivative of u_left − u_right + w| over sqrt(2 E), E the larger bound of both buildings' motion."""
     total = 0.0
     for end in range(4):
@@ -100,26 +100,26 @@ def bend_across(row, k):
 
 
 @kernel
-def wider(run, k, here, there, span, bend):
+def may_have_new_extreme(run, k, start, end, span, bend):
     """True where a new extreme of a distance may lie inside a stretch of flight; those at its end are entered.
 
     The bounds of the distance are widened by those of the stretch.
     """
     eighth = 0.125 * span * span * bend
     contact = run.contacts[k]
-    contact.highest = max(contact.highest, there)
-    contact.lowest = min(contact.lowest, there)
-    top, bottom = max(here, there) + eighth, min(here, there) - eighth
+    contact.highest = max(contact.highest, end)
+    contact.lowest = min(contact.lowest, end)
+    top, bottom = max(start, end) + eighth, min(start, end) - eighth
     # The coarser bounds first: they settle most stretches without a division.
     if top > contact.highest or bottom < contact.lowest:
-        top, bottom = crest_bound(here, there, span, bend), -crest_bound(-here, -there, span, bend)
+        top, bottom = crest_bound(start, end, span, bend), -crest_bound(-start, -end, span, bend)
     contact.upper_bound, contact.lower_bound = max(contact.upper_bound, top), min(contact.lower_bound, bottom)
     # What is not finite is searched, and ends the run with its status.
     return top > contact.highest or bottom < contact.lowest or not abs(top) < inf
 
 
 @kernel
-def own_side(row, k, low, high, dofs, line):
+def part_of_distance(row, k, low, high, dofs, line):
     """What the dofs from ``low`` to ``high`` add to u_left − u_right at contact point ``k``, from a row of the dofs."""
     total = 0.0
     for end in range(row.passage.point_ends()):
@@ -130,7 +130,7 @@ def own_side(row, k, low, high, dofs, line):
 
 
 @kernel
-def blind_points(row, span, watch, side):
+def unwatched_points(row, span, watch, side):
     """(first, past the last) contact point of a group's left or right interface, where nobody looks on across it."""
     if side == 0 and watch[0] == span[0] and span[0] > 0:
         return row.frame[START, span[0] - 1], row.frame[START, span[0]]
@@ -140,24 +140,24 @@ def blind_points(row, span, watch, side):
 
 
 @kernel
-def begin_blind(row, run, span, watch):
+def begin_unwatched_extremes(row, run, span, watch):
     """Extremes of a group's own part of the distances that nobody looks across, at the start of an interval."""
     low, high = row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1]
     for side in range(2):
-        first, last = blind_points(row, span, watch, side)
+        first, last = unwatched_points(row, span, watch, side)
         column = RIGHT_HIGH if side == 0 else LEFT_HIGH
         for k in range(first, last):
             sides = run.contacts[k].side_extremes
-            sides[column] = sides[column + 1] = own_side(row, k, low, high, run.dofs, NODE)
+            sides[column] = sides[column + 1] = part_of_distance(row, k, low, high, run.dofs, NODE)
 
 
 @kernel
-def fly_blind(row, run, span, watch, stop, terms):
+def raise_unwatched_extremes(row, run, span, watch, stop, terms):
     """Raise those extremes by the series of a flight on [0, stop]."""
     search = run.workspace.search
     low, high = row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1]
     for side in range(2):
-        first, last = blind_points(row, span, watch, side)
+        first, last = unwatched_points(row, span, watch, side)
         column = RIGHT_HIGH if side == 0 else LEFT_HIGH
         for k in range(first, last):
             for n in range(terms):

@@ -11,11 +11,13 @@ from pounding_risk._jit.lent import lent
 from pounding_risk._jit.records import column, new_record, new_records, set_column
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.restitution import Restitution
-from pounding_risk.solver.row.api import HIGHEST, LOWEST, Contacts, Laid, RowRun, nodes_of
+from pounding_risk.solver.row.api import HIGHEST, LOWEST, Contacts, RowRun
 from pounding_risk.solver.row.complementarity import TABLE_ROWS
 from pounding_risk.solver.row.ground import row_ground
-from pounding_risk.solver.row.impulsive import Body, Chain, Link, Totals, march_jumps
-from pounding_risk.solver.row.workspace import FIRST, MASS, MOVED, NOTED, SHEAR, SPRING
+from pounding_risk.solver.row.impulsive.run import march_jumps
+from pounding_risk.solver.row.impulsive.state import Body, Chain, Link, Totals
+from pounding_risk.solver.row.layout import RowLayout, nodes_of
+from pounding_risk.solver.row.workspace import FIRST, LINE_POINT_COLUMNS, LINE_STATES, MASS, SHEAR, SPRING
 
 LINES = 1024  # of a log to begin with; a run that needs more is made again with the room it asked for
 
@@ -26,7 +28,7 @@ def jumps(laws: Sequence[Any]) -> bool:
 
 
 def run_jumps(
-    laid: Laid,
+    layout: RowLayout,
     contacts: Contacts,
     acceleration: np.ndarray,
     free: RowRun,
@@ -40,48 +42,48 @@ def run_jumps(
     ``histories`` keeps u and v at every node, and the log. Of forces that are reached nothing is told: a jump has none.
     Raises ValueError for another row, which the checks of scenes leave none of.
     """
-    moving = np.flatnonzero(np.diff(laid.row.frame[FIRST]) > (laid.arrivals is not None))
-    off_floors = np.isin(np.abs(laid.row.shares), (0.0, 1.0), invert=True).any()
-    if len(contacts.laws) != laid.row.frame.shape[1] - 2 or len(moving) != len(laid.masses) or off_floors:
+    moving = np.flatnonzero(np.diff(layout.row.frame[FIRST]) > (layout.arrivals is not None))
+    off_floors = np.isin(np.abs(layout.row.shares), (0.0, 1.0), invert=True).any()
+    if len(contacts.laws) != layout.row.frame.shape[1] - 2 or len(moving) != len(layout.masses) or off_floors:
         raise ValueError("velocities jump only in rows of single masses that meet mass to mass")
-    ground = row_ground(nodes_of(laid, np.asarray(acceleration, dtype=np.float64)), laid.step, laid.arrivals)
+    ground = row_ground(nodes_of(layout, np.asarray(acceleration, dtype=np.float64)), layout.step, layout.arrivals)
     lines = LINES if histories else 0
     while True:
-        chain = _chain_of(laid, contacts, free.fastest, moving, lines)
+        chain = _chain_of(layout, contacts, free.fastest, moving, lines)
         states = np.full((ground.node_count() if histories else 0, 2, len(chain.bodies)), np.nan)
         states[:1] = 0.0
-        states[:1, :, moving] = laid.initial
-        march_jumps(lent(chain), ground, laid.step, laid.terms, float(rtol), states)
+        states[:1, :, moving] = layout.initial
+        march_jumps(lent(chain), ground, layout.step, layout.terms, float(rtol), states)
         written = int(chain.totals.lines_written)
         if written <= lines or not histories:
-            kept = states[:: laid.phases, :, moving], chain.log[:written]
-            return _result_of(laid, chain, free, moving, kept)
+            records = states[:: layout.phases, :, moving], chain.log[:written]
+            return _result_of(layout, chain, free, moving, records)
         lines = written
 
 
-def unmoved_jumps(laid: Laid, rtol: float) -> tuple[Any, ...]:
+def unmoved_jumps(layout: RowLayout, rtol: float) -> tuple[Any, ...]:
     """Arguments of `march_jumps` for a row of this kind under no motion; only their types count."""
     chain = Chain(
         new_records(Body, 1), new_records(Link, 1), np.zeros((TABLE_ROWS, 1)), new_record(Totals), np.zeros((0, 1))
     )
-    ground = row_ground(np.zeros(2), laid.step, laid.arrivals)
-    return lent(chain), ground, laid.step, laid.terms, float(rtol), np.zeros((0, 2, 1))
+    ground = row_ground(np.zeros(2), layout.step, layout.arrivals)
+    return lent(chain), ground, layout.step, layout.terms, float(rtol), np.zeros((0, 2, 1))
 
 
-def _chain_of(laid: Laid, contacts: Contacts, fastest: np.ndarray, moving: np.ndarray, lines: int) -> Chain:
+def _chain_of(layout: RowLayout, contacts: Contacts, fastest: np.ndarray, moving: np.ndarray, lines: int) -> Chain:
     """Arrays of a run, filled with what is given; ``moving`` are the buildings with a mass."""
-    buildings, points = laid.row.frame.shape[1] - 1, len(contacts.laws)
+    buildings, points = layout.row.frame.shape[1] - 1, len(contacts.laws)
     chain = Chain(
         new_records(Body, buildings),
         new_records(Link, points),
         np.zeros((TABLE_ROWS, points)),
         new_record(Totals),
-        np.zeros((lines, MOVED + 2 * len(moving) + NOTED * points)),
+        np.zeros((lines, LINE_STATES + 2 * len(moving) + LINE_POINT_COLUMNS * points)),
     )
-    mass, spring = laid.row.floors[MASS, laid.masses], laid.row.floors[SPRING, laid.masses]
-    damping = laid.row.damping[laid.masses, 0]
+    mass, spring = layout.row.floors[MASS, layout.masses], layout.row.floors[SPRING, layout.masses]
+    damping = layout.row.damping[layout.masses, 0]
     values = {"mass": mass, "inverse": 1.0 / mass, "omega2": spring / mass, "two_zeta_omega": damping / mass}
-    values |= {"u": laid.initial[0], "v": laid.initial[1], "dof": np.arange(len(moving))}
+    values |= {"u": layout.initial[0], "v": layout.initial[1], "dof": np.arange(len(moving))}
     for name, of_masses in values.items():
         of_bodies = np.zeros(buildings)
         of_bodies[moving] = of_masses
@@ -89,7 +91,7 @@ def _chain_of(laid: Laid, contacts: Contacts, fastest: np.ndarray, moving: np.nd
     set_column(chain.links, "gap", contacts.gaps)
     set_column(chain.links, "watched", np.zeros(points) if contacts.watched is None else contacts.watched)
     set_column(chain.links, "fastest", fastest)
-    rules = [_rule_of(*both) for both in zip(contacts.laws, contacts.restitutions, strict=True)]
+    rules = [_rule_of(*law_and_rule) for law_and_rule in zip(contacts.laws, contacts.restitutions, strict=True)]
     set_column(chain.links, "rule", np.array(rules).reshape(points, len(Restitution._fields)))
     return chain
 
@@ -101,18 +103,18 @@ def _rule_of(law: Any, rule: Restitution) -> list[float]:
 
 
 def _result_of(
-    laid: Laid, chain: Chain, free: RowRun, moving: np.ndarray, kept: tuple[np.ndarray, np.ndarray]
+    layout: RowLayout, chain: Chain, free: RowRun, moving: np.ndarray, records: tuple[np.ndarray, np.ndarray]
 ) -> RowRun:
-    """The result of a run, from the arrays that the kernel has filled; ``kept`` = (states, log)."""
+    """The result of a run, from the arrays that the kernel has filled; ``records`` = (states, log)."""
     counters = column(chain.links, "counters").reshape(len(chain.links), -1)
     points = np.column_stack([counters, column(chain.links, "highest"), column(chain.links, "lowest")])
-    reach, place = column(chain.bodies, "peak_displacement")[moving], column(chain.bodies, "u")[moving]
-    shear = laid.row.floors[SHEAR, laid.masses]
+    reach, displacement = column(chain.bodies, "peak_displacement")[moving], column(chain.bodies, "u")[moving]
+    shear = layout.row.floors[SHEAR, layout.masses]
     floors = np.column_stack([reach, reach, shear * reach, column(chain.bodies, "peak_acceleration")[moving]])
-    rest = np.column_stack([place, np.zeros(len(moving))])
-    hit = column(chain.bodies, "hit") > 0.0
-    still = ~(hit[:-1] | hit[1:])
-    points[still, HIGHEST : LOWEST + 1] = free.points[still, HIGHEST : LOWEST + 1]
+    rest = np.column_stack([displacement, np.zeros(len(moving))])
+    hit = column(chain.bodies, "has_been_struck") > 0.0
+    is_free = ~(hit[:-1] | hit[1:])
+    points[is_free, HIGHEST : LOWEST + 1] = free.points[is_free, HIGHEST : LOWEST + 1]
     floors[~hit[moving]], rest[~hit[moving]] = free.floors[~hit[moving]], free.rest[~hit[moving]]
     totals = chain.totals
     return RowRun(
@@ -127,5 +129,5 @@ def _result_of(
         np.zeros(len(points)),
         np.full((len(points), 0), np.nan),
         np.zeros((len(points), 0)),
-        *kept,
+        *records,
     )

@@ -1,0 +1,78 @@
+"""How a contact begins, turns and ends in its law: of a law in the kernel, and of one called by address."""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+from pounding_risk._jit.compile import by_verb, kernel, small
+
+
+@kernel
+def depth_of(law, energy, guess):
+    """Penetration at which an uncapped law has stored ``energy``: a scale, good to a tenth."""
+    depth = guess
+    for _ in range(200):
+        stored = law.stored(depth, inf)
+        if not stored > 0.0:
+            depth *= 1e3
+            continue
+        ratio = energy / stored
+        if 0.8 < ratio < 1.25:
+            break
+        depth *= sqrt(ratio)
+    return depth
+
+
+@small
+def starts_itself(law, e, speed, mass, worn, limit, scale):
+    """(memory, force at which the law yields, smallest force, scale of penetration) of a contact that begins.
+
+    ``worn`` is the damage that earlier contacts have left, ``limit`` the yield force, ``scale`` that of the velocity.
+    """
+    memory = law.resume(law.begin(e, speed, mass), worn)
+    strength = law.ceiling(limit) * law.hardening(speed)
+    return memory, strength, law.floor(), depth_of(law, 0.5 * mass * scale * scale, 1e-2 * scale)
+
+
+@small
+def turns_itself(law, memory, delta, strength, approaching, yielding):
+    """(memory, dent, energy lost) once the motion has turned at δ; a dent below zero leaves the gap as it is."""
+    memory = law.turned(memory, delta, approaching)
+    if approaching and yielding:
+        changed, dent, energy_lost = law.turn(memory, delta, strength)
+        if dent >= 0.0:
+            return changed, dent, energy_lost
+    return memory, -1.0, 0.0
+
+
+@small
+def ends_itself(law, memory, delta, strength, work, lost):
+    """(loss, the part of it that hysteresis takes, damage left behind) of a contact that parts.
+
+    ``work`` is that of its force, ``lost`` what dents have taken of it.
+    """
+    loss = work - law.held(memory, delta, strength) - lost
+    return loss, law.yielded(loss), law.worn(memory)
+
+
+@small
+def starts_called(law, e, speed, mass, worn, limit, scale):
+    """As `starts_itself`, of a law called by address; the memory is with its numbers, and given back as 0."""
+    return law.begin_contact(e, speed, mass, worn, limit, scale)
+
+
+@small
+def turns_called(law, memory, delta, strength, approaching, yielding):
+    """As `turns_itself`, of a law called by address; the memory is with its numbers, and given back as 0."""
+    return law.turn_contact(memory, delta, strength, approaching, yielding)
+
+
+@small
+def ends_called(law, memory, delta, strength, work, lost):
+    """As `ends_itself`, of a law called by address, whose memory is with its numbers."""
+    return law.end_contact(memory, delta, strength, work, lost)
+
+
+law_starts = by_verb("begin_contact", 0, starts_called, starts_itself)
+law_turns = by_verb("turn_contact", 0, turns_called, turns_itself)
+law_ends = by_verb("end_contact", 0, ends_called, ends_itself)

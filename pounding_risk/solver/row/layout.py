@@ -1,0 +1,263 @@
+"""The layout of a row: its buildings and contact points as the arrays that all its runs share.
+
+The buildings are chains of masses (`mdof.Chain`), the contact points places on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, floor, inf
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pounding_risk.models.ground import Arrivals, arrivals_of
+from pounding_risk.solver.row.ground import ArrivingRow, UniformRow
+from pounding_risk.solver.row.workspace import (
+    BAND,
+    BLOCK_MAP,
+    BOTTOM,
+    CAN_YIELD,
+    FIRST,
+    GIVE,
+    INVERSE,
+    LIMIT,
+    MAP,
+    MASS,
+    QUICK,
+    ROOT,
+    SHEAR,
+    SOFT,
+    SPRING,
+    START,
+    STATIC,
+    SWAY,
+    Row,
+)
+from pounding_risk.solver.workspace import MAX_TERMS
+
+if TYPE_CHECKING:
+    from pounding_risk.models.structures.mdof import Chain
+
+BLOCK = 16  # nodes passed over at a time, or as many more as make whole steps
+
+
+class RowLayout(NamedTuple):
+    """Arrays of a row for the kernels, for a motion sampled every ``dt`` [s]."""
+
+    row: Row
+    dt: float
+    parts: int  # node intervals a sample
+    terms: int  # of the Taylor series over one of them
+    block_maps: np.ndarray  # as in `FreeMotion`
+    initial: np.ndarray  # (2, masses) u [m] and v [m/s] when the motion begins
+    arrivals: Arrivals | None = None  # of the motion at each building, in `step`; None where all have it at once
+
+    @property
+    def step(self) -> float:
+        """Time from node to node [s]; with `arrivals` others stand between them."""
+        return self.dt / self.parts
+
+    @property
+    def phases(self) -> int:
+        """Number of nodes in each `step`: 1, and more where the motion arrives at each building at its own time."""
+        return 1 if self.arrivals is None else self.arrivals.offsets.size
+
+    @property
+    def block(self) -> int:
+        """Number of node intervals that are passed over at a time; whole steps."""
+        return block_steps(self.phases) * self.phases
+
+    @property
+    def masses(self) -> np.ndarray:
+        """The dofs that are masses: with `arrivals` the last of each building is its ground's."""
+        dofs = np.arange(self.row.floors.shape[1])
+        return dofs if self.arrivals is None else np.delete(dofs, self.row.frame[FIRST, 1:] - 1)
+
+
+def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals: np.ndarray | None = None) -> RowLayout:
+    """The row of these buildings, left to right, for a motion sampled every ``dt`` [s].
+
+    A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey.
+    Points are in the order of their interfaces. Samples are divided where the stiffest building would pass more than
+    2.5 rad between them, so that a Taylor series sums to rounding over every interval. ``arrivals`` [s], none below
+    zero, are those of the motion at each building; where all are equal, as without them, all stand on one motion.
+    """
+    rate = max((_rate(chain) for chain in chains), default=0.0)
+    parts = max(1, ceil(rate * dt / 2.5))
+    step, terms, size = dt / parts, 4, 1.0
+    while size > 1e-19 and terms < MAX_TERMS:
+        size *= max(rate * step, 1e-3) / (terms - 3)
+        terms += 1
+    arrived = None if arrivals is None or not np.ptp(arrivals) > 0.0 else arrivals_of(arrivals, step)
+    ground_dofs = 0 if arrived is None else 1  # dofs of each building's ground
+    counts = [chain.mass.size for chain in chains]
+    first = np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64) + ground_dofs)]).astype(np.int64)
+    floors = np.zeros((12, int(first[-1])))
+    floors[LIMIT] = inf
+    damping = np.zeros((int(first[-1]), max([1, *counts])))
+    for start, chain in zip(first, chains, strict=False):
+        dofs = slice(int(start), int(start) + chain.mass.size)
+        _lay_floors(floors[:, dofs], chain)
+        damping[dofs, : chain.mass.size] = chain.damping
+    # From each node to the next: building by building, and interval by interval where these differ.
+    widths = [step] if arrived is None else np.diff(np.append(arrived.offsets, step)).tolist()
+    maps = [_map(chain, width) for width in widths for chain in chains]
+    block_maps = [_block_map(maps[b :: len(chains)], count) for b, count in enumerate(counts)]
+    interfaces = [int(point.interface) for point in points]
+    if interfaces != sorted(interfaces):
+        raise ValueError("contact points are not in the order of their interfaces")
+    ends = np.full((len(points), 4 + ground_dofs), -1, dtype=np.int64)
+    shares = np.zeros((len(points), 4 + ground_dofs))
+    for k, point in enumerate(points):
+        for side, level in enumerate((point.left_floor, point.right_floor)):
+            b = int(point.interface) + side
+            for end, (dof, share) in enumerate(_dofs(chains[b], float(level))):
+                ends[k, 2 * side + end] = -1 if dof < 0 else int(first[b]) + dof
+                shares[k, 2 * side + end] = 0.0 if dof < 0 else share * (1.0 - 2.0 * side)
+        ends[k, 4:], shares[k, 4:] = first[int(point.interface) + 2] - 1, -1.0
+    frame = np.zeros((6, first.size), dtype=np.int64)
+    frame[FIRST] = first
+    frame[START, :-1] = np.searchsorted(interfaces, np.arange(len(chains)))
+    frame[MAP, 1:] = np.cumsum([one_map.size for one_map in maps[: len(counts)]])
+    frame[CAN_YIELD, :-1] = [bool(np.isfinite(chain.strength).any()) for chain in chains]
+    frame[BAND, :-1] = [_band(chain.damping) for chain in chains]
+    frame[BLOCK_MAP, 1:] = np.cumsum([one_map.size for one_map in block_maps])
+    row = Row(
+        frame,
+        ends,
+        shares,
+        floors,
+        damping,
+        np.concatenate([*maps, np.zeros(1)]),
+        UniformRow() if arrived is None else ArrivingRow(),
+    )
+    initial = np.hstack(
+        [
+            chain.initial if chain.initial.size else np.zeros((2, count))
+            for chain, count in zip(chains, counts, strict=True)
+        ]
+    )
+    return RowLayout(row, float(dt), parts, terms, np.concatenate([*block_maps, np.zeros(1)]), initial, arrived)
+
+
+def cut_out(layout: RowLayout, first: int, last: int) -> RowLayout:
+    """The layout of the buildings ``first`` to ``last`` of a row alone, with the contact points between them.
+
+    Its nodes are those of the whole row, so that what moves alone in either moves the same, to the bit.
+    """
+    row = layout.row
+    frame = row.frame[:, first : last + 2].copy()
+    dofs, maps = (slice(int(frame[line, 0]), int(frame[line, -1])) for line in (FIRST, MAP))
+    points = slice(int(frame[START, 0]), int(frame[START, -2]))
+    frame[FIRST] -= dofs.start
+    frame[MAP] -= maps.start
+    frame[START] -= points.start
+    frame[[START, CAN_YIELD, BAND], -1] = 0
+    ends, by_interval = row.ends[points], row.maps[:-1].reshape(layout.phases, -1)[:, maps]
+    within = (dofs.start <= layout.masses) & (layout.masses < dofs.stop)
+    return layout._replace(
+        row=Row(
+            frame,
+            np.where(ends < 0, -1, ends - dofs.start),
+            row.shares[points].copy(),
+            row.floors[:, dofs].copy(),
+            row.damping[dofs].copy(),
+            np.append(by_interval, 0.0),
+            row.passage,
+        ),
+        initial=layout.initial[:, within],
+        arrivals=None if layout.arrivals is None else layout.arrivals.of(first, last),
+    )
+
+
+def _rate(chain: Chain) -> float:
+    """The largest |eigenvalue| of the free motion of a building [1/s]; 0 for a rigid one."""
+    return 0.0 if chain.mass.size == 0 else float(np.abs(np.linalg.eigvals(_motion(chain)[:-2, :-2])).max())
+
+
+def _band(matrix: np.ndarray) -> int:
+    """How far from its diagonal a matrix reaches: 0 for a diagonal one, 1 for a tridiagonal one."""
+    rows, columns = np.nonzero(matrix)
+    return int(np.abs(rows - columns).max()) if rows.size else 0
+
+
+def _stiffness(spring: np.ndarray) -> np.ndarray:
+    above = np.append(spring[1:], 0.0)
+    return np.diag(spring + above) - np.diag(spring[1:], 1) - np.diag(spring[1:], -1)
+
+
+def _motion(chain: Chain) -> np.ndarray:
+    """The matrix of d/dt (u, v, a_g, slope of a_g) of a building in free motion."""
+    n = chain.mass.size
+    a = np.zeros((2 * n + 2, 2 * n + 2))
+    a[:n, n : 2 * n] = np.eye(n)
+    a[n : 2 * n, :n] = -_stiffness(chain.spring) / chain.mass[:, None]
+    a[n : 2 * n, n : 2 * n] = -chain.damping / chain.mass[:, None]
+    a[n : 2 * n, 2 * n] = -1.0
+    a[2 * n, 2 * n + 1] = 1.0
+    return a
+
+
+def _map(chain: Chain, step: float) -> np.ndarray:
+    """(u, v) after a node interval from (u, v, a_g, its slope), column by column."""
+    from scipy.linalg import expm  # takes longer to import than a scene takes to be checked
+
+    n = chain.mass.size
+    return expm(_motion(chain) * step)[: 2 * n].T.ravel() if n else np.zeros(0)
+
+
+def block_steps(phases: int) -> int:
+    """Number of steps in a block of nodes, each of which has ``phases`` nodes."""
+    return max(1, BLOCK // phases)
+
+
+def _block_map(maps: list[np.ndarray], n: int) -> np.ndarray:
+    """(u, v) of a free vibration after a block, column by column, from those of `_map` over the intervals of a step."""
+    step_map = np.eye(2 * n)
+    for interval_map in maps if n else []:
+        step_map = interval_map.reshape(2 * n + 2, 2 * n)[: 2 * n].T @ step_map
+    return np.linalg.matrix_power(step_map, block_steps(len(maps))).T.ravel()
+
+
+def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
+    """Write the rows of `Row.floors` of one building, its dofs' part of them."""
+    if chain.mass.size == 0:
+        return
+    floors[MASS], floors[INVERSE] = chain.mass, 1.0 / chain.mass
+    floors[SPRING], floors[SHEAR] = chain.spring, chain.shear
+    floors[LIMIT] = chain.strength / chain.shear
+    floors[SOFT] = np.where(np.isfinite(chain.strength), (1.0 - chain.hardening) * chain.shear, 0.0)
+    floors[STATIC] = np.linalg.solve(_stiffness(chain.spring), chain.mass)
+    floors[BOTTOM, 0] = 1.0
+    floors[ROOT] = np.sqrt(floors[INVERSE])
+    # Of a chain (K⁻¹)_ii is the sum of the flexibilities of the storeys below floor i.
+    floors[GIVE], floors[SWAY] = np.sqrt(1.0 / chain.spring), np.sqrt(np.cumsum(1.0 / chain.spring))
+    floors[QUICK] = _quickest(chain)
+
+
+def _quickest(chain: Chain) -> float:
+    """(ω + c)², ω the fastest mode and c the largest eigenvalue of M^(−1/2) C M^(−1/2) [1/s²]."""
+    root = np.sqrt(chain.mass)
+    scaled = [matrix / root / root[:, None] for matrix in (_stiffness(chain.spring), chain.damping)]
+    fastest, strongest = (float(np.linalg.eigvalsh(matrix)[-1]) for matrix in scaled)
+    return (np.sqrt(fastest) + max(strongest, 0.0)) ** 2
+
+
+def _dofs(chain: Chain, level: float) -> list[tuple[int, float]]:
+    """Dofs and their shares of the place at a floor number; dof −1 is the ground."""
+    if chain.mass.size == 0:
+        return [(-1, 0.0), (-1, 0.0)]
+    above = ceil(level)
+    share = 1.0 if above == floor(level) else level - floor(level)
+    if not 0 <= above <= chain.mass.size - chain.foundations:
+        raise ValueError(f"floor {level:g} is not one of a building of {chain.mass.size - chain.foundations} floors")
+    upper = above - 1 + chain.foundations
+    return [(upper, share), (upper - 1, 1.0 - share)] if share < 1.0 else [(upper, 1.0), (-1, 0.0)]
+
+
+def nodes_of(layout: RowLayout, acceleration: np.ndarray) -> np.ndarray:
+    """a_g at nodes `RowLayout.step` apart, where it arrives first; NaN from the first sample on that is not finite."""
+    finite = np.where(np.isfinite(acceleration), acceleration, np.nan)
+    count = (len(finite) - 1) * layout.parts + 1
+    return np.interp(np.arange(count) / layout.parts, np.arange(len(finite)), finite)
