@@ -24,6 +24,7 @@ from pounding_risk._jit.calls import address_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, say, si
 
+TABULATED = "tabulated"  # the law that reads one, in a scene
 MOST_POINTS = 2000
 PENETRATION = Quantity("m", 0.0, 100.0, "penetration of a table", example="25 mm")
 FORCE = Quantity("N", 0.0, 1e12, "force of a table", example="450 kN")
@@ -141,6 +142,16 @@ def table_of(
             _TABLES[points] = table = Table(address_of(numbers))
             table.points, table.numbers = points, numbers
         return _TABLES[points]
+
+
+def beyond_end(depth: float, end: float) -> str:
+    """A sentence where a penetration passes the end of a table [m]; "" elsewhere."""
+    if not depth > end:
+        return ""
+    return (
+        f"the penetration of {say(depth, GAP, 3)} passes the table's last point, {say(end, GAP, 3)}; beyond it the "
+        "force goes on along its last slope, which nothing measured supports: extend the table"
+    )
 
 
 # ------------------------------------------------------------------------------------------------ checks
@@ -288,9 +299,11 @@ def _lowest(coefficients: NDArray[np.float64], widths: NDArray[np.float64]) -> t
 
 def _pieces(x: Sequence[float], y: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Points, and the coefficients (pieces, 4) of the cubic from each to the next in powers of the distance from it."""
+    edges = np.array(x)
+    if len(x) == 2:
+        return edges, np.array([[y[0], (y[1] - y[0]) / (x[1] - x[0]), 0.0, 0.0]])
     from scipy.interpolate import PchipInterpolator
 
-    edges = np.array(x)
     return edges, PchipInterpolator(edges, np.array(y)).c[::-1].T.copy()
 
 
