@@ -304,7 +304,8 @@ def _pieces(x: Sequence[float], y: Sequence[float]) -> tuple[NDArray[np.float64]
         return edges, np.array([[y[0], (y[1] - y[0]) / (x[1] - x[0]), 0.0, 0.0]])
     from scipy.interpolate import PchipInterpolator
 
-    return edges, PchipInterpolator(edges, np.array(y)).c[::-1].T.copy()
+    with np.errstate(over="ignore"):  # of a way back that is all but level
+        return edges, PchipInterpolator(edges, np.array(y)).c[::-1].T.copy()
 
 
 def _energies(edges: NDArray[np.float64], coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
