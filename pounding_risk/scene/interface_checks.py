@@ -278,6 +278,7 @@ def _stiffness(keys: Section, law: str | None) -> Iterator[Fault]:
     try:
         parse(stiffness, stiffness_quantity(LAWS[law or "jankowski"]))
     except QuantityError as error:
+        fitting = [name for name in fitting if name != TABULATED]  # which has its stiffness from its table
         others = (
             f" for {law}, or choose a contact model in {_unit(fitting[0])}: {', '.join(fitting)}" if fitting else ""
         )

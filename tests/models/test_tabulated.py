@@ -32,7 +32,7 @@ from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.studies.impact import impact
 from pounding_risk.studies.stability.trial import SOFT, STIFF, largest_difference, shaking
 
-# Made, not measured: a bumper that stiffens, with a way back; and a filler that yields, with a stiffness on its way back.
+# Made, not measured: a bumper that stiffens, with a way back; a filler that yields, with a stiffness on its way back.
 BUMPER = ([0.0, 0.01, 0.02, 0.03], [0.0, 1e5, 3e5, 6e5], [0.0, 0.0, 0.5e5, 6e5])
 FILLER = ([0.0, 0.002, 0.005, 0.02], [0.0, 2.5e5, 4e5, 5e5])
 K_BACK = 3e8
@@ -488,7 +488,7 @@ def test_other_models_beside_a_table(tmp_path: Path):
     bare = scene_text()
     with pytest.raises(PoundingError, match="tabulated: the scene gives no table of forces"):
         pr.compare(parse_scene(bare), laws=["jankowski", "tabulated"])
-    with pytest.raises(PoundingError, match="interface.table: missing, and tabulated needs it"):
+    with pytest.raises(PoundingError, match=r"interface[.]table: missing, and tabulated needs it"):
         parse_scene(bare.replace('"jankowski"', '"tabulated"').replace("2.75e9 N/m^1.5", "1e8 N/m"))
 
 
