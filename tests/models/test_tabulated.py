@@ -67,7 +67,8 @@ def test_a_straight_table_is_the_linear_law():
         for kind in (Tabulated(1e8), Linear(1e8))
     ]
     # What rounding leaves of an elastic contact counts as the loop's here, and as the damper's there.
-    assert runs[0].pop("energy_plastic") == runs[1].pop("energy_viscous")
+    left = [runs[0].pop("energy_plastic"), runs[1].pop("energy_viscous")]
+    assert left[0] == pytest.approx(left[1], abs=1e-9)  # J
     assert runs[0].pop("energy_viscous") == runs[1].pop("energy_plastic") == 0.0
     assert runs[0]["impact_count"] >= 3.0 and largest_difference(*runs) == 0.0
 
