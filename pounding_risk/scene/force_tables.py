@@ -122,5 +122,5 @@ FORCE_TABLE = Key(
     EXAMPLE,
     "required by tabulated",
     write=_write,
-    schema={"type": ["string", "object"]},
+    schema={"anyOf": [{"type": "string"}, {"type": "object"}]},
 )
