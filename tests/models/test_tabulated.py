@@ -17,8 +17,11 @@ from interpreted import interpreted
 from scenes import scene_text, single, storeyed
 from scipy.integrate import solve_ivp
 from scipy.interpolate import PchipInterpolator
+from typer.testing import CliRunner
 
 import pounding_risk as pr
+from pounding_risk import cli
+from pounding_risk._jit import sources as _jit
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact import table as tables
 from pounding_risk.models.contact.laws import Hertz, Linear, Tabulated
@@ -27,10 +30,15 @@ from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.scene.reader import parse_scene, read_scene
-from pounding_risk.solver.counters import COMPLETE
-from pounding_risk.solver.pair.api import Interface, solve
+from pounding_risk.solver.counters import COMPLETE, COUNT
+from pounding_risk.solver.pair.api import Interface, free_response, oscillators, solve
+from pounding_risk.solver.pair.grid import solve_grid
+from pounding_risk.solver.pair.outputs import COLUMNS
+from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.studies.impact import impact
 from pounding_risk.studies.stability.trial import SOFT, STIFF, largest_difference, shaking
+
+compiled = pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 
 # Made, not measured: a bumper that stiffens, with a way back; a filler that yields, with a stiffness on its way back.
 BUMPER = ([0.0, 0.01, 0.02, 0.03], [0.0, 1e5, 3e5, 6e5], [0.0, 0.0, 0.5e5, 6e5])
@@ -549,3 +557,29 @@ def test_advice_keeps_a_table(tmp_path: Path):
 def test_methods_that_know_no_path_are_left_out(tmp_path: Path):
     dataset = pr.accuracy(bumper_scene(tmp_path), cases=1, budget=1.0)
     assert "they know no tabulated" in dataset.attrs["left_out"]
+
+
+def test_impact_of_the_command_line(tmp_path: Path):
+    """The loop of the file, and where its points end; without a file the option is asked for."""
+    (tmp_path / "bumper.csv").write_text(FILE)
+    words = ["impact", "--law", "tabulated", "--mass", "5 t", "--speed", "2.5 m/s"]
+    printed = CliRunner().invoke(cli.app, [*words, "--table", str(tmp_path / "bumper.csv")]).output
+    found = impact(LAWS["bumper"], 2.5, 5e3)
+    assert f"{found.restitution:.4f}" in printed and "table of 4 points to 30 mm and 600 kN" in printed
+    assert "passes the table's last point, 30 mm" in printed and "passes the table's last point" in repr(found)
+    refused = CliRunner().invoke(cli.app, words)
+    assert refused.exit_code == 2 and 'write --table "bumper.csv"' in refused.output
+
+
+@compiled
+@pytest.mark.slow
+def test_by_address_as_in_a_kernel_of_its_own():
+    """To the bit, as every law: a grid of very many cases has the law's own code in its kernel."""
+    pair = oscillators(SOFT, STIFF)
+    free, gaps = free_response(pair, shaking(3.0, duration=2.0), 0.01), np.array([0.0, 0.004])
+    outs = [np.zeros((2, 1, COLUMNS)) for _ in range(2)]
+    for own, out in enumerate(outs):
+        how = np.zeros((2, 1), dtype=np.int8)
+        cases = gaps, np.array([inf]), constant(1.0)
+        solve_grid(pair, free, LAWS["bumper"], cases, 1e-6, True, make_workspace(), out, how, bool(own))
+    assert np.array_equal(*outs, equal_nan=True) and outs[0][..., COUNT].min() > 0.0
