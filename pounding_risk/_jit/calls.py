@@ -14,7 +14,6 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from pounding_risk._jit.compile import in_kernels
-from pounding_risk._jit.sources import INTERPRETED
 
 ENTERING = Lock()  # held by whoever adds to these, so that threads neither compile twice nor take each other's place
 _ENTRIES: list = []  # what addresses lead to: compiled functions, which live as long as the process
@@ -41,7 +40,7 @@ def numbers_of(model) -> list[float]:
 
 
 # What follows serves models whose numbers stand at an address of their own: a pointer in compiled code, a float that
-# holds it among the numbers of a kernel, and an array in interpreted code.
+# holds it among the numbers of a kernel, and an array in what Python itself runs.
 
 
 @in_kernels("calls")
@@ -72,14 +71,13 @@ def lay_at(model, numbers, offset):
     return len(written)
 
 
-_ARRAYS: WeakValueDictionary[int, Any] = WeakValueDictionary()  # interpreted: arrays by their address
+_ARRAYS: WeakValueDictionary[int, Any] = WeakValueDictionary()  # arrays by their address, for Python
 
 
 def address_of(array: np.ndarray) -> float:
     """The address of an array of floats, which must outlive its use."""
     address = int(array.ctypes.data)
-    if INTERPRETED:
-        _ARRAYS[address] = array
+    _ARRAYS[address] = array
     return float(address)
 
 

@@ -7,7 +7,7 @@ from math import inf
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pounding_risk.cli._common.files import draw
-from pounding_risk.cli._common.notes import FASTER
+from pounding_risk.cli._common.notes import FASTER, print_notes
 from pounding_risk.cli._common.options import Figure, option, read_option, read_optional
 from pounding_risk.cli._common.tables import engineering, print_table
 from pounding_risk.errors import PoundingError
@@ -36,6 +36,7 @@ class Collision(NamedTuple):
     restitution: Any
     floors: Floors
     is_wall: bool  # the body that is struck is fixed
+    table: Any = None  # of tabulated forces
 
 
 def impact(
@@ -49,6 +50,8 @@ def impact(
     restitution: Annotated[str, option("Coefficient e in (0, 1], concrete, or 'xi 0.35 of jankowski'.")] = "0.65",
     relation: Annotated[str, option("Damping from e: published, or exact.")] = "published",
     yield_force: Annotated[str, option("F_E, for laws with a cap; inf never yields.")] = "inf",
+    table: Annotated[str | None, option("CSV file of force against penetration, for tabulated.")] = None,
+    unloading_stiffness: Annotated[str | None, option("Slope of the way back, for a table without one.")] = None,
     floor_length: Annotated[str | None, option("Length of the striker's floor, for distributed_mass.")] = None,
     other_floor_length: Annotated[str | None, option("Length of the floor that is struck.")] = None,
     wave_speed: Annotated[str, option("Wave speed of both floors.")] = "3500 m/s",
@@ -69,15 +72,15 @@ def impact(
         read_optional("--other-floor-length", other_floor_length, FLOOR_LENGTH) or 0.0,
         read_option("--wave-speed", wave_speed, WAVE_SPEED),
     )
-    laws, notes = contact_laws(
-        law, stiffness, Collision(approach, reduced_mass, rule, floors, masses[1] == inf), relation
-    )
+    collision = Collision(approach, reduced_mass, rule, floors, masses[1] == inf, _table(table, unloading_stiffness))
+    laws, notes = contact_laws(law, stiffness, collision, relation)
     impacts = [run(contact, approach, *masses, restitution=rule, yield_force=capacity) for contact in laws]
     print_impacts(impacts, laws, 0.5 * reduced_mass * approach**2)
     if rule.beyond(approach):
         notes.append(f"note: the approach is {FASTER}")
     for note in notes:
         print(note)
+    print_notes(f"{result.law}: {words}" for result in impacts if (words := result.beyond_table()))
     draw(figure, "simulate.impact_figure", impacts)
 
 
@@ -117,6 +120,7 @@ def contact_laws(
     from pounding_risk.models.contact.impulsive import is_instant, needs_floors
     from pounding_risk.models.contact.laws import stiffness_quantity
     from pounding_risk.models.contact.relation import misfit, related, relation_fault
+    from pounding_risk.models.contact.table import TABULATED
     from pounding_risk.scene.interfaces import known_law
     from pounding_risk.solver.pair.isolated import equal_stiffness
     from pounding_risk.units import say
@@ -127,7 +131,7 @@ def contact_laws(
         raise PoundingError(f"--relation: {fault}")
     classes = {name: related(law, relation) for name, law in classes.items()}
     stiffness_values = _stiffnesses(stiffnesses)
-    with_stiffness = {name: law for name, law in classes.items() if not is_instant(law)}
+    with_stiffness = {name: law for name, law in classes.items() if not is_instant(law) and name != TABULATED}
     if with_stiffness and not stiffness_values:
         raise PoundingError(f'{next(iter(with_stiffness))} needs a stiffness; write --stiffness "2.75e9 N/m^1.5"')
     laws, notes = [], []
@@ -135,6 +139,10 @@ def contact_laws(
         if needs_floors(law):
             laws.append(_floor_law(name, law, collision))
             notes.append(f"{name}: e is its own, that of waves in the floors; their force has no stiffness")
+            continue
+        if name == TABULATED:
+            laws.append(_tabulated(law, collision.table))
+            notes.append(f"{name}: {collision.table.words()}")
             continue
         if is_instant(law):
             laws.append(law())
@@ -164,6 +172,22 @@ def _floor_law(name: str, law: Any, collision: Collision) -> Any:
         if is_needed and not length:
             raise PoundingError(f'{name} needs the length of the floors; write {name_of_option} "20 m"')
     return law(floors.length, floors.other_length, floors.wave_speed, floors.wave_speed)
+
+
+def _table(path: str | None, unloading_stiffness: str | None) -> Any:
+    """The table of a file; None without one."""
+    from pounding_risk.models.contact.table_file import read_table
+
+    if path is None and unloading_stiffness is not None:
+        raise PoundingError('--unloading-stiffness is that of a table; write --table "bumper.csv" too')
+    return None if path is None else read_table(path, unloading_stiffness)
+
+
+def _tabulated(law: Any, table: Any) -> Any:
+    """The law of a table; raises PoundingError where there is none."""
+    if table is None:
+        raise PoundingError('tabulated needs its forces; write --table "bumper.csv"')
+    return law(table.stiffness, table)
 
 
 def _stiffnesses(texts: Sequence[str]) -> dict[str, float]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact.table import TABULATED, beyond_end
 from pounding_risk.results.attributes import tables_of, told
 from pounding_risk.results.layout import streamed
 from pounding_risk.units import FLOOR_LENGTH, GAP, PERIOD, TIME, QuantityError, parse, say
@@ -55,6 +56,13 @@ def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
         short = shortest({building.name: building.period for building in sides if not building.is_rigid})
         if short and durations.size and (middle := float(np.median(durations))) >= LONGEST_CONTACT * short[1]:
             notes.append(f"contacts last {say(middle, TIME, 3)}, {share_of(middle, *short)}: {PUSHING}")
+    model = str(run.attrs.get("contact_model", ""))
+    ends = [
+        inf if between.table is None or TABULATED not in (model, between.contact_model) else between.table.end
+        for between in study.interfaces
+    ]
+    depths = run["peak_closing"].values - run["interface_gap"].values
+    notes += [beyond_end(float(depth), end) for depth, end in zip(depths, ends, strict=True)]
     return tuple(filter(None, notes))
 
 
@@ -77,15 +85,55 @@ def _of_contacts(results: xr.Dataset) -> Iterator[str]:
         lasting.add(piece["contact_time"], piece["impact_count"])
     if words := _depth_words(depth, _floor_lengths(results)):
         yield words
+    yield from _beyond_tables(results)
     yield from lasting.words()
+
+
+def _beyond_tables(results: xr.Dataset) -> Iterator[str]:
+    """A note for each interface at which cases go deeper than the last point of its table of forces."""
+    tabulated = {place: one for place, one in enumerate(_resolved(results, "interface")) if "table" in one}
+    if not tabulated or "peak_closing" not in results.variables:
+        return
+    from pounding_risk.scene.scene import OF_EACH_INTERFACE
+
+    for place, between in tabulated.items():
+        labels = (TABULATED, OF_EACH_INTERFACE) if between["contact_model"] == TABULATED else (TABULATED,)
+        chosen = [at for at, name in enumerate(results["contact_model"].values) if str(name) in labels]
+        if not chosen:
+            continue
+        end, count, deepest = parse(between["table"]["penetration"][-1], GAP), 0, 0.0
+        closing = results["peak_closing"].isel(interface=place, contact_model=chosen)
+        for at, gap in enumerate(_gaps(results, place)):
+            depth = closing.isel(gap=at).values - gap
+            count += int((depth > end).sum())
+            deepest = max(deepest, float(np.nanmax(depth, initial=0.0)))
+        if words := beyond_end(deepest, end):
+            yield f"{results['interface'].values[place]}, in {count} cases: {words}"
+
+
+def _gaps(results: xr.Dataset, place: int) -> Array:
+    """The gaps of an interface along the axis of gaps [m]."""
+    if "interface_gap" in results.variables:
+        gaps: Array = results["interface_gap"].isel(interface=place).values
+        return gaps
+    return np.asarray(results["gap"].values, dtype=np.float64)
 
 
 def _floor_lengths(results: xr.Dataset) -> list[float]:
     """Length of the floors of each building [m]; 0 where the scene gives none."""
     try:
-        tables = tables_of(results.attrs.get("scene_resolved", "")).get("building", [])
+        tables = _resolved(results, "building")
         return [parse(table.get("floor_length", "0 m"), FLOOR_LENGTH._replace(open_low=False)) for table in tables]
-    except (tomllib.TOMLDecodeError, AttributeError, TypeError, QuantityError):
+    except (AttributeError, TypeError, QuantityError):
+        raise _damaged("scene_resolved") from None
+
+
+def _resolved(results: xr.Dataset, section: str) -> list[dict[str, Any]]:
+    """The tables of a section of the dataset's scene, every value stated."""
+    try:
+        tables: list[dict[str, Any]] = tables_of(results.attrs.get("scene_resolved", "")).get(section, [])
+        return tables
+    except (tomllib.TOMLDecodeError, AttributeError, TypeError):
         raise _damaged("scene_resolved") from None
 
 

@@ -21,11 +21,18 @@ from pounding_risk.models.contact.relation import (
     out_of_reach,
     related,
 )
+from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.effects import EFFECTS, PerInterface, acts_on_buildings
 from pounding_risk.models.structures.contact_points import automatic_points
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.scene.buildings import RigidWall, ShearBuilding, TypologyBuilding
-from pounding_risk.scene.interfaces import EQUAL_TERMS, MISSING_RESTITUTION, Interface, interface_name, known_models
+from pounding_risk.scene.interfaces import (
+    EQUAL_TERMS,
+    MISSING_RESTITUTION,
+    Interface,
+    interface_name,
+    known_models,
+)
 from pounding_risk.scene.keys import Draft, Section
 from pounding_risk.scene.toml import Fault, KeyPath
 from pounding_risk.units import QuantityError, parse, shown
@@ -67,6 +74,8 @@ def interface_checks(draft: Draft) -> Iterator[Fault]:
         yield from _instant(draft)
     interfaces = draft.tables("interface")[: most_interfaces(draft)]
     first = next((keys.raw["contact_model"] for keys in interfaces if "contact_model" in keys), None)
+    if not any("table" in keys for keys in interfaces):
+        yield from _table(draft, interfaces)
     for keys in interfaces:
         if "gap" not in keys and _lacks_gap(draft, int(keys.path[1])):
             yield keys.fault("gap", Interface.keys()["gap"].lacks("gap"), absent=True)
@@ -209,7 +218,7 @@ def _laws(keys: Section, grid: Section, own_name: Any) -> Iterator[Fault]:
     used = list(dict.fromkeys([*used, *gridded]))
     stiff = [name for name in used if not is_instant(CONTACT_MODELS[name])]
     own = stiff[0] if stiff else None  # whose unit the interface's stiffness has
-    if "stiffness" not in keys and (stiff or not used):
+    if "stiffness" not in keys and (stiff or not used) and own != TABULATED:
         yield keys.fault("stiffness", Interface.keys()["stiffness"].lacks("stiffness"), absent=True)
     damped = [name for name in used if CONTACT_MODELS[name].needs_restitution]  # type: ignore[attr-defined]
     if damped and "restitution" not in keys:
@@ -226,13 +235,24 @@ def _laws(keys: Section, grid: Section, own_name: Any) -> Iterator[Fault]:
     if not own:
         return
     for position, name in enumerate(asked):
-        if name in stiff and _unit(name) != _unit(own) and "equal_terms" not in keys:
+        if name in stiff and _differs(name, own) and "equal_terms" not in keys:
             yield Fault(
                 ("grid", "contact_model", position),
                 f"{name} takes a stiffness in {_unit(name)}, but the interface gives one in {_unit(own)} for "
                 f'{own}; write equal_terms = {{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}} in '
                 "[[interface]], from which its stiffness follows",
             )
+
+
+def _table(draft: Draft, interfaces: Sequence[Section]) -> Iterator[Fault]:
+    """The table that is missing, told once: interfaces that give none have that of the first that does."""
+    asked = [
+        *_as_list(draft.table("grid").raw.get("contact_model")),
+        *(keys.raw.get("contact_model") for keys in interfaces),
+    ]
+    if TABULATED in asked and interfaces:
+        sentence = f"missing, and {TABULATED} needs it; {Interface.keys()['table'].lacks('table').partition('; ')[2]}"
+        yield interfaces[0].fault("table", sentence, absent=True)
 
 
 def _relation(keys: Section, used: Sequence[str]) -> Iterator[Fault]:
@@ -258,6 +278,7 @@ def _stiffness(keys: Section, law: str | None) -> Iterator[Fault]:
     try:
         parse(stiffness, stiffness_quantity(LAWS[law or "jankowski"]))
     except QuantityError as error:
+        fitting = [name for name in fitting if name != TABULATED]  # which has its stiffness from its table
         others = (
             f" for {law}, or choose a contact model in {_unit(fitting[0])}: {', '.join(fitting)}" if fitting else ""
         )
@@ -270,6 +291,11 @@ def _fits(stiffness: object, law: str) -> bool:
     except QuantityError:
         return False
     return True
+
+
+def _differs(law: str, own: str) -> bool:
+    """True for a law whose stiffness does not follow from the interface's, of the law ``own``."""
+    return law != TABULATED and _unit(law) != _unit(own)
 
 
 def _unit(law: str) -> str:

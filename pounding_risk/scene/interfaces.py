@@ -13,6 +13,7 @@ from pounding_risk.models.contact.laws.van_mier import EXPONENT
 from pounding_risk.models.contact.relation import AS_PUBLISHED, faults, is_ratio, name_of, written_ratio
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures.contact_points import floor_number, floor_words
+from pounding_risk.scene.force_tables import FORCE_TABLE
 from pounding_risk.scene.keys import (
     REQUIRED,
     Key,
@@ -34,7 +35,7 @@ from pounding_risk.units import GAP, LEVELS, RESTITUTION, SPEED, YIELD_FORCE, ex
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
 NO_RESTITUTION = "not given"
 LATER_RESTITUTION = ("steel",)
-PARAMETERS = ("plastic_exponent", "design_penetration")  # of single laws, beside their stiffness
+PARAMETERS = ("plastic_exponent", "design_penetration", "table")  # of single laws, beside their stiffness
 MEETING = '{left = "storey 2", right = "column 3 at 0.5"}'
 MISSING_RESTITUTION = 'write restitution = 0.65, or restitution = "concrete"'
 
@@ -239,10 +240,11 @@ class Interface(Table):
     stiffness: Annotated[
         Any,
         Key(
-            "Stiffness of the contact, k in N/m or β in N/m^1.5 as the contact model has it.",
+            "Stiffness of the contact, k in N/m or β in N/m^1.5 as the contact model has it; for tabulated force over "
+            "penetration at the table's last point, where another one than the table's own scales its forces.",
             lambda value, number: value,
             '"4.2e7 kN/m^1.5"',
-            "required, unless no contact model takes one",
+            "required, unless no contact model takes one; for tabulated the table's own",
             'missing; write stiffness = "4.2e7 kN/m^1.5" (in N/m for the linear laws)',
             schema={"type": "string"},
         ),
@@ -305,6 +307,7 @@ class Interface(Table):
             "the Hertz spring's at each approach speed",
         ),
     ] = 0.0
+    table: Annotated[Any, FORCE_TABLE] = None
     equal_terms: Annotated[
         EqualTerms | None,
         Key(
@@ -350,6 +353,8 @@ def _keys_of_law(law: Any) -> dict[str, Any]:
     values: dict[str, Any] = law._asdict() if isinstance(law, tuple) and hasattr(law, "_asdict") else {}
     if name_of(kind) not in CONTACT_MODELS:
         raise SceneError("Interface", [f"law: {shown(law)} is not a contact law; it may be one of pounding_risk.laws"])
+    if values.get("stiffness") == getattr(values.get("table"), "stiffness", None):
+        del values["stiffness"]  # that of its table
     return {"contact_model": name_of(kind), **{key: value for key, value in values.items() if key in _OF_LAWS}}
 
 

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import AS_PUBLISHED
+from pounding_risk.models.contact.table import TABULATED
+from pounding_risk.models.contact.table import Table as ForceTable
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.contact_points import (
     LevelRule,
@@ -21,7 +23,13 @@ from pounding_risk.models.structures.contact_points import (
 )
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
-from pounding_risk.scene.interfaces import NO_RESTITUTION, PARAMETERS, EqualTerms, GivenRestitution, Interface
+from pounding_risk.scene.interfaces import (
+    NO_RESTITUTION,
+    PARAMETERS,
+    EqualTerms,
+    GivenRestitution,
+    Interface,
+)
 from pounding_risk.scene.keys import Draft
 from pounding_risk.scene.tables import Grid
 from pounding_risk.scene.toml import Fault, KeyPath
@@ -128,6 +136,7 @@ class ResolvedInterface(NamedTuple):
     relation: str = AS_PUBLISHED  # of restitution and damping
     plastic_exponent: float = 0.0  # of van_mier
     design_penetration: float = 0.0  # of bilinear [m]; 0 follows the approach speed
+    table: ForceTable | None = None  # of tabulated
     equal_terms: EqualTerms | None = None
 
 
@@ -163,10 +172,14 @@ def _resolved(here: Beside, points: tuple[Point, ...], grid: Grid) -> ResolvedIn
     table, restitution = here.table, here.table.restitution
     contact_model = table.contact_model or grid.contact_model[0]
     owner = stiff_model(contact_model, grid.contact_model)
+    stiffness = None
+    if owner is not None:
+        own = owner == TABULATED and table.stiffness is None
+        stiffness = table.table.stiffness if own else parse(table.stiffness, stiffness_quantity(CONTACT_MODELS[owner]))
     return ResolvedInterface(
         gap=grid.gap[0] if table.gap is None else table.gap,
         contact_model=contact_model,
-        stiffness=None if owner is None else parse(table.stiffness, stiffness_quantity(CONTACT_MODELS[owner])),
+        stiffness=stiffness,
         restitution=restitution.rule,
         restitution_words=restitution.words,
         relation=restitution.relation,
@@ -177,12 +190,17 @@ def _resolved(here: Beside, points: tuple[Point, ...], grid: Grid) -> ResolvedIn
     )
 
 
+def _is_of_table(between: ResolvedInterface, owner: str) -> bool:
+    """True for a stiffness that is its table's own: written down it would stay when another table is given."""
+    return owner == TABULATED and between.table is not None and between.stiffness == between.table.stiffness
+
+
 def interface_table(between: ResolvedInterface, gridded: Sequence[str]) -> Interface:
     """The table of an interface, every value stated; keys that make a row only where they were given."""
     models = (between.contact_model, *gridded)
     owner = stiff_model(between.contact_model, gridded)
     values: dict[str, Any] = {"gap": between.gap, "contact_model": between.contact_model}
-    if between.stiffness is not None and owner is not None:
+    if between.stiffness is not None and owner is not None and not _is_of_table(between, owner):
         values["stiffness"] = exact(float(between.stiffness), stiffness_quantity(CONTACT_MODELS[owner]))
     if between.restitution_words != NO_RESTITUTION:
         values["restitution"] = GivenRestitution(between.restitution, between.restitution_words, between.relation)
@@ -191,6 +209,8 @@ def interface_table(between: ResolvedInterface, gridded: Sequence[str]) -> Inter
         values["plastic_exponent"] = between.plastic_exponent
     if "bilinear" in models:
         values["design_penetration"] = between.design_penetration
+    if between.table is not None:
+        values["table"] = between.table
     if between.equal_terms:
         values["equal_terms"] = between.equal_terms
     if between.column_yield_force < inf:

@@ -20,6 +20,7 @@ from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import is_instant, needs_floors
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import related
+from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR_DEPTH, Point
 from pounding_risk.models.structures.mdof import chain_of
@@ -308,6 +309,11 @@ class Scene(ShortRepr):
             return law.between(*self.buildings[:2])
         if is_instant(law):
             return law()
+        if fault := self.lacks_table(name):
+            raise SceneError(self.source, [fault])
+        table = self.interfaces[0].table
+        if stiffness is None and table is not None and name == TABULATED != self.stiff_name:
+            stiffness = table.stiffness
         if stiffness is None and self.stiffness is None:
             unit = stiffness_quantity(law).unit
             sentence = f"{name} needs a stiffness in {unit}, and the scene gives none; write it in [[interface]]"
@@ -323,6 +329,12 @@ class Scene(ShortRepr):
         values: dict[str, Any] = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
         values |= {key: getattr(self.interfaces[0], key) for key in PARAMETERS if key in law._fields}
         return law(**values)
+
+    def lacks_table(self, name: str) -> str:
+        """Why a contact model without its table cannot be had; "" for other names, and where the scene gives one."""
+        if name != TABULATED or self.interfaces[0].table is not None:
+            return ""
+        return f'the scene gives no table of forces; write table = "bumper.csv" in [[interface]] for {TABULATED}'
 
     def _own_name(self, name: str | None) -> str:
         return self.interfaces[0].contact_model if name in (None, OF_EACH_INTERFACE) else str(name)
@@ -352,7 +364,9 @@ class Scene(ShortRepr):
         return self._other_family(name)
 
     def _other_family(self, name: str) -> bool:
-        """True where the law's stiffness has another unit than the scene's."""
+        """True where the law's stiffness has another unit than the scene's; that of a table is its own."""
+        if name == TABULATED:
+            return False
         return stiffness_quantity(known_law(name)).unit != stiffness_quantity(known_law(self.stiff_name)).unit
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,10 @@ from pounding_risk._common.words import nearest
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene import buildings
 from pounding_risk.scene.buildings import building_checks
+from pounding_risk.scene.force_tables import TableFile
 from pounding_risk.scene.interface_checks import interface_checks
 from pounding_risk.scene.interfaces import EqualTerms, Interface
-from pounding_risk.scene.keys import Draft, Key, Section, Table, read_section
+from pounding_risk.scene.keys import Draft, Key, Section, Several, Table, read_section
 from pounding_risk.scene.overrides import ARRAYS, override
 from pounding_risk.scene.records import Records, missing_files, record_checks
 from pounding_risk.scene.tables import Grid, Solver, Title, effect_checks, effect_key
@@ -77,8 +79,9 @@ def read_tables(tables: Mapping[str, Any], overrides: Sequence[str], source: str
                 continue
             kind = buildings.kind_of(table) if name == "building" else KINDS[name]
             section, wrong = read_section(kind, path, table, KEYS[name], partial(_unknown, path))
+            section, unread = _with_table(section, Path(source).parent)
             sections[name].append(section)
-            faults += wrong
+            faults += wrong + unread
 
     def tell(faults: Sequence[Fault], lines: Mapping[KeyPath, int]) -> list[str]:
         return sentences(faults, written, lines, outside)
@@ -94,6 +97,18 @@ def _tables(raw: Mapping[str, Any], name: str) -> Iterator[tuple[KeyPath, Any]]:
     elif name in raw:
         # One table where an array of them is asked for is none.
         yield (name,), [value] if name in ARRAYS and isinstance(value, dict) else value
+
+
+def _with_table(section: Section, folder: Path) -> tuple[Section, list[Fault]]:
+    """An interface with its table of forces in place of the file's name; what is wrong with the file."""
+    named = section.get("table")
+    if not isinstance(named, TableFile):
+        return section, []
+    others = {key: value for key, value in section.values.items() if key != "table"}
+    try:
+        return replace(section, values=others | {"table": named.read(folder)}), []
+    except Several as error:
+        return replace(section, values=others), [section.fault("table", sentence) for _, sentence in error.faults]
 
 
 def every_fault(draft: Draft, folder: Path) -> list[Fault]:

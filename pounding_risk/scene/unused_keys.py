@@ -11,6 +11,7 @@ from math import inf, isnan
 from typing import Any, NamedTuple
 
 from pounding_risk.models.contact.impulsive import is_instant, needs_floors
+from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.effects import acts_on_law, wave_of
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
@@ -139,6 +140,8 @@ def _of_interfaces(study: Scene, given: Given) -> Iterator[Unused]:
         here = _interfaces_of(study, index, count)
         if not _may_yield(study) and any(interface.plastic_exponent > 0.0 for interface in here):
             yield Unused((*base, "plastic_exponent"), "every yield force is inf, so that nothing yields")
+        if TABULATED not in models.names:
+            yield Unused((*base, "table"), f"{_verb(models.names, 'reads', 'read')} no table")
         yield from _of_levels(base, here, models)
     if not any(study.needs_equal_terms(name) for name in models.names):
         yield Unused(

@@ -23,6 +23,7 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.scan import Scan
 from pounding_risk.ensemble.threads import Threads
 from pounding_risk.models.contact.impulsive import is_instant, needs_floors
+from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.relation import AS_PUBLISHED
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import FLOOR
@@ -419,7 +420,8 @@ def _not_applicable(study: Scene) -> dict[str, str]:
         )
         sentences[LAW] = f"law: {names} cannot be calibrated to others, for want of a stiffness; see compare"
     if not any(law.needs_restitution for law in laws.values()):
-        elastic = "" if jumps else "; it returns all energy of a touch below yielding"
+        loops = any(is_path_dependent(law) for law in laws.values())
+        elastic = "" if jumps or loops else "; it returns all energy of a touch below yielding"
         sentences[RESTITUTION] = f"restitution: {names} takes none{elastic}"
     if not any(law.capped for law in laws.values()):
         sentences[FORCE] = (

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from pounding_risk.ensemble.plausibility import HERTZ_TIME, contact_duration
 from pounding_risk.models.contact.laws import HERTZ_STIFFNESS, LINEAR_STIFFNESS, stiffness_quantity
+from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.structures.contact_points import COLUMN, Point
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
 from pounding_risk.models.structures.storeys import Storeys
@@ -95,8 +96,11 @@ class StiffnessRange(NamedTuple):
     def recommended(self) -> float | None:
         """The stiffness to write: the scene's own within the range, else that of E A / L, else the middle.
 
-        None where the range is empty. Where floors meet columns E A / L is not considered.
+        None where the range is empty. Where floors meet columns E A / L is not considered. A table of forces stands for
+        itself, whatever the range of floors that collide.
         """
+        if self.contact_model == TABULATED:
+            return self.own
         if self.is_empty:
             return None
         if self.verdict == WITHIN:
@@ -113,7 +117,7 @@ class StiffnessRange(NamedTuple):
     @property
     def line(self) -> str:
         """The line of the [[interface]] table; "" where the range is empty."""
-        value = self.recommended
+        value = None if self.contact_model == TABULATED else self.recommended
         return "" if value is None else f'stiffness = "{stiffness_words(value, self.unit)}"'
 
     @property
@@ -126,6 +130,11 @@ class StiffnessRange(NamedTuple):
             f"with the scene's {stiffness_words(self.own, self.unit)} a contact at {self.speed:.2g} m/s lasts "
             f"{ms(self.duration)}"
         )
+        if self.contact_model == TABULATED:
+            return (
+                f"Keep the forces of the table, another stiffness would scale them: {lasts}, by the secant to its last "
+                f"point; {limits}, which is of floors that collide without anything between them"
+            )
         if self.is_empty:
             return (
                 f"No stiffness fits: {limits}; {lasts}. Write the length of the floors, if they are shorter, or "

@@ -156,7 +156,7 @@ def on_equal_terms(
     names = tuple(dict.fromkeys((*names_asked, baseline or study.contact_model)))
     for name in study.models_of(*names):
         known_law(name)
-        if why := job_kind(study).unsolved(study, name):
+        if why := job_kind(study).unsolved(study, name) or study.lacks_table(name):
             raise PoundingError(f"compare: {name}: {why}; leave it out")
     if len(names) < 2:
         raise PoundingError(f"compare: {names[0]} alone is no comparison; name another law, or none to run them all")
@@ -211,7 +211,7 @@ def left_out(study: Scene) -> str:
 def _hindered(study: Scene, name: str) -> str:
     """Why a contact model cannot be compared in this scene unless it is asked for; "" where it can."""
     law = known_law(name)
-    if why := job_kind(study).unsolved(study, name):
+    if why := job_kind(study).unsolved(study, name) or study.lacks_table(name):
         return why
     if needs_floors(law) and (short := study.without_floor()):
         return f'{" and ".join(short)} without floor_length; write floor_length = "20 m" in [[building]] for it'

@@ -142,6 +142,10 @@ FACTS = {
     "viscous_elastoplastic": Facts(
         ViscousElastoplastic(BETA), jankowski_e, jankowski_peaks, Hertz(BETA), Jankowski(BETA)
     ),
+    # Its table of one straight line; others have their own tests.
+    "tabulated": Facts(
+        contact.Tabulated(K), lambda e: 1.0, lambda e: exact.linear_impact(K, MASS, SPEED), NO_E, NO_CAP
+    ),
     "stereomechanical": Facts(Stereomechanical(), lambda e: e, JUMPS, Linear(K), NO_CAP, NO_STIFFNESS),
     "distributed_mass": Facts(
         DistributedMass(10.0, 20.0, 3500.0, 3500.0),

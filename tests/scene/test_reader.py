@@ -89,7 +89,7 @@ names = ["RSN6-180"]
 """
 ALL_LAWS = (
     "linear, kelvin_voigt, kelvin_voigt_tension_cut, modified_kelvin_voigt, hertz, hertz_damp, "
-    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic, stereomechanical, merged, "
+    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic, tabulated, stereomechanical, merged, "
     "distributed_mass"
 )
 G = 9.80665  # m/s²

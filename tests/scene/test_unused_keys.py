@@ -71,7 +71,13 @@ LAWS = 'grid.contact_model=["viscous_elastoplastic", "linear"]'
 FORCES = ['grid.yield_force=["50 kN", "inf"]', 'grid.yield_force=["90 kN", "inf"]']
 FORCE = values("interface.yield_force", '"50 kN"', '"90 kN"')
 COLUMN = values("interface.column_yield_force", '"50 kN"', '"90 kN"')
+TABLES = values(
+    "interface.table",
+    '{penetration=["0 mm", "9 mm"], force=["0 kN", "900 kN"]}',
+    '{penetration=["0 mm", "9 mm"], force=["0 kN", "700 kN"]}',
+)
 IDLE = [
+    Case("interface.table", PAIR, *TABLES),
     Case("building.B.mass", WALL, *values("building.B.mass", '"50 t"', '"500 t"')),
     Case("building.A.floor_length", PAIR, *values("building.A.floor_length", '"10 m"', '"20 m"')),
     Case(
@@ -161,6 +167,7 @@ ACTING = [
          ['interface.contact_model="van_mier"', 'interface.yield_force="50 kN"']),
     Case("interface.design_penetration", PAIR, *values("interface.design_penetration", '"5 mm"', '"9 mm"'),
          ['interface.contact_model="bilinear"']),
+    Case("interface.table", PAIR, *TABLES, ['interface.contact_model="tabulated"'], without="stiffness"),
     Case("interface.equal_terms", PAIR, TERMS[:1], TERMS[1:], [LAWS]),
     Case("records.pga", PAIR, *values("records.pga", '"0.4 g"', '"0.5 g"'), without="scale"),
     Case("records.scale", PAIR, *values("records.scale", "1.5", "1.6")),

@@ -150,7 +150,8 @@ def test_why_e_is_not_equal(study):
 
 def test_what_a_scene_hinders_is_left_out_unless_asked_for(study):
     """By name, with the reason: floors without a length, a loop that cannot return so little, laws without yielding."""
-    assert [name for name in CONTACT_MODELS if name not in runnable(study)] == ["distributed_mass"]
+    assert [name for name in CONTACT_MODELS if name not in runnable(study)] == ["tabulated", "distributed_mass"]
+    assert left_out(study).startswith("tabulated: the scene gives no table of forces; write table =")
     little = study.updated(restitution=constant(0.2))
     assert "bilinear" not in runnable(little) and "bilinear: bilinear returns no e below 0.354" in left_out(little)
     assert with_relation(on_equal_terms(little, (), None, (None, None)), None)[0].relation == "exact"
@@ -459,7 +460,7 @@ def test_the_shipped_scene_compares_every_law():
     from pounding_risk.models.contact.impulsive import CONTACT_MODELS as KNOWN
 
     found = on_equal_terms(scene("compare"), (), None, (None, None))
-    assert sorted(found.grid.contact_models) == sorted(KNOWN)
+    assert sorted(found.grid.contact_models) == sorted({*KNOWN} - {"tabulated"})  # it has no table
     assert found.equal_terms == EqualTerms("peak force", 0.5, True)
     assert parse_scene(found.to_toml()) == found
 

@@ -8,6 +8,7 @@ from math import inf, isnan
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import AS_PUBLISHED
+from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.effects import EFFECTS, option_words
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, LevelRule
 from pounding_risk.models.structures.sdof import Building
@@ -174,8 +175,14 @@ def _laws(study: Scene) -> list[str]:
             stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.stiff_name}"
         else:
             (stiffness,) = _stiffness(study)
-        models.append(f"{name}, {stiffness}")
+        models.append(f"{name}, {stiffness}" + _table(study, name))
     return models
+
+
+def _table(study: Scene, name: str) -> str:
+    """What a contact model reads of a table."""
+    tables = dict.fromkeys(one.table.words() for one in study.interfaces if one.table is not None)
+    return f", {'; '.join(tables)}" if TABULATED in study.models_of(name) else ""
 
 
 def _restitution(study: Scene) -> str:

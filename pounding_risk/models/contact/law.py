@@ -64,6 +64,9 @@ class PathDependence(Protocol):
     def turn(self, memory, delta, strength):
         """The motion turns back on the plateau: (memory, dent, energy lost); a dent below zero retraces the plateau."""
 
+    def crushed(self, memory, delta):
+        """The motion turns back below any plateau: (memory, dent, energy lost), as `turn`."""
+
     def turned(self, memory, delta, approaching):
         """The contact's memory once the motion has turned at δ; ``approaching`` is how it moved before."""
 
@@ -82,6 +85,7 @@ DEFAULTS: dict[str, Callable[..., Any]] = {
     "hardening": lambda self, speed: 1.0,  # none
     "resume": lambda self, memory, worn: memory,  # earlier contacts do not count
     "turn": lambda self, memory, delta, strength: (memory, -1.0, 0.0),  # the plateau is retraced, nothing is lost
+    "crushed": lambda self, memory, delta: (memory, -1.0, 0.0),  # what is pressed in springs back
     "turned": lambda self, memory, delta, approaching: memory,
     "worn": lambda self, memory: 0.0,  # nothing
     "held": lambda self, memory, delta, strength: self.stored(delta, strength),
@@ -99,7 +103,7 @@ def complete(law: type) -> type:
 
 def is_path_dependent(law: type) -> bool:
     """True for a law whose force depends on its path, which methods that know δ and δ̇ alone cannot follow."""
-    return getattr(law, "turned", DEFAULTS["turned"]) is not DEFAULTS["turned"]
+    return any(getattr(law, verb, DEFAULTS[verb]) is not DEFAULTS[verb] for verb in ("turned", "crushed"))
 
 
 def snake_case(name: str) -> str:

@@ -15,6 +15,7 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import needs_floors
 from pounding_risk.models.contact.relation import name_of, out_of_reach
+from pounding_risk.models.contact.table import beyond_end
 from pounding_risk.models.effects import bare
 from pounding_risk.models.ground import UniformGround
 from pounding_risk.models.restitution import Restitution
@@ -56,6 +57,7 @@ class Impact(ShortRepr):
     impulse: float  # N s
     energy_lost: float  # J, of the contact force's work
     momentum_change: float  # kg m/s over the total momentum exchanged; 0 in theory, NaN against a wall
+    table_end: float = inf  # m, penetration of the last point of a tabulated law
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Speeds, restitution and peaks of the collision."""
@@ -66,6 +68,12 @@ class Impact(ShortRepr):
         yield "peak force", "none that is finite" if isnan(self.peak_force) else say(self.peak_force, YIELD_FORCE)
         yield "penetration", say(self.peak_penetration, GAP)
         yield "duration", say(self.duration, TIME)
+        if words := self.beyond_table():
+            yield "note", words
+
+    def beyond_table(self) -> str:
+        """A sentence where the penetration passes the end of the law's table; "" elsewhere."""
+        return beyond_end(self.peak_penetration, self.table_end)
 
 
 def collide(law: Any, rule: Restitution, speed: float, values: tuple[float, float, float, float]) -> Impact:
@@ -122,6 +130,7 @@ def collide(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
         impulse=facts["impulse"],
         energy_lost=facts["work"],
         momentum_change=momentum / facts["impulse"],
+        table_end=getattr(getattr(bare(law), "table", None), "end", inf),
     )
 
 

@@ -38,8 +38,8 @@ def starts_itself(law, e, speed, mass, worn, limit, scale):
 def turns_itself(law, memory, delta, strength, approaching, yielding):
     """(memory, dent, energy lost) once the motion has turned at δ; a dent below zero leaves the gap as it is."""
     memory = law.turned(memory, delta, approaching)
-    if approaching and yielding:
-        changed, dent, energy_lost = law.turn(memory, delta, strength)
+    if approaching:
+        changed, dent, energy_lost = law.turn(memory, delta, strength) if yielding else law.crushed(memory, delta)
         if dent >= 0.0:
             return changed, dent, energy_lost
     return memory, -1.0, 0.0

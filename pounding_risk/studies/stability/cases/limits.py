@@ -41,6 +41,7 @@ RETURNED = {
     "bilinear": 0.605843397555,
     "van_mier": 1.0,
     "viscous_elastoplastic": 0.0089519160,
+    "tabulated": 1.0,
 }
 
 

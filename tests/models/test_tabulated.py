@@ -1,0 +1,585 @@
+"""The tabulated law: against closed forms, SciPy's curve and integrator, and what no cycle may give back."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+from math import inf, pi, sqrt
+from pathlib import Path
+from random import Random
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from interpreted import interpreted
+from scenes import scene_text, single, storeyed
+from scipy.integrate import solve_ivp
+from scipy.interpolate import PchipInterpolator
+from typer.testing import CliRunner
+
+import pounding_risk as pr
+from pounding_risk import cli
+from pounding_risk._jit import sources as _jit
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact import table as tables
+from pounding_risk.models.contact.laws import Hertz, Linear, Tabulated
+from pounding_risk.models.contact.table import TableError, table_of
+from pounding_risk.models.restitution import constant
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.results.contact_notes import of_results
+from pounding_risk.scene.reader import parse_scene, read_scene
+from pounding_risk.solver.counters import COMPLETE, COUNT
+from pounding_risk.solver.pair.api import Interface, free_response, oscillators, solve
+from pounding_risk.solver.pair.grid import solve_grid
+from pounding_risk.solver.pair.outputs import COLUMNS
+from pounding_risk.solver.workspace import make_workspace
+from pounding_risk.studies.impact import impact
+from pounding_risk.studies.stability.trial import SOFT, STIFF, largest_difference, shaking
+
+compiled = pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
+
+# Made, not measured: a bumper that stiffens, with a way back; a filler that yields, with a stiffness on its way back.
+BUMPER = ([0.0, 0.01, 0.02, 0.03], [0.0, 1e5, 3e5, 6e5], [0.0, 0.0, 0.5e5, 6e5])
+FILLER = ([0.0, 0.002, 0.005, 0.02], [0.0, 2.5e5, 4e5, 5e5])
+K_BACK = 3e8
+LAWS = {
+    "bumper": Tabulated.of(*BUMPER),
+    "filler": Tabulated.of(*FILLER, unloading_stiffness=K_BACK),
+    "elastic": Tabulated.of(*FILLER),
+}
+FILE = """# made
+penetration [mm],force [kN],unloading [kN]
+0,0,0
+10,100,0
+20, 300,50
+30,600,600
+"""
+
+
+# ------------------------------------------------------------------------------------------------ closed forms
+
+
+def test_a_straight_table_is_the_linear_law():
+    """To the bit with the points 0 and 1, in an impact and a run; to 1e-9 with others, and beyond the last."""
+    one, other, short = (
+        impact(law, 0.5, 570.0) for law in (Tabulated(1e8), Linear(1e8), Tabulated.of([0.0, 3e-4], [0.0, 3e4]))
+    )
+    assert np.array_equal(one.force, other.force) and np.array_equal(one.penetration, other.penetration)
+    for name in ("peak_force", "peak_penetration", "duration", "restitution"):
+        assert getattr(short, name) == pytest.approx(getattr(other, name), rel=1e-9)
+    assert short.beyond_table() and not one.beyond_table()
+    runs = [
+        solve(SOFT, STIFF, Interface(0.003, kind, constant(1.0)), shaking(4.0, duration=2.0), 0.01)
+        for kind in (Tabulated(1e8), Linear(1e8))
+    ]
+    # What rounding leaves of an elastic contact counts as the loop's here, and as the damper's there.
+    left = [runs[0].pop("energy_plastic"), runs[1].pop("energy_viscous")]
+    assert left[0] == pytest.approx(left[1], abs=1e-9)  # J
+    assert runs[0].pop("energy_viscous") == runs[1].pop("energy_plastic") == 0.0
+    assert runs[0]["impact_count"] >= 3.0 and largest_difference(*runs) == 0.0
+
+
+@pytest.mark.parametrize("back", [1e8, 2.5e8, 4e9])
+def test_straight_in_and_back_with_another_stiffness(back: float):
+    """δ = v sqrt(m/k), F = k δ, e² = k / K_u, a quarter of a period on either way; the steps end on the turn."""
+    k, mass, speed = 1e8, 570.0, 0.5
+    found = impact(Tabulated.of([0.0, 0.1], [0.0, k * 0.1], unloading_stiffness=back), speed, mass)
+    assert found.peak_penetration == pytest.approx(speed * sqrt(mass / k), rel=1e-9)
+    assert found.peak_force == pytest.approx(speed * sqrt(mass * k), rel=1e-9)
+    assert found.restitution == pytest.approx(sqrt(k / back), rel=1e-9)
+    assert found.duration == pytest.approx(0.5 * pi * (sqrt(mass / k) + sqrt(mass / back)), rel=1e-9)
+    assert found.energy_lost == pytest.approx(0.5 * mass * speed**2 * (1.0 - k / back), abs=1e-9 * mass * speed**2)
+
+
+@pytest.mark.parametrize("speed", [0.3, 1.0, 4.0])
+def test_straight_in_and_back_along_a_column(speed: float):
+    """Back from F δ / 2 comes the share of the reach; beyond the table's end the reach is that of the table."""
+    k, mass, end, left = 1e8, 1e4, 0.02, 0.005
+    law = Tabulated.of([0.0, left, end], [0.0, k * left, k * end], [0.0, 0.0, k * end])
+    found, deepest = impact(law, speed, mass), speed * sqrt(mass / k)
+    reach = (1.0 - left / end) * min(deepest, end)
+    assert found.peak_penetration == pytest.approx(deepest, rel=1e-9)
+    assert found.restitution == pytest.approx(sqrt(reach / deepest), rel=1e-9)
+    assert found.penetration[-1] == pytest.approx(deepest - reach, rel=1e-9)  # of the gap as it was built: the set
+    assert bool(found.beyond_table()) == (deepest > end)
+
+
+def test_hertz_as_a_table_converges():
+    """The elastic part of Jankowski's law, β δ^1.5, at equal spacing h: errors fall with h^2.5.
+
+    The first cell holds a curvature without bound, and a cubic misses the energy there by h^2.5; elsewhere h³ or less.
+    """
+    beta, speed, mass = 2.75e9, 1.0, 1e4
+    true, errors = impact(Hertz(beta), speed, mass), []
+    for count in (16, 32, 64, 128, 256):
+        x = np.linspace(0.0, 1.2 * true.peak_penetration, count + 1)
+        found = impact(Tabulated.of(x, beta * x**1.5), speed, mass)
+        assert found.restitution == pytest.approx(1.0, abs=1e-6)
+        names = ("peak_force", "peak_penetration", "duration")
+        errors.append([abs(getattr(found, name) / getattr(true, name) - 1.0) for name in names])
+    orders = -np.polyfit(np.log([16, 32, 64, 128, 256]), np.log(errors), 1)[0]
+    assert np.all(orders > 2.3) and np.all(orders < 2.8), orders
+    assert np.max(errors[2]) < 3e-6  # 64 points
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_force_and_energy_are_those_of_the_curve(name: str):
+    """SciPy's own monotone cubic and its antiderivative, to rounding; a straight line beyond the end."""
+    law = LAWS[name]
+    points = law.table.points
+    curve = PchipInterpolator(points.penetration, points.force)
+    energy, memory = curve.antiderivative(), law.begin(1.0, 0.5, 1e3)
+    end, last = points.penetration[-1], points.force[-1]
+    for delta in np.linspace(0.0, end, 97):
+        assert law.force(memory, delta, 0.0, True) == pytest.approx(float(curve(delta)), rel=1e-12, abs=1e-9)
+        assert law.stored(delta, inf) == pytest.approx(float(energy(delta)), rel=1e-12, abs=1e-12)
+    slope, further = float(curve.derivative()(end)), 0.4 * end
+    assert law.force(memory, end + further, 0.0, True) == pytest.approx(last + slope * further, rel=1e-12)
+    beyond = float(energy(end)) + further * (last + 0.5 * slope * further)
+    assert law.stored(end + further, inf) == pytest.approx(beyond, rel=1e-12)
+
+
+def test_errors_follow_the_tolerance():
+    """Steps pass the points, where the curvature jumps: within 30 rtol in an impact across all points."""
+    for law in LAWS.values():
+        true = impact(law, 1.5, 1e4, rtol=1e-13)
+        for rtol in (1e-4, 1e-6, 1e-8):
+            found = impact(law, 1.5, 1e4, rtol=rtol)
+            for name in ("peak_force", "peak_penetration", "restitution", "impulse"):
+                assert getattr(found, name) == pytest.approx(getattr(true, name), rel=30.0 * rtol), (law, rtol, name)
+
+
+# ------------------------------------------------------------------------------------------------ memory
+
+
+class Remembered:
+    """The law's path in the words of its definition: SciPy's curves and δ from the gap as it was built."""
+
+    def __init__(self, penetration, force, unloading=None, back=None):
+        self.loading, self.back, self.end = PchipInterpolator(penetration, force), back, penetration[-1]
+        self.slope = float(self.loading.derivative()(self.end))
+        if unloading is not None:
+            begins = max(np.flatnonzero(np.array(unloading) == 0.0))
+            self.share = 1.0 - penetration[begins] / self.end
+            x = (np.array(penetration[begins:]) - penetration[begins]) / (self.end - penetration[begins])
+            self.shape = PchipInterpolator(x, np.array(unloading[begins:]) / force[-1])
+        self.deepest, self.left = 0.0, 0.0
+
+    def virgin(self, delta):
+        inside = min(delta, self.end)
+        return float(self.loading(inside)) + self.slope * (delta - inside)
+
+    def force(self, delta):
+        if delta >= self.deepest:
+            return self.virgin(delta)
+        if delta <= self.left:
+            return 0.0
+        if self.back is not None:
+            return self.back * (delta - self.left)
+        return self.virgin(self.deepest) * float(self.shape((delta - self.left) / (self.deepest - self.left)))
+
+    def returned(self, delta):
+        if delta > self.deepest:
+            self.deepest = delta
+            reach = self.share * min(delta, self.end) if self.back is None else self.virgin(delta) / self.back
+            self.left = delta - reach
+
+
+def integrated(left: Building, right: Building, gap: float, path: Remembered, ground, dt: float):
+    """The pair by SciPy's DOP853, stopped at every turn: (largest |u|, largest F, contacts, set)."""
+    times, coefficients = (
+        np.arange(len(ground)) * dt,
+        [(b.mass, b.stiffness, 2.0 * b.damping * sqrt(b.stiffness * b.mass)) for b in (left, right)],
+    )
+    state, now, touching, way = np.zeros(4), 0.0, False, 1.0
+    largest, force, touches = 0.0, 0.0, 0
+
+    def pushed(y):
+        return path.force(y[0] - y[1] - gap) if touching else 0.0
+
+    def slopes(t, y):
+        a, push = float(np.interp(t, times, ground)), pushed(y)
+        rates = [
+            -a - (k * u + c * v + sign * push) / m
+            for (m, k, c), u, v, sign in zip(coefficients, y[:2], y[2:], (1.0, -1.0), strict=True)
+        ]
+        return [y[2], y[3], *rates]
+
+    def gone(t, y):
+        return y[0] - y[1] - gap - path.left
+
+    def turns(t, y):
+        return way * (y[2] - y[3])
+
+    gone.terminal = turns.terminal = True
+    turns.direction = -1.0
+    while now < times[-1]:
+        gone.direction = -1.0 if touching else 1.0
+        stop = times[np.searchsorted(times, now, side="right")]
+        events = [gone, turns] if touching else [gone]
+        done = solve_ivp(
+            slopes, (now, stop), state, "DOP853", rtol=1e-10, atol=1e-13, max_step=dt / 8, events=events,
+            dense_output=True,
+        )  # fmt: skip
+        fine = done.sol(np.linspace(now, done.t[-1], 40))
+        largest = max(largest, np.abs(fine[0] - fine[1]).max())
+        force = max(force, max(map(pushed, fine.T)))
+        now, state = done.t[-1], done.y[:, -1]
+        if done.status == 1 and len(done.t_events[0]):
+            touching, way = not touching, 1.0
+            touches += touching
+        elif done.status == 1:
+            if way > 0.0:
+                path.returned(state[0] - state[1] - gap)
+            way = -way
+    return largest, force, touches, path.left
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["bumper", "filler"])
+def test_a_run_against_scipy(name: str):
+    """Whole run, crushing and all: to 1e-5, what the fine samples and SciPy's steps over the points leave."""
+    pair = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 0.31, 0.05)
+    ground = shaking(2.0, duration=3.0)
+    path = Remembered(*BUMPER) if name == "bumper" else Remembered(*FILLER, back=K_BACK)
+    found = solve(*pair, Interface(0.004, LAWS[name], constant(1.0)), ground, 0.01, rtol=1e-10)
+    largest, force, touches, left = integrated(*pair, 0.004, path, ground, 0.01)
+    assert touches == found["impact_count"] >= 3.0
+    assert found["peak_relative_displacement"] == pytest.approx(largest, rel=1e-5)
+    assert found["peak_contact_force"] == pytest.approx(force, rel=1e-4)
+    assert found["permanent_set"] == pytest.approx(left, rel=1e-5) and left > 0.001
+
+
+@pytest.mark.parametrize("name", ["bumper", "filler"])
+def test_ledger_and_set_of_a_run(name: str):
+    """No damper: all loss is the loop's. The set is that of the deepest closing, and the energy of the virgin curve."""
+    law, gap = LAWS[name], 0.004
+    found = solve(SOFT, STIFF, Interface(gap, law, constant(1.0)), shaking(3.0, duration=3.0), 0.01)
+    assert found["status"] == COMPLETE and found["impact_count"] > 3.0
+    assert found["energy_residual"] <= 1e-6 and found["energy_viscous"] == 0.0 <= found["lowest_contact_force"]
+    path = Remembered(*BUMPER) if name == "bumper" else Remembered(*FILLER, back=K_BACK)
+    path.returned(found["peak_closing"] - gap)
+    assert found["permanent_set"] == pytest.approx(path.left, rel=1e-6)
+    # What all cycles have lost is what the curve took to the deepest point, less what springs back from there.
+    depth = np.linspace(0.0, path.deepest, 20001)
+    back = np.linspace(path.left, path.deepest * (1.0 - 1e-12), 20001)
+    lost = np.trapezoid([path.virgin(x) for x in depth], depth) - np.trapezoid([path.force(x) for x in back], back)
+    assert found["energy_plastic"] == pytest.approx(lost, rel=1e-4)
+    again = solve(STIFF, SOFT, Interface(gap, law, constant(1.0)), -shaking(3.0, duration=3.0), 0.01)
+    for output in ("peak_closing", "peak_contact_force", "impulse", "permanent_set", "energy_plastic", "contact_time"):
+        assert again[output] == found[output], output
+
+
+CODE = """
+import json
+from test_tabulated import LAWS, constant, shaking, Interface, SOFT, STIFF, solve
+ground = shaking(3.0, duration=1.5)
+print(json.dumps({name: solve(SOFT, STIFF, Interface(0.004, law, constant(1.0)), ground, 0.01)
+                  for name, law in LAWS.items()}))
+"""
+
+
+def test_compiled_as_interpreted():
+    known, ground = interpreted(CODE), shaking(3.0, duration=1.5)
+    for name, law in LAWS.items():
+        found = solve(SOFT, STIFF, Interface(0.004, law, constant(1.0)), ground, 0.01)
+        assert found["impact_count"] >= 1.0
+        for output, value in found.items():
+            assert value == pytest.approx(known[name][output], rel=1e-12, abs=1e-15, nan_ok=True), (name, output)
+
+
+# ------------------------------------------------------------------------------------------------ no cycle gains
+
+
+def work(law: Tabulated, turns: list[float]) -> list[float]:
+    """Work of the force in contacts that go to each of these depths in turn, from the gap as built, and part."""
+    losses, worn, left = [], 0.0, 0.0
+    for deepest in turns:
+        memory = law.resume(law.begin(1.0, 0.5, 1e3), worn)
+        reach = deepest - left
+        if reach <= 0.0:
+            continue
+        corner = min(memory[3], reach)
+        taken = 0.0
+        for low, high in ((0.0, corner), (corner, reach)):
+            x = np.linspace(low, high, 801)
+            taken += np.trapezoid([law.force(memory, max(one, 0.0), 0.0, True) for one in x], x)
+        changed, dent, lost = law.crushed(memory, reach)
+        assert lost == 0.0
+        if dent >= 0.0:
+            memory, left, reach = changed, left + dent, reach - dent
+        x = np.linspace(0.0, reach, 801)
+        back = [law.force(memory, one, 0.0, False) for one in x]
+        assert min(back) >= 0.0
+        assert law.held(memory, reach, inf) == pytest.approx(np.trapezoid(back, x), rel=1e-3, abs=1e-9)
+        losses.append(taken - np.trapezoid(back, x))
+        worn = law.worn(memory)
+    return losses
+
+
+@st.composite
+def made_tables(draw):
+    """Columns of a table: points of any spacing, forces that rise or fall, and a way back of either kind."""
+    count = draw(st.integers(1, 8))
+    steps = draw(st.lists(st.floats(0.5, 4.0), min_size=count, max_size=count))
+    rises = draw(st.lists(st.floats(-0.3, 3.0), min_size=count, max_size=count))
+    x = np.concatenate([[0.0], np.cumsum(steps)]) * 1e-3
+    y = np.concatenate([[0.0], np.maximum(np.cumsum(rises), 0.05)]) * 1e5
+    if draw(st.booleans()):
+        return x, y, None, draw(st.floats(1.0, 20.0)) * float(np.max(y[1:] / x[1:]))
+    shares = sorted(draw(st.lists(st.floats(0.0, 1.0), min_size=count, max_size=count)))
+    back = np.concatenate([[0.0], np.minimum.accumulate((y[1:] * shares)[::-1])[::-1]])
+    back[-1] = y[-1]
+    return x, y, back, None
+
+
+@settings(max_examples=150, deadline=None)
+@given(made_tables(), st.lists(st.floats(0.05, 1.5), min_size=1, max_size=5))
+def test_no_cycle_gives_back_more_than_it_takes(columns, turns):
+    """Of every table that is taken, to within the quadrature."""
+    try:
+        law = Tabulated.of(*columns)
+    except TableError as error:
+        assert "give back more" in str(error) or "must not fall" in str(error)
+        return
+    end, scale = law.table.end, float(np.max(columns[1]) * law.table.end)
+    for lost in work(law, [turn * end for turn in turns]):
+        assert lost >= -2e-4 * scale
+
+
+@pytest.mark.parametrize(
+    ("columns", "turns"),
+    [
+        (([0.0, 0.01, 0.02], [0.0, 1e5, 4e5], None, 2.2e7), [0.02]),
+        (
+            ([0.0, 0.001, 0.002, 0.01, 0.02], [0.0, 1e3, 2e3, 2e5, 4e5], [0.0, 0.9e3, 1.9e3, 1.9e5, 4e5], None),
+            np.linspace(0.001, 0.02, 20).tolist(),
+        ),
+    ],
+)
+def test_a_refused_way_back_would_gain(monkeypatch, columns, turns):
+    """The check refuses what does give energy in some cycle, here found without it."""
+    with pytest.raises(TableError, match="give back more"):
+        table_of(*columns)
+    monkeypatch.setattr(tables, "_energy_faults", lambda points: [])
+    monkeypatch.setattr(tables, "_TABLES", {})
+    assert min(work(Tabulated.of(*columns), turns)) < -1.0  # J
+
+
+# ------------------------------------------------------------------------------------------------ tables and files
+
+
+def test_a_table_is_one_object_for_its_content():
+    one = table_of(*BUMPER)
+    assert one is table_of(["0 mm", "10 mm", "20 mm", "30 mm"], ["0 N", "100 kN", "300 kN", "600 kN"], BUMPER[2])
+    assert pickle.loads(pickle.dumps(one)) is one and copy.deepcopy(LAWS["bumper"]) == LAWS["bumper"]
+    assert one != table_of(*BUMPER[:2]) and one.stiffness == 2e7 and one.end == 0.03
+
+
+POINTS = [
+    (([0.0], [0.0]), "1 points; write two or more"),
+    (([0.0, 0.1, 0.1], [0.0, 1.0, 2.0]), "point 3: penetration 0.1 m after 0.1 m; it must rise"),
+    (([0.1, 0.2], [1.0, 2.0]), "point 1: penetration 0.1 m and force 1 N; a contact begins at 0 and 0"),
+    (([0.0, 0.1], [0.0, -1.0]), "point 2: force: -1 is out of range"),
+    (([0.0, 0.1], [0.0, float("nan")]), "point 2: force: nan is out of range"),
+    (([0.0, 0.1], [0.0, 0.0]), "point 2: force 0 N past the first point"),
+    (([0.0, 0.1], [0.0]), "1 values of force for 2 of penetration"),
+    (([0.0, 0.1, 0.2], [0.0, 5.0, 6.0], [0.0, 5.5, 6.0]), "point 2: unloading 5.5 N above the loading, 5 N"),
+    (([0.0, 0.1, 0.2], [0.0, 5.0, 6.0], [0.0, 1.0, 5.0]), "point 3: unloading 5 N, and loading 6 N"),
+    (([0.0, 0.1], [0.0, 5.0], [0.0, 5.0], 1e3), "two ways back; give one"),
+    (([0.0, 0.1], [0.0, 5.0], None, 49.0), "49 N/m is below the slope of the loading at point 1, 50 N/m"),
+    (("abc", [0.0, 1.0]), "penetration is no list of numbers"),
+]
+
+
+@pytest.mark.parametrize(("columns", "sentence"), POINTS)
+def test_points_that_make_no_table(columns, sentence: str):
+    with pytest.raises(TableError) as told:
+        Tabulated.of(*columns)
+    assert sentence in str(told.value)
+
+
+FILES = [
+    ("", "the file is empty; write a head such as"),
+    ("penetration;force\n0;0\n", "line 1: write commas between columns"),
+    ("penetration [mm],forze [kN]\n0,0\n1,1\n", 'line 1: "forze [kN]" is no column (did you mean "force"?)'),
+    ("penetration [mm],force [kN]\n0,0\n\n# no\n1,x\n", 'line 5: force: "x" is not a plain number'),
+    ("penetration [mm],force\n0,0 kN\n1,5\n", 'line 3: force: "5" has no unit'),
+    ("penetration [mm],force [kN]\n0,0\n2,5\n1,7\n", "line 4: penetration 0.001 m after 0.002 m"),
+    ("penetration [mm],force [kN]\n0,0\n2\n", "line 3: has 1 cells, the head has 2"),
+    ("penetration [s],force [kN]\n0,0\n2,1\n", 'line 2: penetration: "0 s" is a time'),
+    ("force [kN],unloading [kN]\n0,0\n", "line 1: no column penetration"),
+]
+
+
+@pytest.mark.parametrize(("text", "sentence"), FILES)
+def test_files_that_are_no_table(tmp_path: Path, text: str, sentence: str):
+    (tmp_path / "bumper.csv").write_text(text)
+    with pytest.raises(TableError) as told:
+        Tabulated.from_file(tmp_path / "bumper.csv")
+    assert sentence in str(told.value) and str(told.value).startswith(str(tmp_path / "bumper.csv"))
+
+
+def test_a_file_that_is_damaged_is_told(tmp_path: Path):
+    """2,000 variants with bytes changed, left out or doubled: a table or a sentence, and no other error."""
+    random, path = Random(20), tmp_path / "bumper.csv"
+    taken = 0
+    for _ in range(2000):
+        data = bytearray(FILE.encode())
+        for _ in range(random.randint(1, 4)):
+            place = random.randrange(len(data))
+            change = random.randrange(4)
+            if change == 0:
+                data[place] = random.randrange(256)
+            elif change == 1:
+                del data[place : place + random.randint(1, 8)]
+            elif change == 2:
+                data[place:place] = random.choice([b",", b"\n", b'"', b"-", b"1e9", b"1e999", b"nan", b"\0", b"\xff"])
+            else:
+                data += data[place:]
+            data = data or bytearray(b"0")
+        path.write_bytes(data)
+        try:
+            law = Tabulated.from_file(path)
+        except TableError as error:
+            assert str(path) in str(error)
+            continue
+        taken += 1
+        assert np.all(np.isfinite(law.table.numbers))
+    assert taken > 20
+
+
+# ------------------------------------------------------------------------------------------------ scenes
+
+
+def bumper_scene(tmp_path: Path, **interface) -> Path:
+    (tmp_path / "bumper.csv").write_text(FILE)
+    pair = single("A", "44 t", "0.21 s"), single("B", "83 t", "0.07 s")
+    keys = {"stiffness": None, "restitution": None, "gap": "5 mm", "table": "bumper.csv"} | interface
+    text = scene_text(*pair, law="tabulated", records={"window": ["1 s", "5 s"], "pga": "0.5 g"}, **keys)
+    (tmp_path / "scene.toml").write_text(text)
+    return tmp_path / "scene.toml"
+
+
+def test_a_scene_reads_its_table_and_stands_alone(tmp_path: Path):
+    """The resolved scene has the points; the identity of a study follows the file's content, not its name."""
+    path = bumper_scene(tmp_path)
+    scene = read_scene(path)
+    assert scene.law() == LAWS["bumper"] and scene.stiffness == 2e7
+    assert parse_scene(scene.to_toml()) == scene and "bumper.csv" not in scene.to_toml()
+    assert scene.to_toml(as_written=True).count("bumper.csv") == 1
+    built = pr.Interface(gap="5 mm", law=LAWS["bumper"])
+    assert scene.replace(interfaces=[built]) == scene
+    (tmp_path / "other.csv").write_text(FILE.replace("600", "700"))
+    other = scene.replace('interface.table="other.csv"')
+    assert other.law() == Tabulated.of(BUMPER[0], [0, 1e5, 3e5, 7e5], [0, 0, 5e4, 7e5]) and other != scene
+    harder = scene.replace('interface.stiffness="4e7 N/m"').law()
+    memory = harder.begin(1.0, 0.5, 1e3)
+    assert harder.force(memory, 0.02, 0.0, True) == pytest.approx(6e5, rel=1e-12)
+
+
+def test_results_stand_alone_and_say_where_the_table_ends(tmp_path: Path):
+    path = bumper_scene(tmp_path)
+    results = pr.scan(path, tmp_path / "long.nc")
+    assert not any("last point" in note for note in of_results(results))
+    (tmp_path / "bumper.csv").unlink()
+    from pounding_risk.studies.rerun import rerun
+
+    assert rerun(tmp_path / "long.nc").same
+    short = bumper_scene(tmp_path, table={"penetration": ["0 mm", "2 mm"], "force": ["0 kN", "20 kN"]})
+    notes = of_results(pr.scan(short))
+    assert any(note.startswith("A | B, in 1 cases: the penetration of") for note in notes), notes
+    assert "the table's last point, 2 mm" in " ".join(json.loads(pr.simulate(short).attrs["notes"]))
+
+
+def test_other_models_beside_a_table(tmp_path: Path):
+    """A table keeps its forces beside a law of another unit; without one the model is left out, or refused."""
+    path = bumper_scene(tmp_path, contact_model="jankowski", stiffness="1e9 N/m^1.5", restitution=0.65)
+    scene = read_scene(path, ['grid.contact_model=["jankowski", "tabulated"]'])
+    assert scene.law("tabulated") == LAWS["bumper"] and not scene.needs_equal_terms("tabulated")
+    bare = scene_text()
+    with pytest.raises(PoundingError, match="tabulated: the scene gives no table of forces"):
+        pr.compare(parse_scene(bare), laws=["jankowski", "tabulated"])
+    with pytest.raises(PoundingError, match=r"interface[.]table: missing, and tabulated needs it"):
+        parse_scene(bare.replace('"jankowski"', '"tabulated"').replace("2.75e9 N/m^1.5", "1e8 N/m"))
+
+
+@pytest.mark.parametrize(
+    ("value", "sentence"),
+    [
+        ("3", "3 is no table of forces"),
+        ('"none.csv"', "none.csv: cannot be read"),
+        ('{penetration = ["0 mm", "x"], force = ["0 N", "1 N"]}', "interface.table.penetration.2"),
+        ('{file = "bumper.csv", unloading_stiffness = "1 N/m"}', "two ways back"),
+        ('{file = "bumper.csv", force = []}', "the file has the points"),
+        ('{penetration = ["0 mm"]}', "interface.table.force: missing"),
+    ],
+)
+def test_faults_of_the_key(tmp_path: Path, value: str, sentence: str):
+    path = bumper_scene(tmp_path)
+    with pytest.raises(PoundingError) as told:
+        read_scene(path, [f"interface.table={value}"])
+    assert sentence in str(told.value)
+
+
+@pytest.mark.slow
+def test_a_row_of_two_is_the_pair(tmp_path: Path):
+    """One storey each, floor to floor; to 1e-6, the solvers share laws and tolerance and no step."""
+    path = bumper_scene(tmp_path)
+    pair = pr.simulate(path)
+    keys = {"stiffness": None, "restitution": None, "gap": "5 mm", "table": "bumper.csv"}
+    stiffness = [mass * (2.0 * pi / period) ** 2 for mass, period in ((44e3, 0.21), (83e3, 0.07))]
+    row_text = scene_text(
+        storeyed("A", ["44 t"], [f"{stiffness[0]!r} N/m"], ["3 m"], damping=0.05),
+        storeyed("B", ["83 t"], [f"{stiffness[1]!r} N/m"], ["3 m"], damping=0.05),
+        law="tabulated",
+        records={"window": ["1 s", "5 s"], "pga": "0.5 g"},
+        **keys,
+    )
+    row = pr.simulate(parse_scene(row_text, str(tmp_path / "scene")))
+    assert int(pair["impact_count"].sum()) == int(row["impact_count"].sum()) >= 5
+    for name in ("peak_closing", "peak_contact_force", "permanent_set", "energy_plastic", "impulse", "contact_time"):
+        assert float(row[name].max()) == pytest.approx(float(pair[name].max()), rel=1e-5), name
+
+
+def test_advice_keeps_a_table(tmp_path: Path):
+    """Another stiffness would scale what was measured; the loop is not said to return all energy."""
+    advice = pr.advise(bumper_scene(tmp_path))
+    (line,) = [line for line in advice.lines if line.interface == "A | B"]
+    assert line.line == "" and line.why.startswith("Keep the forces of the table")
+    assert {one.factor for one in advice.influences} == {"stiffness"}
+    (restitution,) = [note for note in advice.left_out if note.startswith("restitution")]
+    assert restitution == "restitution: tabulated takes none"
+
+
+def test_methods_that_know_no_path_are_left_out(tmp_path: Path):
+    dataset = pr.accuracy(bumper_scene(tmp_path), cases=1, budget=1.0)
+    assert "they know no tabulated" in dataset.attrs["left_out"]
+
+
+def test_impact_of_the_command_line(tmp_path: Path):
+    """The loop of the file, and where its points end; without a file the option is asked for."""
+    (tmp_path / "bumper.csv").write_text(FILE)
+    words = ["impact", "--law", "tabulated", "--mass", "5 t", "--speed", "2.5 m/s"]
+    printed = CliRunner().invoke(cli.app, [*words, "--table", str(tmp_path / "bumper.csv")]).output
+    found = impact(LAWS["bumper"], 2.5, 5e3)
+    assert f"{found.restitution:.4f}" in printed and "table of 4 points to 30 mm and 600 kN" in printed
+    assert "passes the table's last point, 30 mm" in printed and "passes the table's last point" in repr(found)
+    refused = CliRunner().invoke(cli.app, words)
+    assert refused.exit_code == 2 and 'write --table "bumper.csv"' in refused.output
+
+
+@compiled
+@pytest.mark.slow
+def test_by_address_as_in_a_kernel_of_its_own():
+    """To the bit, as every law: a grid of very many cases has the law's own code in its kernel."""
+    pair = oscillators(SOFT, STIFF)
+    free, gaps = free_response(pair, shaking(3.0, duration=2.0), 0.01), np.array([0.0, 0.004])
+    outs = [np.zeros((2, 1, COLUMNS)) for _ in range(2)]
+    for own, out in enumerate(outs):
+        how = np.zeros((2, 1), dtype=np.int8)
+        cases = gaps, np.array([inf]), constant(1.0)
+        solve_grid(pair, free, LAWS["bumper"], cases, 1e-6, True, make_workspace(), out, how, bool(own))
+    assert np.array_equal(*outs, equal_nan=True) and outs[0][..., COUNT].min() > 0.0
