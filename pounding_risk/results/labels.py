@@ -10,7 +10,7 @@ import numpy as np
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.effects import EFFECTS, acts_on_law, bare, references
 from pounding_risk.motions.intensity import LEAST_PERIOD, response_spectra
-from pounding_risk.motions.motion import Motion, driven
+from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.record import recording_numbers
 from pounding_risk.results.attributes import as_text, versions
 from pounding_risk.results.layout import AXES, CaseVariable
@@ -72,13 +72,6 @@ def places_of(study: Scene, gaps: Array, yield_forces: Array) -> dict[str, Any]:
         names = [interface.contact_model for interface in study.interfaces]
         coords["interface_contact_model"] = ("interface", names, {"long_name": "contact model of the interface"})
     return coords
-
-
-def amplitudes(study: Scene, motions: tuple[Motion, ...]) -> np.ndarray:
-    """PGA of each motion of the grid (record, polarity, amplitude) [m/s²]."""
-    polarities, pgas = study.records.polarities, study.grid.pgas
-    peaks = [[[driven(motion, sense, pga).pga for pga in pgas] for sense in polarities] for motion in motions]
-    return np.array(peaks)
 
 
 def case_variable(name: str, output: Any) -> CaseVariable:

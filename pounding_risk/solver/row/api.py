@@ -1,8 +1,8 @@
-"""A row of buildings under one ground motion: laid out once, run with and without contact.
+"""A row of buildings under a ground motion: laid out once, run with and without contact.
 
 The buildings are chains of masses (`mdof.Chain`), the contact points places on them. Between contacts
 the motion is exact for a_g linear between samples; in contact it is integrated to a tolerance and lands on every event.
-The motion may arrive at each building at a time of its own (`ground`).
+Each building may have a ground motion of its own, at a time of its own (`ground`): a_g is then (buildings, n).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pounding_risk._jit.calls import numbers_of
 from pounding_risk._jit.compile import lowered
 from pounding_risk._jit.lent import lent
 from pounding_risk._jit.records import column, set_column
-from pounding_risk.models.ground import Arrivals, arrivals_of, arriving
+from pounding_risk.models.ground import Arrivals, arrivals_of, arriving, divided
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.solver.counters import TALLIED
 from pounding_risk.solver.pair.laws import verbs_of
@@ -116,7 +116,7 @@ class Laid(NamedTuple):
     terms: int  # of the Taylor series over one of them
     block_maps: np.ndarray  # as in `FreeMotion`
     initial: np.ndarray  # (2, masses) u [m] and v [m/s] when the motion begins
-    arrivals: Arrivals | None = None  # of the motion at each building, in `step`; None where all have it at once
+    arrivals: Arrivals | None = None  # of a_g at each building, in `step`; None where all stand on one ground
 
     @property
     def step(self) -> float:
@@ -140,13 +140,22 @@ class Laid(NamedTuple):
         return dofs if self.arrivals is None else np.delete(dofs, self.row.frame[FIRST, 1:] - 1)
 
 
-def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals: np.ndarray | None = None) -> Laid:
+def lay_out(
+    chains: Sequence[Chain],
+    points: Sequence[Any],
+    dt: float,
+    arrivals: np.ndarray | None = None,
+    velocities: np.ndarray | None = None,
+    *,
+    many: bool = False,
+) -> Laid:
     """The row of these buildings, left to right, for a motion sampled every ``dt`` [s].
 
     A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey.
     Points are in the order of their interfaces. Samples are divided where the stiffest building would pass more than
     2.5 rad between them, so that a Taylor series sums to rounding over every interval. ``arrivals`` [s], none below
-    zero, are those of the motion at each building; where all are equal, as without them, all stand on one motion.
+    zero, are those of the motion at each building, ``velocities`` [m/s] those of the ground at t = 0. Where all are
+    equal, as without them, all stand on one ground, unless there are ``many`` motions, one of each building.
     """
     rate = max((_rate(chain) for chain in chains), default=0.0)
     parts = max(1, ceil(rate * dt / 2.5))
@@ -154,7 +163,9 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals:
     while size > 1e-19 and terms < MAX_TERMS:
         size *= max(rate * step, 1e-3) / (terms - 3)
         terms += 1
-    arrived = None if arrivals is None or not np.ptp(arrivals) > 0.0 else arrivals_of(arrivals, step)
+    times, speeds = (np.zeros(len(chains)) if values is None else values for values in (arrivals, velocities))
+    is_one = not many and not np.ptp(times) > 0.0 and not np.ptp(speeds) > 0.0
+    arrived = None if is_one else arrivals_of(times, step, speeds)
     own = 0 if arrived is None else 1  # dofs of each building's ground
     counts = [chain.mass.size for chain in chains]
     first = np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64) + own)]).astype(np.int64)
@@ -323,9 +334,7 @@ def _dofs(chain: Chain, level: float) -> list[tuple[int, float]]:
 
 def nodes_of(laid: Laid, acceleration: np.ndarray) -> np.ndarray:
     """a_g at the nodes `Laid.step` apart, where it arrives first; NaN from the first sample on that is not finite."""
-    known = np.where(np.isfinite(acceleration), acceleration, np.nan)
-    count = (len(known) - 1) * laid.parts + 1
-    return np.interp(np.arange(count) / laid.parts, np.arange(len(known)), known)
+    return divided(acceleration, laid.parts)
 
 
 def ground_histories(laid: Laid, acceleration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -336,7 +345,7 @@ def ground_histories(laid: Laid, acceleration: np.ndarray) -> tuple[np.ndarray, 
     """
     nodes, buildings = nodes_of(laid, acceleration), laid.row.frame.shape[1] - 1
     if laid.arrivals is None:
-        return np.repeat(nodes[:, None], buildings, axis=1), np.zeros((nodes.size, buildings - 1))
+        return np.repeat(nodes[:, None], buildings, axis=1), np.zeros((nodes.shape[-1], buildings - 1))
     table = arriving(nodes, laid.step, laid.arrivals)[:: laid.phases]
     return table[..., PULL], table[:, 1:, SPREAD]
 
@@ -386,6 +395,8 @@ def unmoved(laid: Laid, acceleration: np.ndarray) -> tuple[Any, ...]:
         laid.block,
     )
     motion.states[0][:, laid.masses] = laid.initial
+    if laid.arrivals is not None:
+        motion.states[0][1, row.frame[FIRST, 2:] - 1] = np.diff(laid.arrivals.velocities)
     buildings, nodes = row.frame.shape[1] - 1, laid.block + 1
     most = max([0, *np.diff(row.frame[START]).tolist()])  # points of an interface
     work = FreeWork(
