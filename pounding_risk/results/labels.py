@@ -17,6 +17,7 @@ from pounding_risk.results.layout import AXES, CaseVariable
 from pounding_risk.results.places import building_coordinates, place_coordinates
 from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
 from pounding_risk.results.variables import described, own_dims
+from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import said_restitution
 from pounding_risk.scene.level_notes import level_notes
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
@@ -155,6 +156,7 @@ def case_coordinates(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
         "record_sha256": ("record", about("sha256"), {"long_name": "checksum of the record's file"}),
         **_known_of_records(motions),
         **_amplitudes_felt(study, motions),
+        **_grounds_apart(study, motions),
     }
 
 
@@ -201,6 +203,23 @@ def _amplitudes_felt(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
             described("m/s2", "peak ground acceleration that the buildings felt, after every scaling"),
         ),
         "record_scale_factor": (("record", "pga"), factors[:, None] * grown, described("1", factor)),
+    }
+
+
+def _grounds_apart(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
+    """How far unlike grounds part at each interface under each record; nothing where all stand on one ground."""
+    if not study.supports:
+        return {}
+    partings = [parting(study, motion) for motion in motions]
+    before = "x_right - x_left of the grounds under neighbours, before the amplitude of the grid"
+    values = {"largest": f"largest size of {before}", "end": f"{before}: at the end of the record"}
+    return {
+        f"record_ground_widening_{name}": (
+            ("record", "interface"),
+            np.array([getattr(each, name) for each in partings]).reshape(len(motions), -1),
+            described("m", words),
+        )
+        for name, words in values.items()
     }
 
 

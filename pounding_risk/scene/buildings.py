@@ -556,7 +556,7 @@ def _walls(buildings: Sequence[Section], count: int) -> Iterator[Fault]:
 def _late(buildings: Sequence[Section], count: int) -> Iterator[Fault]:
     """A fault where every building has a delay: nothing shakes before the first one is reached."""
     delays = [keys.get("ground_delay", 0.0) for keys in buildings]
-    if len(delays) == count and all(delay > 0.0 for delay in delays):
+    if delays and len(delays) == count and all(delay > 0.0 for delay in delays):
         yield buildings[0].fault(
             "ground_delay",
             "every building has a delay, so that time would begin before the motion; count delays from the building "

@@ -14,13 +14,13 @@ from pounding_risk.ensemble.pair_job import PairJob
 from pounding_risk.models.ground import DelayedGround
 from pounding_risk.models.structures.sdof import Oscillator
 from pounding_risk.results.run_labels import Case, Trace
+from pounding_risk.scene.ground_motion import in_space
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import CONTACT_COLUMNS, FIRST_YIELD, STATUS, YIELDS, Log, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, initial_state, oscillators, run
 from pounding_risk.solver.pair.flight import Free, state_at, write_series
 from pounding_risk.solver.pair.outputs import building_outputs, run_outputs
 from pounding_risk.solver.workspace import make_workspace
-from pounding_risk.studies.ground_motion import in_space
 
 Array = NDArray[np.float64]
 ROWS = 4096  # to begin with; a log that overflows is made again with the room it asked for

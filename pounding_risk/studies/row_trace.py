@@ -14,6 +14,7 @@ from pounding_risk.ensemble.row_grid import mechanics_of, model_of
 from pounding_risk.models.ground import arriving
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.run_labels import Case, Trace
+from pounding_risk.scene.ground_motion import in_space
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import Laid
@@ -21,7 +22,6 @@ from pounding_risk.solver.row.cases import Cases, Driven, Limits
 from pounding_risk.solver.row.outputs import Frame, frame_of, outputs, variables
 from pounding_risk.solver.row.trace_reader import FACTS, contacts_of, forces_at, impulses_at, instants_of, motion_at
 from pounding_risk.solver.row.workspace import FIRST
-from pounding_risk.studies.ground_motion import in_space
 
 Array = NDArray[np.float64]
 

@@ -1,17 +1,35 @@
-"""Displacement of the ground under buildings: exact for a_g linear between samples, and of no solver."""
+"""Displacement of the ground under buildings, and between them: exact for a_g linear between samples."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.models.ground import SHARED, Support, accelerations, is_apart, summed
 from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.scene.scene import Scene
 
 Array = NDArray[np.float64]
+
+
+class Parting(NamedTuple):
+    """How the grounds of the neighbours at each interface part, x_right − x_left, under one motion."""
+
+    largest: Array  # by interface, of its size at the samples [m]
+    when: Array  # s
+    end: Array  # at the end of the motion [m]
+
+
+def parting(study: Scene, motion: Motion) -> Parting:
+    """How the grounds part under a motion as it drives the scene."""
+    ground = ground_displacements(study, motion, motion.times)
+    apart = np.diff(ground, axis=1)
+    at = np.abs(apart).argmax(axis=0)
+    return Parting(np.abs(apart).max(axis=0), motion.times[at], apart[-1])
 
 
 def in_space(study: Scene, motion: Motion, time: Array, displacement: Array) -> Mapping[str, Array]:
@@ -37,7 +55,7 @@ def in_space(study: Scene, motion: Motion, time: Array, displacement: Array) -> 
     return {"ground_displacement": ground, "absolute_displacement": displacement + ground[:, :, None]}
 
 
-def ground_displacements(study: Scene, motion: Motion, time: Array) -> Array:
+def ground_displacements(study: Scene, motion: Motion, time: Samples) -> Array:
     """Displacement of the ground under each building at these times (n, buildings) [m], zero at 0 s."""
     supports = study.supports or (SHARED,) * len(study.buildings)
     under = accelerations(supports, motion.acceleration, motion.own_grounds)
@@ -48,7 +66,7 @@ def ground_displacements(study: Scene, motion: Motion, time: Array) -> Array:
     return np.column_stack(columns)
 
 
-def displaced(samples: Array, dt: float, support: Support, time: Array) -> Array:
+def displaced(samples: Samples, dt: float, support: Support, time: Samples) -> Array:
     """Displacement [m] at these times of ground whose acceleration is on straight lines between samples [m/s²].
 
     ``support`` says when it begins, and how fast the ground moves before.
