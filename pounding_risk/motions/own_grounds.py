@@ -100,9 +100,15 @@ def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
         motion,
         acceleration=shared,
         dt=dt,
+        record={**motion.record, "beside": [_facts(record) for record in others]},
         processing=(*motion.processing, *sentences),
         own_grounds=apart if any(samples is not None for samples in apart) else (),
     ).doubted(flags)
+
+
+def _facts(record: Motion) -> dict[str, str]:
+    """What it takes to find a record again."""
+    return {"name": record.name, **{key: str(record.record.get(key, "")) for key in ("source", "sha256")}}
 
 
 def _parts(record: Motion, dt: float, motions: Sequence[Motion]) -> int:

@@ -11,6 +11,7 @@ from scenes import rigid, scene_text, single, storeyed
 
 import pounding_risk as pr
 from pounding_risk import figures
+from pounding_risk.ensemble.plan.compilation import kernels_of
 from pounding_risk.errors import PoundingError, RecordError, SceneError
 from pounding_risk.models.ground import Support
 from pounding_risk.motions.motion import Motion
@@ -318,3 +319,48 @@ def test_other_commands(tmp_path):
     table = pr.effects(pair({}, {"ground_delay": "50 ms"}), repeats=1)
     assert "wave_passage" not in table.attrs["effects"] and "wave_passage" in table.attrs["left_out"]
     assert "stands on the motion times -1, ground that moves at 20 mm/s at first" in str(pr.validate(scene))
+
+
+def row(**last: Any) -> pr.Scene:
+    """Two equal buildings of two storeys and a wall, on three grounds."""
+    storeys = {"masses": "40 t", "stiffnesses": "30 MN/m", "storeys": 2}
+    left = storeyed("A", **storeys)
+    middle = storeyed("B", **storeys, ground_factor=0.8, ground_delay="25 ms")
+    between = {"gap": "10 mm", "contact_model": "linear", "stiffness": "1e5 kN/m"}
+    return parse_scene(
+        scene_text(left, middle, rigid("C", **last), interfaces=[between], records={"window": ["0 s", "4 s"]}, grid=FEW)
+    )
+
+
+def test_a_row_in_space(tmp_path):
+    """What closes the gap at each contact point is the difference of its floors in space; scans and runs agree."""
+    scene = row(ground_record="RSN6-270", ground_velocity="-0.01 m/s")
+    run = pr.simulate(scene, gap="5 mm")
+    space = run.absolute_displacement.values
+    wall = run.ground_displacement.isel(building=2).values
+    for number, point in enumerate(run.contact_point.values):
+        closing = run.relative_displacement.isel(contact_point=number).values
+        left, right = (int(run[f"contact_point_{side}_floor"][number]) for side in ("left", "right"))
+        at = int(run.contact_point_interface[number])
+        other = wall if at == 1 else space[:, 1, right - 1]
+        np.testing.assert_allclose(closing, space[:, at, left - 1] - other, atol=1e-12, err_msg=str(point))
+    assert int(run.impact_count.sum()) >= 2
+    np.testing.assert_allclose(np.diff(run.ground_displacement.values, axis=1), run.ground_widening, atol=1e-12)
+    found = pr.scan(scene, tmp_path / "row.nc", check_fraction=0.0)
+    np.testing.assert_array_equal(run.peak_contact_force, found.peak_contact_force.isel(gap=0).values.ravel())
+    assert found.record_ground_widening_largest.shape == (1, 2)
+    assert (
+        found.peak_floor_acceleration_free.isel(building=2).item() == np.abs(motions_of(scene)[0].own_grounds[2]).max()
+    )
+    assert pr.rerun(tmp_path / "row.nc").same
+    assert kernels_of(scene).whole
+    bench = pr.accuracy(scene, cases=1)
+    assert "ground of a building's own" in bench.attrs["left_out"]
+
+
+def test_kernels_of_a_scene_whose_records_are_not_there(tmp_path):
+    """What stands beside a record is left out: the kernels are those of unlike grounds all the same."""
+    scene = pair({}, {"ground_record": str(tmp_path / "nowhere.AT2")})
+    pr.cache(scene)
+    with pytest.raises(PoundingError, match=r"nowhere\.AT2"):
+        scanned(scene)

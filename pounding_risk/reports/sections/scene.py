@@ -143,9 +143,7 @@ def _assumed(data: ReportData) -> list[str]:
         both = "All" if data.several else "Both"
         sentences.append(f"{both} buildings stand on the same motion at the same time.")
     elif "wave_passage" not in effects:
-        sentences.append(
-            "Buildings stand on unlike grounds, as their keys ground_ say; peaks are relative to these."
-        )
+        sentences.append("Buildings stand on unlike grounds, as their keys ground_ say; peaks are relative to these.")
     if "permanent_set" not in effects and np.isfinite(data.results["yield_force"].values).any():
         sentences.append(
             "Yielding leaves no dent: laws with a yield force retrace their plateau, as published, unless the effect "
