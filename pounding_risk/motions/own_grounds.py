@@ -10,9 +10,8 @@ import numpy as np
 
 from pounding_risk.errors import RecordError
 from pounding_risk.models.ground import divided
-from pounding_risk.motions.catalogue import entries
+from pounding_risk.motions.catalogue import is_file
 from pounding_risk.motions.ensemble import read_ensemble
-from pounding_risk.motions.generated import is_recipe
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import RecordRequest
 
@@ -37,10 +36,10 @@ def read_own(name: str, request: RecordRequest, folder: Path) -> Motion:
     RecordError
         As `read_ensemble`, and where the name is not that of one motion.
     """
-    is_name = is_recipe(name) or any(entry.id == name for entry in entries())
+    names, files = ((), (name,)) if is_file(name) else ((name,), ())
     asked = request._replace(
-        names=(name,) if is_name else (),
-        files=() if is_name else (name,),
+        names=names,
+        files=files,
         pga=None,
         scale=None,
         sa=None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -358,9 +359,37 @@ def test_a_row_in_space(tmp_path):
     assert "ground of a building's own" in bench.attrs["left_out"]
 
 
-def test_kernels_of_a_scene_whose_records_are_not_there(tmp_path):
+def test_kernels_are_compiled_with_made_motions():
     """What stands beside a record is left out: the kernels are those of unlike grounds all the same."""
-    scene = pair({}, {"ground_record": str(tmp_path / "nowhere.AT2")})
+    scene = pair({}, {"ground_record": "RSN6-270"})
     pr.cache(scene)
-    with pytest.raises(PoundingError, match=r"nowhere\.AT2"):
-        scanned(scene)
+    assert kernels_of(scene).whole
+
+
+def test_a_record_that_is_not_there_is_told_when_the_scene_is_read():
+    with pytest.raises(SceneError, match=r'building\.right\.ground_record: no file answers to "nowhere\.AT2"'):
+        pair({}, {"ground_record": "nowhere.AT2"})
+    with pytest.raises(SceneError, match=r'no file answers to "nowhere\.AT2"'):
+        pair({}, {"ground_record": ["RSN6-270", "nowhere.AT2"]})
+
+
+def test_results_find_records_of_buildings_in_another_folder(tmp_path):
+    ground = shaking(4.0)[:200]
+    home, away = tmp_path / "home", tmp_path / "away"
+    for folder in (home, away):
+        folder.mkdir()
+        record(folder / "a.txt", ground)
+        record(folder / "b.txt", -0.5 * ground)
+    one, other = single("left", "10 t", "0.5 s"), single("right", "20 t", "0.3 s", ground_record="b.txt")
+    text = scene_text(one, other, records=of_file("a.txt", pga="0.3 g"), law="linear")
+    (home / "scene.toml").write_text(text, encoding="utf-8")
+    results = pr.scan(home / "scene.toml", away / "r.nc", check_fraction=0.0)
+    (beside,) = json.loads(results.attrs["records"])[0]["beside"]
+    assert beside["name"] == "b" and len(beside["sha256"]) == 64
+    (home / "b.txt").unlink()
+    assert pr.rerun(away / "r.nc").same  # beside the results
+    record(away / "b.txt", 0.5 * ground)
+    assert any("another motion" in note for note in pr.rerun(away / "r.nc").notes)
+    (away / "b.txt").unlink()
+    with pytest.raises(PoundingError, match=r"takes records from a\.txt, b\.txt, and they are not all in"):
+        pr.rerun(away / "r.nc")
