@@ -104,6 +104,15 @@ def test_a_delay_beside_a_wave_is_refused():
     assert both.supports == (Support(), Support(-1.0, 0.075))
 
 
+def test_walls_that_would_crush_rigid_bodies_are_refused():
+    between = {"gap": "10 mm", "contact_model": "stereomechanical", "restitution": 0.5}
+    buildings = rigid("W"), single("M", "10 t", "0.5 s"), rigid("E", ground_factor=-1.0)
+    with pytest.raises(
+        SceneError, match=r"building\.E\.ground_factor: stereomechanical: W and E move towards each other"
+    ):
+        parse_scene(scene_text(*buildings, interfaces=[between]))
+
+
 def test_a_delay_longer_than_the_record_is_refused():
     with pytest.raises(SceneError, match=r"building\.ground_delay: the motion needs 7 s"):
         scanned(pair({}, {"ground_delay": "7 s"}))
