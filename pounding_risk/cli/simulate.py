@@ -58,6 +58,7 @@ def simulate(
     pga: Annotated[str | None, option("Peak ground acceleration.", "the first")] = None,
     out: Annotated[Path | None, out_option("Write histories", ".nc")] = None,
     figure: Figure = None,
+    absolute: Annotated[bool, typer.Option("--absolute", help="The figure has displacements in space too.")] = False,
     animation: Annotated[Path | None, file_option("The run, moving", (".html",))] = None,
     strict: Strict = False,
 ) -> None:
@@ -81,7 +82,7 @@ def simulate(
     if out is not None:
         save(dataset, out)
     announce(out)
-    draw(figure, "simulate.simulation_figure", dataset)
+    draw(figure, "simulate.simulation_figure", dataset, absolute=absolute)
     if animation is not None:
         from pounding_risk.reports.animation import animate
 

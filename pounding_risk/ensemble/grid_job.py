@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.job import Job, ScanInput, never
 from pounding_risk.ensemble.tolerance_check import check_variables, drawn, made_again, not_made_again
+from pounding_risk.models.ground import accelerations
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.results.labels import OUTCOME, attributes, case_variable, places_of, skeleton
 from pounding_risk.results.layout import CaseVariable, Slab, Template, bytes_per_case, slabs
@@ -44,6 +45,12 @@ class Sizes(NamedTuple):
         """Size of a dataset with so many values along each of its axes."""
         motions = shape["record"] * shape["polarity"] * shape["pga"]
         return self.case * prod(shape.values()) + self.motion * motions + self.record * shape["record"]
+
+
+def peaks_under(study: Scene, motion: Motion) -> Array:
+    """The peak of a_g under each building of a scene, in a motion as it drives them [m/s²]."""
+    under = accelerations(study.supports, motion.acceleration, motion.own_grounds)
+    return np.broadcast_to(np.abs(under).max(axis=-1), len(study.buildings))
 
 
 class GridJob(Job):
@@ -121,6 +128,11 @@ class GridJob(Job):
         record, polarity, amplitude = motion
         study = self.study
         return driven(self.scan_input.motions[record], study.records.polarities[polarity], study.grid.pgas[amplitude])
+
+    def peaks_under(self) -> Array:
+        """The peak of a_g under each building, by motion of the grid (record, polarity, amplitude, building) [m/s²]."""
+        peaks = [peaks_under(self.study, self.ground(motion)) for motion in np.ndindex(self.motions_shape)]
+        return np.array(peaks).reshape(*self.motions_shape, -1)
 
     def law_at(self, batch: int) -> int:
         """Index of the contact model that a batch needs."""

@@ -2,8 +2,8 @@
 
 A response without contact has a state at every node, that of a row at every sixteenth. There are nodes at the samples,
 and between them where the phase of the fastest mode would advance by more than `TURN` (`pair.at_rest`, `row.lay_out`).
-Its size follows from the record, the shortest period and the number of floors. Under a wave there is a node at the
-samples of every building, and the ground under each has a table of its own.
+Its size follows from the record, the shortest period and the number of floors. On unlike grounds there is a node at
+the samples of every building, and the ground under each has a table of its own.
 """
 
 from __future__ import annotations
@@ -15,15 +15,16 @@ from itertools import pairwise
 from math import ceil, sqrt
 from pathlib import Path
 
+import numpy as np
+
 from pounding_risk.errors import SceneError
-from pounding_risk.models.effects import wave_of
 from pounding_risk.models.ground import arrivals_of
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.scene import Scene
 
 TURN = 2.5  # rad, largest phase between nodes
-BYTES_OF_GROUND = 6 * 8.0  # of a node and building under a wave (`models.ground.arriving`)
+BYTES_OF_GROUND = 6 * 8.0  # of a node and building on unlike grounds (`models.ground.arriving`)
 BYTES_A_NODE = 120.0  # of a response while it is made: ground, time, four states, and NumPy's copies of the first two
 BYTES_A_DOF = 7.0  # and node, of a row: states, bounds and peaks by blocks of nodes
 BYTES_OF_STATE = 16.0  # of a dof and node, of a run that keeps its states: displacement and velocity
@@ -56,11 +57,11 @@ def response_bytes(study: Scene, motion: Motion) -> float:
 def bytes_a_step(study: Scene, motion: Motion, a_dof: float = BYTES_A_DOF) -> float:
     """The part of `response_bytes` that falls on each sample of the motion [bytes]; ``a_dof`` of it on each floor."""
     parts = max(1, ceil(fastest_rate(study) * motion.dt / TURN))
-    wave, count = wave_of(study.effects), len(study.buildings)
+    supports, count = study.supports, len(study.buildings)
     dofs = sum(chain_of(building, study.effects).mass.size for building in study.buildings)
-    if wave is None:
+    if not supports:
         return (BYTES_A_NODE + a_dof * dofs) * parts
-    arrivals = arrivals_of(wave.arrivals(count), motion.dt / parts)
+    arrivals = arrivals_of(np.array([support.delay for support in supports]), motion.dt / parts)
     nodes = max(2, arrivals.offsets.size)  # in a step: a pair has two in any case
     return (BYTES_A_NODE + a_dof * (dofs + count) + BYTES_OF_GROUND * count) * nodes * parts
 

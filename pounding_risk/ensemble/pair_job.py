@@ -17,9 +17,8 @@ from pounding_risk.ensemble.grid_job import FREE_RESPONSES, HOW, Array, GridJob,
 from pounding_risk.ensemble.job import Finish, ScanInput
 from pounding_risk.ensemble.laws import laws_of
 from pounding_risk.ensemble.tolerance_check import SENSITIVE, AtLeastOne, changes, check_variables
-from pounding_risk.models.effects import wave_of
 from pounding_risk.motions.motion import Motion
-from pounding_risk.results.labels import OUTCOME, amplitudes, kept_as
+from pounding_risk.results.labels import OUTCOME, kept_as
 from pounding_risk.results.layout import Slab, bytes_per_case
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import COMPLETE, STATUS
@@ -69,11 +68,11 @@ class PairJob(GridJob):
 
     @classmethod
     def closing(cls, study: Scene) -> Callable[[Motion], tuple[Array, Free]]:
-        pair, wave, gaps = oscillators(*study.pair), wave_of(study.effects), np.array(study.grid.gaps)
+        pair, supports, gaps = oscillators(*study.pair), study.supports, np.array(study.grid.gaps)
         initial = initial_state(*study.pair)
 
         def respond(motion: Motion) -> tuple[Array, Free]:
-            free = free_response(pair, motion.acceleration, motion.dt, wave, initial)
+            free = free_response(pair, motion.acceleration, motion.dt, supports, initial, motion.own_grounds)
             return free.high[:, 0].max() - gaps, free
 
         return respond
@@ -81,8 +80,8 @@ class PairJob(GridJob):
     def free(self, motion: Place) -> Free:
         def respond() -> Free:
             ground = self.ground(motion)
-            wave = wave_of(self.study.effects)
-            return free_response(self.pair, ground.acceleration, ground.dt, wave, self.initial)
+            supports, own = self.study.supports, ground.own_grounds
+            return free_response(self.pair, ground.acceleration, ground.dt, supports, self.initial, own)
 
         return self._free.of(motion, respond)
 
@@ -133,8 +132,7 @@ class PairJob(GridJob):
             free = self.free(motion)
             alone[motion][HIGH : HIGH + SIGNALS] = np.maximum(free.high.max(axis=0), 0.0)
             alone[motion][LOW : LOW + SIGNALS] = np.minimum(free.low.min(axis=0), 0.0)
-        pgas = amplitudes(self.study, self.scan_input.motions)
-        return building_outputs(alone, self.study.pair, pgas) | {"peak_closing": alone[..., HIGH, None]}
+        return building_outputs(alone, self.study.pair, self.peaks_under()) | {"peak_closing": alone[..., HIGH, None]}
 
     def writer(self) -> PairWriter:
         return PairWriter(self)
@@ -151,18 +149,18 @@ class PairWriter:
 
     def __init__(self, job: PairJob):
         self._job = job
-        self._pgas = amplitudes(job.study, job.scan_input.motions).reshape(-1)
+        self._pgas = job.peaks_under().reshape(-1, 2)
         self._check = AtLeastOne()
 
     def values(self, batches: range, chunk: Chunk) -> Chunk:
         """Every case variable of these batches."""
         job, raw = self._job, chunk[RAW]
-        pgas = self._pgas[np.arange(batches.start, batches.stop) // (job.batches // self._pgas.size)]
+        pgas = self._pgas[np.arange(batches.start, batches.stop) // (job.batches // len(self._pgas))]
         variables = {
             name: values.astype(kept_as(RUN[name].whole), copy=False)[..., None]  # of the one interface
             for name, values in run_outputs(raw, job.yield_forces).items()
         }
-        variables |= building_outputs(raw, job.study.pair, pgas[:, None])
+        variables |= building_outputs(raw, job.study.pair, pgas[:, None, :])
         variables |= {"status": raw[..., STATUS].astype(np.int8), HOW: chunk[HOW]}
         if job.check_names:
             variables |= {name: chunk[name] for name in job.check_names}

@@ -10,9 +10,15 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from math import isfinite, pi, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quantity
+from pounding_risk.models.ground import SHARED
+from pounding_risk.motions.motion import driven
+from pounding_risk.motions.request import AS_RECORDED
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
+from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.scene import Scene
 from pounding_risk.units import (
@@ -95,7 +101,9 @@ def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
     tuple of str
         The number, the usual range with its source, and the likely mistake.
     """
-    return (*_of_buildings(study), *_of_gaps(study), *_of_stiffnesses(study), *_of_motions(study, tuple(motions)))
+    read = tuple(motions)
+    of_scene = *_of_buildings(study), *_of_gaps(study), *_of_stiffnesses(study)
+    return (*of_scene, *_of_motions(study, read), *_of_grounds(study, read))
 
 
 # --- the input --------------------------------------------------------------------------------------------
@@ -200,6 +208,26 @@ def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
             name = most(unusual, key=unusual.__getitem__)
             others = f" and {len(unusual) - 1} more" if len(unusual) > 1 else ""
             yield from _unusual("PGA as recorded", {f"{name}{others}": unusual[name]})
+
+
+def _of_grounds(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
+    """A note on the interface whose grounds part most: that displacement is part of what closes and opens the gap."""
+    if not any(building.support != SHARED for building in study.buildings):
+        return
+    asked = study.grid.pgas[-1]
+    driving = [driven(motion, AS_RECORDED, None if motion.pga == 0.0 else asked) for motion in motions]
+    partings = [parting(study, motion) for motion in driving]
+    sizes = np.array([each.largest for each in partings])
+    if not sizes.any():
+        return
+    number, place = np.unravel_index(int(sizes.argmax()), sizes.shape)
+    worst, name = partings[number], study.interface_names[place]
+    most, end = (say(float(values[place]), GAP, 3) for values in (worst.largest, np.abs(worst.end)))
+    yield (
+        f"{name}: their grounds move by up to {most} against each other ({driving[number].name}, at "
+        f"{worst.when[place]:.3g} s), which is part of what closes and opens the gap; {end} are left at the end: "
+        "in a record without baseline correction that is drift, no motion of the ground"
+    )
 
 
 def _below(limit: float) -> Callable[[float], bool]:

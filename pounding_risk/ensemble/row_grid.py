@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from pounding_risk.ensemble.laws import law_of
 from pounding_risk.models.contact.impulsive import is_instant, only_in_pairs
-from pounding_risk.models.effects import wave_of
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.scene import Scene, between_walls
@@ -32,9 +31,9 @@ def row_grid(study: Scene) -> RowGrid:
 
 
 def model_of(study: Scene) -> RowModel:
-    """The buildings of a scene, their contact points and the wave that passes them; raises as `chain_of`."""
+    """The buildings of a scene, their contact points and what they stand on; raises as `chain_of`."""
     chains = [chain_of(building, study.effects) for building in study.buildings]
-    return RowModel(chains, study.points, wave_of(study.effects))
+    return RowModel(chains, study.points, study.supports)
 
 
 def mechanics_of(study: Scene, model: RowModel, name: str, levels: Array) -> Mechanics:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.once import Shared
 from pounding_risk.ensemble.chunks import RAGGED, Chunk
-from pounding_risk.ensemble.grid_job import HOW, Array, GridJob, Place, Sizes
+from pounding_risk.ensemble.grid_job import HOW, Array, GridJob, Place, Sizes, peaks_under
 from pounding_risk.ensemble.job import Finish, ScanInput
 from pounding_risk.ensemble.limits import response_bytes
 from pounding_risk.ensemble.row_grid import model_of, row_grid, without_jumps
@@ -98,12 +98,14 @@ class RowJob(GridJob):
         gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])[:, model.interfaces]
 
         def respond(motion: Motion) -> tuple[Array, Any]:
-            response = rows.free_response(model.row(motion.dt), motion.acceleration)
+            own = motion.own_grounds
+            under = model.under(motion.acceleration, own)
+            response = rows.free_response(model.row(motion.dt, model.has_many(own)), under)
             free = response.run
             # A response that fails is the result of its cases.
             is_whole = free.status == COMPLETE
             closed = (free.points[:, HIGHEST] - gaps).max(axis=1) if is_whole else np.zeros(len(gaps))
-            return closed, (response, motion.acceleration)
+            return closed, (response, under)
 
         return respond
 
@@ -116,7 +118,8 @@ class RowJob(GridJob):
 
         def respond() -> Driven:
             ground = self.ground(motion)
-            return Driven(ground.acceleration, ground.dt, ground.pga, self._response(motion).run)
+            under = self.grid.model.under(ground.acceleration, ground.own_grounds)
+            return Driven(under, ground.dt, peaks_under(self.study, ground), self._response(motion).run)
 
         return self._driven.of(motion, respond)
 
@@ -124,8 +127,10 @@ class RowJob(GridJob):
         """The row's response to a motion of the grid without contact, with its states at all nodes."""
 
         def respond() -> FreeResponse:
-            ground = self.ground(motion)
-            return rows.free_response(self.grid.model.row(ground.dt), ground.acceleration)
+            ground, model = self.ground(motion), self.grid.model
+            own = ground.own_grounds
+            under = model.under(ground.acceleration, own)
+            return rows.free_response(model.row(ground.dt, model.has_many(own)), under)
 
         return self._responses.of(motion, respond)
 
@@ -138,8 +143,9 @@ class RowJob(GridJob):
     def prepared(self) -> str:
         """Digest of the laws, and of every matrix of the row over a step of each record."""
         digest = blake2b(repr([mechanics.laws for mechanics in self.grid.mechanics]).encode(), digest_size=16)
-        for step in sorted({motion.dt for motion in self.scan_input.motions}):
-            for array in self.grid.model.row(step).row:
+        model, motions = self.grid.model, self.scan_input.motions
+        for step, many in sorted({(motion.dt, model.has_many(motion.own_grounds)) for motion in motions}):
+            for array in model.row(step, many).row:
                 digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()
 

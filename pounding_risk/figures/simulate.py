@@ -9,6 +9,7 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.row import building_shapes, force_text
+from pounding_risk.errors import PoundingError
 from pounding_risk.figures.elevation import MARKERS, RAISED, WIDTH, between, gap_scale, outline
 from pounding_risk.figures.style import QUIET, STYLES, blank, force_words, law_words, motion_words, plain, styles, title
 from pounding_risk.units import STANDARD_GRAVITY, say_in
@@ -93,11 +94,12 @@ def _impact_label(impact: Any, impacts: Sequence[Any]) -> str:
     return f"{', '.join(parts)}: {restitution_words} {impact.restitution:.2f}"
 
 
-def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
+def simulation_figure(run: xr.Dataset, note: str = "", absolute: bool = False) -> Figure:
     """One run over time: ground motion, motion, contact forces, and energies where the run has them.
 
     Of two buildings with one floor each the motion is their relative displacement, with the gap and the contacts. Of
-    others it is the displacement of the roofs, and all peaks stand on an elevation below.
+    others it is the displacement of the roofs relative to the ground under each, and all peaks stand on an elevation
+    below.
 
     Parameters
     ----------
@@ -105,15 +107,25 @@ def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
         A dataset of `simulate`.
     note : str
         Added to the caption.
+    absolute : bool
+        A panel more has the displacements of roofs and grounds in space.
 
     Returns
     -------
     matplotlib.figure.Figure
         Panels over time, as many as the run has histories for, and the elevation.
+
+    Raises
+    ------
+    PoundingError
+        For displacements in space that the run, of an earlier version, has not.
     """
+    if absolute and "absolute_displacement" not in run:
+        raise PoundingError("absolute: the run has no displacements in space; simulate it again with this version")
     is_simple = run.sizes["contact_point"] == run.sizes["storey"] == 1 and "relative_displacement" in run
     panels: list[tuple[Any, float]] = [(_ground, 1.5)]  # what draws a panel, and its height [inches]
     panels.append((_closing, 2.6) if is_simple else (_roofs, 2.3))
+    panels += [(_in_space, 2.6)] if absolute else []
     panels += [(_forces, 2.3), *([(_energies, 2.3)] if "energy_ground" in run else [])]
     count, wide = len(panels), min(max(9.0, 1.7 * run.sizes["building"]), 30.0)
     if not is_simple:
@@ -158,7 +170,21 @@ def _closing(axis: Axes, run: xr.Dataset) -> None:
 def _roofs(axis: Axes, run: xr.Dataset) -> None:
     """Draw the displacement of the roof of each building."""
     _largest_lines(axis, run["time"].values, 1e3 * roofs_of(run), list(map(str, run["building"].values)))
-    axis.set_ylabel("displacement of\nthe roof [mm]")
+    axis.set_ylabel("roof relative to\nits ground [mm]")
+
+
+def _in_space(axis: Axes, run: xr.Dataset) -> None:
+    """Draw the displacement in space of each roof, and dotted that of the ground under it; once of one ground."""
+    time, names = run["time"].values, list(map(str, run["building"].values))
+    ground = 1e3 * run["ground_displacement"].transpose("time", "building").values
+    roofs = _of_roofs(run, run["absolute_displacement"].transpose("time", "building", "storey").values)
+    storeys = run["building_storeys"].values.astype(int)
+    _largest_lines(axis, time, np.where(storeys > 0, 1e3 * roofs, ground), names)
+    own = ground[:, :1] if (ground == ground[:, :1]).all() else ground
+    for number, line in enumerate(own.T):
+        axis.plot(time, line, color=QUIET, linestyle=":", linewidth=0.9, label=None if number else "ground")
+    axis.legend(fontsize=7.5, loc="upper right", ncols=3 if len(names) > 3 else 1, framealpha=0.9)
+    axis.set_ylabel("displacement\nin space [mm]")
 
 
 def _forces(axis: Axes, run: xr.Dataset) -> None:

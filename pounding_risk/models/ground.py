@@ -1,9 +1,10 @@
-"""Ground motion of a pair: one motion under both buildings, or a wave that reaches one of them before the other.
+"""Ground motion under buildings: one motion under all, or one of its own under each.
 
-`arriving` has the motions of any number of buildings; the types that follow are a pair's, those of a row stand in
-`solver.row.ground`.
+`Support` says what a building stands on, `accelerations` gives a_g under each. `arriving` has the motions of any number
+of buildings as a table; the types that follow are a pair's, those of a row stand in `solver.row.ground`. A wave that
+reaches one building before the other is the case of unlike delays.
 
-With a wave the ground itself widens the gap, by w = x_right − x_left with ẅ = a_right − a_left:
+Unlike grounds widen the gap themselves, by w = x_right − x_left with ẅ = a_right − a_left:
 
     δ = u_left − u_right − w − gap,    each u relative to the ground under its own building.
 
@@ -14,17 +15,81 @@ left one, y = u_right + w, where a contact is what it is without a wave, and
 
 Both a_g are linear between their own samples, and nodes stand at the samples of both: each a_g is linear between two
 nodes, w is a cubic there, and nothing of the solver's exactness is lost.
-Which of the two a kernel has is decided by type when it is compiled: without a wave w is the constant zero.
+Which of the two a kernel has is decided by type when it is compiled: on one ground w is the constant zero.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import floor
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from pounding_risk._jit.compile import borrowed, speaks
+
+
+class Support(NamedTuple):
+    """What a building stands on: a_g(t) = factor × record(t − delay), zero before the delay, and ẋ(0) = velocity.
+
+    Displacements of the ground count from where it is at t = 0. Delays count from the building that is reached first.
+    """
+
+    factor: float = 1.0  # −1 reverses the record, 0 is ground that has no acceleration
+    delay: float = 0.0  # s
+    velocity: float = 0.0  # m/s, of the ground at t = 0
+    records: tuple[str, ...] = ()  # its own, one for all records of a scene or one for each; none: the scene's
+
+
+SHARED = Support()  # the records of the scene, as they are
+
+
+def has_many(supports: Sequence[Support], own: Sequence[np.ndarray | None] = ()) -> bool:
+    """True where buildings have other samples of a_g than their neighbours; ``own`` as in `accelerations`."""
+    return len({support.factor for support in supports}) > 1 or any(samples is not None for samples in own)
+
+
+def accelerations(supports: Sequence[Support], shared: np.ndarray, own: Sequence[np.ndarray | None] = ()) -> np.ndarray:
+    """a_g under the buildings without their delays.
+
+    Parameters
+    ----------
+    supports : sequence of Support
+        By building, left to right; none where all stand on ``shared`` as it is.
+    shared : numpy.ndarray
+        Samples of the motion of the scene (n,) [m/s²].
+    own : sequence of numpy.ndarray or None
+        Samples of the records that buildings stand on in its place, at the same times; None, or no sequence, where a
+        building stands on ``shared``.
+
+    Returns
+    -------
+    numpy.ndarray
+        (n,) where all buildings have the same samples, otherwise (buildings, n) [m/s²].
+    """
+    if not has_many(supports, own):
+        factor = supports[0].factor if supports else 1.0
+        return shared if factor == 1.0 else factor * shared
+    samples = own or (None,) * len(supports)
+    pairs = zip(supports, samples, strict=True)
+    return np.array([support.factor * (shared if each is None else each) for support, each in pairs])
+
+
+def is_apart(supports: Sequence[Support], acceleration: np.ndarray) -> bool:
+    """True where the ground moves between buildings, from the samples that `accelerations` gives."""
+    return acceleration.ndim == 2 or len({(support.delay, support.velocity) for support in supports}) > 1
+
+
+def divided(samples: np.ndarray, parts: int) -> np.ndarray:
+    """Samples (n,) or (buildings, n) with every interval between two divided into ``parts``, on straight lines.
+
+    What is not finite is NaN, and so is what lies beside it.
+    """
+    known = np.where(np.isfinite(samples), samples, np.nan)
+    if known.ndim == 2:
+        return np.array([divided(row, parts) for row in known])
+    count = (known.size - 1) * parts + 1
+    return np.interp(np.arange(count) / parts, np.arange(known.size), known)
 
 
 @speaks
@@ -300,10 +365,11 @@ class DelayedGround(NamedTuple):
         )
 
 
-def delayed(ground: np.ndarray, step: float, lag: float) -> DelayedGround:
+def delayed(ground: np.ndarray, step: float, lag: float, rate: float = 0.0) -> DelayedGround:
     """Both motions where the right building has a_g later by ``lag`` [s], below zero the left one; ``maps`` are zero.
 
-    ``ground`` holds a_g [m/s²] at samples ``step`` [s] apart. The later building is at rest until a_g arrives.
+    ``ground`` holds a_g [m/s²] at samples ``step`` [s] apart, (n,) of both or (2, n) of each. The ground under the
+    later building has no acceleration until a_g arrives. ``rate`` is ẇ at t = 0 [m/s].
     """
     whole = round(abs(lag) / step)
     if abs(abs(lag) - whole * step) > 1e-9 * step:
@@ -312,10 +378,13 @@ def delayed(ground: np.ndarray, step: float, lag: float) -> DelayedGround:
     part = part if part > 1e-9 * step else 0.0
     # With a lag of whole samples any place between two samples serves as the odd node: the middle is taken.
     first = part or 0.5 * step
-    slopes = np.diff(ground) / step
+    both = np.broadcast_to(ground, (2, ground.shape[-1]))
+    early, later = both if lag >= 0.0 else both[::-1]
+    slopes = np.diff(early) / step
     count = slopes.size
-    prompt = two_a_sample(ground[:-1], ground[:-1] + slopes * first, ground[-1]), two_a_sample(slopes, slopes, 0.0)
-    start = np.concatenate([np.zeros(whole + 1), ground[:-1]])
+    prompt = two_a_sample(early[:-1], early[:-1] + slopes * first, early[-1]), two_a_sample(slopes, slopes, 0.0)
+    slopes = np.diff(later) / step
+    start = np.concatenate([np.zeros(whole + 1), later[:-1]])
     slope = np.concatenate([np.zeros(whole + 1), slopes])
     after = slice(1, count + 1)  # the sample that has arrived by an odd node, with a part of a sample at that very node
     if part:
@@ -329,29 +398,41 @@ def delayed(ground: np.ndarray, step: float, lag: float) -> DelayedGround:
     left, right = (prompt, late) if lag >= 0.0 else (late, prompt)
     bend, twist = right[0] - left[0], right[1] - left[1]
     width = two_a_sample(np.full(count, first), np.full(count, step - first), 0.0)
-    rate = np.append(0.0, np.cumsum(width * (bend + 0.5 * width * twist))[:-1])
-    moves = width * (rate + width * (0.5 * bend + width * twist / 6.0))
-    spread = np.append(0.0, np.cumsum(moves)[:-1])
+    spread, rates = summed(width, bend, twist, rate)
     still = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
-    return DelayedGround(float(first), still, *left, *right, spread, rate)
+    return DelayedGround(float(first), still, *left, *right, spread, rates)
+
+
+def summed(width: np.ndarray, bend: np.ndarray, twist: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Displacement and velocity at every node, from zero and ``rate``.
+
+    ``bend`` is the acceleration after a node, ``twist`` its slope, ``width`` the time to the next node.
+    """
+    rates = np.append(0.0, np.cumsum(width * (bend + 0.5 * width * twist))[:-1])
+    rates = rates + rate if rate else rates
+    moves = width * (rates + width * (0.5 * bend + width * twist / 6.0))
+    return np.append(0.0, np.cumsum(moves)[:-1]), rates
 
 
 class Arrivals(NamedTuple):
-    """When a motion arrives at each of some buildings, in steps between its samples."""
+    """When a_g arrives under each of some buildings, in steps between its samples, and how the ground moves before."""
 
     whole: np.ndarray  # steps
     part: np.ndarray  # which of ``offsets`` is added
     offsets: np.ndarray  # parts of a step, ascending from zero, each there once [s]
+    velocities: np.ndarray  # of the ground at t = 0 [m/s]
 
     def of(self, first: int, last: int) -> Arrivals:
         """Those at the buildings ``first`` to ``last``, with the offsets of all."""
-        return Arrivals(self.whole[first : last + 1], self.part[first : last + 1], self.offsets)
+        here = slice(first, last + 1)
+        return Arrivals(self.whole[here], self.part[here], self.offsets, self.velocities[here])
 
 
-def arrivals_of(times: np.ndarray, step: float) -> Arrivals:
-    """Arrivals at these times [s], none below zero, of a motion sampled every ``step`` [s].
+def arrivals_of(times: np.ndarray, step: float, velocities: np.ndarray | None = None) -> Arrivals:
+    """Arrivals at these times [s], none below zero, of motions sampled every ``step`` [s].
 
-    What is less than 1e-9 of a step from a whole one, or from another part of one, is that one.
+    What is less than 1e-9 of a step from a whole one, or from another part of one, is that one. ``velocities`` [m/s]
+    are those of the ground at t = 0, without them zero.
     """
     whole = np.floor(times / step + 1e-9)
     left = np.maximum(times - whole * step, 0.0)
@@ -360,19 +441,20 @@ def arrivals_of(times: np.ndarray, step: float) -> Arrivals:
         if part - offsets[-1] > 1e-9 * step:
             offsets.append(part)
     parts = np.array(offsets)
-    return Arrivals(whole.astype(np.int64), np.abs(left[:, None] - parts).argmin(axis=1), parts)
+    velocities = np.zeros(times.size) if velocities is None else velocities
+    return Arrivals(whole.astype(np.int64), np.abs(left[:, None] - parts).argmin(axis=1), parts, velocities)
 
 
 def arriving(ground: np.ndarray, step: float, arrivals: Arrivals) -> np.ndarray:
-    """The motion under each of a row's buildings, where it arrives at each at a time of its own.
+    """The motion under each of a row's buildings, which may arrive at each at a time of its own.
 
     Nodes stand at the samples of all buildings: at every offset of ``arrivals`` after each sample, so that each a_g is
-    linear between two of them. A building is at rest until the motion arrives.
+    linear between two of them. The ground under a building has no acceleration until a_g arrives.
 
     Parameters
     ----------
     ground : numpy.ndarray
-        a_g [m/s²] at samples ``step`` apart.
+        a_g [m/s²] at samples ``step`` apart, (n,) of all buildings or (buildings, n) of each.
     step : float
         Time between two samples [s].
     arrivals : Arrivals
@@ -384,8 +466,9 @@ def arriving(ground: np.ndarray, step: float, arrivals: Arrivals) -> np.ndarray:
         (nodes, buildings, 6), by building: a_g after the node [m/s²], its slope [m/s³], and relative to the ground of
         the left neighbour: ẅ after the node, its slope, w [m] and ẇ [m/s] at it; zero for the first building.
     """
-    count, offsets = ground.size - 1, arrivals.offsets
-    slopes = np.append(np.diff(ground) / step, 0.0)
+    count, offsets = ground.shape[-1] - 1, arrivals.offsets
+    grounds = np.broadcast_to(ground, (arrivals.whole.size, count + 1))
+    slopes = np.pad(np.diff(grounds, axis=1) / step, ((0, 0), (0, 1)))
     nodes = np.arange(count * offsets.size + 1)
     sample, place = nodes // offsets.size, nodes % offsets.size
     table = np.zeros((nodes.size, arrivals.whole.size, 6))
@@ -393,15 +476,14 @@ def arriving(ground: np.ndarray, step: float, arrivals: Arrivals) -> np.ndarray:
         newest = sample - late - (place < own)  # sample that has arrived
         since = np.where(place < own, step - (offsets[own] - offsets[place]), offsets[place] - offsets[own])
         here = newest >= 0
-        table[here, b, 0] = ground[newest[here]] + slopes[newest[here]] * since[here]
-        table[here, b, 1] = slopes[newest[here]]
+        table[here, b, 0] = grounds[b, newest[here]] + slopes[b, newest[here]] * since[here]
+        table[here, b, 1] = slopes[b, newest[here]]
     width = np.diff(np.append(offsets, step))[place]
     for b in range(1, arrivals.whole.size):
         bend, twist = (table[:, b, value] - table[:, b - 1, value] for value in (0, 1))
-        rate = np.append(0.0, np.cumsum(width * (bend + 0.5 * width * twist))[:-1])
-        moves = width * (rate + width * (0.5 * bend + width * twist / 6.0))
+        rate = float(arrivals.velocities[b] - arrivals.velocities[b - 1])
         table[:, b, 2], table[:, b, 3] = bend, twist
-        table[:, b, 4], table[:, b, 5] = np.append(0.0, np.cumsum(moves)[:-1]), rate
+        table[:, b, 4], table[:, b, 5] = summed(width, bend, twist, rate)
     return table
 
 

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.generated import is_recipe
 from pounding_risk.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -231,3 +232,8 @@ def _by_place(name_asked: str) -> list[str]:
 
 def _letters(text: str) -> str:
     return "".join(letter for letter in text.lower() if letter.isalnum())
+
+
+def is_file(name: str) -> bool:
+    """True for what names a file, or a pattern of files, rather than an id or a generated motion."""
+    return not is_recipe(name) and all(entry.id != name for entry in entries())

@@ -42,6 +42,9 @@ class Motion(ShortRepr):
         One sentence for each step that was applied.
     flags : tuple of str
         One sentence for each doubt.
+    own_grounds : tuple of ndarray or None
+        By building of a scene, samples at the same times [m/s²] of the record that it stands on in place of this
+        motion, None where it stands on this one; empty where all do.
 
     Raises
     ------
@@ -55,6 +58,7 @@ class Motion(ShortRepr):
     record: dict[str, Any]
     processing: tuple[str, ...] = ()
     flags: tuple[str, ...] = ()
+    own_grounds: tuple[Samples | None, ...] = ()
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Where the motion is from, how long and how strong it is, for its display."""
@@ -90,13 +94,21 @@ class Motion(ShortRepr):
 
     @property
     def digest(self) -> str:
-        """SHA-256 of what a run takes: every sample [m/s²], then ``dt`` [s], as little-endian numbers of 8 bytes."""
-        return sha256(np.append(self.acceleration, self.dt).astype("<f8").tobytes()).hexdigest()
+        """SHA-256 of what a run takes: every sample [m/s²], then ``dt`` [s], as little-endian numbers of 8 bytes.
+
+        The samples of `own_grounds` follow, each after the number of its building.
+        """
+        own = [np.append(place, samples) for place, samples in enumerate(self.own_grounds) if samples is not None]
+        return sha256(np.concatenate([self.acceleration, [self.dt], *own]).astype("<f8").tobytes()).hexdigest()
 
     def reversed(self) -> Motion:
         """The motion with the opposite sign. A pair is not symmetric, so that both polarities are worth a run."""
         now = self.record.get("polarity", AS_RECORDED)
-        turned = replace(self, record={**self.record, "polarity": REVERSED if now == AS_RECORDED else AS_RECORDED})
+        turned = replace(
+            self,
+            record={**self.record, "polarity": REVERSED if now == AS_RECORDED else AS_RECORDED},
+            own_grounds=tuple(None if samples is None else -samples for samples in self.own_grounds),
+        )
         return turned.after(reversed_polarity(self.acceleration))
 
     def scaled_to(self, pga: float | str) -> Motion:
@@ -117,13 +129,28 @@ class Motion(ShortRepr):
         return velocity_displacement(self.acceleration, self.dt)
 
     def after(self, done: Done) -> Motion:
-        """The motion with the result of a step: its samples, its sentence and its flags."""
+        """The motion with the result of a step: its samples, its sentence and its flags.
+
+        Raises RecordError where samples beside it would no longer be at the same times.
+        """
+        if self.own_grounds and done.samples.size != self.acceleration.size:
+            raise RecordError(f"{self.name}: records of single buildings stand beside it; cut it before they do")
         record = after_cut(self.record, done.cut * self.dt) | _corners(self.record, *done.band)
         if done.factor != 1.0:
             record["factor"] = self.record.get("factor", 1.0) * done.factor
         sentences = (*self.processing, *([done.sentence] if done.sentence else []))
         dt = self.dt if done.dt is None else done.dt
-        return replace(self, acceleration=done.samples, dt=dt, record=record, processing=sentences).doubted(done.flags)
+        own = self.own_grounds
+        if done.factor != 1.0:
+            own = tuple(None if samples is None else done.factor * samples for samples in own)
+        return replace(
+            self, acceleration=done.samples, dt=dt, record=record, processing=sentences, own_grounds=own
+        ).doubted(done.flags)
+
+    def first(self, count: int) -> Motion:
+        """Its first samples alone, so many of them."""
+        own = tuple(None if samples is None else samples[:count] for samples in self.own_grounds)
+        return replace(self, acceleration=self.acceleration[:count], own_grounds=own)
 
     def doubted(self, flags: Sequence[str]) -> Motion:
         """The motion with further flags; each sentence stands once."""

@@ -6,7 +6,7 @@ import json
 import platform
 import re
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cache, lru_cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
@@ -60,6 +60,15 @@ def tables_of(text: str) -> dict[str, Any]:
     Kept, and not to be changed: each interface of a row asks several times, and the text grows with the row.
     """
     return tomllib.loads(text)
+
+
+def has_own_grounds(scene: Mapping[str, Any]) -> bool:
+    """True where the tables of a scene, every value stated, put its buildings on unlike grounds."""
+    grounds = [
+        {key: value for key, value in building.items() if key.startswith("ground_")}
+        for building in scene.get("building", [])
+    ]
+    return "wave_passage" in scene.get("effects", {}) or any(ground != grounds[0] for ground in grounds)
 
 
 def as_text(value: Any) -> str:

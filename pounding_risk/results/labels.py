@@ -10,13 +10,14 @@ import numpy as np
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.effects import EFFECTS, acts_on_law, bare, references
 from pounding_risk.motions.intensity import LEAST_PERIOD, response_spectra
-from pounding_risk.motions.motion import Motion, driven
+from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.record import recording_numbers
 from pounding_risk.results.attributes import as_text, versions
 from pounding_risk.results.layout import AXES, CaseVariable
 from pounding_risk.results.places import building_coordinates, place_coordinates
 from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
 from pounding_risk.results.variables import described, own_dims
+from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import said_restitution
 from pounding_risk.scene.level_notes import level_notes
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
@@ -72,13 +73,6 @@ def places_of(study: Scene, gaps: Array, yield_forces: Array) -> dict[str, Any]:
         names = [interface.contact_model for interface in study.interfaces]
         coords["interface_contact_model"] = ("interface", names, {"long_name": "contact model of the interface"})
     return coords
-
-
-def amplitudes(study: Scene, motions: tuple[Motion, ...]) -> np.ndarray:
-    """PGA of each motion of the grid (record, polarity, amplitude) [m/s²]."""
-    polarities, pgas = study.records.polarities, study.grid.pgas
-    peaks = [[[driven(motion, sense, pga).pga for pga in pgas] for sense in polarities] for motion in motions]
-    return np.array(peaks)
 
 
 def case_variable(name: str, output: Any) -> CaseVariable:
@@ -162,6 +156,7 @@ def case_coordinates(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
         "record_sha256": ("record", about("sha256"), {"long_name": "checksum of the record's file"}),
         **_known_of_records(motions),
         **_amplitudes_felt(study, motions),
+        **_grounds_apart(study, motions),
     }
 
 
@@ -208,6 +203,23 @@ def _amplitudes_felt(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
             described("m/s2", "peak ground acceleration that the buildings felt, after every scaling"),
         ),
         "record_scale_factor": (("record", "pga"), factors[:, None] * grown, described("1", factor)),
+    }
+
+
+def _grounds_apart(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
+    """How far unlike grounds part at each interface under each record; nothing where all stand on one ground."""
+    if not study.supports:
+        return {}
+    partings = [parting(study, motion) for motion in motions]
+    before = "x_right - x_left of the grounds under neighbours, before the amplitude of the grid"
+    values = {"largest": f"largest size of {before}", "end": f"{before}: at the end of the record"}
+    return {
+        f"record_ground_widening_{name}": (
+            ("record", "interface"),
+            np.array([getattr(each, name) for each in partings]).reshape(len(motions), -1),
+            described("m", words),
+        )
+        for name, words in values.items()
     }
 
 

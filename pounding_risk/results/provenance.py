@@ -15,7 +15,7 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.results.attributes import as_text, told
 from pounding_risk.results.tolerance_check import check_share
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.records import missing_files
+from pounding_risk.scene.records import missing_files, named_files
 from pounding_risk.scene.scene import Scene, own_laws
 from pounding_risk.scene.toml import as_list, table, tables
 
@@ -123,8 +123,7 @@ def _folder(raw: Mapping[str, Any], attrs: Mapping[str, Any], path: Path, folder
         if not faults:
             return place
     looked = " nor ".join(str(place.resolve()) for place in dict.fromkeys(places))
-    asked = table(raw, "records")
-    what = asked.get("manifest") or ", ".join(map(str, as_list(asked.get("files"))))
+    what = table(raw, "records").get("manifest") or ", ".join(dict.fromkeys(name for _, name in named_files(raw)))
     raise PoundingError(
         f"{path}: its scene takes records from {what}, and they are not all in {looked}; name the folder of the scene "
         "with --folder, or folder= in Python"

@@ -8,22 +8,33 @@ from __future__ import annotations
 TIME = ("time",)
 FLOORS = ("time", "building", "storey")
 POINTS = ("time", "contact_point")
-GROUND = "ground acceleration; of a passing wave that under the first building"
+GROUND = "ground acceleration; on unlike grounds that under the first building"
+MOVED = (
+    "displacement of the ground under the building from where it is at 0 s: the double integral of its acceleration, "
+    "from the ground velocity of the scene; of a record without baseline correction it drifts"
+)
 HISTORIES = {
-    "displacement": (FLOORS, "m", "displacement of the floor relative to the ground"),
-    "velocity": (FLOORS, "m/s", "velocity of the floor relative to the ground"),
+    "displacement": (FLOORS, "m", "displacement of the floor relative to the ground under its building"),
+    "velocity": (FLOORS, "m/s", "velocity of the floor relative to the ground under its building"),
+    "absolute_displacement": (FLOORS, "m", "displacement of the floor in space: displacement + ground_displacement"),
     "relative_displacement": (POINTS, "m", "what closes the gap: u_left - u_right, and what the ground adds"),
     "contact_force": (POINTS, "N", "contact force, compression positive"),
     "contact_impulse_so_far": (POINTS, "N s", "impulse of the contact force up to this instant"),
     "ground_acceleration": (TIME, "m/s2", GROUND),
     "building_ground_acceleration": (("time", "building"), "m/s2", "ground acceleration under the building"),
+    "ground_displacement": (("time", "building"), "m", MOVED),
     "ground_widening": (("time", "interface"), "m", "widening of the ground between the buildings, x_right - x_left"),
     "energy_ground": (TIME, "J", "work that the ground has done on all buildings"),
     "energy_held": (TIME, "J", "kinetic and strain energy of all buildings"),
     "energy_contact": (TIME, "J", "work of the contact force, dissipated and stored"),
     "energy_damping": (TIME, "J", "energy that the structures' dampers have taken"),
 }
-GROUNDS = ("ground_acceleration", "building_ground_acceleration", "ground_widening")  # known after a failure too
+GROUNDS = (
+    "ground_acceleration",
+    "building_ground_acceleration",
+    "ground_displacement",
+    "ground_widening",
+)  # known after a failure too
 CONTACTS = {
     "start": ("s", "touch"),
     "end": ("s", "parting, or the end of the record"),

@@ -78,6 +78,7 @@ COORDINATES |= {
         ("record",), {"m/s2": "record_pga", "1": "record_magnitude", "km": "record_distance", "m/s": "record_vs30"}
     ),
     **_declared(("record",), {"1": "record_recording"}, WHOLE),
+    **_declared(("record", "interface"), {"m": "record_ground_widening_largest record_ground_widening_end"}),
     **_declared(("record", "pga"), {"m/s2": "record_pga_felt", "1": "record_scale_factor"}),
     **_declared(
         ("building",), {"kg": "building_mass", "s": "building_period", "1": "building_damping", "m": "building_height"}

@@ -7,6 +7,7 @@ from math import inf, pi, sqrt
 from typing import Annotated, Any, ClassVar
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
 from pounding_risk.models.structures.storeys import DAMPING_RULES, MOST_STOREYS, Storeys, generated
@@ -31,6 +32,9 @@ from pounding_risk.units import (
     DAMPING,
     FLOOR_LENGTH,
     FLOOR_MASS,
+    GROUND_DELAY,
+    GROUND_FACTOR,
+    GROUND_VELOCITY,
     HEIGHT,
     INITIAL_DISPLACEMENT,
     INITIAL_VELOCITY,
@@ -80,6 +84,16 @@ def _storey_count(value: Any, number: Number) -> int:
             f"{shown(value)} is not a count of storeys; write a whole number from 1 to {MOST_STOREYS}, such as 5"
         )
     return value
+
+
+def _records_of_ground(value: Any, number: Number) -> tuple[str, ...]:
+    names = value if isinstance(value, list) else [value]
+    if not names or not all(isinstance(name, str) and name.strip() for name in names):
+        raise Unreadable(
+            f'{shown(value)} names no record; write a file, such as "my/record.AT2", an id of the catalogue, a '
+            "generated motion, or a list with one of these for each record of the scene"
+        )
+    return tuple(names)
 
 
 # Keys of more than one kind of building.
@@ -162,6 +176,46 @@ InitialVelocity = Annotated[
         "at rest",
     ),
 ]
+GroundFactor = Annotated[
+    float,
+    measured(
+        GROUND_FACTOR,
+        "Factor on the ground motion under it: -1 reverses it, 0 is ground that does not shake.",
+        "-1.0",
+        "1",
+    ),
+]
+GroundDelay = Annotated[
+    float,
+    measured(
+        GROUND_DELAY,
+        "How much later the ground motion reaches it than the building that is reached first, which has none.",
+        '"0.1 s"',
+        "at once",
+    ),
+]
+GroundVelocity = Annotated[
+    float,
+    measured(
+        GROUND_VELOCITY,
+        "Velocity of the ground under it when the record begins; initial displacement and velocity are relative to it.",
+        '"0.1 m/s"',
+        "ground that rests",
+    ),
+]
+GroundRecord = Annotated[
+    tuple[str, ...],
+    Key(
+        "A record of its own under it: a file, an id of the catalogue or a generated motion as text, for all records "
+        "of the scene, or a list with one for each of them. It is processed as they are, and scaled by the factor of "
+        "the record that it stands beside.",
+        _records_of_ground,
+        '"my/other_station.AT2"',
+        "the records of the scene",
+        write=lambda names: names[0] if len(names) == 1 else list(names),
+        schema={"type": ["string", "array"]},
+    ),
+]
 Rigid = Annotated[bool, flag("rigid", "true for a wall that moves with the ground.")]
 
 
@@ -190,6 +244,11 @@ class AnyBuilding(Table):
     def structure(self) -> Building | Storeys:
         """The building as the solvers take it; raises PoundingError for numbers that no building has."""
         raise NotImplementedError
+
+    @property
+    def support(self) -> Support:
+        """What a_g is under it."""
+        return Support(**{field: getattr(self, key) for key, field in OF_GROUND.items()})
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -229,10 +288,14 @@ class SingleMass(AnyBuilding):
     initial_displacement: InitialDisplacement = ()
     initial_velocity: InitialVelocity = ()
     rigid: Rigid = False
+    ground_factor: GroundFactor = 1.0
+    ground_delay: GroundDelay = 0.0
+    ground_velocity: GroundVelocity = 0.0
+    ground_record: GroundRecord = ()
 
     def structure(self) -> Building:
         """The mass on its spring."""
-        values = {key: getattr(self, key) for key in Building._fields}
+        values: dict[str, Any] = {key: getattr(self, key) for key in Building._fields}
         values |= {key: sum(self.by_floor(key, 1)) for key in INITIAL}
         return Building(**values | {"period": self.period or 2.0 * pi * sqrt(self.mass / self.stiffness)})
 
@@ -261,10 +324,14 @@ class RigidWall(AnyBuilding):
     mass: Mass = inf
     height: Height = 0.0
     floor_depth: FloorDepth = None
+    ground_factor: GroundFactor = 1.0
+    ground_delay: GroundDelay = 0.0
+    ground_velocity: GroundVelocity = 0.0
+    ground_record: GroundRecord = ()
 
     def structure(self) -> Building:
         """The wall as the solvers take it: a building with a period of 0."""
-        return Building.rigid(self.name, self.mass)._replace(height=self.height)
+        return Building.rigid(self.name, self.mass)._replace(height=self.height, support=self.support)
 
     def written(self) -> dict[str, Any]:
         """As a scene file has it."""
@@ -322,13 +389,20 @@ class ShearBuilding(AnyBuilding):
     initial_displacement: InitialDisplacement = ()
     initial_velocity: InitialVelocity = ()
     rigid: Rigid = False
+    ground_factor: GroundFactor = 1.0
+    ground_delay: GroundDelay = 0.0
+    ground_velocity: GroundVelocity = 0.0
+    ground_record: GroundRecord = ()
 
     def structure(self) -> Storeys:
         """The shear building, with one value for each storey."""
         lists = [getattr(self, key) for key in (*LISTS, *INITIAL)]
         count = self.storeys or next(len(values) for values in lists if isinstance(values, tuple) and values)
         masses, stiffnesses, heights, *others = (self.by_floor(key, count) for key in (*LISTS, *INITIAL))
-        return Storeys(self.name, masses, stiffnesses, heights, self.damping, self.damping_rule, *others)
+        strengths, displacement, velocity = others
+        rule = self.damping, self.damping_rule
+        lists_of = masses, stiffnesses, heights, *rule, strengths, displacement, velocity
+        return Storeys(self.name, *lists_of, self.support)
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -384,6 +458,10 @@ class TypologyBuilding(AnyBuilding):
     initial_displacement: InitialDisplacement = ()
     initial_velocity: InitialVelocity = ()
     rigid: Rigid = False
+    ground_factor: GroundFactor = 1.0
+    ground_delay: GroundDelay = 0.0
+    ground_velocity: GroundVelocity = 0.0
+    ground_record: GroundRecord = ()
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -405,12 +483,14 @@ class TypologyBuilding(AnyBuilding):
             damping_rule=self.damping_rule,
         )
         displacement, velocity = (self.by_floor(key, self.storeys) for key in INITIAL)
-        return replace(bare, initial_displacement=displacement, initial_velocity=velocity)
+        return replace(bare, initial_displacement=displacement, initial_velocity=velocity, support=self.support)
 
 
 KINDS: tuple[type[AnyBuilding], ...] = (SingleMass, RigidWall, ShearBuilding, TypologyBuilding)
 KEYS: Mapping[str, Key] = {name: key for kind in KINDS for name, key in kind.keys().items()}
 INITIAL = ("initial_displacement", "initial_velocity")
+# Keys of the ground under a building, and the fields of its support that they are.
+OF_GROUND = {f"ground_{field}": field for field in ("factor", "delay", "velocity")} | {"ground_record": "records"}
 LISTS = ("floor_masses", "storey_stiffnesses", "storey_heights", "storey_strengths")
 # Keys that are called otherwise in the buildings that the solvers take.
 IN_STRUCTURES = dict(zip(LISTS, ("masses", "stiffnesses", "heights", "strengths"), strict=True))
@@ -448,6 +528,7 @@ def building_checks(buildings: Sequence[Section], count: int) -> Iterator[Fault]
             "write a second [[building]] (rigid = true for a wall that moves with the ground)",
         )
     yield from _walls(buildings, count)
+    yield from _late(buildings, count)
 
 
 def _kind(keys: Section) -> type[AnyBuilding]:
@@ -469,6 +550,17 @@ def _walls(buildings: Sequence[Section], count: int) -> Iterator[Fault]:
             ("building", index, "rigid"),
             "its left neighbour is rigid too, and two walls never meet; write both as one, or give one a mass and a "
             "period",
+        )
+
+
+def _late(buildings: Sequence[Section], count: int) -> Iterator[Fault]:
+    """A fault where every building has a delay: nothing shakes before the first one is reached."""
+    delays = [keys.get("ground_delay", 0.0) for keys in buildings]
+    if delays and len(delays) == count and all(delay > 0.0 for delay in delays):
+        yield buildings[0].fault(
+            "ground_delay",
+            "every building has a delay, so that time would begin before the motion; count delays from the building "
+            "that is reached first, and remove its ground_delay",
         )
 
 
@@ -501,8 +593,10 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
     """The table of a building, every value stated that it has."""
     kind = ShearBuilding if isinstance(building, Storeys) else RigidWall if building.is_rigid else SingleMass
     values = {key: getattr(building, IN_STRUCTURES.get(key, key), None) for key in kind.model_fields}
+    values |= {key: getattr(building.support, field) for key, field in OF_GROUND.items()}
     left_out = {"rigid", "stiffness"} if kind is not ShearBuilding else {"rigid"}  # k follows from mass and period
     left_out |= {key for key in INITIAL if not values.get(key)}
+    left_out |= {key for key in OF_GROUND if values[key] == _default(kind, key)}
     if not values.get("floor_length"):
         left_out.add("wave_speed")
     stated = {

@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from pounding_risk.errors import SceneError
-from pounding_risk.models.effects import wave_of
 from pounding_risk.motions.ensemble import MotionEnsemble, read_ensemble
 from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.own_grounds import read_own, set_beside
 from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.motions.record import STILL
 from pounding_risk.motions.request import conflicts
 from pounding_risk.motions.source import lowest_usable
 from pounding_risk.scene.scene import Scene
+from pounding_risk.units import shown
 
 
 def motions_of(study: Scene) -> tuple[Motion, ...]:
@@ -24,25 +25,53 @@ def motions_of(study: Scene) -> tuple[Motion, ...]:
 def gathered(study: Scene) -> MotionEnsemble:
     """The scene's ground motions, one per record, before polarity and the grid's amplitudes, and what was left out.
 
+    Beside each stand the records of buildings that have their own.
+
     Raises as `read_ensemble`, and SceneError where the grid sets the amplitude that the records have already, where no
-    file is a record and where a record ends before a passing wave has reached both buildings.
+    file is a record, where a building's own records are not as many as those of the scene, and where a record ends
+    before it has reached all buildings.
     """
     faults = conflicts(study.records.given(), grid_pga=study.grid.pgas != (None,) and study.records.pga is None)
     if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
         raise SceneError(study.source, sentences)
     ensemble = read_ensemble(study.records, study.folder, scaled=study.grid.pgas == (None,))
-    ensemble = ensemble._replace(motions=tuple(_for_buildings(motion, study) for motion in ensemble.motions))
+    motions = _with_own(study, ensemble.motions)
+    ensemble = ensemble._replace(motions=tuple(_for_buildings(motion, study) for motion in motions))
     if not ensemble.motions:
         asked = ", ".join(study.records.files)
         left = f"; left out: {', '.join(ensemble.left_out)}" if ensemble.left_out else ""
         raise SceneError(study.source, [f"records.files: {asked} matches no record{left}; check the folder"])
-    wave = wave_of(study.effects)
-    lag = 0.0 if wave is None else float(wave.arrivals(len(study.buildings)).max())
+    lag = max((support.delay for support in study.supports), default=0.0)
     for motion in ensemble.motions:
         if lag >= motion.duration:
-            sentence = f"the wave needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
-            raise SceneError(study.source, [f"effects.wave_passage: {sentence}; check velocity and distance"])
+            is_wave = "wave_passage" in dict(study.effects)
+            key, what = ("effects.wave_passage", "the wave") if is_wave else ("building.ground_delay", "the motion")
+            sentence = f"{what} needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
+            repair = "check velocity and distance" if is_wave else "write a shorter delay, or a tail in [records]"
+            raise SceneError(study.source, [f"{key}: {sentence}; {repair}"])
     return ensemble
+
+
+def _with_own(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
+    """The motions with the records of buildings that have their own."""
+    own: list[list[Motion | None]] = []
+    for building in study.buildings:
+        names = building.support.records
+        if len(names) not in (0, 1, len(motions)):
+            listed = ", ".join(motion.name for motion in motions)
+            raise SceneError(
+                study.source,
+                [
+                    f"building {building.name}, ground_record: {len(names)} names for {len(motions)} records of the "
+                    f"scene; write one for all, or one for each of {shown(listed)}, in this order"
+                ],
+            )
+        read = {name: read_own(name, study.records, study.folder) for name in dict.fromkeys(names)}
+        each = names if len(names) == len(motions) else names * len(motions)
+        own.append([read[name] for name in each] or [None] * len(motions))
+    if not any(building.support.records for building in study.buildings):
+        return motions
+    return tuple(set_beside(motion, beside) for motion, beside in zip(motions, zip(*own, strict=True), strict=True))
 
 
 def _for_buildings(motion: Motion, study: Scene) -> Motion:

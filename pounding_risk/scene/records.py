@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.catalogue import is_file
 from pounding_risk.motions.generated import Recipe, Unfit, known_kind, made, motion_kinds, takes
 from pounding_risk.motions.processing import known_steps, read_steps
 from pounding_risk.motions.request import (
@@ -34,7 +35,7 @@ from pounding_risk.scene.keys import (
     several,
     text,
 )
-from pounding_risk.scene.toml import Fault, KeyPath, as_list, table
+from pounding_risk.scene.toml import Fault, KeyPath, as_list, table, tables
 from pounding_risk.units import DAMPING, DIRECTION, PERIOD, PGA, SCALE, STEP, TAIL, TIME, Quantity, exact, parse, shown
 
 STEPS_EXAMPLE = '[{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
@@ -402,25 +403,35 @@ def record_checks(draft: Draft) -> Iterator[Fault]:
 
 
 def missing_files(raw: Mapping[str, Any], folder: Path) -> Iterator[Fault]:
-    """Names and patterns of ``records.files`` that no file answers to, and a manifest that is not there."""
+    """Names and patterns of files that no file answers to, of buildings too, and a manifest that is not there."""
     named = table(raw, "records").get("manifest")
     if isinstance(named, str) and named.strip() and not (folder / named).is_file():
         sentence = f"no such file in {folder.resolve()}; files are relative to the scene file's folder"
         yield Fault(("records", "manifest"), sentence)
-    for index, pattern in enumerate(as_list(table(raw, "records").get("files"))):
-        if not isinstance(pattern, str) or not pattern.strip():
-            continue
+    for path, pattern in named_files(raw):
         try:
             if matching(folder, pattern):
                 continue
         except RecordError as error:
-            yield Fault(("records", "files", index), str(error))
+            yield Fault(path, str(error))
             continue
         beside = (folder / pattern).parent
         others = [entry.name for entry in beside.iterdir()] if beside.is_dir() else []
         hint = nearest(Path(pattern).name, others)
         yield Fault(
-            ("records", "files", index),
+            path,
             f"no file answers to {shown(pattern)} in {folder.resolve()}{hint}; "
             "files are relative to the scene file's folder",
         )
+
+
+def named_files(raw: Mapping[str, Any]) -> Iterator[tuple[KeyPath, str]]:
+    """Every name or pattern of files in a scene's tables, with its path."""
+    given: list[tuple[KeyPath, list[Any]]] = [(("records", "files"), as_list(table(raw, "records").get("files")))]
+    for index, building in tables(raw, "building"):
+        own = building.get("ground_record")
+        given.append((("building", index, "ground_record"), own if isinstance(own, list) else [own]))
+    for path, patterns in given:
+        for place, pattern in enumerate(patterns):
+            if isinstance(pattern, str) and pattern.strip() and (path[0] == "records" or is_file(pattern)):
+                yield (*path, place) if len(patterns) > 1 or path[0] == "records" else path, pattern

@@ -21,13 +21,14 @@ from pounding_risk.models.contact.impulsive import is_instant, needs_floors
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import related
 from pounding_risk.models.contact.table import TABULATED
-from pounding_risk.models.effects import EFFECTS
+from pounding_risk.models.effects import EFFECTS, supports_of
+from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR_DEPTH, Point
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import RecordRequest
-from pounding_risk.scene.buildings import structure_of, table_of
+from pounding_risk.scene.buildings import OF_GROUND, structure_of, table_of
 from pounding_risk.scene.interface_checks import is_row
 from pounding_risk.scene.interfaces import (
     EQUAL_TERMS,
@@ -220,6 +221,11 @@ class Scene(ShortRepr):
     def points(self) -> tuple[Point, ...]:
         """The contact points, interface by interface from the ground up."""
         return tuple(point for interface in self.interfaces for point in interface.points)
+
+    @property
+    def supports(self) -> tuple[Support, ...]:
+        """What a_g is under each building, a passing wave counted; none where all stand on the records as they are."""
+        return supports_of(self.buildings, self.effects)
 
     @property
     def pair(self) -> tuple[Building, Building]:
@@ -604,13 +610,21 @@ def between_walls(scene: Scene) -> Fault | None:
     rigid = [place for place, building in enumerate(scene.buildings) if building.is_rigid]
     for left, right in pairwise(rigid):
         walls = f"{scene.buildings[left].name} and {scene.buildings[right].name}"
-        if right > left + 1 and "wave_passage" in dict(scene.effects):
+        supports = scene.supports
+        if right > left + 1 and supports and supports[left] != supports[right]:
             sentence = f"{walls} move towards each other, and would crush rigid bodies between them; remove it"
-            return Fault(("effects", "wave_passage"), sentence)
+            key = next((key for key, field in OF_GROUND.items() if _differ(scene, (left, right), field)), None)
+            return Fault(("building", right, key) if key else ("effects", "wave_passage"), sentence)
         if right > left + 1 and not all(any(scene.interface_gaps(gap)[left:right]) for gap in scene.grid.gaps):
             sentence = f"without any gap between {walls} nothing there can move, and no force is determined; write one"
             return Fault(("interface", left, "gap"), sentence)
     return None
+
+
+def _differ(scene: Scene, places: tuple[int, int], field: str) -> bool:
+    """True where the supports of two buildings differ in a field by keys of their own."""
+    left, right = (getattr(scene.buildings[place].support, field) for place in places)
+    return bool(left != right)
 
 
 def _overlaps(scene: Scene) -> Iterator[Fault]:
@@ -661,6 +675,10 @@ def _buildings(draft: Draft, effects: tuple[Effect, ...]) -> tuple[tuple[Buildin
             chain_of(buildings[-1], effects)
         except PoundingError as error:
             faults.append(Fault(keys.path, str(error)))
+    late = [place for place, building in enumerate(buildings) if building.support.delay]
+    if late and "wave_passage" in dict(effects):
+        words = "the wave says when the motion reaches each building, and so does ground_delay; keep one of the two"
+        faults.append(Fault(("effects", "wave_passage"), f"wave_passage: {words}"))
     if not faults and "inelastic_storeys" in dict(effects) and not any(building.strengths for building in buildings):
         faults.append(Fault(("effects", "inelastic_storeys"), NO_STRENGTHS))
     return tuple(buildings), faults

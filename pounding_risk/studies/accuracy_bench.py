@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from pounding_risk.models.ground import SHARED
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.mdof import Chain
 from pounding_risk.motions.motion import Motion, driven
@@ -21,7 +22,13 @@ FIXED = {
     "Runge-Kutta 4": "rk4",
 }
 REFERENCE = 1e-12  # rtol of the event-driven reference
+OWN_GROUNDS = "ground of a building's own"
 INITIAL_STATES = "initial displacement or velocity"  # what the other methods do not begin with
+
+
+def own_grounds(study: Scene) -> list[str]:
+    """What else the other methods do not know: grounds that differ by keys of the buildings."""
+    return [OWN_GROUNDS] if any(building.support != SHARED for building in study.buildings) else []
 
 
 class Outcome(NamedTuple):

@@ -13,8 +13,7 @@ import numpy as np
 from pounding_risk.ensemble.laws import law_of
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.law import is_path_dependent
-from pounding_risk.models.effects import wave_of
-from pounding_risk.models.effects.wave_passage import WavePassage
+from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import FLOOR, Point
 from pounding_risk.models.structures.mdof import Chain, chain_of
 from pounding_risk.scene.interfaces import known_law
@@ -33,6 +32,7 @@ from pounding_risk.studies.accuracy_bench import (
     PointCase,
     case_labels,
     driven_motions,
+    own_grounds,
     thinned_grid,
 )
 from pounding_risk.studies.accuracy_findings import OUTPUTS
@@ -57,7 +57,7 @@ class PairBench:
     gaps: np.ndarray
     yield_forces: np.ndarray
     restitution: Any
-    wave: WavePassage | None
+    supports: tuple[Support, ...]
     initial: tuple[float, ...]  # of `initial_state`
     event_only: str
 
@@ -107,7 +107,7 @@ class PairBench:
 
     def warm_up(self) -> None:
         """Compile every kernel that is needed."""
-        short = tuple(replace(motion, acceleration=motion.acceleration[:3]) for motion in self.motions)
+        short = tuple(motion.first(3) for motion in self.motions)
         for batch in {type(batch.law): batch for batch in self.batches}.values():
             small = replace(self, motions=short, batches=(batch,))
             small.event(REFERENCE)
@@ -123,7 +123,9 @@ class PairBench:
             out, how = np.zeros((*self.shape, COLUMNS)), np.zeros(self.shape, dtype=np.int8)
             start = process_time()
             if batch.motion not in frees:
-                frees[batch.motion] = free_response(self.pair, motion.acceleration, motion.dt, self.wave, self.initial)
+                frees[batch.motion] = free_response(
+                    self.pair, motion.acceleration, motion.dt, self.supports, self.initial, motion.own_grounds
+                )
                 free_seconds += process_time() - start
             free = frees[batch.motion]
             solve_grid(self.pair, free, batch.law, self.grid, rtol, False, workspace_for(free, rtol), out, how)
@@ -201,12 +203,12 @@ class PairBench:
 
 
 def _event_only(study: Scene) -> str:
-    """Effects, path-dependent and impulsive models, and initial states, which only the event-driven solver has."""
+    """What only the event-driven solver has: effects, path-dependent and impulsive models, initial states, grounds."""
     paths = (
         name for name in study.grid.contact_models if is_path_dependent(known_law(name)) or is_instant(known_law(name))
     )
     begun = [INITIAL_STATES] if any(initial_state(*study.pair)) else []
-    return ", ".join([*(effect.name for effect in study.effects), *paths, *begun])
+    return ", ".join([*(effect.name for effect in study.effects), *paths, *begun, *own_grounds(study)])
 
 
 def pair_bench(study: Scene, cases: int) -> PairBench:
@@ -232,7 +234,7 @@ def pair_bench(study: Scene, cases: int) -> PairBench:
         np.array(gaps),
         np.array(forces),
         study.restitution,
-        wave_of(study.effects),
+        study.supports,
         initial_state(left, right),
         _event_only(study),
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import cached_property
 from math import inf, nan
 from time import process_time
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._jit.compile import lowered
+from pounding_risk.ensemble.grid_job import peaks_under
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.row_job import RowJob
 from pounding_risk.models.contact.impulsive import is_instant
@@ -39,6 +39,7 @@ from pounding_risk.studies.accuracy_bench import (
     PointCase,
     case_labels,
     driven_motions,
+    own_grounds,
     thinned_grid,
 )
 from pounding_risk.studies.accuracy_findings import OUTPUTS
@@ -89,7 +90,8 @@ class RowBench:
         effects = [effect.name for effect in self.study.effects if not acts_on_buildings(effect.name)]
         storeys = ["inelastic_storeys"] if yields else []
         begun = [INITIAL_STATES] if any(chain.initial.size for chain in self.model.chains) else []
-        return ", ".join([*effects, *storeys, *filter(_has_path, self.study.model_names), *begun])
+        paths = filter(_has_path, self.study.model_names)
+        return ", ".join([*effects, *storeys, *paths, *begun, *own_grounds(self.study)])
 
     @property
     def chains(self) -> tuple[Chain, ...]:
@@ -135,7 +137,7 @@ class RowBench:
 
     def warm_up(self) -> None:
         """Compile every kernel that is needed."""
-        short = replace(self.motions[0], acceleration=self.motions[0].acceleration[:3])
+        short = self.motions[0].first(3)
         for law in range(len(self.study.grid.contact_models)):
             self.job.cases(self.driven[0].place, law, REFERENCE).whole(self.limits[0])
             for method in () if self.event_only else FIXED.values():
@@ -148,7 +150,9 @@ class RowBench:
         for driven, law in self.batches:
             motion, begun = driven.motion, process_time()
             if driven.place not in required:
-                free = rows.free_row(self.model.row(motion.dt), motion.acceleration)
+                own = motion.own_grounds
+                under = self.model.under(motion.acceleration, own)
+                free = rows.free_row(self.model.row(motion.dt, self.model.has_many(own)), under)
                 free_seconds += process_time() - begun
                 required[driven.place] = np.maximum(closing(free, self.model)[1], 0.0)
             cases = self.job.cases(driven.place, law, rtol)
@@ -156,7 +160,7 @@ class RowBench:
                 begun = process_time()
                 run = cases.whole(limits)
                 seconds += process_time() - begun
-                values_of_run = outputs(run, limits.yield_forces, motion.pga, self.job.grid.frame)
+                values_of_run = outputs(run, limits.yield_forces, peaks_under(self.study, motion), self.job.grid.frame)
                 values.append(np.column_stack([*(values_of_run[name] for name in NAMES), required[driven.place]]))
                 values[-1][run.status != COMPLETE] = nan
                 residual, steps = max(residual, float(np.nanmax(values_of_run["energy_residual"]))), steps + run.steps

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi, sin
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,7 +14,8 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._jit.sources import INTERPRETED, compile_cache
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.effects import wave_of
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import AS_RECORDED, RecordRequest
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
@@ -117,18 +118,26 @@ def compile_for(study: Scene) -> None:
     from pounding_risk.ensemble.scan import scan
     from pounding_risk.studies.simulate import simulate
 
-    wave = wave_of(study.effects)
-    lag = 0.0 if wave is None else float(wave.arrivals(len(study.buildings)).max())
+    lag = max((support.delay for support in study.supports), default=0.0)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "made.AT2"
         path.write_text(_made_record(SHAKING + REST + lag), encoding="ascii")
         request = RecordRequest((), (str(path),), None, None, None, (AS_RECORDED,), "auto", 0.0)
         grid = study.grid
         one = grid._replace(gaps=grid.gaps[:1], yield_forces=grid.yield_forces[:1], pgas=(None,))
-        few = study.updated(records=request, grid=one, text="", overrides=())
+        buildings = tuple(map(_without_own_record, study.buildings))
+        few = study.updated(records=request, grid=one, buildings=buildings, text="", overrides=())
         scan(few, check_fraction=1.0, workers=1)
         for name in dict.fromkeys((few.contact_model, *few.grid.contact_models)):
             simulate(few, law=name)
+
+
+def _without_own_record(building: Building | Storeys) -> Building | Storeys:
+    """The building on ground that moves otherwise than its neighbours', where it has a record of its own."""
+    if not building.support.records:
+        return building
+    support = building.support._replace(factor=0.5 * building.support.factor, records=())
+    return building._replace(support=support) if isinstance(building, Building) else replace(building, support=support)
 
 
 def _made_record(duration: float) -> str:

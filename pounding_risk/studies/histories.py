@@ -55,6 +55,8 @@ MOST = 1000  # cases, unless more are asked for: some tens of seconds, and a gig
 # Of the histories of a run, those that are written where its solver makes them.
 WRITTEN = (
     "displacement",
+    "absolute_displacement",
+    "ground_displacement",
     "relative_displacement",
     "contact_force",
     "energy_ground",

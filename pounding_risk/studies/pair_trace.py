@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.ensemble.grid_job import peaks_under
 from pounding_risk.ensemble.laws import law_of
 from pounding_risk.ensemble.pair_job import PairJob
-from pounding_risk.models.effects import wave_of
 from pounding_risk.models.ground import DelayedGround
 from pounding_risk.models.structures.sdof import Oscillator
 from pounding_risk.results.run_labels import Case, Trace
+from pounding_risk.scene.ground_motion import in_space
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import CONTACT_COLUMNS, FIRST_YIELD, STATUS, YIELDS, Log, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, initial_state, oscillators, run
@@ -28,26 +29,26 @@ ROWS = 4096  # to begin with; a log that overflows is made again with the room i
 def pair_trace(study: Scene, case: Case) -> Trace:
     """The run of a case of a pair in full."""
     pair = oscillators(*study.pair)
-    free = free_response(
-        pair, case.motion.acceleration, case.motion.dt, wave_of(study.effects), initial_state(*study.pair)
-    )
+    motion, supports = case.motion, study.supports
+    free = free_response(pair, motion.acceleration, motion.dt, supports, initial_state(*study.pair), motion.own_grounds)
     strength = float(case.yield_forces[0])
     law = law_of(study, case.contact_model)
     raw, log = logged(pair, free, Interface(float(case.gaps[0]), law, study.restitution, strength), study.rtol)
     # A motion beyond all numbers is told by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):
-        motion = histories(pair, free, log)
-        energy = energies(pair, free, motion)
-    time, states, force, _, impulse = motion
+        run_histories = histories(pair, free, log)
+        energy = energies(pair, free, run_histories)
+    time, states, force, _, impulse = run_histories
     # A rigid building has no floor that moves.
     moved = np.where([building.is_rigid for building in study.pair], np.nan, states.reshape(-1, 2, 2))
     contacts = log.contacts[: log.used[0]]
     outputs = {name: value[None] for name, value in run_outputs(raw, strength).items()}
-    outputs |= building_outputs(raw, study.pair, case.motion.pga)
+    outputs |= building_outputs(raw, study.pair, peaks_under(study, case.motion))
     return Trace(
         time,
         {
             "displacement": moved[:, 0, :, None],
+            **in_space(study, motion, time, moved[:, 0, :, None]),
             "velocity": moved[:, 1, :, None],
             "relative_displacement": relative_displacement(free, time, states)[:, None],
             "contact_force": force[:, None],
@@ -65,7 +66,7 @@ def pair_trace(study: Scene, case: Case) -> Trace:
 
 
 def _grounds_at(free: Free, time: Array) -> dict[str, Array]:
-    """Histories of the ground; those under each building where a wave passes."""
+    """Histories of the ground; those under each building on unlike grounds."""
     first = np.interp(time, _node_times(free), free.ground)
     if not isinstance(free.passage, DelayedGround):
         return {"ground_acceleration": first}

@@ -9,16 +9,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.ensemble.grid_job import peaks_under
 from pounding_risk.ensemble.row_grid import mechanics_of, model_of
 from pounding_risk.models.ground import arriving
-from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.run_labels import Case, Trace
+from pounding_risk.scene.ground_motion import in_space
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.api import RowRun
-from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
+from pounding_risk.solver.row.cases import Cases, Driven, Limits
 from pounding_risk.solver.row.layout import RowLayout, nodes_of
-from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import Frame, frame_of, outputs, variables
 from pounding_risk.solver.row.trace_reader import FACTS, contacts_of, forces_at, impulses_at, instants_of, motion_at
 from pounding_risk.solver.row.workspace import FIRST
@@ -29,21 +29,28 @@ Array = NDArray[np.float64]
 def row_trace(study: Scene, case: Case) -> Trace:
     """The run of a case of a row in full; raises as `row_grid`."""
     model = model_of(study)
-    frame, row, forces = frame_of(model), model.row(case.motion.dt), np.array(case.yield_forces)
+    own = case.motion.own_grounds
+    under = model.under(case.motion.acceleration, own)
+    frame, row = frame_of(model), model.row(case.motion.dt, model.has_many(own))
+    forces, peaks = np.array(case.yield_forces), peaks_under(study, case.motion)
     mechanics = mechanics_of(study, model, case.contact_model, np.unique(forces[np.isfinite(forces)]))
-    run = _run(model, mechanics, case, study.rtol)
+    free = rows.free_response(row, under)
+    cases = Cases(model, mechanics, Driven(under, case.motion.dt, peaks, free.run), study.rtol, lambda: free.motion)
+    run = cases.in_full(Limits(np.array(case.gaps)[model.interfaces], forces, forces))
     instants = instants_of(run.log, len(run.states), row.step)
-    grounds = grounds_at(row, case.motion, instants.every)
+    grounds = grounds_at(row, under, instants.every)
     touches = contacts_of(run.log, len(model.points), instants)
     # A motion beyond all numbers is told by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):
         states = motion_at(run.log, run.states, instants)
-    values = outputs(run, forces, case.motion.pga, frame)
+    values = outputs(run, forces, peaks, frame)
+    displacement = _by_storey(frame, states[:, 0])
     known = instants.every[np.isfinite(states).all(axis=(1, 2))]
     return Trace(
         instants.every,
         {
-            "displacement": _by_storey(frame, states[:, 0]),
+            "displacement": displacement,
+            **in_space(study, case.motion, instants.every, displacement),
             "velocity": _by_storey(frame, states[:, 1]),
             "relative_displacement": closing_at(row, states[:, 0], grounds),
             "contact_force": forces_at(touches, len(model.points), instants.every),
@@ -59,27 +66,19 @@ def row_trace(study: Scene, case: Case) -> Trace:
     )
 
 
-def _run(model: RowModel, mechanics: Mechanics, case: Case, rtol: float) -> RowRun:
-    motion, forces = case.motion, np.array(case.yield_forces)
-    free = rows.free_response(model.row(motion.dt), motion.acceleration)
-    driven = Driven(motion.acceleration, motion.dt, motion.pga, free.run)
-    cases = Cases(model, mechanics, driven, rtol, lambda: free.motion)
-    return cases.in_full(Limits(np.array(case.gaps)[model.interfaces], forces, forces))
-
-
 def _by_storey(frame: Frame, values: Array) -> Array:
     """Values of the masses (instants, masses) as (instants, buildings, storeys); NaN where there is none."""
     # Of no storey is mass −1; a row of rigid buildings has no mass at all.
     return np.where(frame.storeys >= 0, np.column_stack([values, np.zeros(len(values))])[:, frame.storeys], np.nan)
 
 
-def grounds_at(row: RowLayout, motion: Motion, time: Array) -> dict[str, Array]:
-    """Histories of the ground; those under each building where a wave passes."""
-    nodes = nodes_of(row, motion.acceleration)
+def grounds_at(row: RowLayout, under: Samples, time: Array) -> dict[str, Array]:
+    """Histories of the ground; those under each building on unlike grounds. ``under`` is a_g under them [m/s²]."""
+    nodes = nodes_of(row, under)
     if row.arrivals is None:
         return {"ground_acceleration": np.interp(time, row.step * np.arange(nodes.size), nodes)}
     table = arriving(nodes, row.step, row.arrivals)
-    times = (row.step * np.arange(nodes.size)[:, None] + row.arrivals.offsets).ravel()[: len(table)]
+    times = (row.step * np.arange(nodes.shape[-1])[:, None] + row.arrivals.offsets).ravel()[: len(table)]
     node = np.clip(np.searchsorted(times, time, side="right") - 1, 0, len(table) - 1)
     after = (time - times[node])[:, None]
     pull, rise, bend, twist, spread, rate = np.moveaxis(table[node], -1, 0)

@@ -25,7 +25,6 @@ from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.ensemble.row_job import LEAST_RESPONSES, RESPONSE_BYTES, RowJob
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import RecordError, SceneError
-from pounding_risk.models.effects import wave_of
 from pounding_risk.motions import request as record_request
 from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.request import matching
@@ -156,7 +155,7 @@ def test_under_a_wave_the_size_is_told_too(row, distance):
     def respond():
         if row:
             return free_row_response(model_of(study).row(motion.dt), motion.acceleration)
-        return free_response(oscillators(*study.pair), motion.acceleration, motion.dt, wave_of(study.effects))
+        return free_response(oscillators(*study.pair), motion.acceleration, motion.dt, study.supports)
 
     respond()  # compiles
     tracemalloc.start()

@@ -238,7 +238,14 @@ def test_effects_without_yielding_change_no_bit():
     bare = ViscousElastoplastic(BETA)
     ground = shaking(4.0)
     plain, under = (
-        solve(LEFT, RIGHT, Interface(0.002, law, constant(0.65), 1e12), ground, 0.01, wave=WavePassage(0.018))
+        solve(
+            LEFT,
+            RIGHT,
+            Interface(0.002, law, constant(0.65), 1e12),
+            ground,
+            0.01,
+            supports=WavePassage(0.018).supports(2),
+        )
         for law in (bare, with_all(bare))
     )
     assert plain["impact_count"] > 3.0 and str(under) == str(plain)
@@ -280,7 +287,7 @@ law = with_effects(ViscousElastoplastic(2.75e9), (("unloading_stiffness", (("rat
     ("strain_rate", (("code", "mc2010"), ("length", 0.6)))))
 pair = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 0.31, 0.05)
 found = solve(*pair, Interface(0.002, law, constant(0.65), 6e5), shaking(5.0, duration=1.5), 0.01,
-    wave=WavePassage(0.018))
+    supports=WavePassage(0.018).supports(2))
 print(json.dumps({name: repr(value) for name, value in found.items()}))
 """
     package = str(Path(pr.__file__).resolve().parent.parent)

@@ -225,7 +225,8 @@ LINEAR = ['interface.1.contact_model="linear"', 'interface.2.contact_model="line
             lambda: pr.SingleMass("frame", mass="44 tt", perod=2),
             [
                 'perod: unknown key (did you mean "period"?); it takes name, mass, period, stiffness, damping, '
-                "floor_length, wave_speed, height, floor_depth, initial_displacement, initial_velocity, rigid",
+                "floor_length, wave_speed, height, floor_depth, initial_displacement, initial_velocity, rigid, "
+                "ground_factor, ground_delay, ground_velocity, ground_record",
                 'mass: "44 tt" has the unit "tt", which is not known (did you mean "t"?); write a mass such as '
                 '"44.36 t"',
             ],

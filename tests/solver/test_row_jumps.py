@@ -48,7 +48,9 @@ class Made:
 
     def __init__(self, buildings, gaps, ground, dt=0.01, law=JUMP, e=HALF, rtol=1e-6, wave=None):
         points = [Point(place, 1.0, 1.0, FLOOR, nan) for place in range(len(gaps))]
-        self.model = RowModel([chain_of(building) for building in buildings], points, wave)
+        self.model = RowModel(
+            [chain_of(building) for building in buildings], points, wave.supports(len(buildings)) if wave else ()
+        )
         self.ground, self.dt = np.asarray(ground, dtype=float), dt
         pga = float(np.abs(self.ground).max())
         self.free = rows.free_row(self.model.row(dt), self.ground)
@@ -120,7 +122,7 @@ def test_a_wave_along_two_masses_is_the_pair_with_a_wave(velocity):
     ground, gap = shaking(4.0), 0.002
     wave = WavePassage.on(velocity, 20.0)
     own = as_pair(Made([SOFT, STIFF], [gap], ground, wave=wave))
-    pair = solve(SOFT, STIFF, Interface(gap, Stereomechanical(), HALF), ground, 0.01, wave=wave)
+    pair = solve(SOFT, STIFF, Interface(gap, Stereomechanical(), HALF), ground, 0.01, supports=wave.supports(2))
     assert own["impact_count"] > 3
     for name, value in own.items():
         if name in pair:

@@ -99,7 +99,9 @@ def test_when_a_wave_arrives():
 @pytest.mark.parametrize("pair", [(FRAME, SHED), (FRAME, ROCK), (ROCK, SHED)], ids=["masses", "right", "left"])
 def test_two_single_masses_are_the_pair(pair, lag: float, e: float):
     """With an e of 0.005 both take implicit steps."""
-    known = solve(*pair, Interface(0.004, LAW, constant(e)), GROUND, STEP, wave=WavePassage(lag), rtol=1e-9)
+    known = solve(
+        *pair, Interface(0.004, LAW, constant(e)), GROUND, STEP, supports=WavePassage(lag).supports(2), rtol=1e-9
+    )
     meetings = [meeting(0, 1.0, 1.0, 0.004, restitution=e)]
     run = run_of([chain_of(building) for building in pair], meetings, (lag,))
     found = {name: values[0] for name, values in named(run).items()}
@@ -191,7 +193,7 @@ def test_a_wave_in_no_time_is_no_wave(name: str):
 @pytest.mark.parametrize("wave", [WavePassage(0.0), WavePassage.on(400.0, [0.0, 0.0])])
 def test_no_distance_is_no_wave_to_the_bit(wave: WavePassage):
     chains, meetings, _ = ROWS["storeys, single, storeys"]
-    models = RowModel(chains, points_of(meetings)), RowModel(chains, points_of(meetings), wave)
+    models = RowModel(chains, points_of(meetings)), RowModel(chains, points_of(meetings), wave.supports(3))
     one, other = (rows.run_row(model.row(STEP), contacts_of(meetings), GROUND) for model in models)
     assert one.points[:, COUNT].sum() >= 3
     np.testing.assert_array_equal(one.points, other.points)
@@ -260,7 +262,7 @@ def test_parts_are_the_whole_row_to_the_bit(law):
         meeting(2, 1.0, 2.0, 1.0),
         meeting(3, 2.0, 1.0, 0),
     ]
-    model = RowModel(chains, points_of(meetings), WavePassage(0.0237))
+    model = RowModel(chains, points_of(meetings), WavePassage(0.0237).supports(len(chains)))
     free = rows.free_row(model.row(STEP), GROUND)
     mechanics = Mechanics((law,) * 4, (HALF,) * 4, np.array([2e6]))
     cases = Cases(model, mechanics, Driven(GROUND, STEP, np.abs(GROUND).max(), free), 1e-6)

@@ -138,7 +138,7 @@ def test_a_failed_run_leaves_no_output():
     raw = np.full((len(STATUS_SENTENCES), COLUMNS), 2.0)
     raw[:, STATUS] = list(STATUS_SENTENCES)
     scene = TrialScene()
-    found = {**run_outputs(raw, 1e6), **building_outputs(raw, (scene.left, scene.right), 1.0)}
+    found = {**run_outputs(raw, 1e6), **building_outputs(raw, (scene.left, scene.right), np.ones(2))}
     for name, values in found.items():
         gone = np.isnan(values) | (values == -1.0)
         assert not gone[0].any() and gone[1:].all(), name

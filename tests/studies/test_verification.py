@@ -517,11 +517,15 @@ def test_figures_show_every_value_and_say_what_they_find(outcome):
     words = figure_words.words_of(points)
     assert "Published points lie within 4.5 % of our curves" in words
     drawn = [axis for axis in points.axes if axis.get_visible()]
-    assert [axis.get_ylabel() for axis in drawn] == 2 * ["force [kN]"] + 2 * ["displacement [mm]"]
-    assert [axis.get_xlabel() for axis in drawn] == 2 * ["penetration [mm]"] + 2 * ["time [s]"]
-    assert drawn[3].get_title() == "code_aster SDND108 B"
+    assert [axis.get_ylabel() for axis in drawn] == [
+        *2 * ["force [kN]"],
+        "absolute displacement [mm]",
+        *2 * ["displacement [mm]"],
+    ]
+    assert [axis.get_xlabel() for axis in drawn] == 2 * ["penetration [mm]"] + 3 * ["time [s]"]
+    assert drawn[4].get_title() == "code_aster SDND108 B"
     several = [curve for curve in outcome.curves if len(curve.points) > 1]
-    assert len(drawn) == len(several) == 4
+    assert len(drawn) == len(several) == 5
     for axis, curve in zip(drawn, several, strict=True):
         line = axis.get_lines()[0]
         assert np.array_equal(line.get_xdata(), curve.x * (1e3 if curve.units[0] == "m" else 1.0))

@@ -277,5 +277,5 @@ SHARED = {
     FROM_MEMORY: "Rules from memory were not read anywhere: read the clause before relying on one",
     QUOTED_ONLY: "Quoted rules were read in texts that quote the clause or take it over, not in the code itself",
     NOT_REDUCED: "Displacements are those of the linear model: a code's C_d / R, q_d / q and the like are taken as 1",
-    ONE_GROUND: "The ground under both is taken to move alike: that a wave passes is in the gap needed, and in no rule",
+    ONE_GROUND: "The ground under both is taken to move alike: that it does not is in the gap needed, and in no rule",
 }

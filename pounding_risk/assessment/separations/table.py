@@ -44,7 +44,7 @@ from pounding_risk.assessment.separations.rules import (
 )
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import amplitude_words
-from pounding_risk.results.attributes import tables_of
+from pounding_risk.results.attributes import has_own_grounds, tables_of
 from pounding_risk.results.own_case import own_level
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import GAP, say
@@ -283,7 +283,7 @@ def code_table(
     medians = (_median(left[known]), _median(right[known]))
     case = Case((left[moved], right[moved]), periods, dampings, site)
     rows = separations(buildings, medians, periods, dampings, site)
-    if _wave_passes(shown):
+    if has_own_grounds(tables_of(str(shown.attrs.get("scene_resolved", "")))):
         rows = tuple(replace(row, note="; ".join(filter(None, (row.note, ONE_GROUND)))) for row in rows)
     amplitude = float(shown["pga"]) if "pga" in shown.coords else np.nan
     return CodeTable(
@@ -352,10 +352,6 @@ def _complete(results: xr.Dataset) -> xr.Dataset:
             "isel(building=[0, 1])"
         )
     return results
-
-
-def _wave_passes(results: xr.Dataset) -> bool:
-    return "wave_passage" in tables_of(str(results.attrs.get("scene_resolved", ""))).get("effects", {})
 
 
 def _one_amplitude(results: xr.Dataset) -> xr.Dataset:

@@ -13,7 +13,7 @@ from pounding_risk._jit.sources import INTERPRETED
 from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.pair_job import is_worth_kernels
 from pounding_risk.ensemble.row_grid import model_of
-from pounding_risk.models.effects import wave_of, with_effects
+from pounding_risk.models.effects import with_effects
 from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.scene import Scene
@@ -68,7 +68,7 @@ def kernels_of(study: Scene, cases: int = 0, motions: Sequence[Motion] = ()) -> 
 
 def _of_pair(study: Scene, own_kernels: bool) -> Kernels:
     pair = oscillators(*study.pair)
-    free = at_rest(pair, *STILL, wave_of(study.effects))
+    free = at_rest(pair, *STILL, study.supports, _still_grounds(study))
     cases = np.zeros(1), np.zeros(1), study.restitution
     log = make_log(0, 0, np.zeros(0))
     room = (log, log, log), make_workspace(study.rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), np.int8)
@@ -89,14 +89,16 @@ def _of_pair(study: Scene, own_kernels: bool) -> Kernels:
 
 
 def _of_row(study: Scene) -> Kernels:
-    *bundles, states = rows.unmoved(model_of(study).row(STILL[1]), STILL[0])
+    model, own = model_of(study), _still_grounds(study)
+    layout = model.row(STILL[1], model.has_many(own))
+    *bundles, states = rows.unmoved(layout, model.under(STILL[0], own))
     row, run, motion, work = map(lent, bundles)
     solver = is_compiled(rows_march.march, (row, run, motion, study.rtol, states))
     places = [study.at(place) for place in range(len(study.interfaces))]
 
     def known(name: str) -> bool:
         if jumps([known_law(one) for one in study.models_of(name)]):
-            return is_compiled(march_jumps, unmoved_jumps(model_of(study).row(STILL[1]), study.rtol))
+            return is_compiled(march_jumps, unmoved_jumps(layout, study.rtol))
         verbs = (verb_kernel(lowered(_like(here, name))) for here in places)
         return all(is_compiled(*kernel) for kernel in verbs) and all(_calibrates(here, name) for here in places)
 
@@ -104,6 +106,11 @@ def _of_row(study: Scene) -> Kernels:
     solver = solver or jumps([known_law(name) for name in names])  # which have a solver of their own
     laws = tuple(map(known, study.grid.contact_models))
     return Kernels(is_compiled(march_free, (row, run, motion, work, states)), solver, laws)
+
+
+def _still_grounds(study: Scene) -> tuple[np.ndarray | None, ...]:
+    """Still ground under each building that has a record of its own."""
+    return tuple(STILL[0] if support.records else None for support in study.supports)
 
 
 def _like(study: Scene, name: str) -> Any:

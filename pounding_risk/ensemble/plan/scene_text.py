@@ -10,6 +10,7 @@ from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import AS_PUBLISHED
 from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.effects import EFFECTS, option_words
+from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, LevelRule
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
@@ -23,6 +24,9 @@ from pounding_risk.units import (
     DAMPING,
     FLOOR_LENGTH,
     GAP,
+    GROUND_DELAY,
+    GROUND_FACTOR,
+    GROUND_VELOCITY,
     HEIGHT,
     INITIAL_DISPLACEMENT,
     INITIAL_VELOCITY,
@@ -121,6 +125,20 @@ def _place(floor: float) -> str:
 
 def _building(building: Building | Storeys, yielding: bool) -> str:
     """A building in words; ``yielding`` where an effect lets storeys yield."""
+    return _standing(building, yielding) + _ground(building.support)
+
+
+def _ground(support: Support) -> str:
+    """What a building stands on; nothing of one on the records as they are."""
+    words = [f"record {', '.join(support.records)}"] if support.records else []
+    words += [f"the motion times {say(support.factor, GROUND_FACTOR)}"] if support.factor != 1.0 else []
+    words += [f"{say(support.delay, GROUND_DELAY)} later"] if support.delay else []
+    words += [f"ground that moves at {say(support.velocity, GROUND_VELOCITY)} at first"] if support.velocity else []
+    return f"; stands on {', '.join(words)}" if words else ""
+
+
+def _standing(building: Building | Storeys, yielding: bool) -> str:
+    """A building without what it stands on."""
     if isinstance(building, Storeys):
         count = len(building.masses)
         yields = ""

@@ -9,7 +9,7 @@ bare law on level ground, so that an effect that is not named is not in the mach
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from inspect import signature
 from math import isnan
 from typing import TYPE_CHECKING, Any
@@ -29,10 +29,13 @@ from pounding_risk.models.effects._effect import (
     read_option,
     written_option,
 )
+from pounding_risk.models.ground import SHARED, Support
 from pounding_risk.units import Quantity, exact, say
 
 if TYPE_CHECKING:
     from pounding_risk.models.effects.wave_passage import WavePassage
+    from pounding_risk.models.structures.sdof import Building
+    from pounding_risk.models.structures.storeys import Storeys
 
     def __getattr__(name: str) -> Any:
         """The classes of the modules, by name."""
@@ -103,6 +106,18 @@ def wave_of(effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]]) -> WavePas
             "effects: two of them change the ground motion, and it cannot be known in which order; keep one"
         )
     return waves[0] if waves else None
+
+
+def supports_of(
+    buildings: Sequence[Building | Storeys], effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]]
+) -> tuple[Support, ...]:
+    """What each building stands on, with the delays of a passing wave; none where all stand on the motion as it is."""
+    supports = [building.support for building in buildings]
+    wave = wave_of(effects)
+    if wave is not None:
+        late = wave.arrivals(len(supports)).tolist()
+        supports = [own._replace(delay=own.delay + time) for own, time in zip(supports, late, strict=True)]
+    return tuple(supports) if any(own != SHARED for own in supports) else ()
 
 
 def building_effects(effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]]) -> tuple[Any, ...]:

@@ -60,7 +60,7 @@ def effect(
 ) -> Callable[[Any], Any]:
     """Make a class an effect that scenes know by its name in snake_case; for use as a decorator.
 
-    A class with a method ``grounds`` acts on the ground motion, one with ``built`` on buildings; any other wraps a law
+    A class with a method ``supports`` acts on the ground motion, one with ``built`` on buildings; any other wraps a law
     in its first field ``law``, and passes on every method of the law that it does not have itself. Its class method
     ``on`` makes it from the law, where there is one, and the options; without ``on`` the class itself does.
 
@@ -102,7 +102,7 @@ def effect(
 
 def acts_on_ground(name: str) -> bool:
     """True for an effect that changes the ground motion and leaves the contact law as it is."""
-    return hasattr(EFFECTS[name], "grounds")
+    return hasattr(EFFECTS[name], "supports")
 
 
 def acts_on_buildings(name: str) -> bool:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import inf
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects._effect import PerInterface, effect
-from pounding_risk.models.ground import DelayedGround, delayed
+from pounding_risk.models.ground import Support
 from pounding_risk.units import Quantity
 
 ORDER = 40
@@ -48,10 +48,6 @@ class WavePassage(NamedTuple):
         lags = tuple(sign * each / velocity for each in distance)
         return cls(max(lags, key=abs), lags)
 
-    def grounds(self, ground: Any, step: float) -> DelayedGround:
-        """The motion under each building of a pair, from a_g [m/s²] at samples ``step`` [s] apart."""
-        return delayed(ground, step, self.lag)
-
     def arrivals(self, buildings: int) -> np.ndarray:
         """When the motion arrives at each building of a row, the first to be reached at zero [s]."""
         lags = self.lags or (self.lag,) * (buildings - 1)
@@ -62,3 +58,7 @@ class WavePassage(NamedTuple):
             )
         times = np.append(0.0, np.cumsum(lags))
         return times - times.min()
+
+    def supports(self, buildings: int) -> tuple[Support, ...]:
+        """What the wave makes of one ground under so many buildings."""
+        return tuple(Support(delay=time) for time in self.arrivals(buildings).tolist())

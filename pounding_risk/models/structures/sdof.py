@@ -6,6 +6,7 @@ from math import inf, pi
 from typing import Annotated, NamedTuple
 
 from pounding_risk.models._discovery import documented
+from pounding_risk.models.ground import SHARED, Support
 from pounding_risk.units import (
     DAMPING,
     FLOOR_LENGTH,
@@ -30,6 +31,7 @@ class Building(NamedTuple):
     ``period`` 0 means rigid: the building moves with the ground and cannot be pushed. ``floor_length`` is that of the
     floor in the direction of the row, 0 where it is not known; only contact models that collide floors use it, and
     with it ``wave_speed``. ``initial_displacement`` and ``initial_velocity`` are u and u̇ when the motion begins.
+    ``support`` says what a_g is under it.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Building(NamedTuple):
     height: Annotated[float, HEIGHT] = 0.0
     initial_displacement: Annotated[float, INITIAL_DISPLACEMENT] = 0.0
     initial_velocity: Annotated[float, INITIAL_VELOCITY] = 0.0
+    support: Support = SHARED
 
     @classmethod
     def rigid(cls, name: str, mass: float = inf) -> Building:

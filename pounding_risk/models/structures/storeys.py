@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.models.ground import SHARED, Support
 from pounding_risk.models.structures.typologies import known_typology
 from pounding_risk.units import (
     DAMPING,
@@ -88,6 +89,7 @@ class Storeys:
     strengths: tuple[float, ...] = ()  # N, yield shear of each storey
     initial_displacement: tuple[float, ...] = ()  # m, of each floor relative to the ground when the motion begins
     initial_velocity: tuple[float, ...] = ()  # m/s
+    support: Support = SHARED  # what a_g is under it
 
     is_rigid = False
 

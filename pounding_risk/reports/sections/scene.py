@@ -22,6 +22,7 @@ from pounding_risk.reports.blocks import (
 )
 from pounding_risk.reports.data import ReportData
 from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.results.attributes import has_own_grounds
 from pounding_risk.units import rounded
 
 TITLE = "Scene and assumptions"
@@ -138,9 +139,11 @@ def _assumed(data: ReportData) -> list[str]:
     """Further assumptions that follow from the scene's own keys."""
     sentences = []
     effects = data.scene.get("effects", {})
-    if "wave_passage" not in effects:
+    if not has_own_grounds(data.scene):
         both = "All" if data.several else "Both"
         sentences.append(f"{both} buildings stand on the same motion at the same time.")
+    elif "wave_passage" not in effects:
+        sentences.append("Buildings stand on unlike grounds, as their keys ground_ say; peaks are relative to these.")
     if "permanent_set" not in effects and np.isfinite(data.results["yield_force"].values).any():
         sentences.append(
             "Yielding leaves no dent: laws with a yield force retrace their plateau, as published, unless the effect "

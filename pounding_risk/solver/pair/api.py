@@ -8,8 +8,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.models.effects.wave_passage import WavePassage
-from pounding_risk.models.ground import DelayedGround, UniformGround
+from pounding_risk.models.ground import (
+    DelayedGround,
+    Support,
+    UniformGround,
+    accelerations,
+    delayed,
+    divided,
+    is_apart,
+)
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building, Oscillator
 from pounding_risk.solver.counters import FIRST_YIELD, STATUS, STEPS, TALLIED, YIELDS, Log, make_log
@@ -67,18 +74,20 @@ def free_response(
     pair: tuple[Oscillator, Oscillator],
     acceleration: np.ndarray,
     dt: float,
-    wave: WavePassage | None = None,
+    supports: Sequence[Support] = (),
     initial: Sequence[float] = AT_REST,
+    own: Sequence[np.ndarray | None] = (),
 ) -> Free:
     """The response of both buildings without contact to a_g [m/s²] sampled every ``dt`` [s].
 
-    With a ``wave`` one of them has the motion later than the other. It begins as ``initial``, of `initial_state`.
+    ``supports`` and ``own`` say what a_g is under each, as `accelerations` takes them. It begins as ``initial``, of
+    `initial_state`.
 
     Exact for a_g linear between samples; NaN from the first sample on that is not finite. Samples are divided
     where the stiffer building would pass more than 2.5 rad of its vibration between them, so that a Taylor series
     sums to rounding over every interval.
     """
-    free = at_rest(pair, acceleration, dt, wave)
+    free = at_rest(pair, acceleration, dt, supports, own)
     free.states[0] = initial
     fill_free_response(pair, free, make_workspace())
     passage = free.passage
@@ -87,22 +96,26 @@ def free_response(
 
 
 def at_rest(
-    pair: tuple[Oscillator, Oscillator], acceleration: np.ndarray, dt: float, wave: WavePassage | None = None
+    pair: tuple[Oscillator, Oscillator],
+    acceleration: np.ndarray,
+    dt: float,
+    supports: Sequence[Support] = (),
+    own: Sequence[np.ndarray | None] = (),
 ) -> Free:
     """Arrays of a `free_response` that has not been computed yet: the pair at rest at every node."""
     omega = max(0.0 if o.inverse_omega == 0.0 else 1.0 / o.inverse_omega for o in pair)
     parts = max(1, ceil(omega * dt / 2.5))
-    count = (len(acceleration) - 1) * parts + 1
-    finite = np.where(np.isfinite(acceleration), acceleration, np.nan)
-    ground = finite if parts == 1 else np.interp(np.arange(count) / parts, np.arange(len(acceleration)), finite)
+    under = accelerations(supports, np.asarray(acceleration), own)
+    ground = np.where(np.isfinite(under), under, np.nan) if parts == 1 else divided(under, parts)
     step = dt / parts
     terms, size = 4, 1.0
     while size > 1e-19 and terms < MAX_TERMS:
         size *= max(omega * step, 1e-3) / (terms - 3)
         terms += 1
     passage: UniformGround | DelayedGround = UniformGround(parts)
-    if wave is not None:
-        passing = wave.grounds(ground, step)
+    if is_apart(supports, under):
+        left, right = supports
+        passing = delayed(ground, step, right.delay - left.delay, right.velocity - left.velocity)
         ground, passage = passing.left, passing._replace(maps=vibration_maps(pair, step - passing.first))
     states = np.zeros((ground.size, 4))
     blocks = ceil((ground.size - 1) / BLOCK)
@@ -138,24 +151,26 @@ def solve(
     acceleration,
     dt: float,
     *,
-    wave: WavePassage | None = None,
+    supports: Sequence[Support] = (),
     rtol: float = 1e-6,
 ) -> dict[str, float]:
     """One run of a pair under a_g [m/s²] sampled every ``dt`` [s]: every output by name, in SI units.
 
-    Outputs per building carry ``_left`` or ``_right``. A failed run is NaN, or −1 in counts; ``status`` says why.
+    ``supports`` say what a_g is under each building. Outputs per building carry ``_left`` or ``_right``. A failed run
+    is NaN, or −1 in counts; ``status`` says why.
     A law without a cap counts its yielding too: its force reaches the yield force.
     """
     ground = np.asarray(acceleration, dtype=np.float64)
     pair = oscillators(left, right)
     capped = isfinite(interface.law.ceiling(1.0))
     log = make_log(0, 0, np.zeros(0) if capped else np.array([float(interface.yield_force)]))
-    free = free_response(pair, ground, float(dt), wave, initial_state(left, right))
+    free = free_response(pair, ground, float(dt), supports, initial_state(left, right))
     raw = run(pair, free, interface, rtol, log)
     if not capped:
         raw[YIELDS], raw[FIRST_YIELD] = log.reached[0], log.first[0]
     named = {name: float(value) for name, value in run_outputs(raw, interface.yield_force).items()}
-    sides = building_outputs(raw, (left, right), float(np.abs(ground).max()))
+    peaks = np.abs(accelerations(supports, ground)).max(axis=-1)
+    sides = building_outputs(raw, (left, right), np.broadcast_to(peaks, 2))
     for name, values in sides.items():
         named[f"{name}_left"], named[f"{name}_right"] = float(values[0]), float(values[1])
     return {**named, "status": float(raw[STATUS]), "steps": float(raw[STEPS])}

@@ -61,7 +61,7 @@ def _reach(signal: int) -> Callable[[Raw], Raw]:
 RUN: dict[str, Output] = {
     "peak_relative_displacement": Output(
         "m",
-        "largest |u_left - u_right| of the continuous motion, with the ground's own widening under a passing wave",
+        "largest |u_left - u_right| of the continuous motion, with the ground's own widening on unlike grounds",
         lambda raw, _: _reach(0)(raw),
     ),
     "peak_closing": Output("m", "largest u_left - u_right towards contact", _column(HIGH)),
@@ -122,7 +122,7 @@ RUN: dict[str, Output] = {
 BUILDING: dict[str, tuple[str, str, Callable[[Raw, Building, int, Raw | float], Raw]]] = {
     "peak_displacement": (
         "m",
-        "largest displacement relative to the ground",
+        "largest displacement relative to its ground",
         lambda raw, building, side, pga: _reach(1 + side)(raw),
     ),
     "peak_storey_shear": (
@@ -151,12 +151,18 @@ def run_outputs(raw: Raw, yield_force: Raw | float) -> dict[str, Raw]:
     }
 
 
-def building_outputs(raw: Raw, buildings: tuple[Building, Building], pga: Raw | float) -> dict[str, Raw]:
-    """Every output of `BUILDING` by name, with a last axis for left and right; ``pga`` [m/s²] as the runs' shape."""
+def building_outputs(raw: Raw, buildings: tuple[Building, Building], pgas: Raw) -> dict[str, Raw]:
+    """Every output of `BUILDING` by name, with a last axis for left and right.
+
+    ``pgas`` are the peaks of a_g under both [m/s²], (..., 2) with the runs' shape before.
+    """
     failed = raw[..., counters.STATUS] != counters.COMPLETE
     return {
         name: np.stack(
-            [np.where(failed, np.nan, compute(raw, building, side, pga)) for side, building in enumerate(buildings)],
+            [
+                np.where(failed, np.nan, compute(raw, building, side, pgas[..., side]))
+                for side, building in enumerate(buildings)
+            ],
             axis=-1,
         )
         for name, (_, _, compute) in BUILDING.items()

@@ -1,7 +1,8 @@
-"""A row of buildings under one ground motion: run with and without contact.
+"""A row of buildings under a ground motion: run with and without contact.
 
 Between contacts the motion is exact for a_g linear between samples; in contact it is integrated to a tolerance and
-lands on every event. The motion may arrive at each building at a time of its own (`ground`).
+lands on every event. Each building may have a ground motion of its own, at a time of its own (`ground`): a_g is then
+(buildings, n).
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from pounding_risk.solver.row.workspace import (
     BRANCH,
     DISPLACEMENT,
     DRIFT,
+    FIRST,
     LIMIT,
     LINE_STATES,
     PLASTIC,
@@ -88,7 +90,7 @@ def ground_histories(layout: RowLayout, acceleration: np.ndarray) -> tuple[np.nd
     """
     nodes, buildings = nodes_of(layout, acceleration), layout.row.frame.shape[1] - 1
     if layout.arrivals is None:
-        return np.repeat(nodes[:, None], buildings, axis=1), np.zeros((nodes.size, buildings - 1))
+        return np.repeat(nodes[:, None], buildings, axis=1), np.zeros((nodes.shape[-1], buildings - 1))
     table = arriving(nodes, layout.step, layout.arrivals)[:: layout.phases]
     return table[..., PULL], table[:, 1:, SPREAD]
 
@@ -140,6 +142,8 @@ def unmoved(layout: RowLayout, acceleration: np.ndarray) -> tuple[Any, ...]:
         layout.block,
     )
     motion.states[0][:, layout.masses] = layout.initial
+    if layout.arrivals is not None:
+        motion.states[0][1, row.frame[FIRST, 2:] - 1] = np.diff(layout.arrivals.velocities)
     buildings, nodes = row.frame.shape[1] - 1, layout.block + 1
     most_points = max([0, *np.diff(row.frame[START]).tolist()])  # points of an interface
     work = FreeWork(

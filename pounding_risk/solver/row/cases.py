@@ -32,9 +32,9 @@ Array = NDArray[np.float64]
 class Driven(NamedTuple):
     """A motion of the grid and the row's response to it without contact."""
 
-    acceleration: Samples  # m/s²
+    acceleration: Samples  # m/s², (n,) of all buildings or (buildings, n) of each
     dt: float  # s
-    pga: float  # m/s²
+    pga: Samples | float  # m/s², the peak of it, of all buildings or of each
     free: RowRun
 
 
@@ -81,13 +81,14 @@ class Cases:
         self.model, self.mechanics, self.driven, self.rtol = model, mechanics, driven, rtol
         self._motion = motion or (lambda: self._own_motion)
         self._uncapped = mechanics.uncapped
+        self._many = driven.acceleration.ndim == 2
         self._runs: Shared[RowRun] = Shared()
         self._met: dict[Span, bytes] = {}
 
     @cached_property
     def _own_motion(self) -> FreeMotion:
         """The whole row's motion without contact."""
-        return rows.free_response(self.model.row(self.driven.dt), self.driven.acceleration).motion
+        return rows.free_response(self.model.row(self.driven.dt, self._many), self.driven.acceleration).motion
 
     def whole(self, limits: Limits) -> RowRun:
         """The case with all buildings solved at once, whatever is known."""
@@ -123,7 +124,7 @@ class Cases:
         return put_together(free, [(self._part(span), run) for span, run in runs.items()]), answers
 
     def _part(self, span: Span) -> Part:
-        return self.model.part(span, self.driven.dt)
+        return self.model.part(span, self.driven.dt, self._many)
 
     def _answer(self, span: Span, limits: Limits) -> tuple[RowRun, Answered]:
         points = self._part(span).points
@@ -161,7 +162,7 @@ class Cases:
             mechanics.restitutions[points],
             part.watched,
         )
-        acceleration = self.driven.acceleration
+        acceleration = part.under(self.driven.acceleration)
         if jumps(mechanics.laws):
             free = self._free_of(part)
             return run_jumps(part.row, contacts, acceleration, free, rtol=self.rtol, histories=histories)

@@ -1,10 +1,10 @@
-"""Ground motion of a row: one motion under all buildings, or a wave that reaches each at a time of its own.
+"""Ground motion of a row: one motion under all buildings, or one of its own under each, at a time of its own.
 
-With a wave every building moves relative to the ground under itself, and has one more dof, the last of its own: the
-displacement w of its ground relative to that of its left neighbour. w has no mass, spring or damper; ẅ is given, linear
-between two nodes, so that w is a cubic there and known without error. A contact point has a share of −1 of the w of its
-right building, and what is asked of a point (distance, closing speed, series, polynomial of a step) then counts the
-ground's part like that of any floor:
+On grounds of their own every building moves relative to the ground under itself, and has one more dof, the last of its
+own: the displacement w of its ground relative to that of its left neighbour. w has no mass, spring or damper; ẅ is
+given, linear between two nodes, so that w is a cubic there and known without error. A contact point has a share of −1
+of the w of its right building, and what is asked of a point (distance, closing speed, series, polynomial of a step)
+then counts the ground's part like that of any floor:
 
     δ = u_left − u_right − w − gap.
 
@@ -92,7 +92,7 @@ class UniformRow(NamedTuple):
 
 
 class ArrivingRow(NamedTuple):
-    """Every building has the ground motion at a time of its own."""
+    """Every building has a ground motion of its own."""
 
     unused: float = 0.0
 
@@ -219,7 +219,7 @@ def window_at(ground, step, node):
 
 
 def row_ground(ground: np.ndarray, step: float, arrivals: Arrivals | None) -> UniformRowGround | ArrivingRowGround:
-    """Ground motion of a row from a_g [m/s²] at nodes ``step`` [s] apart; without ``arrivals`` all have it at once."""
+    """Ground motion of a row from a_g [m/s²] at nodes ``step`` [s] apart; without ``arrivals`` all stand on one."""
     if arrivals is None:
         return UniformRowGround(ground)
     return ArrivingRowGround(arriving(ground, step, arrivals), arrivals.offsets)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.models.ground import Arrivals, arrivals_of
+from pounding_risk.models.ground import Arrivals, arrivals_of, divided
 from pounding_risk.solver.row.ground import ArrivingRow, UniformRow
 from pounding_risk.solver.row.workspace import (
     BAND,
@@ -51,7 +51,7 @@ class RowLayout(NamedTuple):
     terms: int  # of the Taylor series over one of them
     block_maps: np.ndarray  # as in `FreeMotion`
     initial: np.ndarray  # (2, masses) u [m] and v [m/s] when the motion begins
-    arrivals: Arrivals | None = None  # of the motion at each building, in `step`; None where all have it at once
+    arrivals: Arrivals | None = None  # of a_g at each building, in `step`; None where all stand on one ground
 
     @property
     def step(self) -> float:
@@ -75,13 +75,22 @@ class RowLayout(NamedTuple):
         return dofs if self.arrivals is None else np.delete(dofs, self.row.frame[FIRST, 1:] - 1)
 
 
-def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals: np.ndarray | None = None) -> RowLayout:
+def lay_out(
+    chains: Sequence[Chain],
+    points: Sequence[Any],
+    dt: float,
+    arrivals: np.ndarray | None = None,
+    velocities: np.ndarray | None = None,
+    *,
+    many: bool = False,
+) -> RowLayout:
     """The row of these buildings, left to right, for a motion sampled every ``dt`` [s].
 
     A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey.
     Points are in the order of their interfaces. Samples are divided where the stiffest building would pass more than
     2.5 rad between them, so that a Taylor series sums to rounding over every interval. ``arrivals`` [s], none below
-    zero, are those of the motion at each building; where all are equal, as without them, all stand on one motion.
+    zero, are those of the motion at each building, ``velocities`` [m/s] those of the ground at t = 0. Where all are
+    equal, as without them, all stand on one ground, unless there are ``many`` motions, one of each building.
     """
     rate = max((_rate(chain) for chain in chains), default=0.0)
     parts = max(1, ceil(rate * dt / 2.5))
@@ -89,7 +98,9 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float, arrivals:
     while size > 1e-19 and terms < MAX_TERMS:
         size *= max(rate * step, 1e-3) / (terms - 3)
         terms += 1
-    arrived = None if arrivals is None or not np.ptp(arrivals) > 0.0 else arrivals_of(arrivals, step)
+    times, speeds = (np.zeros(len(chains)) if values is None else values for values in (arrivals, velocities))
+    is_one_ground = not many and not np.ptp(times) > 0.0 and not np.ptp(speeds) > 0.0
+    arrived = None if is_one_ground else arrivals_of(times, step, speeds)
     ground_dofs = 0 if arrived is None else 1  # dofs of each building's ground
     counts = [chain.mass.size for chain in chains]
     first = np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64) + ground_dofs)]).astype(np.int64)
@@ -258,6 +269,4 @@ def _dofs(chain: Chain, level: float) -> list[tuple[int, float]]:
 
 def nodes_of(layout: RowLayout, acceleration: np.ndarray) -> np.ndarray:
     """a_g at nodes `RowLayout.step` apart, where it arrives first; NaN from the first sample on that is not finite."""
-    finite = np.where(np.isfinite(acceleration), acceleration, np.nan)
-    count = (len(finite) - 1) * layout.parts + 1
-    return np.interp(np.arange(count) / layout.parts, np.arange(len(finite)), finite)
+    return divided(acceleration, layout.parts)

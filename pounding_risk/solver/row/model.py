@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.models.effects.wave_passage import WavePassage
+from pounding_risk.models.ground import SHARED, Support, accelerations, has_many
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.mdof import Chain
+from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.solver.row.layout import RowLayout, cut_out, lay_out
 from pounding_risk.solver.row.partition import LEFTWARDS, RIGHTWARDS, Span
 from pounding_risk.solver.row.workspace import FIRST
@@ -27,48 +28,67 @@ class Part(NamedTuple):
     own_masses: slice  # these in ``row``
     first_dof: int  # of the whole row's that ``row`` begins with
     to_left: int  # contact points to the left neighbour, which come first
-    structure: bytes  # the same for equal buildings with equal contact points, and times at which a wave arrives
+    structure: bytes  # the same for equal buildings with equal contact points, on equal grounds
+    buildings: slice  # of the whole row's, those in ``row``
 
     def side(self, point: int) -> int:
         """On which side the neighbour at this contact point stands."""
         return LEFTWARDS if point < self.to_left else RIGHTWARDS
 
+    def under(self, acceleration: Samples) -> Samples:
+        """a_g under its buildings, of that under the whole row (n,) or (buildings, n)."""
+        return acceleration if acceleration.ndim == 1 else acceleration[self.buildings]
+
 
 class RowModel:
     """Buildings left to right with the contact points between them, ordered by interface.
 
-    With a ``wave`` each building has the motion at a time of its own.
+    ``supports`` say what a_g is under each of them, where they do not all stand on the same motion.
     """
 
-    def __init__(self, chains: Sequence[Chain], points: Sequence[Point], wave: WavePassage | None = None):
+    def __init__(self, chains: Sequence[Chain], points: Sequence[Point], supports: Sequence[Support] = ()):
         self.chains, self.points = tuple(chains), tuple(points)
-        self.arrivals = np.zeros(len(self.chains)) if wave is None else wave.arrivals(len(self.chains))  # s
+        self.supports = tuple(supports)
+        grounds = self.supports or (SHARED,) * len(self.chains)
+        self.arrivals = np.array([support.delay for support in grounds])  # s
+        self.velocities = np.array([support.velocity for support in grounds])  # m/s, of the ground at t = 0
+        self._grounds = [repr((support.factor, support.records)) for support in grounds]
         self.interfaces = np.array([point.interface for point in self.points], dtype=np.int64)
         self.firsts = (0, *accumulate(chain.mass.size for chain in self.chains))  # of each building's masses
         self.bounds = np.searchsorted(self.interfaces, np.arange(len(self.chains)))  # of each interface's points
         kinds: dict[bytes, int] = {}
         self._kinds = [kinds.setdefault(_content(chain), len(kinds)) for chain in self.chains]
-        self._rows: dict[float, RowLayout] = {}
-        self._parts: dict[tuple[Span, float], Part] = {}
+        self._rows: dict[tuple[float, bool], RowLayout] = {}
+        self._parts: dict[tuple[Span, float, bool], Part] = {}
 
     @property
     def everything(self) -> Span:
         """Range of all buildings of the row."""
         return Span(0, len(self.chains) - 1)
 
-    def row(self, dt: float) -> RowLayout:
-        """The whole row for motions sampled every ``dt`` [s]; kept for the next time."""
-        if dt not in self._rows:
-            self._rows[dt] = lay_out(self.chains, self.points, dt, self.arrivals)
-        return self._rows[dt]
+    def under(self, shared: Samples, own: Sequence[Samples | None] = ()) -> Samples:
+        """a_g under its buildings, (n,) or (buildings, n), as `accelerations` gives it."""
+        return accelerations(self.supports, shared, own)
 
-    def part(self, span: Span, dt: float) -> Part:
+    def has_many(self, own: Sequence[Samples | None] = ()) -> bool:
+        """True where `under` has a row for each building."""
+        return has_many(self.supports, own)
+
+    def row(self, dt: float, many: bool = False) -> RowLayout:
+        """The whole row for motions sampled every ``dt`` [s], one of each building where ``many``; kept."""
+        if (dt, many) not in self._rows:
+            layout = lay_out(self.chains, self.points, dt, self.arrivals, self.velocities, many=many)
+            self._rows[dt, many] = layout
+        return self._rows[dt, many]
+
+    def part(self, span: Span, dt: float, many: bool = False) -> Part:
         """These buildings and, on each side, the neighbour beside them; kept for the next time."""
-        if (span, dt) not in self._parts:
-            self._parts[span, dt] = self._made(span, dt)
-        return self._parts[span, dt]
+        key = span, dt, many
+        if key not in self._parts:
+            self._parts[key] = self._made(span, self.row(dt, many))
+        return self._parts[key]
 
-    def _made(self, span: Span, dt: float) -> Part:
+    def _made(self, span: Span, layout: RowLayout) -> Part:
         first, last = max(span.first - 1, 0), min(span.last + 1, len(self.chains) - 1)
         points = slice(int(self.bounds[first]), int(self.bounds[last]))
         interfaces = self.interfaces[points]
@@ -76,15 +96,25 @@ class RowModel:
         mass_before = self.firsts[first]
         meetings = [(point.interface - first, point.left_floor, point.right_floor) for point in self.points[points]]
         return Part(
-            cut_out(self.row(dt), first, last),
+            cut_out(layout, first, last),
             points,
             (interfaces < span.first) | (interfaces >= span.last),
             masses,
             slice(masses.start - mass_before, masses.stop - mass_before),
-            int(self.row(dt).row.frame[FIRST, first]),
+            int(layout.row.frame[FIRST, first]),
             int((interfaces < span.first).sum()),
-            repr((self._kinds[first : last + 1], meetings, span.first - first, span.last - first)).encode()
-            + self.arrivals[first : last + 1].tobytes(),
+            repr(
+                (
+                    self._kinds[first : last + 1],
+                    meetings,
+                    span.first - first,
+                    span.last - first,
+                    self._grounds[first : last + 1],
+                )
+            ).encode()
+            + self.arrivals[first : last + 1].tobytes()
+            + self.velocities[first : last + 1].tobytes(),
+            slice(first, last + 1),
         )
 
 

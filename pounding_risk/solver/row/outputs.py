@@ -94,13 +94,13 @@ OVER_POINTS = {
 OF_SPRINGS = "largest shear in the spring, without the P d / h of p_delta,"
 AT_STOREYS = ("building", "storey")
 OF_STOREYS = {  # in the order of the columns of `RowRun.floors`
-    "storey_displacement": Variable("m", "largest displacement of the floor above relative to the ground", AT_STOREYS),
+    "storey_displacement": Variable("m", "largest displacement of the floor above relative to its ground", AT_STOREYS),
     "storey_drift": Variable("m", "largest drift of the storey", AT_STOREYS),
     "storey_shear": Variable("N", f"{OF_SPRINGS} of the storey", AT_STOREYS),
     "storey_acceleration": Variable("m/s2", "largest absolute acceleration of the floor above", AT_STOREYS),
 }
 OF_BUILDINGS = {  # in the same order: the largest of the storeys
-    "peak_displacement": Variable("m", "largest displacement of any floor relative to the ground", ("building",)),
+    "peak_displacement": Variable("m", "largest displacement of any floor relative to its ground", ("building",)),
     "peak_drift": Variable("m", "largest drift of any storey; NaN for a rigid building", ("building",)),
     "peak_storey_shear": Variable("N", f"{OF_SPRINGS} of any storey; NaN for a rigid building", ("building",)),
     "peak_floor_acceleration": Variable(
@@ -174,7 +174,7 @@ def moving_variables(frame: Frame) -> dict[str, Variable]:
 def outputs(run: RowRun, yield_forces: Array, pga: Any, frame: Frame) -> Outputs:
     """Every variable of a case by name, for one run or an array of them; NaN where one failed, −1 in counts and flags.
 
-    ``yield_forces`` [N] is by contact point, ``pga`` [m/s²] what a rigid building feels.
+    ``yield_forces`` [N] is by contact point, ``pga`` [m/s²] what a rigid building feels, of all buildings or of each.
     """
     points = run_outputs(_columns(run), yield_forces)
     lost = points["energy_viscous"] + points["energy_plastic"]
@@ -195,7 +195,7 @@ def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
     }
     is_rigid = np.asarray(run.status == counters.COMPLETE)[..., None] & (frame.storeys < 0).all(axis=-1)
     buildings["peak_displacement"] = np.where(is_rigid, 0.0, buildings["peak_displacement"])
-    ground_peak = np.asarray(pga)[..., None]
+    ground_peak = np.atleast_1d(pga)
     buildings["peak_floor_acceleration"] = np.where(is_rigid, ground_peak, buildings["peak_floor_acceleration"])
     outputs_of_run = buildings | storeys
     if frame.yields:

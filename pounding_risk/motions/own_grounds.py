@@ -1,0 +1,123 @@
+"""Records of single buildings, set beside the motion that the other buildings of a scene stand on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pounding_risk.errors import RecordError
+from pounding_risk.models.ground import divided
+from pounding_risk.motions.catalogue import is_file
+from pounding_risk.motions.ensemble import read_ensemble
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.request import RecordRequest
+
+WHOLE = 1e-9  # of a ratio of two time steps: so close to a whole number is one
+
+
+def read_own(name: str, request: RecordRequest, folder: Path) -> Motion:
+    """The record of one building, processed, turned and cut as ``request`` has it for all others, and not scaled.
+
+    Parameters
+    ----------
+    name : str
+        An id of the catalogue, a generated motion as text, or a file; with a direction of the row a pattern that two
+        files or components answer to.
+    request : RecordRequest
+        Of the scene's records; what it says of their source and amplitude plays no part.
+    folder : Path
+        Folder to which paths are relative.
+
+    Raises
+    ------
+    RecordError
+        As `read_ensemble`, and where the name is not that of one motion.
+    """
+    names, files = ((), (name,)) if is_file(name) else ((name,), ())
+    asked = request._replace(
+        names=names,
+        files=files,
+        pga=None,
+        scale=None,
+        sa=None,
+        to_median=None,
+        set="",
+        manifest="",
+        generated=(),
+    )
+    motions = read_ensemble(asked, folder).motions
+    if len(motions) != 1:
+        listed = f"it is {', '.join(motion.name for motion in motions)}" if motions else "nothing answers to it"
+        raise RecordError(f"{name}: a building stands on one record, and {listed}; name one file or component")
+    return motions[0]
+
+
+def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
+    """The motion with the records of single buildings beside it, on the samples of all of them.
+
+    Every record gets the factor of the motion. Of unlike time steps one has to be a whole multiple of the other: the
+    coarser record is then divided on the straight lines between its samples, which changes nothing of it. Zeros follow
+    the records that end first. A record that is the motion itself, to the bit, is none of its own.
+
+    Parameters
+    ----------
+    motion : Motion
+        As it is scaled by the scene.
+    own : sequence of Motion or None
+        By building, not scaled; None where the building stands on ``motion``.
+
+    Raises
+    ------
+    RecordError
+        For time steps of which none is a whole multiple of the other.
+    """
+    others = [record for record in own if record is not None]
+    dt = min([motion.dt, *(record.dt for record in others)])
+    parts = {id(record): _parts(record, dt, [motion, *others]) for record in (motion, *others)}
+    count = max((record.acceleration.size - 1) * parts[id(record)] + 1 for record in (motion, *others))
+
+    def drawn(record: Motion) -> np.ndarray:
+        samples = divided(record.acceleration, parts[id(record)]) if parts[id(record)] > 1 else record.acceleration
+        return np.pad(samples, (0, count - samples.size))
+
+    shared, factor = drawn(motion), motion.record.get("factor", 1.0)
+    scaled = [None if record is None else factor * drawn(record) for record in own]
+    apart = tuple(None if samples is None or np.array_equal(samples, shared) else samples for samples in scaled)
+    for samples in apart:
+        if samples is not None:
+            samples.flags.writeable = False
+    sentences = [f"beside it: {record.name}, times {factor:g}" for record in others]
+    if parts[id(motion)] > 1:
+        sentences.append(f"time step {motion.dt:g} s divided by {parts[id(motion)]}, on straight lines")
+    if shared.size > (motion.acceleration.size - 1) * parts[id(motion)] + 1:
+        sentences.append(f"zeros up to {(count - 1) * dt:g} s, where the longest record beside it ends")
+    flags = [f"{record.name}, beside it: {flag}" for record in others for flag in record.flags]
+    return replace(
+        motion,
+        acceleration=shared,
+        dt=dt,
+        record={**motion.record, "beside": [_facts(record) for record in others]},
+        processing=(*motion.processing, *sentences),
+        own_grounds=apart if any(samples is not None for samples in apart) else (),
+    ).doubted(flags)
+
+
+def _facts(record: Motion) -> dict[str, str]:
+    """What it takes to find a record again."""
+    return {"name": record.name, **{key: str(record.record.get(key, "")) for key in ("source", "sha256")}}
+
+
+def _parts(record: Motion, dt: float, motions: Sequence[Motion]) -> int:
+    """How many steps ``dt`` [s] a time step of the record is; raises RecordError where these are no whole number."""
+    ratio = record.dt / dt
+    if abs(ratio - round(ratio)) > WHOLE * ratio:
+        finest = next(motion for motion in motions if motion.dt == dt)
+        raise RecordError(
+            f"{record.name}: its time step of {record.dt:g} s is no whole multiple of the {dt:g} s of {finest.name}, "
+            "under another building; resample one of them, such as with "
+            f'processing = [{{step = "resample", dt = "{dt:g} s"}}]'
+        )
+    return round(ratio)

@@ -1,0 +1,148 @@
+"""Buildings on grounds of their own by SciPy, in absolute displacements: shares no code with the solver.
+
+    M Ẍ = −C (Ẋ − 1 ẋ_g) − K (X − 1 x_g) + Bᵀ F,   F = β max(B X − gap, 0)^p,   x_g of each building by its own ẍ_g,
+
+linear between samples. The state holds X of all masses and x_g of all buildings, and their velocities; DOP853 at rtol
+1e-13 runs from sample to sample of all motions and stops where a contact point opens or closes. A rigid building has no
+mass of its own: what is struck is its ground.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+
+class Body(NamedTuple):
+    """A building: masses from the ground up on springs with a damping matrix, none of a wall; and its ground."""
+
+    masses: tuple[float, ...]  # kg
+    springs: tuple[float, ...]  # N/m, below each mass
+    damping: np.ndarray  # N s/m
+    ground: np.ndarray  # samples of a_g [m/s²], factor and all
+    delay: float = 0.0  # s
+    velocity: float = 0.0  # of the ground at t = 0 [m/s]
+    u: tuple[float, ...] = ()  # of each mass at t = 0, relative to the ground [m]
+    v: tuple[float, ...] = ()  # m/s
+
+
+class Touch(NamedTuple):
+    """A contact between mass ``left`` of a building and mass ``right`` of the next one, from 0; None of a wall."""
+
+    building: int
+    left: int | None
+    right: int | None
+    gap: float  # m
+    beta: float  # N/m^p
+    power: float
+
+
+class Grounds:
+    """The equations of motion."""
+
+    def __init__(self, bodies: list[Body], touches: list[Touch]):
+        self.bodies, self.touches = bodies, touches
+        counts = [len(body.masses) for body in bodies]
+        self.count, buildings = sum(counts), len(bodies)
+        firsts = np.concatenate([[0], np.cumsum(counts)])
+        self.mass = np.concatenate([np.array(body.masses, dtype=float) for body in bodies])
+        self.stiffness, self.damping = np.zeros((self.count, self.count)), np.zeros((self.count, self.count))
+        self.stands = np.zeros((self.count, buildings))  # which ground a mass stands on
+        for b, body in enumerate(bodies):
+            here = slice(firsts[b], firsts[b + 1])
+            self.stands[here, b] = 1.0
+            if not counts[b]:
+                continue
+            drift = np.eye(counts[b]) - np.eye(counts[b], k=-1)
+            self.stiffness[here, here] = drift.T @ np.diag(body.springs) @ drift
+            self.damping[here, here] = body.damping
+        self.across = np.zeros((len(touches), self.count + buildings))  # B, over masses and grounds
+        for k, touch in enumerate(touches):
+            for b, mass, sign in ((touch.building, touch.left, 1.0), (touch.building + 1, touch.right, -1.0)):
+                self.across[k, self.count + b if mass is None else firsts[b] + mass] += sign
+        self.gaps = np.array([touch.gap for touch in touches])
+        self.beta = np.array([touch.beta for touch in touches])
+        self.power = np.array([touch.power for touch in touches])
+
+    def start(self) -> np.ndarray:
+        """X, x_g, Ẋ, ẋ_g at t = 0."""
+        rates = np.array([body.velocity for body in self.bodies])
+        u, v = (
+            np.concatenate([getattr(body, name) or np.zeros(len(body.masses)) for body in self.bodies]) for name in "uv"
+        )
+        return np.concatenate([u, np.zeros(len(rates)), v + self.stands @ rates, rates])
+
+    def forces(self, places: np.ndarray) -> np.ndarray:
+        """Contact forces [N]."""
+        return self.beta * np.maximum(self.across @ places - self.gaps, 0.0) ** self.power
+
+    def slopes(self, y: np.ndarray, pulls: np.ndarray) -> np.ndarray:
+        """dy/dt where the grounds accelerate by ``pulls``."""
+        half, n = y.size // 2, self.count
+        places, rates = y[:half], y[half:]
+        loose, creep = places[:n] - self.stands @ places[n:], rates[:n] - self.stands @ rates[n:]
+        pushes = self.across[:, :n].T @ self.forces(places)
+        return np.concatenate([rates, (-self.stiffness @ loose - self.damping @ creep - pushes) / self.mass, pulls])
+
+
+def follow_grounds(bodies: list[Body], touches: list[Touch], step: float) -> tuple[np.ndarray, np.ndarray]:
+    """(displacements of the masses in space, of the grounds) at the samples, (n, masses) and (n, buildings) [m]."""
+    system = Grounds(bodies, touches)
+    samples = np.arange(bodies[0].ground.size) * step
+    times = np.unique(np.concatenate([samples + body.delay for body in bodies]))
+    times = times[times <= samples[-1] * (1.0 + 1e-12)]
+    times = times[np.append(True, np.diff(times) > 1e-9 * step)]
+    y = system.start()
+    half = y.size // 2
+    rows = [y[:half]]
+    for now, then in pairwise(times):
+        middle = 0.5 * (now + then)
+        ends = [[_at(body, step, middle, time) for body in bodies] for time in (now, then)]
+        y = _interval(system, y, np.array(ends), then - now)
+        if np.abs(samples - then).min() < 1e-9 * step:
+            rows.append(y[:half])
+    whole = np.array(rows)
+    return whole[:, : system.count], whole[:, system.count :]
+
+
+def _at(body: Body, step: float, middle: float, time: float) -> float:
+    """a_g at a time, on the straight line that holds in the middle of an interval."""
+    place = int(np.floor((middle - body.delay) / step))
+    if place < 0:
+        return 0.0
+    first, second = body.ground[place : place + 2]
+    return float(first + (second - first) * ((time - body.delay) / step - place))
+
+
+def _interval(system: Grounds, y: np.ndarray, ends: np.ndarray, width: float) -> np.ndarray:
+    """The state at the end of an interval, from contact point to contact point that opens or closes."""
+    begun, half = 0.0, y.size // 2
+    events = []
+    for k in range(len(system.gaps)):
+
+        def crossing(t: float, y: np.ndarray, k: int = k) -> float:
+            return float(system.across[k] @ y[:half] - system.gaps[k])
+
+        crossing.terminal = True  # type: ignore[attr-defined]
+        events.append(crossing)
+    while begun < width:
+        run = solve_ivp(
+            lambda t, y: system.slopes(y, ends[0] + (ends[1] - ends[0]) * t / width),
+            (begun, width),
+            y,
+            method="DOP853",
+            rtol=1e-13,
+            atol=1e-17,
+            events=events or None,
+            first_step=(width - begun) / 4,
+        )
+        begun, y = (run.t[-1], run.y[:, -1]) if run.status == 1 and run.t[-1] > begun else (width, run.y[:, -1])
+        if run.status == 1:
+            # Past the crossing, so that the next run does not find it at once.
+            tiny = 1e-13 * width
+            y = y + tiny * system.slopes(y, ends[0] + (ends[1] - ends[0]) * begun / width)
+            begun += tiny
+    return y
