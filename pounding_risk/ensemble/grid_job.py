@@ -7,7 +7,7 @@ of its results hold.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from functools import cached_property
 from math import prod
 from typing import Any, ClassVar, NamedTuple
@@ -15,11 +15,12 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.once import Shared
 from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.job import Job, ScanInput, never
 from pounding_risk.ensemble.tolerance_check import check_variables, drawn, made_again, not_made_again
 from pounding_risk.motions.motion import Motion, driven
-from pounding_risk.results.labels import OUTCOME, attributes, case_variable, places_of, skeleton
+from pounding_risk.results.labels import OUTCOME, amplitudes, attributes, case_variable, numbers_of, places_of, skeleton
 from pounding_risk.results.layout import CaseVariable, Slab, Template, bytes_per_case, slabs
 from pounding_risk.results.tolerance_check import tighter
 from pounding_risk.results.variables import own_dims
@@ -62,6 +63,11 @@ class GridJob(Job):
         self.shape = (*self.motions_shape, len(laws), len(grid.gaps), len(grid.yield_forces))
         self.batches, self.width = int(np.prod(self.shape[:-1])), self.shape[-1]
         self.bytes_per_batch = self.width * self.sizes(study).chunk
+        # Of the motions without contact. Jobs of one scan that differ in numbers of the scene hold the same ones, in
+        # which what follows from ``free_key`` alone is found by all that have it.
+        self.free_key: Hashable = None
+        self.held: dict[str, Shared[Any]] = {}
+        self.peaks: dict[Hashable, Any] = {}  # by `free_key` and motion
 
     @classmethod
     def unsolved(cls, study: Scene, law_name: str) -> str:
@@ -90,6 +96,11 @@ class GridJob(Job):
 
         With it come the arrays of the response that a scan keeps.
         """
+
+    @classmethod
+    @abstractmethod
+    def alone_key(cls, study: Scene) -> Hashable:
+        """All of a scene that its motions without contact follow from, beside the ground motions."""
 
     @classmethod
     def held_bytes(cls, motions: int, size: int) -> int:
@@ -155,6 +166,25 @@ class GridJob(Job):
             second.append(self.repeated(slab, int(strength), tighter(rtol)))
         return made_again(places, self.moves(chunk, places, second), rtol)
 
+    @cached_property
+    def pgas(self) -> Array:
+        """PGA of each motion of the grid (record, polarity, amplitude) [m/s²]."""
+        return amplitudes(self.study, self.scan_input.motions)
+
+    own_kernels = False  # whether contact laws get kernels with their own code
+
+    def worth_kernels(self, scenes: int) -> bool:
+        """Whether they should, where so many scenes have such a grid."""
+        return False
+
+    def coordinates(self, whole: bool = False) -> dict[str, Any]:
+        """Interfaces, contact points, buildings and storeys, with facts on each; as `labels.places_of`."""
+        return places_of(self.study, *self._places, whole=whole)
+
+    def numbers(self) -> dict[str, str]:
+        """Attributes that differ along an axis of another number of the scene."""
+        return numbers_of(self.study, self._laws)
+
     @property
     def check_names(self) -> tuple[str, ...]:
         """Names of the variables of the tolerance check; none where no run is repeated."""
@@ -166,7 +196,7 @@ class GridJob(Job):
         study, motions = self.study, self.scan_input.motions
         values = self.free_values()
         free = {name: (output, values[name]) for name, output in self.free_outputs(study).items()}
-        whole = skeleton(study, motions, free, places_of(study, *self._places))
+        whole = skeleton(study, motions, free, self.coordinates())
         whole = whole.assign_attrs(attributes(study, motions, self._laws, self.solver))
         checks = check_variables(study.rtol)
         return Template(whole, self.variables(study) | {name: checks[name] for name in self.check_names}, self.shape)

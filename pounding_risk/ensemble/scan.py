@@ -19,7 +19,7 @@ from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.ensemble.limits import check_dataset, check_disk, check_held, check_memory
 from pounding_risk.ensemble.plan.size import grid_bytes
-from pounding_risk.ensemble.plausibility import of_input
+from pounding_risk.ensemble.scenes import check_scenes, notes_along
 from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, read_shard, shard_batches
 from pounding_risk.errors import Stopped
 from pounding_risk.results.attributes import as_text
@@ -28,6 +28,7 @@ from pounding_risk.results.layout import blocks
 from pounding_risk.results.provenance import provenance
 from pounding_risk.results.store import Blockwise, Memory, store_of
 from pounding_risk.results.tolerance_check import check_share
+from pounding_risk.scene.axes import count_of
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
@@ -69,16 +70,18 @@ class Scan:
         self.study = as_scene(study)
         ensemble = gathered(self.study) if ensemble is None else ensemble
         motions = len(ensemble.motions)
-        shape = (motions, len(self.study.records.polarities), *map(len, self.study.grid))
-        self.bytes = grid_bytes(self.study, motions)
+        scenes = count_of(self.study.axes)
+        shape = (scenes, motions, len(self.study.records.polarities), *map(len, self.study.grid))
+        self.bytes = scenes * grid_bytes(self.study, motions)
         check_dataset(self.study, prod(shape), self.bytes)
         check_memory(self.study, ensemble.motions)
+        check_scenes(self.study, ensemble.motions)
         self.job = job_of(ScanInput(self.study, ensemble.motions, screening, check_fraction))
         self.command, self.executor, self.progress = command, executor, progress
         self.attrs: dict[str, Any] = provenance(self.study, ensemble.motions, screening, check_fraction)
         if command:
             self.attrs["command"] = command
-        if notes := of_input(self.study, ensemble.motions):
+        if notes := notes_along(self.study, ensemble.motions):
             self.attrs["notes"] = as_text(list(notes))
         if ensemble.left_out:
             self.attrs["left_out"] = as_text(list(ensemble.left_out))

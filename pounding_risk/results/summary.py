@@ -20,7 +20,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import reading, stream_results
-from pounding_risk.results.layout import AXES, Template, blocks, streamed, template_of, values_at
+from pounding_risk.results.layout import Template, blocks, streamed, template_of, values_at
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.tolerance_check import findings
 
@@ -162,7 +162,7 @@ def _spreads(dataset: xr.Dataset, template: Template) -> dict[str, dict[str, Spr
     for block in blocks(template):
         piece = values_at(dataset, template, block, ("status", *names))
         complete = piece["status"] == COMPLETE
-        law_of = np.unravel_index(np.array(block), template.shape[:-1])[AXES.index("contact_model")]
+        law_of = np.unravel_index(np.array(block), template.shape[:-1])[template.axes.index("contact_model")]
         for place in range(len(laws)):
             chosen = complete & (law_of == place)[:, None]
             for name in names:

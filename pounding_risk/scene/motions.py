@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from pounding_risk.errors import SceneError
@@ -30,25 +31,44 @@ def gathered(study: Scene) -> MotionEnsemble:
     if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
         raise SceneError(study.source, sentences)
     ensemble = read_ensemble(study.records, study.folder, scaled=study.grid.pgas == (None,))
-    ensemble = ensemble._replace(motions=tuple(_for_buildings(motion, study) for motion in ensemble.motions))
+    ensemble = ensemble._replace(motions=for_buildings(ensemble.motions, study))
     if not ensemble.motions:
         asked = ", ".join(study.records.files)
         left = f"; left out: {', '.join(ensemble.left_out)}" if ensemble.left_out else ""
         raise SceneError(study.source, [f"records.files: {asked} matches no record{left}; check the folder"])
-    wave = wave_of(study.effects)
-    lag = 0.0 if wave is None else float(wave.arrivals(len(study.buildings)).max())
-    for motion in ensemble.motions:
-        if lag >= motion.duration:
-            sentence = f"the wave needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
-            raise SceneError(study.source, [f"effects.wave_passage: {sentence}; check velocity and distance"])
+    check_wave(study, ensemble.motions)
     return ensemble
 
 
-def _for_buildings(motion: Motion, study: Scene) -> Motion:
-    """The motion, flagged where it is too coarse or was filtered too narrowly for these buildings."""
+def check_wave(study: Scene, motions: Iterable[Motion]) -> None:
+    """Raise SceneError where a record ends before a passing wave has reached both buildings."""
+    wave = wave_of(study.effects)
+    lag = 0.0 if wave is None else float(wave.arrivals(len(study.buildings)).max())
+    for motion in motions:
+        if lag >= motion.duration:
+            sentence = f"the wave needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
+            raise SceneError(study.source, [f"effects.wave_passage: {sentence}; check velocity and distance"])
+
+
+def for_buildings(motions: Iterable[Motion], study: Scene, before: Scene | None = None) -> tuple[Motion, ...]:
+    """The motions, flagged where they are too coarse or were filtered too narrowly for the buildings of a scene.
+
+    Where they were flagged for the buildings of the scene ``before``, those flags are replaced.
+    """
+    if before is not None:
+        told = [len(_doubts(motion, before)) for motion in motions]
+        motions = [
+            replace(motion, flags=motion.flags[: len(motion.flags) - count])
+            for motion, count in zip(motions, told, strict=True)
+        ]
+    return tuple(replace(motion, flags=(*motion.flags, *_doubts(motion, study))) for motion in motions)
+
+
+def _doubts(motion: Motion, study: Scene) -> tuple[str, ...]:
+    """Flags of a motion that follow from the buildings."""
     periods = [building.period for building in study.buildings if not building.is_rigid]
     if not periods or motion.record.get(STILL):
-        return motion
+        return ()
     # Straight lines that are close to a known motion excite a stiff building no more than they are from it.
     known = "interpolation_error" in motion.record
     findings = quality(
@@ -59,4 +79,4 @@ def _for_buildings(motion: Motion, study: Scene) -> Motion:
         usable=lowest_usable(motion.record),
         checks=OF_BUILDINGS[known:],
     )
-    return replace(motion, flags=(*motion.flags, *failed(findings)))
+    return tuple(failed(findings))
