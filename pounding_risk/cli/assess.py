@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pounding_risk.cli._common.files import draw, write_text
 from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import (
+    NONE,
     Amplitude,
     Confidence,
     Figure,
@@ -19,7 +20,9 @@ from pounding_risk.cli._common.options import (
     JudgedGap,
     Percentile,
     Results,
+    Select,
     Target,
+    chosen_results,
     out_option,
     read_optional,
 )
@@ -47,6 +50,7 @@ def assess(
     intensity: Intensity = None,
     pga: Amplitude = None,
     hazard: Hazard = None,
+    select: Select = NONE,
     out: Annotated[Path | None, out_option("Write it all", ".json")] = None,
     figure: Figure = None,
 ) -> None:
@@ -57,7 +61,7 @@ def assess(
 
     criterion = read_criterion(target, percentile, confidence, prefix="--")
     assessment = run(
-        results,
+        chosen_results(results, select),
         gap=read_optional("--gap", gap, GAP),
         hazard=hazard,
         **criterion._asdict(),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from pounding_risk.ensemble.laws import check_reach
 from pounding_risk.ensemble.limits import check_memory
 from pounding_risk.ensemble.plausibility import of_input
@@ -21,7 +19,7 @@ def check_scenes(study: Scene, motions: tuple[Motion, ...], *, every: bool = Tru
     if not study.axes:
         return
     variants = Variants(study)
-    scenes = map(variants.scene, range(variants.count)) if every else scenes_alone(variants)
+    scenes = map(variants.scene, range(variants.count)) if every else variants.alone()
     for scene in scenes:
         for place in range(len(scene.interfaces)):
             check_reach(scene.at(place), scene.grid.contact_models)
@@ -29,12 +27,7 @@ def check_scenes(study: Scene, motions: tuple[Motion, ...], *, every: bool = Tru
         check_wave(scene, motions)
 
 
-def scenes_alone(variants: Variants) -> Iterator[Scene]:
-    """The scenes along each axis, the other keys as the scene has them."""
-    return (variants.made(overrides) for _, _, overrides in variants.alone())
-
-
 def notes_along(study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
     """A sentence for each unusual number of a scene, of its axes, and of its motions."""
-    scenes = scenes_alone(Variants(study)) if study.axes else iter([study])
+    scenes = Variants(study).alone() if study.axes else iter([study])
     return tuple(dict.fromkeys(note for scene in scenes for note in of_input(scene, motions)))

@@ -27,7 +27,7 @@ from pounding_risk.results.labels import MOTIONS, flags_of, made_from
 from pounding_risk.results.layout import SCENE_AXES, Template
 from pounding_risk.results.scene_axes import VARIANTS, axis_coordinates, axis_text
 from pounding_risk.results.variables import own_dims
-from pounding_risk.scene.axes import SceneAxis
+from pounding_risk.scene.axes import SceneAxis, alone
 from pounding_risk.scene.motions import for_buildings
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.variants import Variants
@@ -145,7 +145,7 @@ def ordered_axes(study: Scene, kind: type[GridJob]) -> tuple[SceneAxis, ...]:
     """The axes, those first along which the motion without contact changes."""
     variants = Variants(study)
     keys: dict[str, set[Any]] = {axis.name: set() for axis in variants.axes}
-    for axis, place, overrides in variants.alone():
+    for axis, place, overrides in alone(variants.axes):
         if place in (0, axis.size - 1):
             keys[axis.name].add(kind.alone_key(variants.made(overrides)))
     return tuple(sorted(variants.axes, key=lambda axis: len(keys[axis.name]) == 1))

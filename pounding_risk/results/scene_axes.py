@@ -179,6 +179,12 @@ def selected(dataset: xr.Dataset, choices: Sequence[str], source: str = "the dat
     return dataset
 
 
+def title_at(dataset: xr.Dataset, choices: Sequence[str]) -> xr.Dataset:
+    """The dataset with the values that were chosen in its title."""
+    words = ", ".join(text.replace("=", " = ", 1) for text in choices)
+    return dataset.assign_attrs(title=f"{dataset.attrs.get('title', '')} ({words})")
+
+
 def _place(dataset: xr.Dataset, key: str, text: str) -> int:
     """Index along a dimension of the value that is asked for."""
     values, unit = _values(dataset, key), dataset[key].attrs.get("units")

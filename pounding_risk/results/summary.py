@@ -21,6 +21,7 @@ from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import reading, stream_results
 from pounding_risk.results.layout import Template, blocks, streamed, template_of, values_at
+from pounding_risk.results.scene_axes import open_axes
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.tolerance_check import findings
 
@@ -83,7 +84,7 @@ def summary(results: xr.Dataset | str | Path) -> Summary:
     if isinstance(results, str | Path):
         with stream_results(results) as dataset, reading(results, (OSError, RuntimeError)):
             return _summary(dataset, str(results))
-    return _summary(with_axes(results), "the dataset")
+    return _summary(results if open_axes(results) else with_axes(results), "the dataset")
 
 
 def _summary(dataset: xr.Dataset, whose: str) -> Summary:

@@ -19,6 +19,7 @@ from pounding_risk.models.effects import EFFECTS, read_option, written_option
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.keys import Key, Number, Several, Unreadable, list_of, spaced
 from pounding_risk.scene.overrides import address_of, override, parts_of
+from pounding_risk.scene.tables import Grid
 from pounding_risk.scene.toml import Fault, KeyPath, toml_value
 from pounding_risk.units import Quantity, parse, shown, si
 
@@ -29,6 +30,7 @@ ELSEWHERE = {
 }
 AXES, ZIP = "axes", "zip"  # the keys of `Grid` that are written in words of their own
 NO_UNIT = "1"
+MOST_ALONE = 200  # places along one axis whose scene is made when a scene is read; `scan` makes all of them
 ADDRESS = rf"^({'|'.join(VARIED)})\."  # of a key of [grid] that is an axis
 _EXAMPLE = '"building.frame.period" = ["0.2 s", "0.4 s"]'
 Known = Mapping[str, Mapping[str, Key]]  # the keys of each section
@@ -373,3 +375,32 @@ def written_axes(axes: Sequence[SceneAxis]) -> dict[str, Any]:
     }
     together = [list(axis.keys) for axis in axes if len(axis.keys) > 1]
     return written | ({ZIP: together} if together else {})
+
+
+def alone(axes: Sequence[SceneAxis]) -> Iterator[tuple[SceneAxis, int, tuple[str, ...]]]:
+    """Places along each axis by itself: (axis, place, what `--set` takes), of a long one `MOST_ALONE` of them."""
+    for axis in axes:
+        count = min(axis.size, MOST_ALONE)
+        for place in sorted({round(number * (axis.size - 1) / max(count - 1, 1)) for number in range(count)}):
+            yield axis, place, axis.overrides(place)
+
+
+def is_axis(key: str, value: Any) -> bool:
+    """True for a key of [grid] that is an axis of numbers, or tells of them."""
+    own = Grid.model_fields.keys() - {AXES, ZIP}
+    return key not in own or (key in VARIED and isinstance(value, Mapping))
+
+
+def without_axes(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """The tables of a scene without the axes of numbers in [grid]."""
+    grid = tables.get("grid", {})
+    return {**tables, "grid": {key: value for key, value in grid.items() if not is_axis(key, value)}}
+
+
+def keeping_axes(overrides: Sequence[str]) -> tuple[str, ...]:
+    """The overrides that do not write an axis of numbers."""
+    return tuple(text for text in overrides if not _sets_axis(parts_of(text.partition("=")[0])))
+
+
+def _sets_axis(parts: Sequence[str]) -> bool:
+    return len(parts) > 1 and parts[0] == "grid" and is_axis(parts[1], {} if len(parts) > 2 else None)

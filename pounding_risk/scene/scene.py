@@ -26,7 +26,8 @@ from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import RecordRequest
-from pounding_risk.scene.axes import SceneAxis, axes_in_text, written_axes
+from pounding_risk.scene.axes import SceneAxis, axes_in_text, keeping_axes, without_axes, written_axes
+from pounding_risk.scene.axis_checks import axis_faults
 from pounding_risk.scene.buildings import structure_of, table_of
 from pounding_risk.scene.interface_checks import is_row
 from pounding_risk.scene.interfaces import (
@@ -555,10 +556,12 @@ def scene_of(
     scene = _made(values)
     scene = scene if text else scene.updated(text=scene.to_toml())
     if scene.axes:
-        from pounding_risk.scene.variants import axis_faults  # which makes scenes itself
-
-        if faults := list(axis_faults(scene, draft.axes)):
-            raise SceneError(source, tell(faults, origin.lines))
+        bare, kept = without_axes(tables), keeping_axes(asked)
+        faults = list(
+            axis_faults(scene, draft.axes, lambda values: scene_of(bare, source, (*kept, *values), text=text))
+        )
+    if faults:
+        raise SceneError(source, tell(faults, origin.lines))
     return scene
 
 

@@ -125,7 +125,7 @@ def compile_for(study: Scene) -> None:
         request = RecordRequest((), (str(path),), None, None, None, (AS_RECORDED,), "auto", 0.0)
         grid = study.grid
         one = grid._replace(gaps=grid.gaps[:1], yield_forces=grid.yield_forces[:1], pgas=(None,))
-        few = study.updated(records=request, grid=one, text="", overrides=())
+        few = study.updated(records=request, grid=one, axes=(), text="", overrides=())
         scan(few, check_fraction=1.0, workers=1)
         for name in dict.fromkeys((few.contact_model, *few.grid.contact_models)):
             simulate(few, law=name)

@@ -76,6 +76,23 @@ Amplitude = Annotated[str | None, option("Amplitude of the grid.", "the scene's 
 Hazard = Annotated[Path | None, option("Hazard curve (.csv): intensity with unit, annual rate.")]
 
 
+Select = Annotated[
+    list[str],
+    typer.Option("--select", metavar="AXIS=VALUE", help="One value of an axis, such as building.frame.period='0.5 s'."),
+]
+
+
+def chosen_results(results: Path, select: list[str]) -> Any:
+    """The file itself where nothing is selected, or its dataset at the values of ``select``, told in the title."""
+    if not select:
+        return results
+    from pounding_risk.results.files import open_results
+    from pounding_risk.results.scene_axes import selected, settled, title_at
+
+    dataset = selected(open_results(results), select, str(results))
+    return title_at(settled(dataset, str(results)), select)
+
+
 def read_option(option: str, text: str, quantity: Quantity) -> float:
     """The SI value of an option's text; raises PoundingError that names the option."""
     from pounding_risk.units import QuantityError, parse
