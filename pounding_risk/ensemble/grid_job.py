@@ -65,6 +65,7 @@ class GridJob(Job):
         self.bytes_per_batch = self.width * self.sizes(study).chunk
         # Of the motions without contact. Jobs of one scan that differ in numbers of the scene hold the same ones, in
         # which what follows from ``free_key`` alone is found by all that have it.
+        self.number = 0  # of the scene among them
         self.free_key: Hashable = None
         self.held: dict[str, Shared[Any]] = {}
         self.peaks: dict[Hashable, Any] = {}  # by `free_key` and motion

@@ -72,8 +72,7 @@ class RowJob(GridJob):
         super().__init__(scan_input, laws, (self.grid.gaps, self.grid.yield_forces))
         longest = max(scan_input.motions, key=lambda motion: motion.acceleration.size)
         responses = responses_held(response_bytes(self.study, longest))
-        self.held = {"driven": Shared(MOTIONS), "responses": Shared(responses)}
-        self._cases: Shared[Cases] = Shared(CASES)
+        self.held = {"driven": Shared(MOTIONS), "responses": Shared(responses), "cases": Shared(CASES)}
 
     @classmethod
     def unsolved(cls, study: Scene, law_name: str) -> str:
@@ -176,7 +175,7 @@ class RowJob(GridJob):
     def _solved(self, slab: Slab, chunk: Chunk, stop: Callable[[], bool]) -> list[list[Answered]] | None:
         """Solve one batch into its place in ``chunk``; returns how the parts of its cases were answered."""
         gap, key = slab.gaps.start, (slab.motion, slab.law)
-        cases = self._cases.of(key, lambda: self.cases(*key, self.grid.rtol))
+        cases = self.held["cases"].of((self.number, key), lambda: self.cases(*key, self.grid.rtol))
         runs, answers = [], []
         for level in range(self.width):
             if stop():

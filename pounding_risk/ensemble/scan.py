@@ -21,6 +21,7 @@ from pounding_risk.ensemble.limits import check_dataset, check_disk, check_held,
 from pounding_risk.ensemble.plan.size import grid_bytes
 from pounding_risk.ensemble.scenes import check_scenes, notes_along
 from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, read_shard, shard_batches
+from pounding_risk.ensemble.variant_job import VariantJob
 from pounding_risk.errors import Stopped
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.files import RESULTS, check_target, open_results, zarr_store
@@ -75,8 +76,9 @@ class Scan:
         self.bytes = scenes * grid_bytes(self.study, motions)
         check_dataset(self.study, prod(shape), self.bytes)
         check_memory(self.study, ensemble.motions)
-        check_scenes(self.study, ensemble.motions)
         self.job = job_of(ScanInput(self.study, ensemble.motions, screening, check_fraction))
+        if isinstance(self.job, VariantJob):
+            check_scenes(self.job.variants, ensemble.motions)
         self.command, self.executor, self.progress = command, executor, progress
         self.attrs: dict[str, Any] = provenance(self.study, ensemble.motions, screening, check_fraction)
         if command:

@@ -11,14 +11,11 @@ from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.variants import Variants
 
 
-def check_scenes(study: Scene, motions: tuple[Motion, ...], *, every: bool = True) -> None:
+def check_scenes(variants: Variants, motions: tuple[Motion, ...], *, every: bool = True) -> None:
     """Raise SceneError for a place along the axes whose scene has faults, or cannot be run under these motions.
 
     Not ``every`` combination is looked at where a plan is to be told soon: then each axis alone.
     """
-    if not study.axes:
-        return
-    variants = Variants(study)
     scenes = map(variants.scene, range(variants.count)) if every else variants.alone()
     for scene in scenes:
         for place in range(len(scene.interfaces)):

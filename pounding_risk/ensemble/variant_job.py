@@ -6,7 +6,6 @@ alone; what the scenes share is computed once.
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import cached_property
@@ -32,7 +31,7 @@ from pounding_risk.scene.motions import for_buildings
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.variants import Variants
 
-JOBS = 8 + (os.cpu_count() or 1)  # of places along the axes that are kept; a thread works at one
+JOBS = 1000  # of places along the axes that are kept, some 10 kB each
 PARTS = "parts"  # the attribute that counts the parts of a row's cases
 
 
@@ -63,7 +62,7 @@ class VariantJob(Job):
     def _made(self, number: int) -> GridJob:
         scene = self.variants.scene(number)
         job: GridJob = self._kind(self.scan_input._replace(study=scene, motions=self._motions(scene)))  # type: ignore[call-arg]
-        job.free_key, job.peaks = self._kind.alone_key(scene), self._peaks
+        job.number, job.free_key, job.peaks = number, self._kind.alone_key(scene), self._peaks
         if self._held is not None:
             job.held, job.pgas = self._held, self._first.pgas
             job.own_kernels = self._first.own_kernels

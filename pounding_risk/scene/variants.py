@@ -20,6 +20,8 @@ from pounding_risk.scene.axis_checks import unlike
 from pounding_risk.scene.scene import Scene, scene_of
 from pounding_risk.scene.toml import parse_toml
 
+MOST_KEPT = 20_000  # scenes, some kB each
+
 
 class Variants:
     """The scenes of a scene with axes, by number: the last axis is the fastest.
@@ -32,6 +34,7 @@ class Variants:
         self.shape, self.count = shape_of_axes(self.axes), count_of(self.axes)
         self._tables = without_axes(parse_toml(study.text, study.source))
         self._asked = keeping_axes(study.overrides)
+        self._scenes: dict[int, Scene] = {}
 
     def places(self, number: int) -> tuple[int, ...]:
         """The place along each axis of a scene by its number."""
@@ -43,6 +46,15 @@ class Variants:
 
     def scene(self, number: int) -> Scene:
         """The scene of this number; raises SceneError with the values that it has along the axes."""
+        if number not in self._scenes:
+            made = self._checked(number)
+            if len(self._scenes) >= MOST_KEPT:
+                return made
+            # The records, which no axis changes, are kept once.
+            self._scenes[number] = made.updated(records=self.study.records)
+        return self._scenes[number]
+
+    def _checked(self, number: int) -> Scene:
         overrides = self.overrides(number)
         try:
             made = self.made(overrides)
