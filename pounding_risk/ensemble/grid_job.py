@@ -21,7 +21,7 @@ from pounding_risk.ensemble.job import Job, ScanInput, never
 from pounding_risk.ensemble.tolerance_check import check_variables, drawn, made_again, not_made_again
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.results.labels import OUTCOME, amplitudes, attributes, case_variable, numbers_of, places_of, skeleton
-from pounding_risk.results.layout import CaseVariable, Slab, Template, bytes_per_case, slabs
+from pounding_risk.results.layout import AXES, CaseVariable, Slab, Template, bytes_per_case, slabs
 from pounding_risk.results.tolerance_check import tighter
 from pounding_risk.results.variables import own_dims
 from pounding_risk.scene.scene import Scene
@@ -43,7 +43,9 @@ class Sizes(NamedTuple):
 
     def of(self, shape: Mapping[str, int]) -> int:
         """Size of a dataset with so many values along each of its axes."""
-        motions = shape["record"] * shape["polarity"] * shape["pga"]
+        # Along an axis of another number of the scene the motion without contact may change.
+        along = prod(size for axis, size in shape.items() if axis not in AXES)
+        motions = along * shape["record"] * shape["polarity"] * shape["pga"]
         return self.case * prod(shape.values()) + self.motion * motions + self.record * shape["record"]
 
 

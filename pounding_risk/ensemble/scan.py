@@ -18,7 +18,7 @@ from pounding_risk.ensemble.chunks import Chunk, ChunksInMemory, merged, without
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.ensemble.limits import check_dataset, check_disk, check_held, check_memory
-from pounding_risk.ensemble.plan.size import grid_bytes
+from pounding_risk.ensemble.plan.size import grid_bytes, shape_of
 from pounding_risk.ensemble.scenes import check_scenes, notes_along
 from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, read_shard, shard_batches
 from pounding_risk.ensemble.variant_job import VariantJob
@@ -29,7 +29,6 @@ from pounding_risk.results.layout import blocks
 from pounding_risk.results.provenance import provenance
 from pounding_risk.results.store import Blockwise, Memory, store_of
 from pounding_risk.results.tolerance_check import check_share
-from pounding_risk.scene.axes import count_of
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
@@ -71,10 +70,8 @@ class Scan:
         self.study = as_scene(study)
         ensemble = gathered(self.study) if ensemble is None else ensemble
         motions = len(ensemble.motions)
-        scenes = count_of(self.study.axes)
-        shape = (scenes, motions, len(self.study.records.polarities), *map(len, self.study.grid))
-        self.bytes = scenes * grid_bytes(self.study, motions)
-        check_dataset(self.study, prod(shape), self.bytes)
+        self.bytes = grid_bytes(self.study, motions)
+        check_dataset(self.study, prod(shape_of(self.study, motions).values()), self.bytes)
         check_memory(self.study, ensemble.motions)
         self.job = job_of(ScanInput(self.study, ensemble.motions, screening, check_fraction))
         if isinstance(self.job, VariantJob):

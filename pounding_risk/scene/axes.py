@@ -73,7 +73,7 @@ class SceneAxis(NamedTuple):
 
     def words(self) -> str:
         """The values, or how many there are and the two at the ends."""
-        places = [", ".join(shown(values[place]) for values in self.values) for place in range(self.size)]
+        places = [", ".join(str(values[place]) for values in self.values) for place in range(self.size)]
         return "; ".join(places) if self.size <= 3 else f"{self.size} from {places[0]} to {places[-1]}"
 
     def labels(self) -> dict[str, Labels]:
