@@ -19,7 +19,7 @@ def summary(results: Results, select: Select = NONE) -> None:
     """How a dataset's cases ended, and the range of every output."""
     from pounding_risk.results.summary import summary as run
 
-    print_summary(run(chosen_results(results, select)))
+    print_summary(run(chosen_results(results, select, partly=True)))
 
 
 def print_summary(summary: Summary) -> None:
