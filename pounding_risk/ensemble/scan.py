@@ -19,7 +19,8 @@ from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.ensemble.limits import check_dataset, check_disk, check_held, check_memory
 from pounding_risk.ensemble.plan.size import grid_bytes, shape_of
-from pounding_risk.ensemble.scenes import check_scenes, notes_along
+from pounding_risk.ensemble.plausibility import of_input
+from pounding_risk.ensemble.scenes import check_scenes
 from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, read_shard, shard_batches
 from pounding_risk.ensemble.variant_job import VariantJob
 from pounding_risk.errors import Stopped
@@ -80,7 +81,7 @@ class Scan:
         self.attrs: dict[str, Any] = provenance(self.study, ensemble.motions, screening, check_fraction)
         if command:
             self.attrs["command"] = command
-        if notes := notes_along(self.study, ensemble.motions):
+        if notes := () if self.study.axes else of_input(self.study, ensemble.motions):
             self.attrs["notes"] = as_text(list(notes))
         if ensemble.left_out:
             self.attrs["left_out"] = as_text(list(ensemble.left_out))

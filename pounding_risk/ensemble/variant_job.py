@@ -6,6 +6,7 @@ alone; what the scenes share is computed once.
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import cached_property
@@ -19,6 +20,7 @@ from pounding_risk._common.once import Shared
 from pounding_risk.ensemble.chunks import Chunk, joined
 from pounding_risk.ensemble.grid_job import GridJob
 from pounding_risk.ensemble.job import DatasetWriter, Finish, Job, ScanInput, never
+from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.along import Stack, leaves_of
 from pounding_risk.results.attributes import as_text
@@ -111,12 +113,16 @@ class VariantJob(Job):
         """The dataset without the values of its cases: what differs along an axis has it as a dimension."""
         base, axes = self._first.template, self.variants.axes
         free, coords, tables, attributes = (Stack(self.variants.shape) for _ in range(4))
+        notes: dict[str, None] = {}
         for number in range(self.variants.count):
             job = self.job(number)
             free.add(number, {f"{name}_free": values for name, values in job.free_values().items()})
             coords.add(number, {name: np.asarray(about[1]) for name, about in job.coordinates(whole=True).items()})
             tables.add(number, {as_text(path): leaf for path, leaf in leaves_of(job.study.resolved())})
-            attributes.add(number, job.numbers() | flags_of(job.scan_input.motions))
+            own_notes = of_input(job.study, job.scan_input.motions)
+            notes |= dict.fromkeys(own_notes)
+            told = {"notes": as_text(list(own_notes))} if own_notes else {}
+            attributes.add(number, job.numbers() | flags_of(job.scan_input.motions) | told)
         names = tuple(axis.name for axis in axes)
         skeleton = base.skeleton.assign_coords(axis_coordinates(axes))
         for name, (along, values) in free.differing().items():
@@ -128,12 +134,10 @@ class VariantJob(Job):
         for name, (along, values) in coords.differing().items():
             dims = (*(names[axis] for axis in along), *_dims(own[name][0]))
             skeleton = skeleton.assign_coords({name: Variable(dims, values, own[name][2])})
-        variants = {
-            name: [[key, list(along), values.tolist()] for key, (along, values) in stack.differing().items()]
-            for name, stack in {"tables": tables, "attributes": attributes}.items()
-        }
+        variants = {"tables": _as_lists(tables), "attributes": _as_lists(attributes)}
         about = made_from(self.study, self.scan_input.motions)
         about |= {SCENE_AXES: axis_text(axes), VARIANTS: as_text(variants)}
+        about |= {"notes": as_text(list(notes))} if notes else {}
         return Template(skeleton.assign_attrs(about), base.cases, self.shape, names)
 
     def writer(self) -> VariantWriter:
@@ -150,6 +154,12 @@ def ordered_axes(study: Scene, kind: type[GridJob]) -> tuple[SceneAxis, ...]:
     return tuple(sorted(variants.axes, key=lambda axis: len(keys[axis.name]) == 1))
 
 
+def _as_lists(stack: Stack, whole: bool = False) -> list[list[Any]]:
+    """Names whose values differ, with the axes along which they do, and the values as nested lists; all of a whole."""
+    reduced = stack.reduced() if whole else stack.differing()
+    return [[name, list(along), values.tolist()] for name, (along, values) in reduced.items()]
+
+
 def _dims(given: Any) -> tuple[str, ...]:
     """Dimensions as xarray takes them: a name, or several."""
     return (given,) if isinstance(given, str) else tuple(given)
@@ -163,6 +173,7 @@ class VariantWriter:
         self._number = -1
         self._writer: DatasetWriter | None = None
         self._patches: list[tuple[int, Chunk]] = []
+        self._counts = Stack(job.variants.shape)
         self._parts: Counter[str] = Counter()
 
     def values(self, batches: range, chunk: Chunk) -> Chunk:
@@ -182,11 +193,17 @@ class VariantWriter:
             return
         finish, first = self._writer.finish(), self._number * self._job.each
         self._patches += [(first + batch, patch) for batch, patch in finish.patches]
-        self._parts.update(finish.counts)
+        if finish.counts:
+            self._parts.update(finish.counts)
+            self._counts.add(self._number, {PARTS: as_text(finish.counts)})
         self._writer = None
 
     def finish(self) -> Finish:
         """The corrections of all scenes, and their counts together."""
         self._close()
         attrs = {PARTS: as_text(dict(self._parts))} if self._parts else {}
+        if self._parts:
+            counts = _as_lists(self._counts, whole=True)
+            variants = json.loads(self._job.template.skeleton.attrs[VARIANTS])
+            attrs[VARIANTS] = as_text(variants | {"attributes": [*variants["attributes"], *counts]})
         return Finish(attrs, tuple(self._patches), dict(self._parts))

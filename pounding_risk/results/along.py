@@ -24,10 +24,13 @@ class Stack:
         for name, value in values.items():
             self._values.setdefault(name, [None] * prod(self.shape))[number] = value
 
+    def reduced(self) -> dict[str, tuple[tuple[int, ...], NDArray[Any]]]:
+        """Every name: along which axes its values differ, and the values, with these axes first."""
+        return {name: self._reduced(values) for name, values in self._values.items()}
+
     def differing(self) -> dict[str, tuple[tuple[int, ...], NDArray[Any]]]:
-        """The names whose values differ: along which axes, and the values, with these axes first."""
-        reduced = {name: self._reduced(values) for name, values in self._values.items()}
-        return {name: (along, values) for name, (along, values) in reduced.items() if along}
+        """`reduced`, of the names whose values differ."""
+        return {name: (along, values) for name, (along, values) in self.reduced().items() if along}
 
     def _reduced(self, given: list[Any]) -> tuple[tuple[int, ...], NDArray[Any]]:
         """The axes along which values differ, and the values, with these axes first."""

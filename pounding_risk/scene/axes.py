@@ -30,6 +30,7 @@ ELSEWHERE = {
 }
 AXES, ZIP = "axes", "zip"  # the keys of `Grid` that are written in words of their own
 NO_UNIT = "1"
+RANGE = {"start", "stop", "num"}
 MOST_ALONE = 200  # places along one axis whose scene is made when a scene is read; `scan` makes all of them
 ADDRESS = rf"^({'|'.join(VARIED)})\."  # of a key of [grid] that is an axis
 _EXAMPLE = '"building.frame.period" = ["0.2 s", "0.4 s"]'
@@ -166,13 +167,13 @@ def _entries(grid: dict[str, Any], own: Container[str]) -> list[tuple[KeyPath, s
             continue
         if "." in key:
             found.append((("grid", key), key, grid.pop(key)))
-        elif first in (*VARIED, *ELSEWHERE) and isinstance(grid[key], dict):  # building.frame.period = ... unquoted
+        elif isinstance(grid[key], dict) and not RANGE & set(grid[key]):  # building.frame.period = ... unquoted
             found += _unquoted(("grid", key), grid.pop(key))
     return found
 
 
 def _unquoted(path: KeyPath, value: Any) -> Iterator[tuple[KeyPath, str, Any]]:
-    if isinstance(value, dict) and not {"start", "stop", "num"} & set(value):
+    if isinstance(value, dict) and not RANGE & set(value):
         for key, inner in value.items():
             yield from _unquoted((*path, key), inner)
     else:

@@ -33,8 +33,10 @@ def axis_faults(study: OfScene, placed: Sequence[Placed], make: Callable[[Sequen
             continue
         changes = list(unlike(study, made))
         yield from (Fault(paths[axis.name], f"{value} changes {what}; {repair}") for what, repair in changes)
-        if changes:
-            return  # the other values change it as well
+        idle = [] if changes else list(_without_effect(study, made))
+        yield from (Fault(paths[axis.name], f"changes no case: [grid] has its own {what}; remove one") for what in idle)
+        if changes or idle:
+            return  # the other values do the same
 
 
 def _told(fault: str, axis: SceneAxis, value: str) -> str:
@@ -48,6 +50,16 @@ def unlike(study: OfScene, other: OfScene) -> Iterator[tuple[str, str]]:
     for what, (one, another) in _common(study, other).items():
         if one != another:
             yield what, IN_GRID.get(what, ONE_SCENE)
+
+
+def _without_effect(study: OfScene, made: OfScene) -> Iterator[str]:
+    """What the interfaces have otherwise than in the scene, and the cases of the grid have not."""
+    one, other = ([between.gap for between in scene.interfaces] for scene in (study, made))
+    if one != other and all(study.interface_gaps(gap) == made.interface_gaps(gap) for gap in study.grid.gaps):
+        yield "gap"
+    one, other = ([between.yield_force for between in scene.interfaces] for scene in (study, made))
+    if one != other and len(study.grid.yield_forces) > 1:
+        yield "yield_force"
 
 
 def _common(study: OfScene, other: OfScene) -> dict[str, tuple[Any, Any]]:
