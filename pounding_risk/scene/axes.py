@@ -139,7 +139,9 @@ def taken_axes(raw: dict[str, Any], outside: Sequence[KeyPath], known: Known) ->
             faults.append(Fault(path, str(error)))
     faults += _twice(entries)
     groups, wrong = _groups(zipped, [entry.key for entry in entries], bool(faults))
-    kept = {entry.key: entry for entry in entries if not set(entry.targets) & set(outside)}
+    kept = {entry.key: entry for entry in entries if not set(entry.targets) <= set(outside)}
+    partly = [entry for entry in kept.values() if set(entry.targets) & set(outside)]
+    faults += [Fault(entry.path, f"--set sets a part of what {entry.key} sets; set all of it") for entry in partly]
     placed: list[Placed] = []
     for group in groups:
         members = [kept[key] for key in group if key in kept]

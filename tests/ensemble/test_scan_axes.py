@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -11,11 +12,14 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from pounding_risk.ensemble import pair_job, row_job
+from pounding_risk.ensemble.job import ScanInput
+from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.ensemble.plan.plan import plan, validate
 from pounding_risk.ensemble.scan import scan, scan_shard
 from pounding_risk.errors import SceneError
 from pounding_risk.results.files import open_results
 from pounding_risk.scene import variants as scenes
+from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.convert import convert
 from pounding_risk.studies.rerun import rerun
@@ -169,3 +173,13 @@ def test_a_fault_of_two_values_together_names_both_before_any_run():
         scan(parse_scene(pair_text(axes)))
     assert 'building.left.initial_displacement = "0.008 m"' in str(error.value)
     assert 'building.right.initial_displacement = "-0.008 m"' in str(error.value)
+
+
+def test_another_process_makes_the_same_job_from_its_input(in_memory):
+    """As a worker of a cluster does: from the pickled input, batches across the border of two places."""
+    study = parse_scene(pair_text(AXES))
+    job = job_of(pickle.loads(pickle.dumps(ScanInput(study, gathered(study).motions, True, 0.1))))
+    chunk = job.solve(range(2, 7))
+    values = job.writer().values(range(2, 7), chunk)["peak_contact_force"]
+    assert np.array_equal(values.ravel(), in_memory["peak_contact_force"].values.ravel()[2:7])
+    assert job.prepared == job_of(ScanInput(study, gathered(study).motions)).prepared

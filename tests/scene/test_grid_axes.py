@@ -58,6 +58,10 @@ def test_a_key_that_is_set_is_no_axis_any_more():
         study = parse_scene(pair_text(AXES), overrides=[f'{address}="0.4 s"'])
         assert [axis.name for axis in study.axes] == ["interface.restitution", "building.left.mass"]
         assert study.buildings[0].period == 0.4
+    both = pair_text({"building.period": ["0.3 s", "0.4 s"]})
+    assert [one.period for one in Variants(parse_scene(both)).scene(1).buildings] == [0.4, 0.4]
+    with pytest.raises(SceneError, match=r"--set sets a part of what building\.period sets; set all of it"):
+        parse_scene(both, overrides=['building.left.period="0.4 s"'])
     assert parse_scene(pair_text(AXES)).replace('building.left.period="0.4 s"').buildings[0].period == 0.4
 
 
