@@ -165,7 +165,9 @@ class Assessment(ShortRepr):
         return _plain(asdict(self))
 
 
-class _Options(NamedTuple):
+class Options(NamedTuple):
+    """What `assess` was asked, as it was read."""
+
     gap: float | None
     hazard: Hazard | None
     criterion: Criterion
@@ -242,7 +244,7 @@ def assess(
     criterion = read_criterion(target, percentile, confidence)
     intensity = _usual_intensity(results, known) if intensity is None else data.resolved_intensity(results, intensity)
     curve = known.at(data.spectral_intensity(results, intensity)) if isinstance(known, HazardSpectrum) else known
-    options = _Options(gap, curve, criterion, intensity, pga, rate)
+    options = Options(gap, curve, criterion, intensity, pga, rate)
     counts = data.run_counts(results)
     assessed = tuple(_interface(name, part, index, options) for index, (name, part) in enumerate(interfaces(results)))
     return Assessment(
@@ -286,22 +288,54 @@ def _usual_intensity(results: xr.Dataset, hazard: Hazard | HazardSpectrum | None
     return "pga" if hazard.name == "pga" else usual if one is None else one.intensity
 
 
-def _interface(name: str, results: xr.Dataset, index: int, options: _Options) -> InterfaceAssessment:
+class Contact(NamedTuple):
+    """What the motions of one interface close, at one amplitude."""
+
+    gap: float  # m, the assessed one
+    every: Motions  # at all amplitudes
+    level: int  # index of the amplitude
+    at: str  # the amplitude in words
+    motions: Motions  # at this amplitude, with a finite response
+    independent: float  # motions that these stand for
+    shares: tuple[Share, ...]  # that close each gap of the grid, and the assessed one
+    required: dict[float, RequiredGap]  # by percentile [%]
+
+    @property
+    def weight(self) -> float:
+        """What one motion counts for, at most 1."""
+        return self.independent / len(self.motions.records)
+
+    @property
+    def at_gap(self) -> Share:
+        """The share of the motions that close the assessed gap."""
+        return next(share for share in self.shares if share.gap == self.gap)
+
+
+def contact_of(results: xr.Dataset, index: int, options: Options) -> Contact:
+    """Contact at an interface, the part of a dataset at ``index`` that `interfaces` gives; raises as `assess`."""
     gap = scene_gap(results, index) if options.gap is None else options.gap
     criterion = options.criterion
-    if options.hazard is not None:
-        data.check_intensity(results, options.intensity, options.hazard.name)
     every = data.motions_of(results)
     level = _level(results, every.amplitudes, options.pga)
     motions = _at_level(every, level)
-    independent = independent_motions(_logs(motions.closing[:, 0]), motions.recordings)
+    closing = motions.closing[:, 0]
+    independent = independent_motions(_logs(closing), motions.recordings)
     weight = independent / len(motions.records)
     gaps = np.unique([*map(float, results["gap"].values), gap])
-    contact = _contact_shares(motions.closing[:, 0], gaps, weight, criterion.confidence)
+    contact = _contact_shares(closing, gaps, weight, criterion.confidence)
     percentiles = (*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile)
-    required = {
-        one.percentile: one for one in required_gaps(motions.closing[:, 0], weight, percentiles, criterion.confidence)
-    }
+    required = {one.percentile: one for one in required_gaps(closing, weight, percentiles, criterion.confidence)}
+    at = amplitude_words(results, every.amplitudes[level])
+    return Contact(gap, every, level, at, motions, independent, contact, required)
+
+
+def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> InterfaceAssessment:
+    criterion = options.criterion
+    if options.hazard is not None:
+        data.check_intensity(results, options.intensity, options.hazard.name)
+    found = contact_of(results, index, options)
+    gap, every, level, motions, required = found.gap, found.every, found.level, found.motions, found.required
+    weight, contact, gaps = found.weight, found.shares, np.array([share.gap for share in found.shares])
     yield_gap, yields = data.yields_of(results, gap)
     about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
     sensitivity = contact_influences(
@@ -311,7 +345,6 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
     sensitivity += yield_influences(about, own_force, criterion.target) if own_force in about.forces else ()
     response = responses_at(_one_amplitude(results, level), yield_gap)
     sensitivity += response_influences(response, own_model, own_force)
-    at = amplitude_words(results, every.amplitudes[level])
     touching = _contact_motions(results, every, options)
     fragility = (
         *map(touching.curve, gaps.tolist()),
@@ -319,11 +352,11 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
     )
     observed = Observations(
         motions,
-        at,
-        next(share for share in contact if share.gap == gap),
+        found.at,
+        found.at_gap,
         required[criterion.percentile],
         required[criterion.target_percentile],
-        independent,
+        found.independent,
         int((~every.finite).sum()),
         sensitivity[0],
         data.run_counts(results),
@@ -337,7 +370,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
         name=name,
         gap=gap,
         amplitude=every.amplitudes[level],
-        at=at,
+        at=found.at,
         yield_gap=yield_gap,
         own_force=own_force,
         own_model=own_model,
@@ -360,7 +393,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
 
 
 def _by_rate(
-    motions: ContactMotions, options: _Options, gap: float
+    motions: ContactMotions, options: Options, gap: float
 ) -> tuple[tuple[GapForRate, ...], RateVerdict | None]:
     """Gaps that keep contact to usual rates and to the target, the most frequent first, and the verdict on a gap."""
     hazard, target, confidence = options.hazard, options.target_rate, options.criterion.confidence
@@ -464,7 +497,7 @@ def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: fl
     return tuple(yielding)
 
 
-def _contact_motions(results: xr.Dataset, motions: Motions, options: _Options) -> ContactMotions:
+def _contact_motions(results: xr.Dataset, motions: Motions, options: Options) -> ContactMotions:
     """What fragilities of contact at any gap follow from."""
     ims = data.intensities(results, options.intensity)[motions.finite]
     closing, recordings = motions.closing[motions.finite], _numbered(motions.recordings[motions.finite])
@@ -475,7 +508,7 @@ def _contact_motions(results: xr.Dataset, motions: Motions, options: _Options) -
 
 
 def _yield_curves(
-    results: xr.Dataset, motions: Motions, at_gap: tuple[float, Array], options: _Options
+    results: xr.Dataset, motions: Motions, at_gap: tuple[float, Array], options: Options
 ) -> Iterator[Fragility]:
     """Fragilities of yielding at one gap, by contact model and finite F_E."""
     gap, yields = at_gap
@@ -499,7 +532,7 @@ def _numbered(recordings: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.unique(recordings, return_inverse=True)[1].astype(np.int64)
 
 
-def _method(motions: Motions, options: _Options) -> str:
+def _method(motions: Motions, options: Options) -> str:
     return curves.STRIPES if options.intensity == "pga" and len(motions.amplitudes) > 1 else curves.OWN
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pounding_risk.assessment.demands import check_dataset
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.own_case import own_gaps, own_level, scene_force, scene_model, scene_place
+from pounding_risk.results.scene_axes import settled
 from pounding_risk.units import GAP, PGA, YIELD_FORCE, say_in, si
 
 if TYPE_CHECKING:
@@ -110,8 +111,9 @@ def row_case(
     Raises
     ------
     PoundingError
-        For what is no dataset of `scan`, and for a contact model that the grid has not.
+        For what is no dataset of `scan`, for one of several scenes, and for a contact model that the grid has not.
     """
+    results = settled(results)
     check_dataset(results)
     gap = None if gap is None else si(gap, GAP, "gap")
     yield_force = None if yield_force is None else si(yield_force, YIELD_FORCE, "yield_force")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pounding_risk.cli._common.files import draw, write_text
 from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import (
+    NONE,
     Amplitude,
     Confidence,
     Figure,
@@ -19,8 +20,10 @@ from pounding_risk.cli._common.options import (
     JudgedGap,
     Percentile,
     Results,
+    Select,
     Target,
     TargetRate,
+    opened_results,
     out_option,
     read_optional,
 )
@@ -33,6 +36,7 @@ if TYPE_CHECKING:
     from pounding_risk.assessment.hazard import Rate
 
 ORDER = 130
+MOST_PLACES = 60  # rows of the table along axes
 MOST_GAPS = 12  # rows of the table of gaps; more are thinned evenly
 GIVEN_DIGITS = 6  # of values that a user has given
 AT_LEAST = "the hazard curve ends where failures do not; give one that reaches further"
@@ -50,6 +54,7 @@ def assess(
     pga: Amplitude = None,
     hazard: Hazard = None,
     target_rate: TargetRate = None,
+    select: Select = NONE,
     out: Annotated[Path | None, out_option("Write it all", ".json")] = None,
     figure: Figure = None,
 ) -> None:
@@ -57,12 +62,19 @@ def assess(
     from pounding_risk.assessment.annual_rates import read_target_rate
     from pounding_risk.assessment.assess import assess as run
     from pounding_risk.assessment.options import read_criterion
+    from pounding_risk.results.scene_axes import check_settled, open_axes
     from pounding_risk.units import GAP, PGA
 
     criterion = read_criterion(target, percentile, confidence, prefix="--")
     rate = read_target_rate(target_rate, hazard is not None, prefix="--")
+    chosen = opened_results(results, select)
+    if not isinstance(chosen, Path) and open_axes(chosen):
+        if figure is not None or hazard is not None or intensity is not None:
+            check_settled(chosen, str(results))
+        judged = read_optional("--gap", gap, GAP), read_optional("--pga", pga, PGA)
+        return _assess_along(chosen, out, gap=judged[0], pga=judged[1], **criterion._asdict())
     assessment = run(
-        results,
+        chosen,
         gap=read_optional("--gap", gap, GAP),
         hazard=hazard,
         **criterion._asdict(),
@@ -75,6 +87,41 @@ def assess(
         write_text(out, json.dumps(assessment.as_dict(), ensure_ascii=False, indent=1) + "\n")
     draw(figure, "assess.assessment_figure", assessment)
     print_assessment(assessment)
+
+
+def _assess_along(results: Any, out: Path | None, **options: Any) -> None:
+    """Print and write contact and required gap at every place along the axes."""
+    from pounding_risk.assessment.along import assess_along
+
+    assessed = assess_along(results, **options)
+    table = assessed.to_dataframe().reset_index()
+    if out is not None:
+        rows = table.astype(object).where(table.notna(), None).to_dict("records")
+        write_text(out, json.dumps(dict(assessed.attrs) | {"places": rows}, ensure_ascii=False, indent=1) + "\n")
+    print(f"{assessed.attrs['title']}\n{assessed.attrs['asked']}\n")
+    keys = [str(name) for name in assessed.coords if name != "interface"]
+    several = assessed.sizes["interface"] > 1
+    heads = (*keys, *(["interface"] if several else []), "gap", "P(contact)", "bounds", "gap required", "bounds")
+    rows = [_cells_along(row, keys, assessed, several) for row in table.to_dict("records")[:MOST_PLACES]]
+    print_table(heads, rows, "l" * (len(keys) + several) + "rrrrr")
+    if len(table) > MOST_PLACES:
+        print(f"and {len(table) - MOST_PLACES} more; --out writes them all, --select chooses some")
+    print(f"motions {assessed.attrs['motions']}; `--select` of one value along each axis gives the whole assessment")
+
+
+def _cells_along(row: dict[str, Any], keys: list[str], assessed: Any, several: bool) -> tuple[str, ...]:
+    """Cells of one place along the axes."""
+    units = {key: str(assessed[key].attrs.get("units", "1")) for key in keys}
+    values = [row[key] if isinstance(row[key], str) else engineering(row[key], units[key], 6) for key in keys]
+    return (
+        *values,
+        *([str(row["interface"])] if several else []),
+        _given_length(row["assessed_gap"]),
+        _probability(row["contact_probability"]),
+        f"{_probability(row['contact_probability_low'])} to {_probability(row['contact_probability_high'])}",
+        _length(row["required_gap"]),
+        f"{_length(row['required_gap_low'])} to {_length(row['required_gap_high'])}",
+    )
 
 
 def print_assessment(assessment: Assessment) -> None:

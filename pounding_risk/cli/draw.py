@@ -6,7 +6,16 @@ from pathlib import Path
 from typing import Annotated
 
 from pounding_risk.cli._common.files import FIGURES, announce
-from pounding_risk.cli._common.options import NONE, Amplitude, argument, file_option, option, read_optional
+from pounding_risk.cli._common.options import (
+    NONE,
+    Amplitude,
+    Select,
+    argument,
+    chosen_results,
+    file_option,
+    option,
+    read_optional,
+)
 
 ORDER = 200
 
@@ -23,13 +32,14 @@ def draw(
     contact_model: Annotated[str | None, option("Of the grid.", "the scene's")] = None,
     yield_force: Annotated[str | None, option("F_E of the grid.", "the scene's")] = None,
     pga: Amplitude = None,
+    select: Select = NONE,
 ) -> None:
     """Draw a row: elevation, plan, storeys, animation."""
     from pounding_risk.reports.drawings import draw as run
     from pounding_risk.units import GAP, PGA, YIELD_FORCE
 
     files = run(
-        results,
+        [chosen_results(one, select) for one in results],
         elevation=elevation,
         plan=plan,
         profiles=profiles,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pounding_risk.cli._common.files import announce, out_or
-from pounding_risk.cli._common.options import NONE, Workers, argument, option, out_option, read_option
+from pounding_risk.cli._common.options import NONE, Select, Workers, argument, option, out_option, read_option
 from pounding_risk.cli._common.progress import ProgressDisplay
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ def histories(
     law: Several = NONE,
     gap: Several = NONE,
     yield_force: Several = NONE,
+    select: Select = NONE,
     largest: Annotated[
         str | None, option("Of each contact model only the case with the largest value of this output of the results.")
     ] = None,
@@ -53,6 +54,7 @@ def histories(
             gaps=_values("--gap", gap, GAP),
             yield_forces=_values("--yield-force", yield_force, YIELD_FORCE),
             largest_of=largest,
+            select=select,
             most=most,
             folder=folder,
             workers=workers,

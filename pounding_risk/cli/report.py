@@ -16,9 +16,11 @@ from pounding_risk.cli._common.options import (
     Intensity,
     JudgedGap,
     Percentile,
+    Select,
     Target,
     TargetRate,
     argument,
+    chosen_results,
     option,
     out_option,
     read_optional,
@@ -30,6 +32,7 @@ ORDER = 150
 def report(
     results: Annotated[Path, argument("RESULTS", "What scan wrote (.nc or .zarr).")],
     out: Annotated[Path | None, out_option("The report", ".html", ".pdf", absence="RESULTS.html")] = None,
+    select: Select = NONE,
     gap: JudgedGap = None,
     percentile: Percentile = None,
     confidence: Confidence = "95 %",
@@ -57,7 +60,7 @@ def report(
     criterion = read_criterion(target, percentile, confidence, prefix="--")
     rate = read_target_rate(target_rate, hazard is not None, prefix="--")
     report_file = run(
-        results,
+        chosen_results(results, select),
         file,
         hazard=hazard,
         also=others,

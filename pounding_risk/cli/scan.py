@@ -77,6 +77,11 @@ def scan(
     from pounding_risk.scene.reader import read_scene
 
     study = read_scene(scene, overrides)
+    if study.axes and figure is not None:
+        raise PoundingError(
+            f"--figure: shows one scene, and this one varies along {', '.join(axis.name for axis in study.axes)}; "
+            "leave it out, and draw what `--select` of assess or report chooses"
+        )
     with ProgressDisplay("scan" if shard is None else f"shard {shard}", resumes=True) as progress:
         choices: dict[str, Any] = {
             "screening": screening,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pounding_risk.cli._common.files import draw
-from pounding_risk.cli._common.options import NONE, Figure, option, read_option, read_optional
+from pounding_risk.cli._common.options import NONE, Figure, Select, chosen_results, option, read_option, read_optional
 from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
 from pounding_risk.errors import PoundingError
 
@@ -38,6 +38,7 @@ def separations(
     structure: Annotated[str, option("In China: frame, frame and walls, or walls.")] = "frame",
     ground: Annotated[str | None, option("Design acceleration a_g S, in Italy.")] = None,
     interface: Annotated[str | None, option('Of a row, "left | right".', "every one")] = None,
+    select: Select = NONE,
     figure: Figure = None,
 ) -> None:
     """Separations of building codes, beside those needed."""
@@ -59,7 +60,8 @@ def separations(
     heights = _pair("--height", [read_option("--height", text, length) for text in height], '"12 m"', '"20 m"')
     factors = _pair("--factor", factor, "0.8", "1") or (1.0, 1.0)
     site = Site(heights, factors, aligned, alike, zone, intensity, structure, surface)
-    dataset = with_axes(open_results(results), str(results))
+    chosen = chosen_results(results, select)
+    dataset = with_axes(open_results(chosen) if isinstance(chosen, Path) else chosen, str(results))
     check_scan(dataset, str(results), names=("building", "building_period", "building_damping"))
     parts = _chosen(interfaces(dataset), interface)
     if len(parts) > 1 and figure is not None:

@@ -6,7 +6,7 @@ from math import isnan
 from typing import TYPE_CHECKING
 
 from pounding_risk.cli._common.notes import print_notes
-from pounding_risk.cli._common.options import Results
+from pounding_risk.cli._common.options import NONE, Results, Select, chosen_results
 from pounding_risk.cli._common.tables import print_pairs, print_table
 
 if TYPE_CHECKING:
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 ORDER = 190
 
 
-def summary(results: Results) -> None:
+def summary(results: Results, select: Select = NONE) -> None:
     """How a dataset's cases ended, and the range of every output."""
     from pounding_risk.results.summary import summary as run
 
-    print_summary(run(results))
+    print_summary(run(chosen_results(results, select, partly=True)))
 
 
 def print_summary(summary: Summary) -> None:

@@ -7,7 +7,7 @@ of its results hold.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from functools import cached_property
 from math import prod
 from typing import Any, ClassVar, NamedTuple
@@ -15,13 +15,14 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.once import Shared
 from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.job import Job, ScanInput, never
 from pounding_risk.ensemble.tolerance_check import check_variables, drawn, made_again, not_made_again
 from pounding_risk.models.ground import accelerations
 from pounding_risk.motions.motion import Motion, driven
-from pounding_risk.results.labels import OUTCOME, attributes, case_variable, places_of, skeleton
-from pounding_risk.results.layout import CaseVariable, Slab, Template, bytes_per_case, slabs
+from pounding_risk.results.labels import OUTCOME, attributes, case_variable, numbers_of, places_of, skeleton
+from pounding_risk.results.layout import AXES, CaseVariable, Slab, Template, bytes_per_case, slabs
 from pounding_risk.results.tolerance_check import tighter
 from pounding_risk.results.variables import own_dims
 from pounding_risk.scene.scene import Scene
@@ -43,7 +44,9 @@ class Sizes(NamedTuple):
 
     def of(self, shape: Mapping[str, int]) -> int:
         """Size of a dataset with so many values along each of its axes."""
-        motions = shape["record"] * shape["polarity"] * shape["pga"]
+        # Along an axis of another number of the scene the motion without contact may change.
+        along = prod(size for axis, size in shape.items() if axis not in AXES)
+        motions = along * shape["record"] * shape["polarity"] * shape["pga"]
         return self.case * prod(shape.values()) + self.motion * motions + self.record * shape["record"]
 
 
@@ -69,6 +72,12 @@ class GridJob(Job):
         self.shape = (*self.motions_shape, len(laws), len(grid.gaps), len(grid.yield_forces))
         self.batches, self.width = int(np.prod(self.shape[:-1])), self.shape[-1]
         self.bytes_per_batch = self.width * self.sizes(study).chunk
+        # Of the motions without contact. Jobs of one scan that differ in numbers of the scene hold the same ones, in
+        # which what follows from ``free_key`` alone is found by all that have it.
+        self.number = 0  # of the scene among them
+        self.free_key: Hashable = None
+        self.held: dict[str, Shared[Any]] = {}
+        self.peaks: dict[Hashable, Any] = {}  # by `free_key` and motion
 
     @classmethod
     def unsolved(cls, study: Scene, law_name: str) -> str:
@@ -97,6 +106,11 @@ class GridJob(Job):
 
         With it come the arrays of the response that a scan keeps.
         """
+
+    @classmethod
+    @abstractmethod
+    def alone_key(cls, study: Scene) -> Hashable:
+        """All of a scene that its motions without contact follow from, beside the ground motions."""
 
     @classmethod
     def held_bytes(cls, motions: int, size: int) -> int:
@@ -131,8 +145,11 @@ class GridJob(Job):
 
     def peaks_under(self) -> Array:
         """The peak of a_g under each building, by motion of the grid (record, polarity, amplitude, building) [m/s²]."""
-        peaks = [peaks_under(self.study, self.ground(motion)) for motion in np.ndindex(self.motions_shape)]
-        return np.array(peaks).reshape(*self.motions_shape, -1)
+        key = "a_g", self.study.supports
+        if key not in self.peaks:
+            peaks = [peaks_under(self.study, self.ground(motion)) for motion in np.ndindex(self.motions_shape)]
+            self.peaks[key] = np.array(peaks).reshape(*self.motions_shape, -1)
+        return self.peaks[key]
 
     def law_at(self, batch: int) -> int:
         """Index of the contact model that a batch needs."""
@@ -167,6 +184,20 @@ class GridJob(Job):
             second.append(self.repeated(slab, int(strength), tighter(rtol)))
         return made_again(places, self.moves(chunk, places, second), rtol)
 
+    own_kernels = False  # whether contact laws get kernels with their own code
+
+    def worth_kernels(self, scenes: int) -> bool:
+        """Whether they should, where so many scenes have such a grid."""
+        return False
+
+    def coordinates(self, whole: bool = False) -> dict[str, Any]:
+        """Interfaces, contact points, buildings and storeys, with facts on each; as `labels.places_of`."""
+        return places_of(self.study, *self._places, whole=whole)
+
+    def numbers(self) -> dict[str, str]:
+        """Attributes that differ along an axis of another number of the scene."""
+        return numbers_of(self.study, self._laws)
+
     @property
     def check_names(self) -> tuple[str, ...]:
         """Names of the variables of the tolerance check; none where no run is repeated."""
@@ -178,7 +209,7 @@ class GridJob(Job):
         study, motions = self.study, self.scan_input.motions
         values = self.free_values()
         free = {name: (output, values[name]) for name, output in self.free_outputs(study).items()}
-        whole = skeleton(study, motions, free, places_of(study, *self._places))
+        whole = skeleton(study, motions, free, self.coordinates())
         whole = whole.assign_attrs(attributes(study, motions, self._laws, self.solver))
         checks = check_variables(study.rtol)
         return Template(whole, self.variables(study) | {name: checks[name] for name in self.check_names}, self.shape)

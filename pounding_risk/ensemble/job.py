@@ -31,6 +31,7 @@ class Finish(NamedTuple):
 
     attrs: dict[str, Any]
     patches: tuple[tuple[int, Chunk], ...] = ()  # variables of single batches to be written again
+    counts: dict[str, int] = {}  # noqa: RUF012 - that add up where one dataset is made by several writers
 
 
 class DatasetWriter(Protocol):

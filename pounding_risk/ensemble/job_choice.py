@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pounding_risk.ensemble.grid_job import GridJob
-from pounding_risk.ensemble.job import ScanInput
+from pounding_risk.ensemble.job import Job, ScanInput
 from pounding_risk.scene.scene import Scene
 
 
@@ -18,6 +18,15 @@ def job_kind(study: Scene) -> type[GridJob]:
     return PairJob
 
 
-def job_of(scan_input: ScanInput) -> GridJob:
-    """The job of a scene; raises as `ensemble.laws.law_of` and `ensemble.row_grid.row_grid`."""
+def job_of(scan_input: ScanInput) -> Job:
+    """The job of a scene, with all its axes; raises as `grid_job_of`, and as `variant_job.VariantJob`."""
+    if scan_input.study.axes:
+        from pounding_risk.ensemble.variant_job import VariantJob
+
+        return VariantJob(scan_input, job_kind(scan_input.study))
+    return grid_job_of(scan_input)
+
+
+def grid_job_of(scan_input: ScanInput) -> GridJob:
+    """The job of a scene without axes of other numbers; raises as `laws.law_of` and `row_grid.row_grid`."""
     return job_kind(scan_input.study)(scan_input)  # type: ignore[call-arg]

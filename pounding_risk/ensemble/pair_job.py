@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from functools import cached_property
 from hashlib import blake2b
 from types import SimpleNamespace
@@ -50,8 +50,17 @@ class PairJob(GridJob):
         self.gaps, self.yield_forces = np.array(study.grid.gaps), np.array(study.grid.yield_forces)
         places = self.gaps[:, None], self.yield_forces[:, None]  # of one interface, of one contact point
         super().__init__(scan_input, tuple((law,) for law in self.laws), places)
-        self.own_kernels = is_worth_kernels(study, self.batches * self.width, scan_input.motions)
-        self._free: Shared[Free] = Shared(FREE_RESPONSES)
+        self.own_kernels = self.worth_kernels(1)
+        self.held = {"free": Shared(FREE_RESPONSES)}
+
+    def worth_kernels(self, scenes: int) -> bool:
+        return is_worth_kernels(self.study, scenes * self.batches * self.width, self.scan_input.motions)
+
+    @classmethod
+    def alone_key(cls, study: Scene) -> Hashable:
+        # Without contact the masses play no part.
+        vibrations = tuple(one._replace(mass=0.0, inverse_mass=0.0) for one in oscillators(*study.pair))
+        return vibrations, initial_state(*study.pair), study.supports
 
     @classmethod
     def outputs(cls, study: Scene) -> dict[str, Any]:
@@ -81,9 +90,11 @@ class PairJob(GridJob):
         def respond() -> Free:
             ground = self.ground(motion)
             supports, own = self.study.supports, ground.own_grounds
-            return free_response(self.pair, ground.acceleration, ground.dt, supports, self.initial, own)
+            free = free_response(self.pair, ground.acceleration, ground.dt, supports, self.initial, own)
+            self.peaks[self.free_key, motion] = free.high.max(axis=0), free.low.min(axis=0)
+            return free
 
-        return self._free.of(motion, respond)
+        return self.held["free"].of((self.free_key, motion), respond)
 
     @cached_property
     def prepared(self) -> str:
@@ -129,9 +140,11 @@ class PairJob(GridJob):
         """From raw columns; the extremes are those of the continuous motion."""
         alone = np.zeros((*self.motions_shape, COLUMNS))
         for motion in np.ndindex(self.motions_shape):
-            free = self.free(motion)
-            alone[motion][HIGH : HIGH + SIGNALS] = np.maximum(free.high.max(axis=0), 0.0)
-            alone[motion][LOW : LOW + SIGNALS] = np.minimum(free.low.min(axis=0), 0.0)
+            if (self.free_key, motion) not in self.peaks:
+                self.free(motion)
+            high, low = self.peaks[self.free_key, motion]
+            alone[motion][HIGH : HIGH + SIGNALS] = np.maximum(high, 0.0)
+            alone[motion][LOW : LOW + SIGNALS] = np.minimum(low, 0.0)
         return building_outputs(alone, self.study.pair, self.peaks_under()) | {"peak_closing": alone[..., HIGH, None]}
 
     def writer(self) -> PairWriter:

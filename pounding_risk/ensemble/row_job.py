@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from functools import cached_property
 from hashlib import blake2b
 from typing import Any
@@ -18,6 +18,7 @@ from pounding_risk.ensemble.job import Finish, ScanInput
 from pounding_risk.ensemble.limits import response_bytes
 from pounding_risk.ensemble.row_grid import model_of, row_grid, without_jumps
 from pounding_risk.ensemble.tolerance_check import SENSITIVE, AtLeastOne, differences, not_made_again
+from pounding_risk.models.effects import acts_on_law
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.labels import kept_as
@@ -69,14 +70,18 @@ class RowJob(GridJob):
         firsts = self.grid.model.bounds[:-1]  # contact points of the interfaces
         laws = tuple(tuple(mechanics.laws[first] for first in firsts) for mechanics in self.grid.mechanics)
         super().__init__(scan_input, laws, (self.grid.gaps, self.grid.yield_forces))
-        self._driven: Shared[Driven] = Shared(MOTIONS)
         longest = max(scan_input.motions, key=lambda motion: motion.acceleration.size)
-        self._responses: Shared[FreeResponse] = Shared(responses_held(response_bytes(self.study, longest)))
-        self._cases: Shared[Cases] = Shared(CASES)
+        responses = responses_held(response_bytes(self.study, longest))
+        self.held = {"driven": Shared(MOTIONS), "responses": Shared(responses), "cases": Shared(CASES)}
 
     @classmethod
     def unsolved(cls, study: Scene, law_name: str) -> str:
         return without_jumps(study, law_name)
+
+    @classmethod
+    def alone_key(cls, study: Scene) -> Hashable:
+        # As text, in which an unknown level is equal to another; it has every digit.
+        return repr((study.buildings, [one for one in study.effects if not acts_on_law(one.name)], study.points))
 
     @classmethod
     def outputs(cls, study: Scene) -> dict[str, Variable]:
@@ -121,7 +126,7 @@ class RowJob(GridJob):
             under = self.grid.model.under(ground.acceleration, ground.own_grounds)
             return Driven(under, ground.dt, peaks_under(self.study, ground), self._response(motion).run)
 
-        return self._driven.of(motion, respond)
+        return self.held["driven"].of((self.free_key, motion), respond)
 
     def _response(self, motion: Place) -> FreeResponse:
         """The row's response to a motion of the grid without contact, with its states at all nodes."""
@@ -132,7 +137,7 @@ class RowJob(GridJob):
             under = model.under(ground.acceleration, own)
             return rows.free_response(model.row(ground.dt, model.has_many(own)), under)
 
-        return self._responses.of(motion, respond)
+        return self.held["responses"].of((self.free_key, motion), respond)
 
     def cases(self, motion: Place, law: int, rtol: float) -> Cases:
         """The cases of one motion under one contact model."""
@@ -176,7 +181,7 @@ class RowJob(GridJob):
     def _solved(self, slab: Slab, chunk: Chunk, stop: Callable[[], bool]) -> list[list[Answered]] | None:
         """Solve one batch into its place in ``chunk``; returns how the parts of its cases were answered."""
         gap, key = slab.gaps.start, (slab.motion, slab.law)
-        cases = self._cases.of(key, lambda: self.cases(*key, self.grid.rtol))
+        cases = self.held["cases"].of((self.number, key), lambda: self.cases(*key, self.grid.rtol))
         runs, answers = [], []
         for level in range(self.width):
             if stop():
@@ -206,13 +211,17 @@ class RowJob(GridJob):
         return {name: moved.max(axis=1) for name, moved in differences(before, after, failed[:, None]).items()}
 
     def free_values(self) -> dict[str, Array]:
-        frame, every = self.grid.frame, []
-        for motion in np.ndindex(self.motions_shape):
-            driven = self.free(motion)
-            closings = dict(zip(CLOSINGS, closing(driven.free, frame.model), strict=True))
-            every.append(moving_outputs(driven.free, driven.pga, frame) | closings)
+        every = [self._peaks(motion) for motion in np.ndindex(self.motions_shape)]
         stacks = {name: np.array([values[name] for values in every]) for name in every[0]}
         return {name: stack.reshape(*self.motions_shape, *stack.shape[1:]) for name, stack in stacks.items()}
+
+    def _peaks(self, motion: Place) -> dict[str, Array]:
+        """Outputs of a motion without contact."""
+        if (self.free_key, motion) not in self.peaks:
+            driven, frame = self.free(motion), self.grid.frame
+            closings = dict(zip(CLOSINGS, closing(driven.free, frame.model), strict=True))
+            self.peaks[self.free_key, motion] = moving_outputs(driven.free, driven.pga, frame) | closings
+        return self.peaks[self.free_key, motion]
 
     def writer(self) -> RowWriter:
         return RowWriter(self)
@@ -264,7 +273,8 @@ class RowWriter:
 
     def finish(self) -> Finish:
         """The count of parts, and the repeated run of one case, where no case was drawn."""
-        return Finish({"parts": as_text(dict(self._parts))}, self._check.patches(self._job))
+        counts = dict(self._parts)
+        return Finish({"parts": as_text(counts)}, self._check.patches(self._job), counts)
 
 
 def _own(answered: list[list[Answered]]) -> list[bool]:

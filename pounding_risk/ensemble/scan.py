@@ -18,9 +18,11 @@ from pounding_risk.ensemble.chunks import Chunk, ChunksInMemory, merged, without
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.ensemble.limits import check_dataset, check_disk, check_held, check_memory
-from pounding_risk.ensemble.plan.size import grid_bytes
+from pounding_risk.ensemble.plan.size import grid_bytes, shape_of
 from pounding_risk.ensemble.plausibility import of_input
+from pounding_risk.ensemble.scenes import check_scenes
 from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, read_shard, shard_batches
+from pounding_risk.ensemble.variant_job import VariantJob
 from pounding_risk.errors import Stopped
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.files import RESULTS, check_target, open_results, zarr_store
@@ -69,16 +71,17 @@ class Scan:
         self.study = as_scene(study)
         ensemble = gathered(self.study) if ensemble is None else ensemble
         motions = len(ensemble.motions)
-        shape = (motions, len(self.study.records.polarities), *map(len, self.study.grid))
         self.bytes = grid_bytes(self.study, motions)
-        check_dataset(self.study, prod(shape), self.bytes)
+        check_dataset(self.study, prod(shape_of(self.study, motions).values()), self.bytes)
         check_memory(self.study, ensemble.motions)
         self.job = job_of(ScanInput(self.study, ensemble.motions, screening, check_fraction))
+        if isinstance(self.job, VariantJob):
+            check_scenes(self.job.variants, ensemble.motions)
         self.command, self.executor, self.progress = command, executor, progress
         self.attrs: dict[str, Any] = provenance(self.study, ensemble.motions, screening, check_fraction)
         if command:
             self.attrs["command"] = command
-        if notes := of_input(self.study, ensemble.motions):
+        if notes := () if self.study.axes else of_input(self.study, ensemble.motions):
             self.attrs["notes"] = as_text(list(notes))
         if ensemble.left_out:
             self.attrs["left_out"] = as_text(list(ensemble.left_out))

@@ -11,6 +11,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import QUIET, blank, law_words, styles, title
 from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.own_case import own_case, own_gaps
+from pounding_risk.results.scene_axes import settled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,6 +46,7 @@ def window_figure(searched: xr.Dataset, window: tuple[float, float], note: str =
     PoundingError
         For a dataset without an infinite yield force.
     """
+    searched = settled(searched)
     without = _without_yielding(searched)
     figure, axes = blank(2, 1, (9.0, 7.2), sharex=True)
     lines = searched.squeeze()
@@ -153,6 +155,7 @@ def scan_figure(results: xr.Dataset, note: str = "") -> Figure:
     matplotlib.figure.Figure
         One panel for each record and polarity.
     """
+    results = settled(results)
     shown = _one_law(results)
     peak = shown["peak_relative_displacement"] * 1e3
     if min(peak.sizes["gap"], peak.sizes["yield_force"]) < 2:
@@ -189,6 +192,7 @@ def ratio_figure(results: xr.Dataset, note: str = "") -> Figure:
     """
     from matplotlib.colors import LogNorm
 
+    results = settled(results)
     shown = _one_law(results)
     forces = shown["yield_force"].values
     peak = shown["peak_relative_displacement"]

@@ -22,6 +22,7 @@ from pounding_risk.results.grid_values import axis_words, listed_values
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.one_case import one_case, values_along
+from pounding_risk.results.scene_axes import along_words
 
 MOST_COUNTED = 5_000_000  # cases whose states are read for the display
 # What may be called next on a dataset of each kind, as the display says it.
@@ -141,6 +142,9 @@ def _levels(run: xr.Dataset, axis: str) -> list[float]:
 
 
 def _facts_of_grid(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
+    for words in along_words(dataset):
+        key, _, values = words.partition(": ")
+        yield key, values
     for axis in ("setting", "effects", *AXES):
         if axis in dataset.coords:
             yield axis_words(axis), listed_values(axis, values_along(dataset, axis))

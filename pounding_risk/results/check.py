@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.results.layout import scene_dims
 from pounding_risk.results.variables import CHANGES, COORDINATES, NUMBER, TEXT, VARIABLES, WHOLE, Declared
 from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse
 
@@ -102,7 +103,8 @@ def _form_faults(dataset: xr.Dataset) -> Iterator[str]:
             continue
         variable = dataset[name]
         expected = _dims(dataset, declared)
-        if set(variable.dims) != set(expected):
+        # Along an axis of another number of the scene anything may differ.
+        if set(variable.dims) - set(scene_dims(dataset)) != set(expected):
             yield f"the variable {name} has the dimensions {_list(variable.dims)}, not {_list(expected)}"
         if variable.dtype.kind not in declared.kinds:
             expected_kind = {TEXT: "texts", WHOLE: "whole numbers", NUMBER: "numbers"}[declared.kinds]

@@ -79,14 +79,18 @@ def _of_contacts(results: xr.Dataset) -> Iterator[str]:
     names = ("peak_penetration", "contact_time", "impact_count", "building_period")
     if any(name not in results.variables for name in names) or "interface" not in results.dims:
         return
-    depth, lasting = 0.0, _Lasting(results)
+    # Where the periods differ along an axis, there is no one limit of how long a contact lasts.
+    lasting = _Lasting(results) if results["building_period"].dims == ("building",) else None
+    depth = 0.0
     for piece in streamed(results, names[:3]):
         depth = max(depth, float(np.nanmax(piece["peak_penetration"], initial=0.0)))
-        lasting.add(piece["contact_time"], piece["impact_count"])
+        if lasting is not None:
+            lasting.add(piece["contact_time"], piece["impact_count"])
     if words := _depth_words(depth, _floor_lengths(results)):
         yield words
     yield from _beyond_tables(results)
-    yield from lasting.words()
+    if lasting is not None:
+        yield from lasting.words()
 
 
 def _beyond_tables(results: xr.Dataset) -> Iterator[str]:

@@ -59,13 +59,14 @@ def skeleton(
     return one_amplitude(xr.Dataset(variables | motion_spectra(motions), coords=labels), study)
 
 
-def places_of(study: Scene, gaps: Array, yield_forces: Array) -> dict[str, Any]:
+def places_of(study: Scene, gaps: Array, yield_forces: Array, whole: bool = False) -> dict[str, Any]:
     """Interfaces, contact points, buildings and storeys of a scene, with facts on each.
 
-    ``gaps`` [m] are those of the grid at each interface, ``yield_forces`` [N] those at each contact point.
+    ``gaps`` [m] are those of the grid at each interface, ``yield_forces`` [N] those at each contact point. Of a
+    ``whole`` one no coordinate is left out because it is equal to another.
     """
     coords = building_coordinates(study.buildings) | place_coordinates(study.buildings, study.points, yield_forces)
-    if (gaps != np.array(study.grid.gaps)[:, None]).any():
+    if whole or (gaps != np.array(study.grid.gaps)[:, None]).any():
         words = "clear distance at rest of each interface; the axis gap is that of "
         of_axis = study.gridded_interface or "the scene's first one"
         coords["interface_gap"] = (("gap", "interface"), gaps, described("m", words + of_axis))
@@ -234,14 +235,27 @@ def attributes(study: Scene, motions: tuple[Motion, ...], laws: Laws, solver: st
 
     ``solver`` is its name, "pair" or "row".
     """
-    notes = level_notes(study)
-    rules = [said_restitution(interface.restitution_words) for interface in study.interfaces]
     return {
         "Conventions": CONVENTIONS,
         "title": study.name,
         "source": f"pounding_risk: event-driven {solver} solver",
-        "references": "; ".join(sources_of(study, [law for of_model in laws for law in of_model])),
         **made_from(study, motions),
+        **numbers_of(study, laws),
+        **flags_of(motions),
+    }
+
+
+def flags_of(motions: Iterable[Motion]) -> dict[str, str]:
+    """The attribute of doubts about motions, some of which follow from the buildings."""
+    return {"flags": as_text({motion.name: list(motion.flags) for motion in motions if motion.flags})}
+
+
+def numbers_of(study: Scene, laws: Laws) -> dict[str, str]:
+    """Attributes that follow from numbers of the scene, and differ along an axis of such a number."""
+    notes = level_notes(study)
+    rules = [said_restitution(interface.restitution_words) for interface in study.interfaces]
+    return {
+        "references": "; ".join(sources_of(study, [law for of_model in laws for law in of_model])),
         "stiffness": as_text(
             {
                 name: [getattr(bare(law), "stiffness", None) for law in of_model]
@@ -251,7 +265,6 @@ def attributes(study: Scene, motions: tuple[Motion, ...], laws: Laws, solver: st
         ),
         "restitution": rules[0] if len(set(rules)) == 1 else "; ".join(rules),
         "restitution_relation": study.relation,
-        "flags": as_text({motion.name: list(motion.flags) for motion in motions if motion.flags}),
         **({"level_notes": as_text(notes)} if notes else {}),
     }
 

@@ -6,6 +6,7 @@ all yield forces. Batches are numbered in the order of the axes.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator, Mapping
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 AXES = ("record", "polarity", "pga", "contact_model", "gap", "yield_force")
+SCENE_AXES = "scene_axes"  # the attribute that holds the axes of other numbers of the scene, slowest first
 BLOCK_BYTES = 16e6  # of all variables of a block together: what writing keeps in memory
 
 
@@ -37,7 +39,13 @@ class Template(NamedTuple):
 
     skeleton: xr.Dataset  # coordinates, attributes, and every variable that does not depend on cases
     cases: Mapping[str, CaseVariable]
-    shape: tuple[int, ...]  # along `AXES`; an axis that the dataset does not have counts one
+    shape: tuple[int, ...]  # along `axes`; an axis that the dataset does not have counts one
+    of_scene: tuple[str, ...] = ()  # axes of other numbers of the scene
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The axes of the cases: those of other numbers of the scene, then `AXES`."""
+        return (*self.of_scene, *AXES)
 
     @property
     def batches(self) -> int:
@@ -51,8 +59,8 @@ class Template(NamedTuple):
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """The axes of `AXES` that the dataset has: a scan of one amplitude has no axis ``pga``."""
-        return tuple(axis for axis in AXES if axis in self.skeleton.sizes)
+        """The axes that the dataset has: a scan of one amplitude has no axis ``pga``."""
+        return tuple(axis for axis in self.axes if axis in self.skeleton.sizes)
 
     def extra(self, name: str) -> tuple[int, ...]:
         """Sizes of a case variable along its own dimensions."""
@@ -65,7 +73,7 @@ class Template(NamedTuple):
 
 
 def block_shape(template: Template) -> tuple[int, ...]:
-    """Sizes along `AXES` of the blocks in which a dataset is written: whole trailing axes, and a part of one before.
+    """Sizes along the axes of the blocks in which a dataset is written: whole trailing axes, and a part of one before.
 
     They follow from the template alone, so that the bytes of a file do not depend on the chunks of the scan.
     """
@@ -117,7 +125,7 @@ def place(template: Template, block: range) -> dict[str, slice]:
     starts = np.unravel_index(block.start, template.shape[:-1]) if template.batches else ()
     sizes = block_shape(template)
     slices = {AXES[-1]: slice(0, template.width)}
-    for axis, start, size, whole in zip(AXES, starts, sizes, template.shape, strict=False):
+    for axis, start, size, whole in zip(template.axes, starts, sizes, template.shape, strict=False):
         slices[axis] = slice(int(start), min(int(start) + size, whole))
     return {axis: slices[axis] for axis in template.dims}
 
@@ -127,7 +135,9 @@ def template_of(dataset: xr.Dataset) -> Template:
 
     A dataset without the axes of a scan has no case variables: all of it is the skeleton.
     """
-    dims = tuple(axis for axis in AXES if axis in dataset.sizes)
+    of_scene = scene_dims(dataset)
+    axes = (*of_scene, *AXES)
+    dims = tuple(axis for axis in axes if axis in dataset.sizes)
     cases = {
         str(name): CaseVariable(
             tuple(map(str, variable.dims[len(dims) :])), variable.dtype.newbyteorder("="), dict(variable.attrs)
@@ -135,8 +145,14 @@ def template_of(dataset: xr.Dataset) -> Template:
         for name, variable in dataset.data_vars.items()
         if dims and variable.dims[: len(dims)] == dims and variable.dtype.kind in "if"
     }
-    shape = tuple(dataset.sizes.get(axis, 1) for axis in AXES)
-    return Template(dataset.drop_vars(cases).load(), cases, shape)
+    shape = tuple(dataset.sizes.get(axis, 1) for axis in axes)
+    return Template(dataset.drop_vars(cases).load(), cases, shape, of_scene)
+
+
+def scene_dims(dataset: xr.Dataset) -> tuple[str, ...]:
+    """The dimensions of a dataset that are other numbers of its scene, in order."""
+    text = dataset.attrs.get(SCENE_AXES)
+    return tuple(axis["keys"][0] for axis in json.loads(text) if axis["keys"][0] in dataset.sizes) if text else ()
 
 
 def values_at(dataset: xr.Dataset, template: Template, block: range, names: Iterable[str]) -> dict[str, np.ndarray]:

@@ -11,6 +11,7 @@ from pounding_risk.results.grid_values import QUANTITIES, axis_words, listed_val
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.own_case import own_values
+from pounding_risk.results.scene_axes import settled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,9 +59,11 @@ def one_case(
     Raises
     ------
     PoundingError
-        For a value that the grid has not, with those that it has; where several values are left and none is the
+        For a value that the grid has not, with those that it has; for several values along an axis of another number
+        of the scene; where several values are left and none is the
         scene's own; and for a dataset without a grid.
     """
+    results = settled(results)
     kind = kind_of(results)
     if kind not in WITH_CASES:
         why = "is one case as it is" if kind == "simulate" else "has no grid of cases"

@@ -13,6 +13,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.attributes import as_text, told
+from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.tolerance_check import check_share
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.records import missing_files, named_files
@@ -80,8 +81,10 @@ def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) 
     raw = tomllib.loads(text)
     _check_laws(raw, path)
     source = _folder(raw, attrs, path, folder) / Path(str(attrs.get("scene_file", "scene"))).name
-    study = parse_scene(text, str(source))
     overrides = tuple(map(str, told(results, "overrides", [])))
+    if SCENE_AXES in attrs:  # its axes set keys of the scene as written
+        return Recorded(parse_scene(str(attrs.get("scene", text)), str(source), overrides), screening, fraction)
+    study = parse_scene(text, str(source))
     return Recorded(study.updated(text=str(attrs.get("scene", text)), overrides=overrides), screening, fraction)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.layout import AXES
+from pounding_risk.results.scene_axes import settled
 from pounding_risk.results.upgrade import MARK, scene_tables, upgrade
 from pounding_risk.results.variables import COORDINATES, PLACES, VARIABLES
 from pounding_risk.units import shown
@@ -25,6 +26,8 @@ MAY_LACK = ("pga",)  # a scan of one amplitude has no such axis
 
 def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     """The dataset with every axis of its cases and places; unchanged where none is missing, or it is not of `scan`.
+
+    At one value along each axis of another number of the scene it is that of the scene which has these values.
 
     One of an older version is brought into the shape of this version. Where some interfaces of a row were selected, the
     contact points are those of these alone.
@@ -44,7 +47,8 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     Raises
     ------
     PoundingError
-        Where the label of an axis is lost (``drop=True``), and where the buildings or interfaces that are left do not
+        Where the label of an axis is lost (``drop=True``), where there are several values along an axis of another
+        number of the scene, and where the buildings or interfaces that are left do not
         stand side by side.
     """
     if not hasattr(dataset, "data_vars"):
@@ -53,6 +57,7 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
         )
     if MARK not in dataset.data_vars or "contact_model" not in dataset.variables:
         return dataset
+    dataset = settled(dataset, source)
     _check_buildings(dataset, source)
     dataset = upgrade(dataset, source)
     lost = [axis for axis in AXES if axis not in {*dataset.dims, *dataset.coords} and axis not in MAY_LACK]

@@ -20,7 +20,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import reading, stream_results
-from pounding_risk.results.layout import AXES, Template, blocks, streamed, template_of, values_at
+from pounding_risk.results.layout import Template, blocks, streamed, template_of, values_at
+from pounding_risk.results.scene_axes import open_axes
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.tolerance_check import findings
 
@@ -83,7 +84,7 @@ def summary(results: xr.Dataset | str | Path) -> Summary:
     if isinstance(results, str | Path):
         with stream_results(results) as dataset, reading(results, (OSError, RuntimeError)):
             return _summary(dataset, str(results))
-    return _summary(with_axes(results), "the dataset")
+    return _summary(results if open_axes(results) else with_axes(results), "the dataset")
 
 
 def _summary(dataset: xr.Dataset, whose: str) -> Summary:
@@ -162,7 +163,7 @@ def _spreads(dataset: xr.Dataset, template: Template) -> dict[str, dict[str, Spr
     for block in blocks(template):
         piece = values_at(dataset, template, block, ("status", *names))
         complete = piece["status"] == COMPLETE
-        law_of = np.unravel_index(np.array(block), template.shape[:-1])[AXES.index("contact_model")]
+        law_of = np.unravel_index(np.array(block), template.shape[:-1])[template.axes.index("contact_model")]
         for place in range(len(laws)):
             chosen = complete & (law_of == place)[:, None]
             for name in names:

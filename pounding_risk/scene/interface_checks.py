@@ -272,8 +272,10 @@ def _relation(keys: Section, used: Sequence[str]) -> Iterator[Fault]:
 def _stiffness(keys: Section, law: str | None) -> Iterator[Fault]:
     """A stiffness that is none, or of the other family than its law."""
     stiffness = keys.raw["stiffness"]
+    if law in LAWS and _fits(stiffness, str(law)):
+        return
     fitting = [name for name in LAWS if _fits(stiffness, name)]
-    if law in fitting or (law is None and fitting):
+    if law is None and fitting:
         return
     try:
         parse(stiffness, stiffness_quantity(LAWS[law or "jankowski"]))

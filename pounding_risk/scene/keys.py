@@ -74,7 +74,7 @@ class Key:
     schema: Mapping[str, Any] = field(default_factory=dict)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(lambda value: self.read(_plain(value), si))
+        return core_schema.no_info_plain_validator_function(lambda value: self.read(plain(value), si))
 
     def lacks(self, name: str) -> str:
         """The sentence for the key of this name where it should be there and is not."""
@@ -179,16 +179,16 @@ class Table(BaseModel):
                 yield f"{name}: {cause}"
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """A value of Python as a scene file has it: lists for tuples and arrays, text for paths."""
     if isinstance(value, PathLike):
         return str(value)
     if hasattr(value, "tolist"):
         return value.tolist()
     if type(value) in (list, tuple):
-        return [_plain(element) for element in value]
+        return [plain(element) for element in value]
     if type(value) is dict:
-        return {key: _plain(element) for key, element in value.items()}
+        return {key: plain(element) for key, element in value.items()}
     return value
 
 
@@ -199,14 +199,14 @@ def in_text(keys: Mapping[str, Key], table: Mapping[str, Any]) -> dict[str, Any]
     """
     written = {}
     for name, value in table.items():
-        written[name] = plain = _plain(value)
+        written[name] = given = plain(value)
         if name not in keys:
             continue
         with suppress(ValueError):
-            keys[name].read(plain, parse)
+            keys[name].read(given, parse)
             continue
         with suppress(ValueError):
-            written[name] = keys[name].write(keys[name].read(plain, si))
+            written[name] = keys[name].write(keys[name].read(given, si))
     return written
 
 
@@ -237,6 +237,7 @@ class Draft:
 
     raw: Mapping[str, Any]
     sections: Mapping[str, Sequence[Section]]
+    axes: tuple[Any, ...] = ()  # of numbers, in [grid]: the path of each in the file, and its `SceneAxis`
 
     def tables(self, name: str) -> Sequence[Section]:
         """The tables of an array of tables; what is no table is left out."""
@@ -361,7 +362,7 @@ def axis(quantity: Quantity, words: str, example: str, absent: str) -> Key:
 
     def read(value: Any, number: Number) -> tuple[float, ...]:
         if isinstance(value, dict):
-            return _spaced(value, quantity, number)
+            return spaced(value, quantity, number)
         if not isinstance(value, list):
             raise Unreadable(
                 f"{shown(value)} is not a list; write a list such as [{shown(usual)}], "
@@ -384,7 +385,7 @@ def axis(quantity: Quantity, words: str, example: str, absent: str) -> Key:
     )
 
 
-def _spaced(value: dict[str, Any], quantity: Quantity, number: Number) -> tuple[float, ...]:
+def spaced(value: dict[str, Any], quantity: Quantity, number: Number) -> tuple[float, ...]:
     """``num`` values from start to stop, both included, evenly spaced."""
 
     def bound(written: Any) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from pounding_risk.errors import SceneError
@@ -35,21 +35,26 @@ def gathered(study: Scene) -> MotionEnsemble:
     if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
         raise SceneError(study.source, sentences)
     ensemble = read_ensemble(study.records, study.folder, scaled=study.grid.pgas == (None,))
-    motions = _with_own(study, ensemble.motions)
-    ensemble = ensemble._replace(motions=tuple(_for_buildings(motion, study) for motion in motions))
+    motions = for_buildings(_with_own(study, ensemble.motions), study)
+    ensemble = ensemble._replace(motions=motions)
     if not ensemble.motions:
         asked = ", ".join(study.records.files)
         left = f"; left out: {', '.join(ensemble.left_out)}" if ensemble.left_out else ""
         raise SceneError(study.source, [f"records.files: {asked} matches no record{left}; check the folder"])
+    check_arrivals(study, ensemble.motions)
+    return ensemble
+
+
+def check_arrivals(study: Scene, motions: Iterable[Motion]) -> None:
+    """Raise SceneError where a record ends before it has reached all buildings."""
     lag = max((support.delay for support in study.supports), default=0.0)
-    for motion in ensemble.motions:
+    for motion in motions:
         if lag >= motion.duration:
             is_wave = "wave_passage" in dict(study.effects)
             key, what = ("effects.wave_passage", "the wave") if is_wave else ("building.ground_delay", "the motion")
             sentence = f"{what} needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
             repair = "check velocity and distance" if is_wave else "write a shorter delay, or a tail in [records]"
             raise SceneError(study.source, [f"{key}: {sentence}; {repair}"])
-    return ensemble
 
 
 def _with_own(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
@@ -66,24 +71,42 @@ def _with_own(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
                     f"scene; write one for all, or one for each of {shown(listed)}, in this order"
                 ],
             )
-        read = {name: read_own(name, study.records, study.folder) for name in dict.fromkeys(names)}
-        each = names if len(names) == len(motions) else names * len(motions)
-        own.append([read[name] for name in each] or [None] * len(motions))
+        motions_by_name = {name: read_own(name, study.records, study.folder) for name in dict.fromkeys(names)}
+        name_by_motion = names if len(names) == len(motions) else names * len(motions)
+        own.append([motions_by_name[name] for name in name_by_motion] or [None] * len(motions))
     if not any(building.support.records for building in study.buildings):
         return motions
     return tuple(set_beside(motion, beside) for motion, beside in zip(motions, zip(*own, strict=True), strict=True))
 
 
-def _for_buildings(motion: Motion, study: Scene) -> Motion:
-    """The motion, flagged where it is too coarse or was filtered too narrowly for these buildings."""
-    periods = [building.period for building in study.buildings if not building.is_rigid]
-    return for_periods(motion, periods) if periods else motion
+def for_buildings(motions: Iterable[Motion], study: Scene, before: Scene | None = None) -> tuple[Motion, ...]:
+    """The motions, flagged where they are too coarse or were filtered too narrowly for the buildings of a scene.
+
+    Where they were flagged for the buildings of the scene ``before``, those flags are replaced.
+    """
+    if before is not None:
+        counts = [len(_doubts(motion, periods_of(before))) for motion in motions]
+        motions = [
+            replace(motion, flags=motion.flags[: len(motion.flags) - count])
+            for motion, count in zip(motions, counts, strict=True)
+        ]
+    return tuple(for_periods(motion, periods_of(study)) for motion in motions)
+
+
+def periods_of(study: Scene) -> list[float]:
+    """Fundamental periods of the buildings that vibrate [s]."""
+    return [building.period for building in study.buildings if not building.is_rigid]
 
 
 def for_periods(motion: Motion, periods: Sequence[float]) -> Motion:
     """The motion, flagged where it is too coarse or was filtered too narrowly for buildings of these periods [s]."""
-    if motion.record.get(STILL):
-        return motion
+    return replace(motion, flags=(*motion.flags, *_doubts(motion, periods)))
+
+
+def _doubts(motion: Motion, periods: Sequence[float]) -> tuple[str, ...]:
+    """Flags of a motion that follow from the periods of the buildings [s]."""
+    if not len(periods) or motion.record.get(STILL):
+        return ()
     # Straight lines that are close to a known motion excite a stiff building no more than they are from it.
     known = "interpolation_error" in motion.record
     findings = quality(
@@ -94,4 +117,4 @@ def for_periods(motion: Motion, periods: Sequence[float]) -> Motion:
         usable=lowest_usable(motion.record),
         checks=OF_BUILDINGS[known:],
     )
-    return replace(motion, flags=(*motion.flags, *failed(findings)))
+    return tuple(failed(findings))

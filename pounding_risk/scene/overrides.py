@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Container, Mapping
+from collections.abc import Container, Iterable, Mapping
 from itertools import pairwise
 from typing import Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
-from pounding_risk.scene.toml import KeyPath, element_names
+from pounding_risk.scene.toml import KeyPath, element_names, toml_key
 from pounding_risk.units import shown
 
 ARRAYS = ("building", "interface")
@@ -55,20 +55,31 @@ def override(raw: dict[str, Any], text: str, known: Mapping[str, Container[str]]
     return set_paths
 
 
-def _assignment(text: str, source: str) -> tuple[list[str], Any]:
-    """Split an override `path=value` into the path of the key and the text of the value."""
-    left, equals, right = text.partition("=")
-    if left.count(".") > DEEPEST:
-        sentence = f"the path has {left.count('.') + 1} parts, and no key of a scene more than {DEEPEST}"
-        raise SceneError(source, [f"--set {shown(text)}: {sentence}"])
+def parts_of(address: str) -> list[str]:
+    """The parts of a dotted address, as in TOML; none of a text that is no address."""
     try:
-        table = tomllib.loads(f"{left} = 0") if equals and "\n" not in left else {}
+        table = tomllib.loads(f"{address} = 0") if "\n" not in address and address.count(".") <= DEEPEST else {}
     except ValueError:
         table = {}
     parts = []
     while isinstance(table, dict) and len(table) == 1:
         ((part, table),) = table.items()
         parts.append(part)
+    return parts
+
+
+def address_of(parts: Iterable[str]) -> str:
+    """The dotted address of these parts: the one spelling of it."""
+    return ".".join(map(toml_key, parts))
+
+
+def _assignment(text: str, source: str) -> tuple[list[str], Any]:
+    """Split an override `path=value` into the path of the key and the text of the value."""
+    left, equals, right = text.partition("=")
+    if left.count(".") > DEEPEST:
+        sentence = f"the path has {left.count('.') + 1} parts, and no key of a scene more than {DEEPEST}"
+        raise SceneError(source, [f"--set {shown(text)}: {sentence}"])
+    parts = parts_of(left) if equals else []
     if not parts:
         advice = 'write for example --set interface.gap="20 mm"'
         raise SceneError(source, [f"--set {shown(text)} is not path=value; {advice}"])

@@ -28,6 +28,8 @@ from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import RecordRequest
+from pounding_risk.scene.axes import SceneAxis, axes_in_text, keeping_axes, without_axes, written_axes
+from pounding_risk.scene.axis_checks import axis_faults
 from pounding_risk.scene.buildings import OF_GROUND, structure_of, table_of
 from pounding_risk.scene.interface_checks import is_row
 from pounding_risk.scene.interfaces import (
@@ -137,6 +139,7 @@ class Scene(ShortRepr):
     effects: tuple[Effect, ...]  # in the order in which they wrap a law
     is_row: bool  # whether the row solver runs it: all but two masses that meet mass to mass
     gridded_interface: str | None  # "left | right", the only one whose gap the grid varies; None for all
+    axes: tuple[SceneAxis, ...]  # of other numbers of the scene, slowest first; see `scene.variants`
     text: str = field(compare=False)
     source: str = field(compare=False)
     overrides: tuple[str, ...] = field(compare=False)
@@ -199,6 +202,8 @@ class Scene(ShortRepr):
         yield "gaps", _ends(grid.gaps, GAP)
         yield "contact models", ", ".join(grid.contact_models)
         yield "yield forces", _ends(grid.yield_forces, YIELD_FORCE)
+        for axis in self.axes:
+            yield ", ".join(axis.keys), axis.words()
         if self.effects:
             yield "effects", ", ".join(effect.name for effect in self.effects)
         asked = self.records
@@ -418,9 +423,9 @@ class Scene(ShortRepr):
         tables = self.resolved()
         for key, value in values.items():
             if key in Grid.model_fields:
-                single = key != "interface" and not isinstance(value, list | tuple | dict)
+                single = key not in ("interface", "axes", "zip") and not isinstance(value, list | tuple | dict)
                 table: Any = Grid
-                tables["grid"] |= table(**{key: [value] if single else value}).written()
+                tables["grid"] |= axes_in_text(table(**{key: [value] if single else value}).written(), KEYS)
             elif key in Solver.model_fields:
                 tables["solver"] |= Solver(**{key: value}).written()
             elif key in PARTS:
@@ -451,7 +456,7 @@ class Scene(ShortRepr):
             "interface": interfaces,
             **({"effects": effects} if effects else {}),
             "records": records_of(self.records).written(),
-            "grid": self._grid().written(),
+            "grid": self._grid().written() | written_axes(self.axes),
             "solver": Solver.made({"rtol": self.rtol}).written(),
         }
 
@@ -520,7 +525,10 @@ def _written(section: str, table: Any) -> Any:
         return interface_table(table, ()).written()
     if isinstance(table, Mapping):
         written = in_text(KEYS[section], table)
+        written = axes_in_text(written, KEYS) if section == "grid" else written
         return with_stiffness_unit(written) if section == "interface" else written
+    if isinstance(table, Grid):
+        return axes_in_text(table.written(), KEYS)
     return table.written() if isinstance(table, Table) else table
 
 
@@ -566,7 +574,15 @@ def scene_of(
     if faults:
         raise SceneError(source, tell(faults, origin.lines))
     scene = _made(values)
-    return scene if text else scene.updated(text=scene.to_toml())
+    scene = scene if text else scene.updated(text=scene.to_toml())
+    if scene.axes:
+        bare, kept = without_axes(tables), keeping_axes(asked)
+        faults = list(
+            axis_faults(scene, draft.axes, lambda values: scene_of(bare, source, (*kept, *values), text=text))
+        )
+    if faults:
+        raise SceneError(source, tell(faults, origin.lines))
+    return scene
 
 
 def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault]]:
@@ -596,6 +612,7 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
         "effects": effects,
         "is_row": row,
         "gridded_interface": _gridded(grid, buildings, interfaces),
+        "axes": tuple(placed.axis for placed in draft.axes),
         "text": origin.text,
         "source": origin.source,
         "overrides": origin.overrides,

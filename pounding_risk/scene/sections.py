@@ -12,6 +12,7 @@ from typing import Any
 from pounding_risk._common.words import nearest
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene import buildings
+from pounding_risk.scene.axes import ADDRESS, taken_axes
 from pounding_risk.scene.buildings import building_checks
 from pounding_risk.scene.force_tables import TableFile
 from pounding_risk.scene.interface_checks import interface_checks
@@ -44,11 +45,16 @@ LATER: Mapping[str, Mapping[str, str]] = {
     },
     "grid": {
         "scale": "a grid of scale factors is not in this version; write a grid of pga instead",
-        "stiffness": "a grid of stiffnesses is not in this version; run one scene for each",
-        "restitution": "a grid of restitutions is not in this version; run one scene for each",
+        "stiffness": 'written by its address: "interface.stiffness" = [...]',
+        "restitution": 'written by its address: "interface.restitution" = [...]',
     },
 }
 KNOWN = {section: [*keys, *LATER.get(section, {})] for section, keys in KEYS.items()}
+NUMBERS_ALONG = {
+    "type": ["array", "object"],
+    "description": "Values of the key of this address, as --set takes it; a dimension of the dataset.",
+    "x-example": '"building.frame.period" = {start = "0.2 s", stop = "2 s", num = 50}',
+}
 ABSENT = {
     "building": "missing; write two [[building]] tables, left and right, each with name, mass and period",
     "interface": "missing; write one [[interface]] with gap, contact_model and stiffness",
@@ -63,6 +69,8 @@ def read_tables(tables: Mapping[str, Any], overrides: Sequence[str], source: str
     outside = [path for text in overrides for path in override(raw, text, KNOWN, source)]
     written = copy.deepcopy(raw)
     faults = _later(raw)
+    axes, wrong = taken_axes(raw, outside, KEYS)
+    faults += wrong
     names = ", ".join(KEYS)
     faults += [
         Fault((name,), f"unknown section{nearest(name, KEYS)}; sections are {names}")
@@ -86,7 +94,7 @@ def read_tables(tables: Mapping[str, Any], overrides: Sequence[str], source: str
     def tell(faults: Sequence[Fault], lines: Mapping[KeyPath, int]) -> list[str]:
         return sentences(faults, written, lines, outside)
 
-    return Draft(raw, sections), faults, tell
+    return Draft(raw, sections, axes), faults, tell
 
 
 def _tables(raw: Mapping[str, Any], name: str) -> Iterator[tuple[KeyPath, Any]]:
@@ -195,7 +203,7 @@ def schema() -> dict[str, Any]:
         "properties": {section: _reference(section) for section in KEYS},
         "required": list(ABSENT),
         "additionalProperties": False,
-        "$defs": tables,
+        "$defs": tables | {"GridTable": {**tables["GridTable"], "patternProperties": {ADDRESS: NUMBERS_ALONG}}},
     }
 
 

@@ -36,6 +36,37 @@ from pounding_risk.units import EXAMPLES, GAP, PGA, RTOL, YIELD_FORCE, Quantity,
 _RANGE = "a list in ascending order, or {start, stop, num}; a dimension of the dataset"
 
 
+def _numbers(value: Any, number: Number) -> dict[str, Any]:
+    """Axes of numbers by their addresses, whose values are read where the scene is known."""
+    if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
+        raise Unreadable(f'{shown(value)} is not a table; write {{"building.frame.period" = ["0.2 s", "0.4 s"]}}')
+    return value
+
+
+def _together(value: Any, number: Number) -> tuple[tuple[str, ...], ...]:
+    """Lists of addresses of axes that move together."""
+    if not isinstance(value, list) or not all(isinstance(group, list) for group in value):
+        raise Unreadable(f"{shown(value)} is not a list of lists of axes")
+    return tuple(tuple(map(str, group)) for group in value)
+
+
+NUMBERS = Key(
+    "Other numbers of the scene as axes, by the address that --set takes; in a file each stands in [grid] itself.",
+    _numbers,
+    '{"building.frame.period" = {start = "0.2 s", stop = "2 s", num = 50}}',
+    "no other number varies",
+    schema={"type": "object"},
+)
+TOGETHER = Key(
+    "Axes of such numbers that move together, along one dimension.",
+    _together,
+    '[["building.frame.mass", "building.frame.period"]]',
+    "each is a dimension of its own",
+    write=lambda groups: [list(group) for group in groups],
+    schema={"type": "array", "items": {"type": "array", "items": {"type": "string"}}},
+)
+
+
 class Title(Table):
     """The table [scene] of a scene file: its name."""
 
@@ -61,6 +92,13 @@ class Grid(Table):
     ] = ()
     contact_model: Annotated[tuple[str, ...], LAW_NAMES] = ()
     pga: Annotated[tuple[float, ...], axis(PGA, f"PGAs: {_RANGE}.", '["0.2 g", "0.5 g"]', "that of the records")] = ()
+    axes: Annotated[dict[str, Any], NUMBERS] = {}  # noqa: RUF012 - read as a key, and never changed
+    zip: Annotated[tuple[tuple[str, ...], ...], TOGETHER] = ()
+
+    def written(self) -> dict[str, Any]:
+        """The keys that are given, as a scene file has them: an axis of numbers stands beside the other keys."""
+        written = super().written()
+        return written | written.pop("axes", {})
 
 
 class Solver(Table):

@@ -224,22 +224,24 @@ def write_toml(tables: Mapping[str, Any]) -> str:
         elements = value if isinstance(value, list) else [value]
         header = f"[[{name}]]" if isinstance(value, list) else f"[{name}]"
         for element in elements:
-            rows = [f"{_key(key)} = {_value(item)}" for key, item in element.items()]
+            rows = [f"{toml_key(key)} = {toml_value(item)}" for key, item in element.items()]
             paragraphs.append("\n".join([header, *rows]))
     return "\n\n".join(paragraphs) + "\n"
 
 
-def _key(key: str) -> str:
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _value(key)
+def toml_key(key: str) -> str:
+    """A key as it stands in a TOML text."""
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else toml_value(key)
 
 
-def _value(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """A value as it stands in a TOML text."""
     if isinstance(value, str):  # JSON's escapes are TOML's, but for the delete character
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + "}"
+        return "{" + ", ".join(f"{toml_key(key)} = {toml_value(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(_value(item) for item in value) + "]"
+        return "[" + ", ".join(toml_value(item) for item in value) + "]"
     if isinstance(value, bool | int | float):
         return str(value).lower()
     raise TypeError(f"{shown(value)} cannot stand in a scene file")

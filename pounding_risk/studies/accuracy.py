@@ -29,6 +29,7 @@ from pounding_risk.results.files import check_target, save
 from pounding_risk.results.labels import CONVENTIONS, described
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.variants import check_one_scene
 from pounding_risk.solver.baselines.solve_ivp import GaveUp
 from pounding_risk.studies.accuracy_bench import FIXED, REFERENCE, Bench, Outcome
 from pounding_risk.studies.accuracy_findings import (
@@ -121,6 +122,7 @@ def accuracy(
     """
     target = None if out is None else check_target(out)
     study = as_scene(study)
+    check_one_scene(study, "accuracy")
     if target is not None:
         check_replaceable_scene(target, "accuracy", study, new)
     bench = bench_of(study, cases)

@@ -224,7 +224,7 @@ def advise(
         As `scan`, and for a gap or length that cannot be read.
     """
     length = si(floor_length, FLOOR_LENGTH, "advise: floor_length")
-    study = _one_case(as_scene(study), gap)
+    study = _one_case(as_scene(study).updated(axes=()), gap)
     ensemble = gathered(study)
     chosen = ensemble._replace(motions=_thinned(ensemble.motions))
     scanner = _Scanner(chosen, progress)

@@ -126,7 +126,7 @@ def compile_for(study: Scene) -> None:
         grid = study.grid
         one = grid._replace(gaps=grid.gaps[:1], yield_forces=grid.yield_forces[:1], pgas=(None,))
         buildings = tuple(map(_without_own_record, study.buildings))
-        few = study.updated(records=request, grid=one, buildings=buildings, text="", overrides=())
+        few = study.updated(records=request, grid=one, axes=(), buildings=buildings, text="", overrides=())
         scan(few, check_fraction=1.0, workers=1)
         for name in dict.fromkeys((few.contact_model, *few.grid.contact_models)):
             simulate(few, law=name)

@@ -32,6 +32,7 @@ from pounding_risk.results.labels import described
 from pounding_risk.scene.interfaces import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, known_law, unknown_law
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
+from pounding_risk.scene.variants import check_one_scene
 from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.studies.compare_findings import (
     APART,
@@ -118,6 +119,7 @@ def compare(
     """
     target = None if out is None else check_target(out)
     study = as_scene(study)
+    check_one_scene(study, "compare")
     without = "" if laws or len(study.grid.contact_models) > 1 else left_out(study)
     study = on_equal_terms(study, laws, baseline, (same, speed))
     study, unequal = with_relation(study, relation)

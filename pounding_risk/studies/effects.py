@@ -26,6 +26,7 @@ from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene, scene_of
 from pounding_risk.scene.tables import Effect
+from pounding_risk.scene.variants import check_one_scene
 from pounding_risk.studies.accuracy import bench_of
 from pounding_risk.units import Quantity, parse
 
@@ -88,6 +89,7 @@ def effects(
     if target is not None:
         check_replaceable(target, "effects", new=new)
     study = as_scene(study)
+    check_one_scene(study, "effects")
     laws = study.grid.contact_models
     offered = [] if study.effects else [name for name in EFFECTS if _keeps_solver(study, name)]
     unsuited = {name: why for name in offered if (why := _unsuited(study, name))}

@@ -42,10 +42,12 @@ from pounding_risk.results.labels import (
 from pounding_risk.results.layout import AXES, CaseVariable, Template, blocks
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.results.run_labels import Case
+from pounding_risk.results.scene_axes import selected, settled
 from pounding_risk.results.store import store_of
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import read_scene
 from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.variants import check_one_scene
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.studies.simulate import run_of
 
@@ -146,6 +148,7 @@ def histories(
     gaps: Sequence[float] | None = None,
     yield_forces: Sequence[float] | None = None,
     largest_of: str | None = None,
+    select: Sequence[str] = (),
     most: int = MOST,
     folder: str | Path | None = None,
     workers: int | None = None,
@@ -176,6 +179,8 @@ def histories(
     largest_of : str, optional
         An output of the results: of each contact model only the case in which it is largest is written, and the other
         axes of the grid are labels along ``contact_model``.
+    select : sequence of str
+        One value along each axis of another number of the scene that the results have, "building.frame.period=0.5 s".
     most : int
         Most cases that may be written.
     folder : path, optional
@@ -205,7 +210,7 @@ def histories(
     wanted: Asked = {"record": records, "polarity": polarities, "pga": pgas}
     wanted |= {"contact_model": laws, "gap": gaps, "yield_force": yield_forces}
     check_replaceable(target, "histories", choice=OTHER_NAME)
-    cases = _chosen_cases(source, wanted, largest_of, folder)
+    cases = _chosen_cases(source, wanted, largest_of, folder, select)
     count = len(cases.choice.places)
     if count > most:
         raise PoundingError(
@@ -220,16 +225,20 @@ def histories(
     return target
 
 
-def _chosen_cases(source: Scene | str | Path, wanted: Asked, output: str | None, folder: str | Path | None) -> Cases:
+def _chosen_cases(
+    source: Scene | str | Path, wanted: Asked, output: str | None, folder: str | Path | None, select: Sequence[str]
+) -> Cases:
     """The cases that are asked for; the source is read, its records too."""
     if isinstance(source, Scene) or Path(source).suffix.lower() not in RESULTS:
         if output is not None:
             raise PoundingError(f"the case with the largest {output} is known from results; name those of a scan")
         study = source if isinstance(source, Scene) else read_scene(source)
+        check_one_scene(study, "histories")
         motions = motions_of(study)
         choice = chosen(values_of(study, [motion.name for motion in motions]), wanted)
     else:
-        with open_results(source, lazy=True) as results:
+        with open_results(source, lazy=True) as whole:
+            results = settled(selected(whole, select, str(source)), str(source))
             study = recorded(results, Path(source), folder).study
             motions = motions_of(study)
             check_records(results, motions)

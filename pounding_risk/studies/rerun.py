@@ -17,7 +17,7 @@ from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.attributes import told, versions
 from pounding_risk.results.files import open_results
-from pounding_risk.results.layout import AXES
+from pounding_risk.results.layout import AXES, scene_dims
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.scene.motions import motions_of
 
@@ -125,7 +125,9 @@ def compared(before: xr.Dataset, after: xr.Dataset, notes: list[str]) -> Rerun:
     if str(before.attrs.get("scene_sha256")) != str(after.attrs.get("scene_sha256")):
         notes = [*notes, "the scene resolves to other values than it did: another version reads it otherwise"]
     first, second = set(before.variables), set(after.variables)
-    differences = (_difference(str(name), before[name], after[name]) for name in before.variables if name in second)
+    axes = (*scene_dims(before), *AXES)
+    common = [name for name in before.variables if name in second]
+    differences = (_difference(str(name), before[name], after[name], axes) for name in common)
     return Rerun(
         after,
         len(first),
@@ -150,8 +152,8 @@ def _changed_versions(before: xr.Dataset) -> dict[str, tuple[str, str]]:
     return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
 
 
-def _difference(name: str, before: xr.DataArray, after: xr.DataArray) -> Difference | None:
-    """How two arrays differ; None where they are the same to the last bit."""
+def _difference(name: str, before: xr.DataArray, after: xr.DataArray, axes: tuple[str, ...]) -> Difference | None:
+    """How two arrays differ; None where they are the same to the last bit. ``axes`` are those of cases."""
     old_values, new_values = before.values, after.values
     shapes = [f"({', '.join(map(str, array.dims))}) of {array.shape}" for array in (before, after)]
     if shapes[0] != shapes[1]:
@@ -163,12 +165,12 @@ def _difference(name: str, before: xr.DataArray, after: xr.DataArray) -> Differe
         )
     if not numbers[0]:
         apart = old_values.astype(str) != new_values.astype(str)
-        return Difference(name, *_counted(before, apart), np.nan, np.nan) if apart.any() else None
+        return Difference(name, *_counted(before, apart, axes), np.nan, np.nan) if apart.any() else None
     words = "" if old_values.dtype == new_values.dtype else f"{new_values.dtype}, was {old_values.dtype}"
     apart = ~_same_bits(old_values.astype(np.float64), new_values.astype(np.float64))
     if not apart.any() and not words:
         return None
-    return Difference(name, *_counted(before, apart), *_sizes(old_values[apart], new_values[apart]), words)
+    return Difference(name, *_counted(before, apart, axes), *_sizes(old_values[apart], new_values[apart]), words)
 
 
 def _same_bits(old_values: np.ndarray, new_values: np.ndarray) -> np.ndarray:
@@ -180,9 +182,9 @@ def _same_bits(old_values: np.ndarray, new_values: np.ndarray) -> np.ndarray:
     )
 
 
-def _counted(array: xr.DataArray, apart: np.ndarray) -> tuple[int, int]:
+def _counted(array: xr.DataArray, apart: np.ndarray, axes: tuple[str, ...]) -> tuple[int, int]:
     """Cases in which a value is apart and cases in all; values, where the array does not depend on cases."""
-    inner = tuple(axis for axis, dim in enumerate(array.dims) if dim not in AXES)
+    inner = tuple(axis for axis, dim in enumerate(array.dims) if dim not in axes)
     if len(inner) == len(array.dims):
         return int(apart.sum()), apart.size
     cases = apart.any(axis=inner)

@@ -161,6 +161,11 @@ def _linear_pair(study: Scene) -> tuple[Building, Building]:
             faults.append(
                 f"effects.{effect.name}: changes the motion without contact of masses on one ground; remove it"
             )
+    if study.supports and not any(acts_on_ground(effect.name) for effect in study.effects):
+        faults.append(
+            "building: stand on grounds of their own, and a spectrum is of masses on one ground; remove ground_factor, "
+            "ground_delay, ground_velocity and ground_record"
+        )
     if faults:
         raise SceneError(study.source, faults)
     return study.pair

@@ -84,6 +84,39 @@ TargetRate = Annotated[
 ]
 
 
+Select = Annotated[
+    list[str],
+    typer.Option("--select", metavar="AXIS=VALUE", help="One value of an axis, such as building.frame.period='0.5 s'."),
+]
+
+
+def chosen_results(results: Path, select: list[str], *, partly: bool = False) -> Any:
+    """The file itself where nothing is selected, or its dataset at the values of ``select``, told in the title.
+
+    Where not ``partly`` there must be one value along every axis.
+    """
+    if not select:
+        return results
+    from pounding_risk.results.files import open_results
+    from pounding_risk.results.scene_axes import open_axes, selected, settled, title_at
+
+    dataset = selected(open_results(results), select, str(results))
+    return title_at(dataset if partly and open_axes(dataset) else settled(dataset, str(results)), select)
+
+
+def opened_results(results: Path, select: list[str]) -> Any:
+    """As `chosen_results`, partly; the dataset of a file whose cases lie along axes of numbers of the scene."""
+    from pounding_risk.results.files import open_results, stream_results
+    from pounding_risk.results.scene_axes import open_axes
+
+    chosen = chosen_results(results, select, partly=True)
+    if not isinstance(chosen, Path):
+        return chosen
+    with stream_results(chosen) as head:
+        has_axes = bool(open_axes(head))
+    return open_results(chosen) if has_axes else chosen
+
+
 def read_option(option: str, text: str, quantity: Quantity) -> float:
     """The SI value of an option's text; raises PoundingError that names the option."""
     from pounding_risk.units import QuantityError, parse

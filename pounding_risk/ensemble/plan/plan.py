@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import prod, sqrt
+from math import hypot, prod, sqrt
 from os import cpu_count
 from pathlib import Path
 from shutil import disk_usage
+from statistics import stdev
 from typing import TYPE_CHECKING, NamedTuple
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.plan.scene_text import scene_words
 from pounding_risk.motions.motion import Motion
+from pounding_risk.results.layout import AXES
+from pounding_risk.scene.axes import count_of
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.units import PGA, TIME, say
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
     from pounding_risk.motions.ensemble import MotionEnsemble
 
 HERE = "`scan --plan`"
+FEW_SCENES = 4  # along axes of numbers of the scene, whose batches are timed
 
 
 class PlannedRecord(NamedTuple):
@@ -64,6 +68,8 @@ class Plan(ShortRepr):
     @property
     def shape(self) -> dict[str, int]:
         """Number of values along each dimension of the dataset, in order; 1 where the scene names no grid."""
+        from pounding_risk.ensemble.plan.size import shape_of
+
         return shape_of(self.study, len(self.records))
 
     @property
@@ -151,6 +157,7 @@ def plan(scene: Scene | str | Path, overrides: Sequence[str] = (), *, workers: i
         For a record that cannot be used.
     """
     from pounding_risk.ensemble.plan.compilation import kernels_of
+    from pounding_risk.ensemble.plan.size import shape_of
 
     made, ensemble = _checked(scene, overrides, workers)
     cases = prod(shape_of(made.study, len(ensemble.motions)).values())
@@ -161,9 +168,10 @@ def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int |
     """The plan without what takes the compiled solver to know, and the motions; raises as `plan`."""
     from pounding_risk.ensemble.laws import check_reach
     from pounding_risk.ensemble.limits import check_dataset, check_memory
-    from pounding_risk.ensemble.plan.size import sizes
-    from pounding_risk.ensemble.plausibility import of_input
+    from pounding_risk.ensemble.plan.size import shape_of, sizes
+    from pounding_risk.ensemble.scenes import check_scenes, notes_along
     from pounding_risk.scene.motions import gathered
+    from pounding_risk.scene.variants import Variants
 
     before, study = _read(scene, overrides)
     for place in range(len(study.interface_names)):
@@ -173,30 +181,19 @@ def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int |
     size = sizes(study).of(shape)
     check_dataset(study, prod(shape.values()), size)
     check_memory(study, ensemble.motions)
+    if study.axes:
+        check_scenes(Variants(study), ensemble.motions, every=False)
     made = Plan(
         study,
         tuple(map(_planned, ensemble.motions)),
         size,
         workers or cpu_count() or 1,
-        of_input(study, ensemble.motions),
+        notes_along(study, ensemble.motions),
         ensemble.left_out,
         _changes(before, study, ensemble.motions),
         unused_keys(study),
     )
     return made, ensemble
-
-
-def shape_of(study: Scene, records: int) -> dict[str, int]:
-    """Number of values along each dimension of the dataset, by its name, in order."""
-    grid = study.grid
-    return {
-        "record": records,
-        "polarity": len(study.records.polarities),
-        "pga": len(grid.pgas),
-        "contact_model": len(grid.contact_models),
-        "gap": len(grid.gaps),
-        "yield_force": len(grid.yield_forces),
-    }
 
 
 def _read(scene: Scene | str | Path, overrides: Sequence[str]) -> tuple[Scene | None, Scene]:
@@ -222,6 +219,7 @@ def _read(scene: Scene | str | Path, overrides: Sequence[str]) -> tuple[Scene | 
 def _changes(before: Scene | None, study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
     """What the overrides change, which of them change no motion, and how the number of cases changes."""
     from pounding_risk.ensemble.plan.overrides import changes, told_as_idle
+    from pounding_risk.ensemble.plan.size import shape_of
 
     if before is None:
         return ()
@@ -253,21 +251,44 @@ def _timed(made: Plan, ensemble: MotionEnsemble) -> Plan:
     from pounding_risk.ensemble.plan.cost import alone, costs, few_batches
     from pounding_risk.ensemble.plan.size import memory
 
-    motions = ensemble.motions
-    few, share = few_batches(made.study, len(motions))
-    free = alone(few, motions)
-    touching = round(int((free.closed > 0.0).sum()) * made.shape["contact_model"] / share)
-    size = memory(made.study, made.shape, made.threads, motions, free.size)
-    samples = costs(few, motions, free.closed)
+    motions, count = ensemble.motions, count_of(made.study.axes)
+    scenes = _few_scenes(made.study)
+    touching, size, sampled, seconds, errors = 0, 0, 0, [], []
+    for scene in scenes:
+        few, share = few_batches(scene, len(motions))
+        free = alone(few, motions)
+        touching += round(int((free.closed > 0.0).sum()) * made.shape["contact_model"] / share)
+        size = max(size, free.size)
+        samples = costs(few, motions, free.closed)
+        seconds.append(sum(cost.seconds for cost in samples) / made.threads / share)
+        errors.append(sqrt(sum(cost.error**2 for cost in samples)) / made.threads / share)
+        sampled += sum(cost.sampled for cost in samples)
+    times = count / len(scenes)  # scenes that each of these stands for
     return replace(
         made,
-        memory=size,
-        screened=made.batches - touching,
-        share=share,
-        seconds=sum(cost.seconds for cost in samples) / made.threads / share,
-        error=sqrt(sum(cost.error**2 for cost in samples)) / made.threads / share,
-        sampled=sum(cost.sampled for cost in samples),
+        memory=memory(made.study, made.shape, made.threads, motions, size),
+        screened=made.batches - round(times * touching),
+        share=share / times,
+        seconds=times * sum(seconds),
+        error=hypot(times * hypot(*errors), count * _scatter(seconds, count)),
+        sampled=sampled,
     )
+
+
+def _few_scenes(study: Scene) -> list[Scene]:
+    """The scene itself, or some of the scenes along its axes, evenly drawn."""
+    if not study.axes:
+        return [study]
+    from pounding_risk.scene.variants import Variants
+
+    variants = Variants(study)
+    few = min(variants.count, FEW_SCENES)
+    return [variants.scene((2 * number + 1) * variants.count // (2 * few)) for number in range(few)]
+
+
+def _scatter(seconds: Sequence[float], count: int) -> float:
+    """Standard error of the mean time of ``count`` scenes, from those of some of them."""
+    return stdev(seconds) * sqrt((1.0 - len(seconds) / count) / len(seconds)) if len(seconds) > 1 else 0.0
 
 
 def _planned(motion: Motion) -> PlannedRecord:
@@ -299,7 +320,11 @@ def _room(plan: Plan) -> str:
 
 
 def _cases(plan: Plan) -> str:
-    factors = [f"{count} {name.replace('_', ' ')}s" for name, count in plan.shape.items() if count > 1]
+    factors = [
+        f"{count} of {name}" if name not in AXES else f"{count} {name.replace('_', ' ')}s"
+        for name, count in plan.shape.items()
+        if count > 1
+    ]
     factors = [factor.replace("polaritys", "polarities") for factor in factors]
     return f"{plan.cases} = {' × '.join(factors)}" if len(factors) > 1 else str(plan.cases)
 

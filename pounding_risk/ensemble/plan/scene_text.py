@@ -253,7 +253,8 @@ def _grid(study: Scene) -> list[tuple[str, str]]:
     """The dimensions that have more than one value."""
     gaps = f"gaps of {study.gridded_interface}" if study.gridded_interface else "gaps"
     axes = {gaps: (study.grid.gaps, GAP), "yield forces": (study.grid.yield_forces, YIELD_FORCE)}
-    return [(name, _span(values, quantity)) for name, (values, quantity) in axes.items() if len(values) > 1]
+    rows = [(name, _span(values, quantity)) for name, (values, quantity) in axes.items() if len(values) > 1]
+    return [*(("axis", f"{', '.join(axis.keys)}: {axis.words()}") for axis in study.axes), *rows]
 
 
 def _span(values: Sequence[float], quantity: Quantity) -> str:

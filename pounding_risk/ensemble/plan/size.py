@@ -26,11 +26,17 @@ def sizes(study: Scene) -> Sizes:
     return job_kind(study).sizes(study)
 
 
-def grid_bytes(study: Scene, records: int) -> int:
-    """Size of the dataset of a study with so many records."""
+def shape_of(study: Scene, records: int) -> dict[str, int]:
+    """Number of values along each dimension of the dataset, by its name, in order."""
     grid = study.grid
     values = (records, len(study.records.polarities), *map(len, (grid.pgas, grid.contact_models)))
-    return sizes(study).of(dict(zip(AXES, (*values, len(grid.gaps), len(grid.yield_forces)), strict=True)))
+    own = dict(zip(AXES, (*values, len(grid.gaps), len(grid.yield_forces)), strict=True))
+    return {axis.name: axis.size for axis in study.axes} | own
+
+
+def grid_bytes(study: Scene, records: int) -> int:
+    """Size of the dataset of a study with so many records."""
+    return sizes(study).of(shape_of(study, records))
 
 
 def memory(study: Scene, shape: Mapping[str, int], threads: int, motions: Iterable[Motion], free: int) -> int:

@@ -1,0 +1,209 @@
+"""The job of a scene with axes of its numbers: for each place along them the grid of the scene that stands there.
+
+The batches of one place follow each other, so that a batch is solved, checked and written as by a scan of that scene
+alone; what the scenes share is computed once.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from hashlib import blake2b
+from typing import Any
+
+import numpy as np
+from xarray import Variable
+
+from pounding_risk._common.once import Shared
+from pounding_risk.ensemble.chunks import Chunk, joined
+from pounding_risk.ensemble.grid_job import GridJob
+from pounding_risk.ensemble.job import DatasetWriter, Finish, Job, ScanInput, never
+from pounding_risk.ensemble.plausibility import of_input
+from pounding_risk.motions.motion import Motion
+from pounding_risk.results.along import Stack, leaves_of
+from pounding_risk.results.attributes import as_text
+from pounding_risk.results.labels import MOTIONS, flags_of, made_from
+from pounding_risk.results.layout import SCENE_AXES, Template
+from pounding_risk.results.scene_axes import VARIANTS, axis_coordinates, axis_text
+from pounding_risk.results.variables import own_dims
+from pounding_risk.scene.axes import SceneAxis, alone
+from pounding_risk.scene.motions import for_buildings
+from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.variants import Variants
+
+JOBS = 1000  # of places along the axes that are kept, some 10 kB each
+PARTS = "parts"  # the attribute that counts the parts of a row's cases
+
+
+class VariantJob(Job):
+    """The grids of all scenes along the axes of one; raises as the job of each of them, naming its values.
+
+    Axes that change the motion without contact come first: those behind them share it.
+    """
+
+    def __init__(self, scan_input: ScanInput, kind: type[GridJob]):
+        study = self.study = scan_input.study
+        self.scan_input, self._kind = scan_input, kind
+        self.variants = Variants(study, ordered_axes(study, kind))
+        self._jobs: Shared[GridJob] = Shared(JOBS)
+        self._held: dict[str, Shared[Any]] | None = None
+        self._peaks: dict[Any, Any] = {}
+        self._flagged: dict[tuple[float, ...], tuple[Motion, ...]] = {}
+        self._first = self._made(0)
+        self._held, self.each, self.width = self._first.held, self._first.batches, self._first.width
+        self.batches = self.each * self.variants.count
+        self.shape = (*self.variants.shape, *self._first.shape)
+        self.bytes_per_batch = self._first.bytes_per_batch
+
+    def job(self, number: int) -> GridJob:
+        """The job of the scene of this number."""
+        return self._jobs.of(number, lambda: self._made(number))
+
+    def _made(self, number: int) -> GridJob:
+        scene = self.variants.scene(number)
+        job: GridJob = self._kind(self.scan_input._replace(study=scene, motions=self._motions(scene)))  # type: ignore[call-arg]
+        job.number, job.free_key, job.peaks = number, self._kind.alone_key(scene), self._peaks
+        if self._held is not None:
+            job.held = self._held
+            job.own_kernels = self._first.own_kernels
+        else:
+            job.own_kernels = job.worth_kernels(self.variants.count)
+        return job
+
+    def _motions(self, scene: Scene) -> tuple[Motion, ...]:
+        """The motions with the doubts that follow from the periods of a scene."""
+        periods = tuple(building.period for building in scene.buildings)
+        if periods not in self._flagged:
+            self._flagged[periods] = for_buildings(self.scan_input.motions, scene, self.study)
+        return self._flagged[periods]
+
+    @cached_property
+    def prepared(self) -> str:
+        """Digest of what the first and the last scene's runs are made of, which tells the kind of processor."""
+        ends = [self.job(number).prepared for number in (0, self.variants.count - 1)]
+        return blake2b("".join(ends).encode(), digest_size=16).hexdigest()
+
+    def law_at(self, batch: int) -> int:
+        """Index of the contact model that a batch needs."""
+        return self._first.law_at(batch % self.each)
+
+    def pieces(self, batches: range) -> Iterator[tuple[int, range, slice]]:
+        """The batches by place: the scene's number, its own batches, and which of ``batches`` they are."""
+        start = batches.start
+        while start < batches.stop:
+            number, first = divmod(start, self.each)
+            count = min(self.each - first, batches.stop - start)
+            yield number, range(first, first + count), slice(start - batches.start, start - batches.start + count)
+            start += count
+
+    def solve(self, batches: range, stop: Callable[[], bool] = never) -> Chunk | None:
+        """Results of these batches, place by place."""
+        chunks: list[Chunk] = []
+        for number, own, _ in self.pieces(batches):
+            chunk = self.job(number).solve(own, stop)
+            if chunk is None:
+                return None
+            chunks.append(chunk)
+        return joined(chunks)
+
+    @cached_property
+    def template(self) -> Template:
+        """The dataset without the values of its cases: what differs along an axis has it as a dimension."""
+        base, axes = self._first.template, self.variants.axes
+        free, coords, tables, attributes = (Stack(self.variants.shape) for _ in range(4))
+        notes: dict[str, None] = {}
+        for number in range(self.variants.count):
+            job = self.job(number)
+            free.add(number, {f"{name}_free": values for name, values in job.free_values().items()})
+            coords.add(number, {name: np.asarray(about[1]) for name, about in job.coordinates(whole=True).items()})
+            tables.add(number, {as_text(path): leaf for path, leaf in leaves_of(job.study.resolved())})
+            own_notes = of_input(job.study, job.scan_input.motions)
+            notes |= dict.fromkeys(own_notes)
+            told = {"notes": as_text(list(own_notes))} if own_notes else {}
+            attributes.add(number, job.numbers() | flags_of(job.scan_input.motions) | told)
+        names = tuple(axis.name for axis in axes)
+        skeleton = base.skeleton.assign_coords(axis_coordinates(axes))
+        for name, (along, values) in free.differing().items():
+            whole = {"pga": 0} if "pga" not in base.skeleton.sizes else {}  # one amplitude is no dimension
+            dims = (*(names[axis] for axis in along), *MOTIONS, *own_dims(name))
+            variable = Variable(dims, values, base.skeleton[name].attrs).isel(whole)
+            skeleton = skeleton.assign({name: variable})
+        own = self._first.coordinates(whole=True)
+        for name, (along, values) in coords.differing().items():
+            dims = (*(names[axis] for axis in along), *_dims(own[name][0]))
+            skeleton = skeleton.assign_coords({name: Variable(dims, values, own[name][2])})
+        variants = {"tables": _as_lists(tables), "attributes": _as_lists(attributes)}
+        about = made_from(self.study, self.scan_input.motions)
+        about |= {SCENE_AXES: axis_text(axes), VARIANTS: as_text(variants)}
+        about |= {"notes": as_text(list(notes))} if notes else {}
+        return Template(skeleton.assign_attrs(about), base.cases, self.shape, names)
+
+    def writer(self) -> VariantWriter:
+        return VariantWriter(self)
+
+
+def ordered_axes(study: Scene, kind: type[GridJob]) -> tuple[SceneAxis, ...]:
+    """The axes, those first along which the motion without contact changes."""
+    variants = Variants(study)
+    keys: dict[str, set[Any]] = {axis.name: set() for axis in variants.axes}
+    for axis, place, overrides in alone(variants.axes):
+        if place in (0, axis.size - 1):
+            keys[axis.name].add(kind.alone_key(variants.made(overrides)))
+    return tuple(sorted(variants.axes, key=lambda axis: len(keys[axis.name]) == 1))
+
+
+def _as_lists(stack: Stack, whole: bool = False) -> list[list[Any]]:
+    """Names whose values differ, with the axes along which they do, and the values as nested lists; all of a whole."""
+    reduced = stack.reduced() if whole else stack.differing()
+    return [[name, list(along), values.tolist()] for name, (along, values) in reduced.items()]
+
+
+def _dims(given: Any) -> tuple[str, ...]:
+    """Dimensions as xarray takes them: a name, or several."""
+    return (given,) if isinstance(given, str) else tuple(given)
+
+
+class VariantWriter:
+    """The writers of all scenes, one after the other; see `job.DatasetWriter`."""
+
+    def __init__(self, job: VariantJob):
+        self._job = job
+        self._number = -1
+        self._writer: DatasetWriter | None = None
+        self._patches: list[tuple[int, Chunk]] = []
+        self._counts = Stack(job.variants.shape)
+        self._parts: Counter[str] = Counter()
+
+    def values(self, batches: range, chunk: Chunk) -> Chunk:
+        """Every case variable of these batches."""
+        written: list[Chunk] = []
+        for number, own, where in self._job.pieces(batches):
+            if number != self._number:
+                self._close()
+                self._number, self._writer = number, self._job.job(number).writer()
+            assert self._writer is not None, "opened just now"
+            written.append(self._writer.values(own, {name: values[where] for name, values in chunk.items()}))
+        return joined(written)
+
+    def _close(self) -> None:
+        """Take what the writer of a scene knows after its last batch."""
+        if self._writer is None:
+            return
+        finish, first = self._writer.finish(), self._number * self._job.each
+        self._patches += [(first + batch, patch) for batch, patch in finish.patches]
+        if finish.counts:
+            self._parts.update(finish.counts)
+            self._counts.add(self._number, {PARTS: as_text(finish.counts)})
+        self._writer = None
+
+    def finish(self) -> Finish:
+        """The corrections of all scenes, and their counts together."""
+        self._close()
+        attrs = {PARTS: as_text(dict(self._parts))} if self._parts else {}
+        if self._parts:
+            counts = _as_lists(self._counts, whole=True)
+            variants = json.loads(self._job.template.skeleton.attrs[VARIANTS])
+            attrs[VARIANTS] = as_text(variants | {"attributes": [*variants["attributes"], *counts]})
+        return Finish(attrs, tuple(self._patches), dict(self._parts))

@@ -1,0 +1,230 @@
+"""Axes of other numbers of the scene in a dataset of `scan`: their labels, and the dataset at one place along them.
+
+At one place a dataset is that of the scene which stands there: its attributes are those that a scan of it has. No
+solver is imported, and no scene read.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Iterable, Sequence
+from hashlib import sha256
+from math import inf, isclose
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk._common.words import nearest
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.along import at_places
+from pounding_risk.results.attributes import as_text
+from pounding_risk.results.layout import SCENE_AXES
+from pounding_risk.results.variables import described
+from pounding_risk.scene.axes import SceneAxis, overrides_at
+from pounding_risk.scene.overrides import address_of, parts_of
+from pounding_risk.scene.toml import write_toml
+from pounding_risk.units import Quantity, QuantityError, parse, shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+VARIANTS = "scene_variants"  # the attribute that holds what else differs along the axes
+NEAR = 1e-9  # relative: a value that was written down and read again
+FEW = 8  # values of an axis that a sentence lists
+
+
+def axis_text(axes: Sequence[SceneAxis]) -> str:
+    """The axes as an attribute."""
+    return as_text([{"keys": list(axis.keys), "values": [list(values) for values in axis.values]} for axis in axes])
+
+
+def axes_of(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
+    """The axes of other numbers of the scene that a dataset was made with; none of another dataset."""
+    text = dataset.attrs.get(SCENE_AXES)
+    if not text:
+        return ()
+    try:
+        return tuple(SceneAxis(tuple(one["keys"]), tuple(map(tuple, one["values"]))) for one in json.loads(text))
+    except (TypeError, ValueError, LookupError):
+        raise PoundingError(
+            f"the attribute {SCENE_AXES} cannot be read: the file was damaged or changed since it was written"
+        ) from None
+
+
+def axis_coordinates(axes: Iterable[SceneAxis]) -> dict[str, Any]:
+    """Labels of the axes, as xarray takes them: the values of each key along its dimension."""
+    coords: dict[str, Any] = {}
+    for axis in axes:
+        for key, labels in axis.labels().items():
+            words = f"value of {key} of the scene"
+            attrs = {"long_name": words} if labels.unit is None else described(labels.unit, words)
+            coords[key] = (axis.name, list(labels.values), attrs)
+    return coords
+
+
+def open_axes(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
+    """The axes along which a dataset has more than one place."""
+    return tuple(axis for axis in axes_of(dataset) if dataset.sizes.get(axis.name, 1) > 1)
+
+
+def along_words(dataset: xr.Dataset) -> list[str]:
+    """Each axis with more than one place in words: "building.frame.period: 50 from 0.2 s to 2 s"."""
+    return [f"{key}: {_listed(dataset, key)}" for axis in open_axes(dataset) for key in axis.keys]
+
+
+def check_settled(dataset: xr.Dataset, source: str = "the dataset") -> None:
+    """Raise PoundingError for a dataset with more than one place along an axis, with how to choose one."""
+    several = open_axes(dataset)
+    if not several:
+        return
+    has = "; ".join(along_words(dataset))
+    choices = {axis.name: _written(dataset, axis.name, _values(dataset, axis.name)[0]) for axis in several}
+    options = " ".join(f"--select '{name}={value}'" for name, value in choices.items())
+    labels = ", ".join(f'"{axis.name}": {_values(dataset, axis.name)[0]!r}' for axis in several)
+    raise PoundingError(
+        f"{source}: has cases along {has}; this is of one value of each: choose with {options}, in Python with "
+        f"results.sel({{{labels}}})"
+    )
+
+
+def settled(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
+    """The dataset of the scene at the one place along every axis, without them; any other dataset as it is.
+
+    Raises PoundingError where there is more than one place, or where the label of an axis is lost.
+    """
+    axes = axes_of(dataset)
+    if not axes:
+        return dataset
+    check_settled(dataset, source)
+    lost = [axis.name for axis in axes if axis.name not in dataset.variables]
+    if lost:
+        raise PoundingError(
+            f"{source}: has lost its {' and '.join(lost)}: select without drop=True, so that it is known what was "
+            "selected"
+        )
+    places = [_place_of_label(dataset, axis, source) for axis in axes]
+    chosen = dataset.isel({axis.name: 0 for axis in axes if axis.name in dataset.dims})
+    chosen = chosen.drop_vars([key for axis in axes for key in axis.keys if key in chosen.variables])
+    chosen.attrs = _attributes(dataset, axes, places)
+    return chosen
+
+
+def _place_of_label(dataset: xr.Dataset, axis: SceneAxis, source: str) -> int:
+    """The place along an axis whose labels the dataset has left."""
+    labels = axis.labels()
+    left = {key: np.atleast_1d(dataset[key].values)[0] for key in axis.keys if key in dataset.variables}
+    for place in range(axis.size):
+        if all(_equal(labels[key].values[place], value) for key, value in left.items()):
+            return place
+    raise PoundingError(f"{source}: {axis.name} has a value that is none of the scan's: the dataset was changed")
+
+
+def _equal(value: Any, other: Any) -> bool:
+    if isinstance(value, str):
+        return value == str(other)
+    return bool(value == other or isclose(value, float(other), rel_tol=NEAR))
+
+
+def _attributes(dataset: xr.Dataset, axes: Sequence[SceneAxis], places: Sequence[int]) -> dict[str, Any]:
+    """The attributes of a scan of the scene at a place along every axis."""
+    attrs = {str(name): value for name, value in dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)}
+    variants = json.loads(dataset.attrs.get(VARIANTS, "{}"))
+    for name, along, values in variants.get("attributes", ()):
+        value = at_places(along, values, places)
+        attrs.pop(name, None) if value is None else attrs.update({name: value})
+    if "scene_resolved" in attrs:
+        tables = tomllib.loads(str(attrs["scene_resolved"]))
+        for key in ("zip", *(key for axis in axes for key in axis.keys)):
+            tables.get("grid", {}).pop(key, None)
+        for path, along, values in variants.get("tables", ()):
+            _set(tables, json.loads(path), at_places(along, values, places))
+        attrs["scene_resolved"] = write_toml(tables)
+        attrs["scene_sha256"] = sha256(attrs["scene_resolved"].encode()).hexdigest()
+    attrs["overrides"] = as_text([*json.loads(attrs.get("overrides", "[]")), *overrides_at(axes, places)])
+    return attrs
+
+
+def _set(tables: Any, path: Sequence[Any], value: Any) -> None:
+    """Set a value in nested tables by its path, or remove it where it is None."""
+    *above, last = path
+    for key in above:
+        tables = tables[key]
+    if value is None:
+        tables.pop(last, None)
+    else:
+        tables[last] = value
+
+
+# ------------------------------------------------------------------------------------------------ choosing
+
+
+def selected(dataset: xr.Dataset, choices: Sequence[str], source: str = "the dataset") -> xr.Dataset:
+    """The dataset at the values that are chosen, such as "building.frame.period=0.5 s".
+
+    A number without a unit is in SI. Raises PoundingError for what is no axis, and for a value that it has not.
+    """
+    for text in choices:
+        left, equals, right = text.partition("=")
+        if not equals:
+            raise PoundingError(f"--select {shown(text)} is not axis=value; write building.frame.period=0.5")
+        key = address_of(parts_of(left)) or left.strip()
+        axis = next((one for one in axes_of(dataset) if key in one.keys), None)
+        if axis is None:
+            known = [name for one in axes_of(dataset) for name in one.keys]
+            has = f"it has {', '.join(known)}" if known else "it has none"
+            raise PoundingError(f"--select {key}: {source} has no such axis{nearest(key, known)}; {has}")
+        place = _place(dataset, key, right.strip())
+        dataset = dataset.isel({axis.name: [place]} if axis.name in dataset.dims else {})
+    return dataset
+
+
+def title_at(dataset: xr.Dataset, choices: Sequence[str]) -> xr.Dataset:
+    """The dataset with the values that were chosen in its title."""
+    words = ", ".join(text.replace("=", " = ", 1) for text in choices)
+    return dataset.assign_attrs(title=f"{dataset.attrs.get('title', '')} ({words})")
+
+
+def _place(dataset: xr.Dataset, key: str, text: str) -> int:
+    """Index along a dimension of the value that is asked for."""
+    values, unit = _values(dataset, key), dataset[key].attrs.get("units")
+    value: Any = text.strip("\"'")
+    if unit is not None:
+        try:
+            value = float(value)
+        except ValueError:
+            quantity = Quantity(str(unit).replace("m/s2", "m/s^2"), -inf, inf, "value")
+            try:
+                value = parse(value, quantity)
+            except QuantityError as error:
+                raise PoundingError(f"--select {key}: {error}") from None
+    places = [place for place, known in enumerate(values) if _equal(known, value)]
+    if not places:
+        raise PoundingError(f"--select {key}: {text} is none of its values; it has {_listed(dataset, key, value)}")
+    if len(places) > 1:
+        raise PoundingError(f"--select {key}: {len(places)} places have {text}; choose by another key of the axis")
+    return places[0]
+
+
+def _values(dataset: xr.Dataset, key: str) -> list[Any]:
+    return np.atleast_1d(dataset[key].values).tolist()
+
+
+def _listed(dataset: xr.Dataset, key: str, near: Any = None) -> str:
+    """The values of an axis: all where they are few, otherwise how many, the ends, and those next to one."""
+    values = _values(dataset, key)
+    words = [_written(dataset, key, value) for value in values]
+    if len(words) <= FEW:
+        return ", ".join(words)
+    ends = f"{len(words)} from {words[0]} to {words[-1]}"
+    if not isinstance(near, float):
+        return ends
+    beside = sorted(sorted(range(len(values)), key=lambda place: abs(values[place] - near))[:2])
+    return f"{ends} (next to it are {', '.join(words[place] for place in beside)})"
+
+
+def _written(dataset: xr.Dataset, key: str, value: Any) -> str:
+    """A value of an axis with its unit."""
+    unit = str(dataset[key].attrs.get("units", "1"))
+    number = str(value) if isinstance(value, str) else f"{value:.10g}"
+    return number if unit == "1" else f"{number} {unit}"

@@ -1,0 +1,409 @@
+"""Axes of [grid] along which any number of a scene varies: "building.frame.period" = ["0.2 s", "0.4 s"].
+
+An address is one of `--set`, and what holds at a place along the axes is the scene with its values set there: nothing
+else reads them.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from contextlib import suppress
+from itertools import product
+from math import inf, prod
+from typing import Any, NamedTuple
+
+from pounding_risk._common.words import nearest
+from pounding_risk.errors import SceneError
+from pounding_risk.models.effects import EFFECTS, read_option, written_option
+from pounding_risk.scene.interfaces import EqualTerms
+from pounding_risk.scene.keys import Key, Number, Several, Unreadable, list_of, spaced
+from pounding_risk.scene.overrides import address_of, override, parts_of
+from pounding_risk.scene.tables import Grid
+from pounding_risk.scene.toml import Fault, KeyPath, toml_value
+from pounding_risk.units import Quantity, parse, shown, si
+
+VARIED = ("building", "interface", "effects")  # sections whose numbers may be axes
+ELSEWHERE = {
+    "records": "records are read once for all cases; write pga = [...] in [grid], or run one scene for each",
+    "solver": "all cases have one tolerance; run one scene for each",
+}
+AXES, ZIP = "axes", "zip"  # the keys of `Grid` that are written in words of their own
+NO_UNIT = "1"
+RANGE = {"start", "stop", "num"}
+MOST_ALONE = 200  # places along one axis whose scene is made when a scene is read; `scan` makes all of them
+ADDRESS = rf"^({'|'.join(VARIED)})\."  # of a key of [grid] that is an axis
+_EXAMPLE = '"building.frame.period" = ["0.2 s", "0.4 s"]'
+Known = Mapping[str, Mapping[str, Key]]  # the keys of each section
+
+
+class Labels(NamedTuple):
+    """The values of a key along an axis as a dataset has them."""
+
+    values: tuple[Any, ...]  # floats in SI, or texts
+    unit: str | None  # in the words of datasets; None of texts
+
+
+class SceneAxis(NamedTuple):
+    """A dimension of a scan along which one key of the scene, or several together, have other values.
+
+    Parameters
+    ----------
+    keys : tuple of str
+        The addresses, as `--set` takes them; the first is the name of the dimension.
+    values : tuple of tuple
+        Of each key its values, as a scene file has them.
+    """
+
+    keys: tuple[str, ...]
+    values: tuple[tuple[Any, ...], ...]
+
+    @property
+    def name(self) -> str:
+        """The name of the dimension."""
+        return self.keys[0]
+
+    @property
+    def size(self) -> int:
+        """How many places the axis has."""
+        return len(self.values[0])
+
+    def overrides(self, place: int) -> tuple[str, ...]:
+        """What `--set` takes for a place along the axis."""
+        return tuple(f"{key}={toml_value(values[place])}" for key, values in zip(self.keys, self.values, strict=True))
+
+    def words(self) -> str:
+        """The values, or how many there are and the two at the ends."""
+        places = [", ".join(str(values[place]) for values in self.values) for place in range(self.size)]
+        return "; ".join(places) if self.size <= 3 else f"{self.size} from {places[0]} to {places[-1]}"
+
+    def labels(self) -> dict[str, Labels]:
+        """The values of each key as a dataset has them."""
+        return {key: labels_of(values) for key, values in zip(self.keys, self.values, strict=True)}
+
+
+class Placed(NamedTuple):
+    """An axis, and where it stands in the scene's file."""
+
+    path: KeyPath
+    axis: SceneAxis
+
+
+class Entry(NamedTuple):
+    """An axis as [grid] has it."""
+
+    key: str  # its address, in one spelling
+    path: KeyPath  # where it stands in the file
+    targets: tuple[KeyPath, ...]  # what it sets in the tables of the scene
+    values: tuple[Any, ...]  # as a scene file has them, in SI where they are numbers
+
+
+def labels_of(values: Sequence[Any]) -> Labels:
+    """Values of a key as a dataset has them: numbers in SI with their unit where all are, or else texts."""
+    if all(isinstance(value, int | float) for value in values):
+        return Labels(tuple(float(value) for value in values), NO_UNIT)
+    numbers, units = [], set()
+    for value in values:
+        number, _, unit = str(value).partition(" ")
+        try:
+            numbers.append(float(number))
+        except ValueError:
+            return Labels(tuple(map(str, values)), None)
+        units |= {unit} if unit else set()
+    if len(units) != 1:
+        return Labels(tuple(map(str, values)), None)
+    return Labels(tuple(numbers), units.pop().replace("m/s^2", "m/s2"))
+
+
+# ------------------------------------------------------------------------------------------------ reading
+
+
+def taken_axes(raw: dict[str, Any], outside: Sequence[KeyPath], known: Known) -> tuple[tuple[Placed, ...], list[Fault]]:
+    """Take the axes of numbers out of the table [grid]: each with its place in the file; and what is wrong with them.
+
+    An axis whose key was set from ``outside`` is one no more: the key has that value.
+    """
+    grid = raw.get("grid")
+    if not isinstance(grid, dict):
+        return (), []
+    asked, zipped = _entries(grid, known["grid"]), grid.pop(ZIP, None)
+    bare = raw | {"grid": grid}
+    entries: list[Entry] = []
+    faults: list[Fault] = []
+    for path, text, value in asked:
+        try:
+            entries.append(_entry(path, text, value, bare, known))
+        except Several as error:
+            faults += [Fault((*path, *below), sentence) for below, sentence in error.faults]
+        except ValueError as error:
+            faults.append(Fault(path, str(error)))
+    faults += _twice(entries)
+    groups, wrong = _groups(zipped, [entry.key for entry in entries], bool(faults))
+    kept = {entry.key: entry for entry in entries if not set(entry.targets) <= set(outside)}
+    partly = [entry for entry in kept.values() if set(entry.targets) & set(outside)]
+    faults += [Fault(entry.path, f"--set sets a part of what {entry.key} sets; set all of it") for entry in partly]
+    placed: list[Placed] = []
+    for group in groups:
+        members = [kept[key] for key in group if key in kept]
+        if members and len({len(member.values) for member in members}) > 1:
+            counts = ", ".join(f"{len(member.values)} of {member.key}" for member in members)
+            wrong.append(Fault(("grid", ZIP), f"values that move together are as many as each other, not {counts}"))
+        elif members:
+            axis = SceneAxis(tuple(m.key for m in members), tuple(m.values for m in members))
+            placed.append(Placed(members[0].path, axis))
+            wrong += _repeated(members)
+    return tuple(placed), faults + wrong
+
+
+def _entries(grid: dict[str, Any], own: Container[str]) -> list[tuple[KeyPath, str, Any]]:
+    """The axes of [grid] as written, taken out of it: where each stands, its address, and its values."""
+    found: list[tuple[KeyPath, str, Any]] = []
+    nested = grid.pop(AXES, {})
+    if not isinstance(nested, dict):
+        found.append((("grid", AXES), "", nested))
+        nested = {}
+    found += [(("grid", AXES, key), key, value) for key, value in nested.items()]
+    for key in list(grid):
+        first = key.partition(".")[0]
+        if key in own and not (first in VARIED and isinstance(grid[key], dict)):
+            continue
+        if "." in key:
+            found.append((("grid", key), key, grid.pop(key)))
+        elif isinstance(grid[key], dict) and not RANGE & set(grid[key]):  # building.frame.period = ... unquoted
+            found += _unquoted(("grid", key), grid.pop(key))
+    return found
+
+
+def _unquoted(path: KeyPath, value: Any) -> Iterator[tuple[KeyPath, str, Any]]:
+    if isinstance(value, dict) and not RANGE & set(value):
+        for key, inner in value.items():
+            yield from _unquoted((*path, key), inner)
+    else:
+        yield path, address_of([str(part) for part in path[1:]]), value
+
+
+def _entry(path: KeyPath, text: str, value: Any, raw: dict[str, Any], known: Known) -> Entry:
+    """An axis as [grid] has it, from its address and values; raises Unreadable."""
+    parts = parts_of(text)
+    if len(parts) < 2:
+        raise Unreadable(f"{shown(text or value)} is no key of the scene; write for example {_EXAMPLE}")
+    section = parts[0]
+    if section in ELSEWHERE:
+        raise Unreadable(f"no key of [{section}] is an axis: {ELSEWHERE[section]}")
+    if section not in VARIED:
+        raise Unreadable(f"there is no such section{nearest(section, VARIED)}; axes are of {', '.join(VARIED)}")
+    key = address_of(parts)
+    if "/" in key:
+        raise Unreadable('a dataset has no dimension with "/" in its name; write the number: building.1.period')
+    scratch = copy.deepcopy({section: raw.get(section, {})})
+    if "building" in raw:
+        scratch["building"] = copy.deepcopy(raw["building"])
+    try:
+        targets = override(scratch, f"{key}=0", known, "")
+    except SceneError as error:
+        raise Unreadable(without_label(error.faults[0], key)) from None
+    return Entry(key, path, tuple(targets), _values(value, one_value(targets[0], known)))
+
+
+def without_label(sentence: str, key: str) -> str:
+    """A sentence of `--set` without the words that name its option."""
+    return sentence.removeprefix(f"--set {key}: ")
+
+
+def _values(value: Any, one: Callable[[Any, Number], Any]) -> tuple[Any, ...]:
+    """The values of an axis as a scene file has them, numbers in SI; raises Unreadable."""
+    if isinstance(value, dict):
+        return _spaced(value, one)
+    if not isinstance(value, list):
+        raise Unreadable(
+            f"{shown(value)} is not a list; write a list of values, or {{start = ..., stop = ..., num = 11}}"
+        )
+    several = [item for item in list_of(value, _EXAMPLE) if isinstance(item, bool) or not is_single(item)]
+    if several:
+        raise Unreadable(
+            f"{shown(several[0])} is no single value; of a list vary one value by its number from 1, such as "
+            '"building.frame.storey_masses.2"'
+        )
+    return tuple(one(item, parse) for item in value)
+
+
+def is_single(value: Any) -> bool:
+    """True for a number or a text."""
+    return isinstance(value, int | float | str)
+
+
+def _spaced(value: dict[str, Any], one: Callable[[Any, Number], Any]) -> tuple[Any, ...]:
+    """``num`` values from start to stop, both included, evenly spaced."""
+    ends = [value[end] for end in ("start", "stop") if is_single(value.get(end))]
+    labels = labels_of([one(end, parse) for end in ends])
+    unit = "" if labels.unit in (None, NO_UNIT) else labels.unit.replace("m/s2", "m/s^2")
+    quantity = Quantity(unit or NO_UNIT, -inf, inf, "value")
+    return tuple(f"{number!r} {unit}" if unit else number for number in spaced(value, quantity, parse))
+
+
+def one_value(target: KeyPath, known: Known) -> Callable[[Any, Number], Any]:
+    """What brings one value of a key into the form of a resolved scene; what the key cannot take stays as it is."""
+    inside = target[2:] if isinstance(target[1], int) else target[1:]
+    read = _reader(str(target[0]), inside, known)
+
+    def one(value: Any, number: Number) -> Any:
+        with suppress(ValueError, TypeError, LookupError):
+            written = read(value, number)
+            return written if is_single(written) and not isinstance(written, bool) else value
+        return value
+
+    return one
+
+
+def _reader(section: str, inside: Sequence[str | int], known: Known) -> Callable[[Any, Number], Any]:
+    """How one value of a key is read and written; ``inside`` is its path in the table of the section."""
+    name, below = (str(inside[0]) if inside else ""), inside[1:]
+    if section == "effects":
+        allowed = EFFECTS[name].options[str(below[0])] if name in EFFECTS and below else None
+        if not isinstance(allowed, Quantity):
+            return lambda value, number: value
+        return lambda value, number: written_option(read_option(value, allowed, number), allowed)
+    key = known[section].get(name)
+    if key is not None and not below:
+        return lambda value, number: key.write(key.read(value, number))
+    if key is not None and isinstance(below[0], int):
+        return lambda value, number: key.write(key.read([value], number))[0]
+    of_terms = EqualTerms.keys().get(str(below[0])) if name == "equal_terms" else None
+    if of_terms is not None:
+        return lambda value, number: of_terms.write(of_terms.read(value, number))
+    return lambda value, number: value
+
+
+def _twice(entries: Sequence[Entry]) -> Iterator[Fault]:
+    """A fault for each axis that sets what another sets."""
+    setters: dict[KeyPath, str] = {}
+    for entry in entries:
+        for target in entry.targets:
+            other = setters.setdefault(target, entry.key)
+            if other != entry.key or sum(one.key == entry.key for one in entries) > 1:
+                yield Fault(entry.path, f"sets what the axis {other} sets; remove one")
+                break
+
+
+def _repeated(members: Sequence[Entry]) -> Iterator[Fault]:
+    """A fault for an axis with one place twice."""
+    first: dict[tuple[Any, ...], int] = {}
+    for place, values in enumerate(zip(*(member.values for member in members), strict=True)):
+        if first.setdefault(values, place) != place:
+            stands = f"{', '.join(map(shown, values))} stands twice; remove one"
+            yield Fault((*members[0].path, place), stands)
+
+
+def _groups(zipped: Any, keys: Sequence[str], is_faulty: bool) -> tuple[list[list[str]], list[Fault]]:
+    """The keys of each axis, those of `zip` together, in the order of the axes; and what is wrong with `zip`."""
+    faults: list[Fault] = []
+    example = f'{ZIP} = [["building.frame.mass", "building.frame.period"]]'
+    groups: list[list[str]] = []
+    if zipped is not None and not isinstance(zipped, list):
+        faults.append(Fault(("grid", ZIP), f"{shown(zipped)} is not a list of lists; write {example}"))
+        zipped = None
+    for at, group in enumerate(zipped or ()):
+        if not isinstance(group, list) or len(group) < 2 or not all(isinstance(name, str) for name in group):
+            words = f"{shown(group)} is not a list of two axes or more that move together; write {example}"
+            faults.append(Fault(("grid", ZIP, at), words))
+            continue
+        names = [address_of(parts_of(name)) for name in group]
+        unknown = [name for name in names if name not in keys]
+        others = {name for other in groups for name in other}
+        taken = [name for number, name in enumerate(names) if name in names[:number] or name in others]
+        if unknown and not is_faulty:
+            hint = nearest(unknown[0], keys)
+            faults.append(Fault(("grid", ZIP, at), f"{shown(unknown[0])} is no axis of [grid]{hint}; write its values"))
+        elif taken:
+            faults.append(Fault(("grid", ZIP, at), f"{shown(taken[0])} moves with others already; name it once"))
+        else:
+            groups.append(names)
+    together = {key: group for group in groups for key in group}
+    ordered: list[list[str]] = []
+    for key in keys:
+        group = together.get(key, [key])
+        if group not in ordered:
+            ordered.append(group)
+    return ordered, faults
+
+
+def axes_in_text(grid: Mapping[str, Any], known: Known) -> dict[str, Any]:
+    """The table [grid] that Python gives, with numbers in SI of its axes as text with their unit."""
+    written = dict(grid)
+    nested = written.pop(AXES, {})
+    written |= nested if isinstance(nested, Mapping) else {AXES: nested}
+    for key, value in written.items():
+        if key in known["grid"] or not isinstance(key, str) or not isinstance(value, Mapping | Sequence):
+            continue
+        parts = parts_of(key)
+        names = [part for part in parts[1:] if part in known.get(parts[0], {})] if parts else []
+        if not names:
+            continue
+        below = [int(part) - 1 if part.isdecimal() else part for part in parts[parts.index(names[0], 1) + 1 :]]
+        one = one_value((parts[0], names[0], *below), known)
+        if isinstance(value, Mapping):
+            written[key] = {end: inner if end == "num" else one(inner, si) for end, inner in value.items()}
+        elif not isinstance(value, str):
+            written[key] = [one(inner, si) for inner in value]
+    return written
+
+
+# ------------------------------------------------------------------------------------------------ places
+
+
+def shape_of_axes(axes: Sequence[SceneAxis]) -> tuple[int, ...]:
+    """How many places each axis has."""
+    return tuple(axis.size for axis in axes)
+
+
+def count_of(axes: Sequence[SceneAxis]) -> int:
+    """How many scenes the axes make: the product of their places."""
+    return prod(shape_of_axes(axes))
+
+
+def overrides_at(axes: Sequence[SceneAxis], places: Sequence[int]) -> tuple[str, ...]:
+    """What `--set` takes for one place along every axis."""
+    return tuple(text for axis, place in zip(axes, places, strict=True) for text in axis.overrides(place))
+
+
+def every_place(axes: Sequence[SceneAxis]) -> Iterator[tuple[int, ...]]:
+    """Every place along all axes, the last axis fastest."""
+    return product(*(range(axis.size) for axis in axes))
+
+
+def written_axes(axes: Sequence[SceneAxis]) -> dict[str, Any]:
+    """The axes as [grid] has them."""
+    written: dict[str, Any] = {
+        key: list(values) for axis in axes for key, values in zip(axis.keys, axis.values, strict=True)
+    }
+    together = [list(axis.keys) for axis in axes if len(axis.keys) > 1]
+    return written | ({ZIP: together} if together else {})
+
+
+def alone(axes: Sequence[SceneAxis]) -> Iterator[tuple[SceneAxis, int, tuple[str, ...]]]:
+    """Places along each axis by itself: (axis, place, what `--set` takes), of a long one `MOST_ALONE` of them."""
+    for axis in axes:
+        count = min(axis.size, MOST_ALONE)
+        for place in sorted({round(number * (axis.size - 1) / max(count - 1, 1)) for number in range(count)}):
+            yield axis, place, axis.overrides(place)
+
+
+def is_axis(key: str, value: Any) -> bool:
+    """True for a key of [grid] that is an axis of numbers, or tells of them."""
+    own = Grid.model_fields.keys() - {AXES, ZIP}
+    return key not in own or (key in VARIED and isinstance(value, Mapping))
+
+
+def without_axes(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """The tables of a scene without the axes of numbers in [grid]."""
+    grid = tables.get("grid", {})
+    return {**tables, "grid": {key: value for key, value in grid.items() if not is_axis(key, value)}}
+
+
+def keeping_axes(overrides: Sequence[str]) -> tuple[str, ...]:
+    """The overrides that do not write an axis of numbers."""
+    return tuple(text for text in overrides if not _sets_axis(parts_of(text.partition("=")[0])))
+
+
+def _sets_axis(parts: Sequence[str]) -> bool:
+    return len(parts) > 1 and parts[0] == "grid" and is_axis(parts[1], {} if len(parts) > 2 else None)

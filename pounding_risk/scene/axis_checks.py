@@ -1,0 +1,84 @@
+"""What is wrong with the values along axes of a scene, in the words that `--set` has for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from pounding_risk.errors import SceneError
+from pounding_risk.models.structures.contact_points import Point
+from pounding_risk.scene.axes import Placed, SceneAxis, alone, without_label
+from pounding_risk.scene.toml import Fault
+from pounding_risk.units import shown
+
+IN_GRID = {
+    "the gaps of the grid": "write gap = [...] in [grid] instead",
+    "the yield forces of the grid": "write yield_force = [...] in [grid] instead",
+    "the contact models of the grid": "write contact_model = [...] in [grid] instead",
+}
+ONE_SCENE = "run one scene for each"
+OfScene = Any  # a `Scene`, whose module imports this one
+
+
+def axis_faults(study: OfScene, placed: Sequence[Placed], make: Callable[[Sequence[str]], OfScene]) -> Iterator[Fault]:
+    """A fault for each value along an axis that the scene cannot have; ``make`` gives the scene with values set."""
+    paths = {one.axis.name: one.path for one in placed}
+    for axis, place, overrides in alone([one.axis for one in placed]):
+        path = (*paths[axis.name], place)
+        value = ", ".join(shown(values[place]) for values in axis.values)
+        try:
+            made = make(overrides)
+        except SceneError as error:
+            yield from (Fault(path, _told(fault, axis, value)) for fault in error.faults)
+            continue
+        changes = list(unlike(study, made))
+        yield from (Fault(paths[axis.name], f"{value} changes {what}; {repair}") for what, repair in changes)
+        idle = [] if changes else list(_without_effect(study, made))
+        yield from (Fault(paths[axis.name], f"changes no case: [grid] has its own {what}; remove one") for what in idle)
+        if changes or idle:
+            return  # the other values do the same
+
+
+def _told(fault: str, axis: SceneAxis, value: str) -> str:
+    """What `--set` says of a value, which it need not name."""
+    sentence = without_label(fault, axis.name)
+    return sentence if sentence.startswith(value) else f"{value}: {sentence}"
+
+
+def unlike(study: OfScene, other: OfScene) -> Iterator[tuple[str, str]]:
+    """What all scenes of one grid must have in common and these have not: what it is, and the repair."""
+    for what, (one, another) in _common(study, other).items():
+        if one != another:
+            yield what, IN_GRID.get(what, ONE_SCENE)
+
+
+def _without_effect(study: OfScene, made: OfScene) -> Iterator[str]:
+    """What the interfaces have otherwise than in the scene, and the cases of the grid have not."""
+    one, other = ([between.gap for between in scene.interfaces] for scene in (study, made))
+    if one != other and all(study.interface_gaps(gap) == made.interface_gaps(gap) for gap in study.grid.gaps):
+        yield "gap"
+    one, other = ([between.yield_force for between in scene.interfaces] for scene in (study, made))
+    if one != other and len(study.grid.yield_forces) > 1:
+        yield "yield_force"
+
+
+def _common(study: OfScene, other: OfScene) -> dict[str, tuple[Any, Any]]:
+    """What scenes of one grid have in common, of both."""
+    facts = {
+        "the gaps of the grid": lambda scene: scene.grid.gaps,
+        "the yield forces of the grid": lambda scene: scene.grid.yield_forces,
+        "the contact models of the grid": lambda scene: (scene.grid.contact_models, scene.model_names),
+        "the names of the buildings": lambda scene: [building.name for building in scene.buildings],
+        "which buildings are rigid, or have how many storeys": lambda scene: [
+            (building.is_rigid, len(getattr(building, "masses", (0,)))) for building in scene.buildings
+        ],
+        "which floors meet": lambda scene: list(map(_place, scene.points)),
+        "the interface whose gap varies": lambda scene: scene.gridded_interface,
+        "the effects": lambda scene: [effect.name for effect in scene.effects],
+        "the solver": lambda scene: scene.is_row,
+    }
+    return {what: (fact(study), fact(other)) for what, fact in facts.items()}
+
+
+def _place(point: Point) -> tuple[Any, ...]:
+    return point.interface, point.kind, point.left_floor, point.right_floor

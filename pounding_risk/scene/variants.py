@@ -1,0 +1,85 @@
+"""The scenes that stand at the places along the axes of a scene: each made as `--set` with its values makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from pounding_risk.errors import SceneError
+from pounding_risk.scene.axes import (
+    SceneAxis,
+    alone,
+    count_of,
+    keeping_axes,
+    overrides_at,
+    shape_of_axes,
+    without_axes,
+)
+from pounding_risk.scene.axis_checks import unlike
+from pounding_risk.scene.scene import Scene, scene_of
+from pounding_risk.scene.toml import parse_toml
+
+MOST_KEPT = 20_000  # scenes, some kB each
+
+
+class Variants:
+    """The scenes of a scene with axes, by number: the last axis is the fastest.
+
+    ``axes`` are those of the scene, in another order if need be.
+    """
+
+    def __init__(self, study: Scene, axes: Sequence[SceneAxis] | None = None):
+        self.study, self.axes = study, tuple(study.axes if axes is None else axes)
+        self.shape, self.count = shape_of_axes(self.axes), count_of(self.axes)
+        self._tables = without_axes(parse_toml(study.text, study.source))
+        self._asked = keeping_axes(study.overrides)
+        self._scenes: dict[int, Scene] = {}
+
+    def places(self, number: int) -> tuple[int, ...]:
+        """The place along each axis of a scene by its number."""
+        return tuple(int(place) for place in np.unravel_index(number, self.shape))
+
+    def overrides(self, number: int) -> tuple[str, ...]:
+        """What `--set` takes for the scene of this number."""
+        return overrides_at(self.axes, self.places(number))
+
+    def scene(self, number: int) -> Scene:
+        """The scene of this number; raises SceneError with the values that it has along the axes."""
+        if number not in self._scenes:
+            made = self._checked(number)
+            if len(self._scenes) >= MOST_KEPT:
+                return made
+            # The records, which no axis changes, are kept once.
+            self._scenes[number] = made.updated(records=self.study.records)
+        return self._scenes[number]
+
+    def _checked(self, number: int) -> Scene:
+        overrides = self.overrides(number)
+        try:
+            made = self.made(overrides)
+        except SceneError as error:
+            where = ", ".join(text.replace("=", " = ", 1) for text in overrides)
+            raise SceneError(error.source, [f"grid, at {where}: {fault}" for fault in error.faults]) from None
+        for what, repair in unlike(self.study, made):
+            where = ", ".join(text.replace("=", " = ", 1) for text in overrides)
+            raise SceneError(made.source, [f"grid, at {where}: changes {what}; {repair}"])
+        return made
+
+    def made(self, overrides: Sequence[str]) -> Scene:
+        """The scene with these values set, and no axes."""
+        return scene_of(self._tables, self.study.source, (*self._asked, *overrides), text=self.study.text)
+
+    def alone(self) -> Iterator[Scene]:
+        """The scenes at places along each axis, the other keys as the scene has them."""
+        return (self.made(overrides) for _, _, overrides in alone(self.axes))
+
+
+def check_one_scene(study: Scene, command: str) -> None:
+    """Raise SceneError for a scene with axes in a command that runs one scene, with how to choose one."""
+    if not study.axes:
+        return
+    has = "; ".join(f"{', '.join(axis.keys)}: {axis.words()}" for axis in study.axes)
+    choice = " ".join(f"--set '{text}'" for axis in study.axes for text in axis.overrides(0))
+    sentence = f"the scene varies along {has}; {command} runs one scene: choose with {choice}"
+    raise SceneError(study.source, [f"grid: {sentence} (in Python with scene.replace), which is then no axis"])

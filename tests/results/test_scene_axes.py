@@ -1,0 +1,142 @@
+"""A dataset with axes of numbers of its scene: choosing a place, what refuses several, and what is told of them."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from axes import AXES, pair_text, same_scan
+
+import pounding_risk as pr
+from pounding_risk.assessment.along import OUTPUTS
+from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.figures.scan import scan_figure
+from pounding_risk.results.check import check_scan
+from pounding_risk.results.files import open_results
+from pounding_risk.results.scene_axes import open_axes, selected, settled
+from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.scene.reader import parse_scene
+
+PLACE = {"building.left.period": 0.5, "interface.restitution": 0.8, "building.left.mass": 6e5}
+CHOICE = ["building.left.period=0.5 s", "interface.restitution=0.8", "building.left.mass=600 t"]
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return pr.scan(parse_scene(pair_text(AXES)), check_fraction=0.2)
+
+
+@pytest.fixture(scope="module")
+def alone():
+    values = ['building.left.period="0.5 s"', "interface.restitution=0.8", 'building.left.mass="600 t"']
+    return pr.scan(parse_scene(pair_text(AXES), overrides=values), check_fraction=0.2)
+
+
+def test_every_way_of_choosing_gives_the_scan_of_the_place(whole, alone, tmp_path):
+    """By label, by index, by text, from a file: that of the scene with the values set, but for how they are spelt."""
+    path = pr.save(whole, tmp_path / "r.nc")
+    by_index = whole.isel({"building.left.period": 1, "interface.restitution": [1], "building.left.mass": 1})
+    for part in (whole.sel(PLACE), by_index, selected(whole, CHOICE), selected(open_results(path), CHOICE)):
+        same_scan(with_axes(part), alone, apart=("overrides",))
+
+
+def test_a_choice_of_some_keeps_the_other_axes(whole):
+    part = selected(whole, CHOICE[:1])
+    assert [axis.name for axis in open_axes(part)] == ["interface.restitution", "building.left.mass"]
+    assert part.sizes["building.left.period"] == 1
+    ranged = whole.sel({"building.left.period": slice(0.4, 0.8)})
+    assert settled(selected(ranged, CHOICE)).sizes["gap"] == 2
+
+
+@pytest.mark.parametrize(
+    ("choice", "sentence"),
+    [
+        ("building.left.period=0.51 s", "0.51 s is none of its values; it has 0.3 s, 0.5 s, 0.7 s"),
+        ("building.left.period=5 t", "is a mass, not a time"),
+        ("building.left.perod=5", '(did you mean "building.left.period"?)'),
+        ("building.left.period", "is not axis=value"),
+    ],
+)
+def test_what_cannot_be_chosen_is_told(whole, choice, sentence):
+    with pytest.raises(PoundingError, match=re.escape(sentence)):
+        selected(whole, [choice])
+
+
+def test_a_lost_label_is_told(whole):
+    with pytest.raises(PoundingError, match=r"has lost its building\.left\.mass: select without drop=True"):
+        with_axes(whole.isel({"building.left.mass": 0}, drop=True).sel({k: PLACE[k] for k in list(PLACE)[:2]}))
+
+
+def test_calls_of_one_scene_refuse_several_and_say_how_to_choose(whole, tmp_path):
+    path = pr.save(whole, tmp_path / "r.nc")
+    calls = (
+        lambda: pr.assess(whole),
+        lambda: pr.report(path, tmp_path / "r.html"),
+        lambda: pr.view(path, tmp_path / "v.html"),
+        lambda: pr.draw(path, elevation=tmp_path / "e.png"),
+        lambda: pr.histories(path, tmp_path / "h.nc"),
+        lambda: pr.figures.results_figure(whole),
+        lambda: scan_figure(whole),
+        lambda: whole.pounding.case(gap="10 mm"),
+        lambda: pr.row_case(whole),
+    )
+    for call in calls:
+        with pytest.raises(PoundingError, match=r"cases along building\.left\.period: 0\.3 s, .* choose with --select"):
+            call()
+    assert [file.name for file in tmp_path.iterdir()] == ["r.nc"]
+
+
+def test_commands_of_one_scene_refuse_axes_and_say_how_to_set_them():
+    study = parse_scene(pair_text(AXES))
+    for call in (pr.compare, pr.effects, pr.accuracy):
+        with pytest.raises(SceneError, match=r"runs one scene: choose with --set 'interface\.restitution=0\.5'"):
+            call(study)
+
+
+def test_simulate_and_modes_take_the_values_of_the_scene_itself():
+    study = parse_scene(pair_text(AXES))
+    assert pr.simulate(study)["building_period"].values[0] == 0.5
+    assert "building.left.period" in str(study)
+
+
+def test_a_case_and_histories_of_one_place(whole, tmp_path):
+    case = whole.sel(PLACE).pounding.case(gap="10 mm")
+    path = pr.save(whole, tmp_path / "r.nc")
+    pr.histories(path, tmp_path / "h.nc", gaps=[0.01], select=CHOICE)
+    # The peaks are of the continuous motion, the histories at the samples of the record.
+    sampled = np.nanmax(np.abs(open_results(tmp_path / "h.nc")["relative_displacement"].isel(polarity=0).values))
+    assert 0.98 * float(case["peak_relative_displacement"].max()) < sampled
+    assert sampled <= float(case["peak_relative_displacement"].max()) * (1.0 + 1e-9)
+
+
+def test_a_summary_counts_all_places_and_of_some_only_these(whole):
+    assert pr.summary(whole).counts["cases"] == 12 * 4
+    assert pr.summary(selected(whole, CHOICE[:1])).counts["cases"] == 4 * 4
+    assert pr.summary(whole.sel(PLACE)).counts["cases"] == 4
+    assert ("building.left.period", "0.3 s, 0.5 s, 0.7 s") in list(whole.pounding.facts())
+
+
+def test_the_dataset_is_one_of_scan(whole):
+    check_scan(whole, "it")
+
+
+def test_contact_along_axes_is_that_of_assess_at_each_place(whole):
+    """Probability with bounds and the gap required at every place, beside the assessment of its own dataset."""
+    along = pr.assess_along(whole, gap="30 mm", percentile=84)
+    dims = ("building.left.period", "interface.restitution", "building.left.mass", "interface")
+    assert {along[name].dims for name in OUTPUTS} == {dims}
+    assert along["building.left.period"].attrs["units"] == "s"
+    for place in np.ndindex(3, 2, 2):
+        chosen = dict(zip(dims, place, strict=False))
+        (one,) = pr.assess(whole.isel(chosen), gap="30 mm", percentile=84).interfaces
+        here, share, need = along.isel(chosen | {"interface": 0}), one.contact_at_gap(), one.required_at(84.0)
+        assert float(here["contact_probability"]) == share.probability
+        assert float(here["contact_probability_high"]) == share.high_recordings
+        assert [float(here[f"required_gap{end}"]) for end in ("", "_low", "_high")] == [need.gap, need.low, need.high]
+    assert along["required_gap"].max() > along["required_gap"].min()
+
+
+def test_contact_along_axes_needs_axes(alone):
+    with pytest.raises(PoundingError, match="has no axis of another number of the scene"):
+        pr.assess_along(alone)

@@ -1,0 +1,144 @@
+"""Axes of numbers in [grid]: how they are read, refused and written, and that `--set` of their key ends them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from axes import AXES, pair_text
+from scenes import FRAME, PAIR, scene_text
+
+from pounding_risk.errors import SceneError
+from pounding_risk.scene.axes import SceneAxis, labels_of
+from pounding_risk.scene.buildings import SingleMass
+from pounding_risk.scene.interfaces import Interface
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.records import Records
+from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.tables import Grid
+from pounding_risk.scene.variants import Variants
+
+UNEQUAL = {"building.left.mass": ["5 t"], "building.left.period": ["1 s", "2 s"]}
+UNEQUAL |= {"zip": [[*UNEQUAL]]}
+PERIODS = SceneAxis(("building.left.period",), (("0.3 s", "0.5 s", "0.7 s"),))
+
+
+def faults(axes, **more):
+    with pytest.raises(SceneError) as error:
+        parse_scene(pair_text(axes, **more))
+    return [fault.partition(", ")[2] for fault in error.value.faults]
+
+
+def test_a_range_and_a_list_are_read_into_si():
+    study = parse_scene(pair_text(AXES))
+    assert PERIODS in study.axes
+    assert SceneAxis(("building.left.mass",), (("500000.0 kg", "600000.0 kg"),)) in study.axes
+    assert Variants(study).count == 12
+
+
+def test_dotted_keys_without_quotes_are_the_same_axis():
+    text = pair_text({}) + '\nbuilding.left.period = {start = "0.3 s", stop = "0.7 s", num = 3}\n'
+    assert parse_scene(text).axes == (PERIODS,)
+    assert parse_scene(pair_text({}), overrides=['grid.building.left.period=["0.3 s", "0.5 s", "0.7 s"]']).axes == (
+        PERIODS,
+    )
+
+
+def test_a_scene_with_axes_is_written_and_read_back():
+    study = parse_scene(pair_text(AXES | {"zip": []}))
+    assert parse_scene(study.to_toml()) == study
+    together = {"interface.restitution": [0.5, 0.6], "building.left.mass": ["500 t", "600 t"]}
+    study = parse_scene(pair_text(together | {"zip": [["building.left.mass", "interface.restitution"]]}))
+    assert [axis.keys for axis in study.axes] == [("building.left.mass", "interface.restitution")]
+    assert parse_scene(study.to_toml()) == study != parse_scene(pair_text(together))
+
+
+def test_a_key_that_is_set_is_no_axis_any_more():
+    """By any spelling of its address; the others stay."""
+    for address in ("building.left.period", "building.1.period", "building.period"):
+        study = parse_scene(pair_text(AXES), overrides=[f'{address}="0.4 s"'])
+        assert [axis.name for axis in study.axes] == ["interface.restitution", "building.left.mass"]
+        assert study.buildings[0].period == 0.4
+    both = pair_text({"building.period": ["0.3 s", "0.4 s"]})
+    assert [one.period for one in Variants(parse_scene(both)).scene(1).buildings] == [0.4, 0.4]
+    with pytest.raises(SceneError, match=r"--set sets a part of what building\.period sets; set all of it"):
+        parse_scene(both, overrides=['building.left.period="0.4 s"'])
+    assert parse_scene(pair_text(AXES)).replace('building.left.period="0.4 s"').buildings[0].period == 0.4
+
+
+def test_python_gives_numbers_in_si_and_arrays():
+    buildings = [SingleMass("left", 5e5, 0.5), SingleMass("right", 8e5, 1.0)]
+    axes = {
+        "building.left.period": np.linspace(0.3, 0.7, 3),
+        "interface.restitution": {"start": 0.5, "stop": 0.7, "num": 2},
+    }
+    between = Interface("10 mm", "jankowski", stiffness="2.75e9 N/m^1.5", restitution=0.65)
+    study = Scene(buildings, [between], Records(names=["RSN6-180"]), grid=Grid(gap=[0.01], axes=axes))
+    assert study.axes == (PERIODS, SceneAxis(("interface.restitution",), ((0.5, 0.7),)))
+    assert study.replace(axes={"building.left.mass": [4e5, 5e5]}).axes[-1].values == (("400000.0 kg", "500000.0 kg"),)
+    zipped = study.replace(
+        zip=[["building.left.period", "building.right.period"]], axes={"building.right.period": [1.0, 1.5, 2.0]}
+    )
+    assert zipped.axes[0].keys == ("building.left.period", "building.right.period")
+
+
+def test_labels_have_units_and_texts_stay():
+    assert labels_of(("0.5 m/s^2", "inf")) == ((0.5, np.inf), "m/s2")
+    assert labels_of((0.5, 1)) == ((0.5, 1.0), "1")
+    assert labels_of(("concrete", "0.5")) == (("concrete", "0.5"), None)
+
+
+def test_a_faulty_value_is_told_in_the_words_of_set():
+    for key, values in (
+        ("building.left.period", ["0.3 s", "-1 s"]),
+        ("building.left.mass", ["5 t", 3]),
+        ("building.left.perod", [1]),
+    ):
+        with pytest.raises(SceneError) as alone:
+            shown = values[-1] if not isinstance(values[-1], str) else f'"{values[-1]}"'
+            parse_scene(pair_text({}), overrides=[f"{key}={shown}"])
+        sentence = alone.value.faults[0].removeprefix(f"--set {key}: ")
+        (told,) = faults({key: values})
+        assert told.startswith(f"grid.{key}.{len(values)}: ") and told.endswith(sentence), told
+
+
+@pytest.mark.parametrize(
+    ("axes", "sentence"),
+    [
+        ({"records.scale": [1, 2]}, "no key of [records] is an axis"),
+        ({"solver.rtol": [1e-6]}, "no key of [solver] is an axis"),
+        ({"building.lef.mass": ["5 t"]}, 'there is no building "lef" (did you mean "left"?)'),
+        ({"foo.bar": [1]}, "there is no such section"),
+        ({"building.left.mass": "5 t"}, '"5 t" is not a list'),
+        ({"building.left.mass": []}, "the list is empty"),
+        ({"building.left.mass": ["5 t", "5000 kg"]}, "stands twice; remove one"),
+        ({"building.left.mass": [["5 t"]]}, "is no single value"),
+        ({"building.left.name": ["a", "b"]}, "changes the names of the buildings; run one scene for each"),
+        ({"interface.contact_model": ["hertz_damp"]}, "changes the contact models of the grid; write contact_model ="),
+        ({"interface.gap": ["1 mm", "2 mm"]}, "changes no case: [grid] has its own gap"),
+        ({"building.left.mass": ["5 t"], "building.1.mass": ["6 t"]}, "sets what the axis building.left.mass sets"),
+        ({"zip": [["building.left.mass", "building.left.period"]]}, "is no axis of [grid]"),
+        ({"zip": 3}, "3 is not a list of lists"),
+        ({"building.left.mass": ["5 t"], "zip": [["building.left.mass"]]}, "is not a list of two axes or more"),
+        (UNEQUAL, "as many as each other, not 1 of building.left.mass, 2 of building.left.period"),
+        ({"building.left.mass": {"start": "5 t", "stop": "1 t", "num": 3}}, "is not above start"),
+        ({'building."a/b".mass': ["5 t"]}, "write the number: building.1.period"),
+    ],
+)
+def test_what_is_no_axis_is_refused_with_the_repair(axes, sentence):
+    assert any(sentence in fault for fault in faults(axes)), faults(axes)
+
+
+def test_the_gap_of_the_only_interface_is_the_grids():
+    with pytest.raises(SceneError, match=r"changes the gaps of the grid; write gap = \[...\] in \[grid\] instead"):
+        parse_scene(scene_text(grid={"interface.gap": ["1 mm", "2 mm"]}))
+
+
+def test_storeys_that_change_in_number_are_refused():
+    typology = {"name": "left", "typology": "concrete_frame", "storeys": 3, "height": "9 m", "floor_mass": "100 t"}
+    text = scene_text(typology, FRAME | {"height": "3 m"}, grid={"building.left.storeys": [3, 4]})
+    with pytest.raises(SceneError, match="changes which buildings are rigid, or have how many storeys; run one scene"):
+        parse_scene(text)
+
+
+def test_a_scene_without_axes_has_none():
+    assert parse_scene(scene_text(*PAIR)).axes == ()
