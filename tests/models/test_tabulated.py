@@ -598,6 +598,19 @@ def test_impact_of_the_command_line(tmp_path: Path):
     assert refused.exit_code == 2 and 'write --table "bumper.csv"' in refused.output
 
 
+def test_what_has_no_place_for_a_table_says_so(tmp_path: Path):
+    """Not the straight line that stands in for a table: a street's scenes, and impacts of verification cases."""
+    (tmp_path / "street.csv").write_text("name,height [m],storeys,typology,gap [mm]\nA,9,3,concrete_frame,\n")
+    words = ["block", str(tmp_path / "street.csv"), "--contact-model", "tabulated", "--out", str(tmp_path / "out")]
+    refused = CliRunner().invoke(cli.app, words)
+    assert refused.exit_code == 2 and "tabulated reads a table" in refused.output
+    shipped = Path(pr.__file__).parent / "verification" / "anagnostopoulos_1988.toml"
+    case = shipped.read_text("utf-8").replace('"kelvin_voigt"', '"tabulated"')
+    (tmp_path / "case.toml").write_text(case, encoding="utf-8")
+    with pytest.raises(PoundingError, match="tabulated reads a table"):
+        pr.verify(tmp_path)
+
+
 @compiled
 @pytest.mark.slow
 def test_by_address_as_in_a_kernel_of_its_own():
