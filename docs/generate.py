@@ -12,6 +12,7 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -51,7 +52,7 @@ def pages(run: bool = False) -> dict[str, str | bytes]:
         "assessment.md": assessment_page(),
         "benchmarks.md": _with_site_links((ROOT / "benchmarks" / "README.md").read_text("utf-8")),
     }
-    files |= isolated_impacts()
+    files |= isolated_impacts() | table_impact()
     files |= verification_pages(interpreted)
     for path in notebooks():
         files |= notebook_pages(path, run)
@@ -118,25 +119,44 @@ IMPACT = (
 IMPACT_CAPTION = "Contact force against time and against penetration under six contact laws"
 
 
+TABLE_IMPACT = (
+    *("--law tabulated", "--table bumper.csv", "--law linear", '--stiffness "20 MN/m"', '--mass "5 t"'),
+    '--speed "1.5 m/s"',
+)
+TABLE_CAPTION = "Contact force of a tabulated bumper and of a spring of its stiffness; the bumper is left crushed"
+
+
 def isolated_impacts() -> dict[str, str | bytes]:
     """One impact under six laws: the command, its output and its figure."""
+    return _impact("isolated-impacts", "laws.png", IMPACT, IMPACT_CAPTION)
+
+
+def table_impact() -> dict[str, str | bytes]:
+    """One impact on the bumper of the examples."""
+    return _impact("table-impact", "table.png", TABLE_IMPACT, TABLE_CAPTION)
+
+
+def _impact(piece: str, picture: str, options: Sequence[str], caption: str) -> dict[str, str | bytes]:
+    """A command `impact` with its output and its figure; tables are those of the examples."""
     with TemporaryDirectory() as folder:
-        target = Path(folder) / "laws.png"
-        printed = interpreted("-m", "pounding_risk", "impact", *shlex.split(" ".join(IMPACT)), "--figure", str(target))
-        picture = target.read_bytes()
-    command = " \\\n    ".join(["pounding-risk impact", *IMPACT, "--figure laws.png"])
+        target = Path(folder) / picture
+        words = ["impact", *shlex.split(" ".join(options)), "--figure", str(target)]
+        printed = interpreted("-m", "pounding_risk", *words, folder=HERE / "examples")
+        drawn = target.read_bytes()
+    command = " \\\n    ".join(["pounding-risk impact", *options, f"--figure {picture}"])
     table = printed.rpartition("written:")[0]
-    text = f"{fence(command, 'sh')}\n{fence(table)}\n![{IMPACT_CAPTION}](/generated/laws.png)\n"
-    return {"laws.png": picture, "pieces/isolated-impacts.md": text}
+    text = f"{fence(command, 'sh')}\n{fence(table)}\n![{caption}](/generated/{picture})\n"
+    return {picture: drawn, f"pieces/{piece}.md": text}
 
 
-def interpreted(*arguments: str, compiled: bool = False) -> str:
+def interpreted(*arguments: str, compiled: bool = False, folder: Path | None = None) -> str:
     """Output of Python with these arguments; not ``compiled`` where compilation would take longer than it saves."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
     if not compiled:
         environment["NUMBA_DISABLE_JIT"] = "1"
     command = [sys.executable, *arguments]
-    run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600 if compiled else 120)
+    limit = 600 if compiled else 120
+    run = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, timeout=limit)
     if run.returncode:
         raise RuntimeError(f"{' '.join(command)} failed:\n{run.stderr}")
     return run.stdout

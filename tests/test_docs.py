@@ -146,6 +146,18 @@ def test_isolated_impacts_stand_with_their_command_and_figure(pages):
     assert pages["laws.png"].startswith(b"\x89PNG")
 
 
+def test_the_bumper_stands_with_its_loop(pages):
+    """The loop of the file beside the page: e is that of the law, the spring's is 1."""
+    from pounding_risk.models.contact.laws import Tabulated
+    from pounding_risk.studies.impact import impact
+
+    text = pages["pieces/table-impact.md"]
+    achieved = dict(re.findall(r"^(\w+) +– +([01]\.\d{4}) ", text, re.M))
+    bumper = Tabulated.from_file(DOCS / "examples" / "bumper.csv")
+    assert achieved == {"tabulated": f"{impact(bumper, 1.5, 5e3).restitution:.4f}", "linear": "1.0000"}
+    assert "table of 4 points" in text and pages["table.png"].startswith(b"\x89PNG")
+
+
 def test_notebooks_are_pages_without_results(generate, pages):
     assert generate.notebooks()
     for path in generate.notebooks():

@@ -101,6 +101,7 @@ def _restitution(text: str) -> str | float:
 def _check_contact(contact: Contact) -> None:
     """Raise PoundingError, which names the option, for a value that no scene takes."""
     from pounding_risk.models.contact.laws import LAWS, stiffness_quantity
+    from pounding_risk.models.contact.table import TABULATED
     from pounding_risk.scene.interfaces import known_law
     from pounding_risk.studies.impact import restitution_of
     from pounding_risk.units import GAP, YIELD_FORCE
@@ -109,6 +110,11 @@ def _check_contact(contact: Contact) -> None:
     if contact.contact_model not in LAWS:
         laws = ", ".join(LAWS)
         raise PoundingError(f"--contact-model: {contact.contact_model} is for pairs; in a row choose among {laws}")
+    if contact.contact_model == TABULATED:
+        raise PoundingError(
+            f"--contact-model: {TABULATED} reads a table, for which there is no option here; choose another model, and "
+            "write contact_model and table into the scenes"
+        )
     if contact.stiffness is not None:
         read_option("--stiffness", contact.stiffness, stiffness_quantity(law))
     restitution_of(str(contact.restitution))

@@ -476,6 +476,8 @@ def _parameters(kind: Any, keys: Section) -> Iterator[tuple[str, Any]]:
                 yield name, parse(words, stiffness_quantity(kind))
             except QuantityError as error:
                 raise _At("stiffness", str(error)) from None
+        elif name == "table":
+            raise _At("contact_model", "tabulated reads a table, for which [impact] has no key; write it as a scene")
         elif name in of_floors:
             yield name, of_floors[name]()
         elif name in keys:
