@@ -152,7 +152,7 @@ def test_upcrossings_of_a_stationary_motion():
     covariance = system.closing @ system.covariance() @ system.closing.T
     gap = 2.5 * sqrt(covariance[0, 0])
     times = np.linspace(0.0, 40.0, 4001)
-    counts = noise.upcrossings(system, gap, times)
+    counts = noise.upcrossings(noise.closing_moments(system, times), gap, times)
     rate = sqrt(covariance[1, 1] / covariance[0, 0]) / (2.0 * pi) * exp(-0.5 * 2.5**2)
     assert (counts[4000] - counts[3000]) / 10.0 == pytest.approx(rate, rel=1e-4)
     assert counts[1000] < 10.0 * rate
