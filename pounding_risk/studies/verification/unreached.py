@@ -23,8 +23,8 @@ UNREACHED = (
         "printed values not reached",
     ),
     (
-        "Crozet, Politopoulos, Yang, Martinez and Erlicher (2018), Earthquake Engineering and Structural Dynamics 47(1), "
-        "219-235, and a paper of 2019: order of Sobol indices",
+        "Crozet, Politopoulos, Yang, Martinez and Erlicher (2018), Earthquake Engineering and Structural Dynamics "
+        "47(1), 219-235, and a paper of 2019: order of Sobol indices",
         "the text was not reached; the order as it is recalled is not compared",
     ),
     (
