@@ -47,6 +47,8 @@ def verify(
         announce(verification_page(outcome, out))
     if figure is not None and not outcome.checks:
         draw(figure, "verification.property_figure", outcome.properties[0])
+        if len(outcome.properties) > 1:
+            print(f"the figure shows {outcome.properties[0].name} alone; -o page.html has those of all")
     else:
         draw(figure, "verification.verification_differences_figure", outcome)
     if outcome.unacceptable or outcome.failing:

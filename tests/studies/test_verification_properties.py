@@ -152,7 +152,7 @@ def test_upcrossings_of_a_stationary_motion():
     covariance = system.closing @ system.covariance() @ system.closing.T
     gap = 2.5 * sqrt(covariance[0, 0])
     times = np.linspace(0.0, 40.0, 4001)
-    counts = noise.upcrossings(system, gap, times)
+    counts = noise.upcrossings(noise.closing_moments(system, times), gap, times)
     rate = sqrt(covariance[1, 1] / covariance[0, 0]) / (2.0 * pi) * exp(-0.5 * 2.5**2)
     assert (counts[4000] - counts[3000]) / 10.0 == pytest.approx(rate, rel=1e-4)
     assert counts[1000] < 10.0 * rate
@@ -315,6 +315,8 @@ def test_a_property_that_fails_ends_with_status_1_and_says_which_reading(failing
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     page = (tmp_path / "page.html").read_text("utf-8")
     assert 'id="property-odd"' in page and ">fails<" in page and "Published values and ours" not in page
+    both = run("odd", "plateaus", "--figure", tmp_path / "b.png")
+    assert "the figure shows odd alone; -o page.html has those of all" in both.output
     assert "1 of 2 readings are out of bounds" in figure_words.words_of(property_figure(failing))
 
 

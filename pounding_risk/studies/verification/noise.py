@@ -44,9 +44,9 @@ WINDOW = 20.0  # s, of which a peak is taken
 PASSAGE_PERIODS = (1.0, 0.6)  # s
 PASSAGE_LENGTH = 20.0  # s
 PASSAGE_STEP = 0.01  # s
-MOTIONS = 400
+MOTIONS, BATCH = 400, 50
 LEVELS = (1.75, 2.0, 2.25, 2.5, 2.75, 3.0, 3.5)  # gaps over the stationary standard deviation of the closing
-STATES = 8000  # motions of the recursion
+STATES = 5000  # motions of the recursion
 STATES_SEED = 20121  # of its random numbers, PCG64
 
 
@@ -310,21 +310,31 @@ class _DoubleDifference:
 # ---------------------------------------------------------------------------------------------- the first passage
 
 
-def upcrossings(system: Linear, gap: float, times: Array) -> Array:
-    """Mean number of upcrossings of the gap by u_left − u_right until each time, from rest: Rice (1945)."""
-    from scipy.special import ndtr
+def closing_moments(system: Linear, times: Array) -> Array:
+    """Variance of u_left − u_right, its covariance with its rate, and that one's variance, at equal times from rest.
 
+    The buildings are at rest at first; shape (3, times).
+    """
     stationary, start = system.covariance(), initial_covariance(system)
-    rates = np.zeros_like(times)
     moved, move = start - stationary, system.after(float(times[1] - times[0]))
+    moments = np.zeros((3, len(times)))
     for at in range(1, len(times)):
         moved = move @ moved @ move.T
         (xx, xv), (_, vv) = system.closing @ (stationary + moved) @ system.closing.T
-        mean, spread = xv / xx * gap, sqrt(max(vv - xv * xv / xx, 0.0))
-        upward = spread * np.exp(-0.5 * (mean / spread) ** 2) / sqrt(2.0 * pi) + mean * ndtr(mean / spread)
-        rates[at] = upward * np.exp(-0.5 * gap * gap / xx) / sqrt(2.0 * pi * xx)
-    steps = 0.5 * (rates[1:] + rates[:-1]) * np.diff(times)
-    return np.concatenate([[0.0], np.cumsum(steps)])
+        moments[:, at] = xx, xv, vv
+    return moments
+
+
+def upcrossings(moments: Array, gap: float, times: Array) -> Array:
+    """Mean number of upcrossings of the gap by u_left − u_right until each time: Rice (1945), for a Gaussian motion."""
+    from scipy.special import ndtr
+
+    xx, xv, vv = moments[:, 1:]
+    mean, spread = xv / xx * gap, np.sqrt(np.maximum(vv - xv * xv / xx, 0.0))
+    upward = spread * np.exp(-0.5 * (mean / spread) ** 2) / sqrt(2.0 * pi) + mean * ndtr(mean / spread)
+    rates = np.append(0.0, upward * np.exp(-0.5 * gap * gap / xx) / np.sqrt(2.0 * pi * xx))
+    counts: Array = np.append(0.0, np.cumsum(0.5 * (rates[1:] + rates[:-1]) * np.diff(times)))
+    return counts
 
 
 def initial_covariance(system: Linear) -> Array:
@@ -356,18 +366,23 @@ def _root(covariance: Array) -> Array:
 
 
 def shares_of_contacts(gaps: Array) -> Array:
-    """Share of `MOTIONS` motions with a contact, for each gap, from a scan."""
-    scene = Scene(
-        [
-            SingleMass(name=name, mass=MASS, period=period, damping=DAMPING)
-            for name, period in zip(("left", "right"), PASSAGE_PERIODS, strict=True)
-        ],
-        [Interface(gap=float(gaps[0]), contact_model="linear", stiffness=1e8)],
-        noise_record(GROUND, PASSAGE_LENGTH, PASSAGE_STEP, seed=1, count=MOTIONS),
-    )
-    scene = scene.updated(grid=scene.grid._replace(gaps=tuple(gaps.tolist())))
-    contacts = scan(scene, check_fraction=0.0)["impact_count"] > 0
-    shares: Array = contacts.squeeze(drop=True).transpose("gap", "record").values.mean(axis=1)
+    """Share of `MOTIONS` motions with a contact, for each gap, from scans of `BATCH` motions.
+
+    A scan compares its motions with one another, to find copies; small ones compare fewer pairs.
+    """
+    buildings = [
+        SingleMass(name=name, mass=MASS, period=period, damping=DAMPING)
+        for name, period in zip(("left", "right"), PASSAGE_PERIODS, strict=True)
+    ]
+    interface = Interface(gap=float(gaps[0]), contact_model="linear", stiffness=1e8)
+    found = []
+    for seed in range(1, MOTIONS + 1, BATCH):
+        records = noise_record(GROUND, PASSAGE_LENGTH, PASSAGE_STEP, seed=seed, count=BATCH)
+        scene = Scene(buildings, [interface], records)
+        scene = scene.updated(grid=scene.grid._replace(gaps=tuple(gaps.tolist())))
+        contacts = scan(scene, check_fraction=0.0)["impact_count"] > 0
+        found.append(contacts.squeeze(drop=True).transpose("gap", "record").values)
+    shares: Array = np.concatenate(found, axis=1).mean(axis=1)
     return shares
 
 
@@ -382,8 +397,9 @@ def first_passage() -> Property:
     reach = NORMAL * np.sqrt(reference * (1.0 - reference) * (1.0 / MOTIONS + 1.0 / STATES))
     times = np.linspace(0.0, PASSAGE_LENGTH, 2001)
     fine = deviation * np.linspace(LEVELS[0], LEVELS[-1], 26)
-    counts = np.array([upcrossings(system, float(gap), times)[-1] for gap in fine])
-    of_gaps = np.array([upcrossings(system, float(gap), times)[-1] for gap in gaps])
+    moments = closing_moments(system, times)
+    counts = np.array([upcrossings(moments, float(gap), times)[-1] for gap in fine])
+    of_gaps = np.array([upcrossings(moments, float(gap), times)[-1] for gap in gaps])
     return Property(
         "first_passage",
         "Probability of a contact within a time under stationary noise",
