@@ -35,10 +35,10 @@ class GapForRate:
 
     ``low`` and ``high`` are the gaps at which the bounds of the rate, which carry those of the fragility and nothing of
     the hazard's own uncertainty, pass it; ``high`` is infinite where the motions give no upper bound. ``rate_low`` and
-    ``rate_high`` are those bounds at the gap. ``counted`` is
-    the gap at which the motions, each scaled until it closes it, have that rate in the mean, without a lognormal
-    distribution; NaN where scaling is not exact. ``missing`` and ``at_least`` as in `Rate`: where the hazard curve
-    leaves out failures the gap must be wider. ``fault`` says why there is no gap (NaN).
+    ``rate_high`` are those bounds at the gap. ``counted`` is the gap at which the motions, each scaled until it closes
+    it, have that rate in the mean, without a lognormal distribution; NaN where scaling is not exact. ``missing`` and
+    ``at_least`` as in `Rate`: where the hazard curve leaves out failures the gap must be wider. ``fault`` says why
+    there is no gap (NaN).
     """
 
     rate: float
@@ -131,6 +131,7 @@ class RateOfGaps:
                 f"contact comes only {annual[0]:.3g} times a year: scan weaker motions",
             )
         low, high = (_first(gaps, bound <= target.rate) for bound in (lows, highs))
+        low = 0.0 if low == gaps[0] else low  # narrower gaps have no curve, and may keep the rate too
         bounds, share = (low, high, float(lows[at]), float(highs[at])), float(missing[at])
         return GapForRate(*about, float(gaps[at]), *bounds, nan, share, share > COVERED)
 

@@ -206,6 +206,19 @@ def test_a_rate_that_is_only_a_lower_bound_shows_nothing_adequate(tmp_path):
     assert "as the hazard curve ends where contact does not" in found.sentence
 
 
+def test_motions_without_a_response_show_nothing_adequate_by_rate(tmp_path):
+    """As in the verdict on P(contact): those that failed may all have closed the gap."""
+    closing = lognormal(40)
+    results = made_up(closing, pga=4.0)
+    results.attrs["records"] = "[]"
+    asked = {"gap": 0.03, "hazard": site(tmp_path, 0.01, 2.0), "target_rate": 1e-3}
+    assert assess(results, **asked).interfaces[0].rate_verdict.word == "adequate"
+    results["peak_closing_free"][3, 0] = np.nan
+    found = assess(results, **asked).interfaces[0].rate_verdict
+    assert found.word == "depends"
+    assert found.sentence.endswith("stays open, as 1 motion without a finite response is not in it.")
+
+
 def test_one_hazard_in_three_forms_gives_one_gap(tmp_path):
     results = made_up(lognormal(20), pga=4.0)
     im = np.geomspace(0.2, 50.0, 12).tolist()
