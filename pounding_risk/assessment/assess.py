@@ -27,7 +27,7 @@ from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, rate_o
 from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
 from pounding_risk.assessment.proportions import Share, independent_motions, labels, shares
-from pounding_risk.assessment.rate_verdict import RateVerdict, judge_rate
+from pounding_risk.assessment.rate_verdict import RateCriterion, RateVerdict, judge_rate
 from pounding_risk.assessment.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.assessment.sensitivity import (
     Influence,
@@ -365,7 +365,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
     )
     hazard = options.hazard
     rates = () if hazard is None else tuple(rate_of(hazard, curve, criterion.confidence) for curve in fragility)
-    gaps_for_rates, rate_verdict = _by_rate(touching, options, gap)
+    gaps_for_rates, rate_verdict = _by_rate(touching, options, gap, observed.lost)
     return InterfaceAssessment(
         name=name,
         gap=gap,
@@ -393,7 +393,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
 
 
 def _by_rate(
-    motions: ContactMotions, options: Options, gap: float
+    motions: ContactMotions, options: Options, gap: float, lost: int
 ) -> tuple[tuple[GapForRate, ...], RateVerdict | None]:
     """Gaps that keep contact to usual rates and to the target, the most frequent first, and the verdict on a gap."""
     hazard, target, confidence = options.hazard, options.target_rate, options.criterion.confidence
@@ -405,7 +405,8 @@ def _by_rate(
     if target is None:
         return tuple(gaps.values()), None
     here = rate_of(hazard, motions.curve(gap), confidence)
-    return tuple(gaps.values()), judge_rate(here, gaps[target.rate], target, options.criterion, hazard.source)
+    against = RateCriterion(target, confidence, hazard.source or hazard.name)
+    return tuple(gaps.values()), judge_rate(here, gaps[target.rate], against, lost)
 
 
 def _with_rate(verdict: Verdict, by_rate: RateVerdict | None) -> Verdict:

@@ -35,10 +35,10 @@ class GapForRate:
 
     ``low`` and ``high`` are the gaps at which the bounds of the rate, which carry those of the fragility and nothing of
     the hazard's own uncertainty, pass it; ``high`` is infinite where the motions give no upper bound. ``rate_low`` and
-    ``rate_high`` are those bounds at the gap. ``counted`` is
-    the gap at which the motions, each scaled until it closes it, have that rate in the mean, without a lognormal
-    distribution; NaN where scaling is not exact. ``missing`` and ``at_least`` as in `Rate`: where the hazard curve
-    leaves out failures the gap must be wider. ``fault`` says why there is no gap (NaN).
+    ``rate_high`` are those bounds at the gap. ``counted`` is the gap at which the motions, each scaled until it closes
+    it, have that rate in the mean, without a lognormal distribution; NaN where scaling is not exact. ``missing`` and
+    ``at_least`` as in `Rate`: where the hazard curve leaves out failures the gap must be wider. ``fault`` says why
+    there is no gap (NaN).
     """
 
     rate: float
@@ -114,29 +114,24 @@ class RateOfGaps:
         gaps, rates, faults = self._steps
         about = (target.rate, target.words)
         if not gaps.size:
-            return GapForRate(*about, fault=faults[0] if faults else "no motion closes any gap")
+            return GapForRate(*about, fault=faults[0][1] if faults else "no motion closes any gap")
         annual, lows, highs, missing = rates
         enough = annual <= target.rate
-        if not enough.any():
-            return GapForRate(
-                *about,
-                fault=f"at {say(float(gaps[-1]), GAP, 3)}, the widest gap whose fragility these motions carry, contact "
-                f"still comes {annual[-1]:.3g} times a year: scan stronger motions",
-            )
         at = int(enough.argmax())
+        if not enough.any():
+            beyond = [fault for gap, fault in faults if gap > gaps[-1]][:1]
+            return GapForRate(*about, fault=_refusal("widest", float(gaps[-1]), float(annual[-1]), beyond))
         if at == 0:
-            return GapForRate(
-                *about,
-                fault=f"at {say(float(gaps[0]), GAP, 3)}, the narrowest gap whose fragility these motions carry, "
-                f"contact comes only {annual[0]:.3g} times a year: scan weaker motions",
-            )
+            beyond = [fault for gap, fault in faults if gap < gaps[0]][-1:]
+            return GapForRate(*about, fault=_refusal("narrowest", float(gaps[0]), float(annual[0]), beyond))
         low, high = (_first(gaps, bound <= target.rate) for bound in (lows, highs))
+        low = 0.0 if low == gaps[0] else low  # narrower gaps have no curve, and may keep the rate too
         bounds, share = (low, high, float(lows[at]), float(highs[at])), float(missing[at])
         return GapForRate(*about, float(gaps[at]), *bounds, nan, share, share > COVERED)
 
     @cached_property
-    def _steps(self) -> tuple[Array, Array, list[str]]:
-        """Gaps with a fitted curve, (rate, bounds, share left out) at each, and the faults of the others.
+    def _steps(self) -> tuple[Array, Array, list[tuple[float, str]]]:
+        """Gaps with a fitted curve, (rate, bounds, share left out) at each, and the faults of the others by gap.
 
         Between two closings the curve is the same. Rates and bounds are at each gap the largest of the gaps from it
         on, so that they fall: curves that are fitted one by one may cross.
@@ -148,13 +143,23 @@ class RateOfGaps:
         for gap in closings[some].tolist():
             rate = rate_of(self.hazard, self.motions.curve(gap), self.confidence)
             if rate.fault:
-                faults.append(rate.fault)
+                faults.append((gap, rate.fault))
             else:
                 gaps.append(gap)
                 rows.append((rate.annual, rate.low, rate.high, rate.missing))
         values = np.array(rows).reshape(-1, 4).T
         falling = np.maximum.accumulate(values[:3, ::-1], axis=1)[:, ::-1]
         return np.array(gaps), np.concatenate([falling, values[3:]]), faults
+
+
+def _refusal(which: str, gap: float, annual: float, beyond: list[str]) -> str:
+    """Sentence on a rate that is not reached at the widest or narrowest gap with a fragility, and why that one is."""
+    still, repair = ("still", "stronger") if which == "widest" else ("only", "weaker")
+    why = f", and beyond it there is no fragility ({beyond[0]})" if beyond else ""
+    return (
+        f"at {say(gap, GAP, 3)}, the {which} gap whose fragility these motions carry, contact {still} comes "
+        f"{annual:.3g} times a year{why}: scan {repair} motions, and more amplitudes"
+    )
 
 
 def _first(gaps: Array, enough: NDArray[np.bool_]) -> float:

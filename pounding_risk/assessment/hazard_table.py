@@ -208,10 +208,9 @@ def _rate(line: Line, cell: str, stated: Statement) -> float:
     try:
         return stated.rate(cell)
     except QuantityError as error:
-        percent = (
-            "; of numbers in % the head ends in [%]" if stated.kind == "probability" and not stated.percent else ""
-        )
-        raise line.fault(f"{line.shown} is no row of the table ({error}){percent}; {HEAD}") from None
+        chance = "; leave out rows of 0 and of 1" if stated.kind == "probability" else ""
+        percent = ", and end the head in [%] where numbers are in %" if chance and not stated.percent else ""
+        raise line.fault(f"{line.shown} is no row of the table ({error}){chance}{percent}; {HEAD}") from None
 
 
 def _intensity(line: Line, cell: str, column: Column) -> float:

@@ -2,18 +2,20 @@
 
 A gap is adequate where the upper bound of the rate is no more than the target, inadequate where the lower bound is
 above it, and depends otherwise. A rate that a hazard curve gives only a lower bound of, as it ends where contact does
-not, shows no gap to be adequate.
+not, shows no gap to be adequate, and neither do motions some of which have no finite response.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite, isnan
+from typing import NamedTuple
 
+from pounding_risk._common.counted import counted
 from pounding_risk.assessment.annual_rates import AnnualRate, in_years, return_period_words
 from pounding_risk.assessment.gap_for_rate import GapForRate
 from pounding_risk.assessment.hazard import Rate
-from pounding_risk.assessment.options import Criterion, percent_words
+from pounding_risk.assessment.options import percent_words
 from pounding_risk.assessment.required_gap import rounded_up
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
 from pounding_risk.units import GAP, say
@@ -41,7 +43,15 @@ class RateVerdict:
     required: GapForRate
 
 
-def judge_rate(here: Rate, required: GapForRate, target: AnnualRate, criterion: Criterion, source: str) -> RateVerdict:
+class RateCriterion(NamedTuple):
+    """What a rate of contact is held against: the target, the confidence of the bounds, and the name of the hazard."""
+
+    target: AnnualRate
+    confidence: float
+    source: str
+
+
+def judge_rate(here: Rate, required: GapForRate, criterion: RateCriterion, lost: int = 0) -> RateVerdict:
     """The verdict on a gap by its rate of contact; the docstring of this module states the rule.
 
     Parameters
@@ -50,17 +60,15 @@ def judge_rate(here: Rate, required: GapForRate, target: AnnualRate, criterion: 
         The rate of contact at the gap.
     required : GapForRate
         The gap that keeps contact to the target.
-    target : AnnualRate
-        The rate that is accepted.
-    criterion : Criterion
-        With the confidence of the bounds.
-    source : str
-        Name of the hazard curve.
+    criterion : RateCriterion
+        What the rate is held against.
+    lost : int
+        Number of motions without a finite response, which are in neither.
     """
-    word = _word(here, target)
-    confidence = percent_words(criterion.confidence)
-    sentence = f"{word.capitalize()} by rate: {_finding(here, target, confidence)}{_why(word, here, target)}"
-    provide = _provide(required, target, confidence, source)
+    target, confidence = criterion.target, percent_words(criterion.confidence)
+    word = _word(here, target, lost)
+    sentence = f"{word.capitalize()} by rate: {_finding(here, target, confidence)}{_why(word, here, target, lost)}"
+    provide = _provide(required, criterion)
     return RateVerdict(
         word=word,
         sentence=sentence,
@@ -74,10 +82,10 @@ def judge_rate(here: Rate, required: GapForRate, target: AnnualRate, criterion: 
     )
 
 
-def _word(here: Rate, target: AnnualRate) -> str:
+def _word(here: Rate, target: AnnualRate, lost: int) -> str:
     if here.low > target.rate:
         return INADEQUATE
-    return ADEQUATE if here.high <= target.rate and not here.at_least else DEPENDS
+    return ADEQUATE if here.high <= target.rate and not (here.at_least or lost) else DEPENDS
 
 
 def _finding(here: Rate, target: AnnualRate, confidence: str) -> str:
@@ -93,7 +101,7 @@ def _finding(here: Rate, target: AnnualRate, confidence: str) -> str:
     return f"at a gap of {gap} contact comes {least}{often}, {least}{chance} in {span}{bounds}"
 
 
-def _why(word: str, here: Rate, target: AnnualRate) -> str:
+def _why(word: str, here: Rate, target: AnnualRate, lost: int) -> str:
     if here.fault:
         return "."
     aim = target.words if target.words.endswith("%") else f"the target of {target.words}"
@@ -101,18 +109,22 @@ def _why(word: str, here: Rate, target: AnnualRate) -> str:
         return f", within {aim} throughout."
     if word == INADEQUATE:
         return f", above {aim} throughout."
-    reason = f", as {TOO_SHORT}" if here.at_least and here.high <= target.rate else ""
+    reason = ""
+    if here.high <= target.rate:
+        reason = f", as {TOO_SHORT}" if here.at_least else f", as {counted(lost, 'motion')} without a finite response"
+        reason += "" if here.at_least else f" {'is' if lost == 1 else 'are'} not in it"
     return f": on which side of {aim} it is stays open{reason}."
 
 
-def _provide(required: GapForRate, target: AnnualRate, confidence: str, source: str) -> str:
+def _provide(required: GapForRate, criterion: RateCriterion) -> str:
+    target = criterion.target
     often = target.words if target.words.startswith("once") else f"{target.words} ({return_period_words(target.rate)})"
-    aim = f"contact no more often than {often} under {source}"
+    aim = f"contact no more often than {often} under {criterion.source}"
     if required.fault:
         return f"No gap can be given for {aim}: {required.fault}."
     gap = say(rounded_up(required.gap), GAP, 3)
     least = "at least " if required.at_least else ""
-    sentence = f"Provide {least}{gap} for {aim} ({confidence} bounds {gap_bounds(required)})"
+    sentence = f"Provide {least}{gap} for {aim} ({percent_words(criterion.confidence)} bounds {gap_bounds(required)})"
     sentence += f", as {TOO_SHORT}." if required.at_least else "."
     if not isnan(required.counted):
         sentence += f" Counted motion by motion, without a lognormal curve, it is {say(required.counted, GAP, 3)}."

@@ -151,14 +151,18 @@ def print_assessment(assessment: Assessment) -> None:
 
 def _print_row(assessment: Assessment) -> None:
     """Print the verdicts of a row, one line an interface."""
-    heads = ("neighbours", "gap", "verdict", "contact in", "P(contact)", f"gap of {assessment.percentile:g} %")
+    heads = ["neighbours", "gap", "verdict", "contact in", "P(contact)", f"gap of {assessment.percentile:g} %"]
+    if assessment.target_rate is not None:
+        heads += [f"for {assessment.target_rate_words}", "gap for it"]
     rows = []
     for interface in assessment.interfaces:
         share = interface.contact_at_gap()
         cells = (f"{share.count} of {share.runs}", _probability(share.probability))
         required = _length(_required_gap(interface, assessment.percentile))
-        rows.append((interface.name, _given_length(interface.gap), interface.verdict.word, *cells, required))
-    print_table(heads, rows, "lrlrrr")
+        by_rate = interface.rate_verdict
+        rate = () if by_rate is None else (by_rate.word, _length(by_rate.required.gap))
+        rows.append((interface.name, _given_length(interface.gap), interface.verdict.word, *cells, required, *rate))
+    print_table(heads, rows, "lrlrrrlr"[: len(heads)])
 
 
 def _required_gap(interface: InterfaceAssessment, percentile: float) -> float:

@@ -556,20 +556,27 @@ def test_a_dataset_without_its_scene_is_refused():
         assess(dataset)
 
 
-def test_interfaces_are_taken_one_by_one():
-    """A dataset with an axis of interfaces has each pair of neighbours assessed with its own motions."""
-    one, other = made_up(lognormal(6)), made_up(lognormal(6, scale=0.1, seed=15))
+def in_a_row(one: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
+    """Three buildings whose interfaces have the motions of two datasets of a pair, and no run that pushes."""
     both = xr.concat([one.drop_vars("peak_displacement_free"), other.drop_vars("peak_displacement_free")], "interface")
     both = both.drop_dims("building").assign_coords(building=["A", "B", "C"], interface=["A | B", "B | C"])
     both = both.assign({name: one[name] for name in ("status", "simulated")})  # of a run, not of an interface
     both["building_period"], both["building_damping"] = ("building", [0.5, 0.6, 0.7]), ("building", [0.05] * 3)
-    both["peak_displacement_free"] = (("record", "polarity", "building"), np.full((6, 2, 3), 0.03))
+    shape = (one.sizes["record"], one.sizes["polarity"], 3)
+    both["peak_displacement_free"] = (("record", "polarity", "building"), np.full(shape, 0.03))
     both = both.set_coords(["building_period", "building_damping"])
     sides = [Building(name, 1e5, 0.5, 0.05) for name in "ABC"]
     points = [Point(at, 1.0, 1.0, "floor", np.nan) for at in (0, 1)]
     both = both.assign_coords(place_coordinates(sides, points, np.tile(both["yield_force"].values[:, None], 2)))
     both["peak_closing"] = both["impact_count"] * 0.0  # no run closes more than the motion without contact
     both.attrs = one.attrs | {"scene_resolved": 2 * one.attrs["scene_resolved"]}
+    return both
+
+
+def test_interfaces_are_taken_one_by_one():
+    """A dataset with an axis of interfaces has each pair of neighbours assessed with its own motions."""
+    one, other = made_up(lognormal(6)), made_up(lognormal(6, scale=0.1, seed=15))
+    both = in_a_row(one, other)
     assert [name for name, _ in interfaces(both)] == ["A | B", "B | C"]
     first, second = assess(both).interfaces
     assert first.contact == assess(one).interfaces[0].contact

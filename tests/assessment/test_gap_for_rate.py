@@ -11,7 +11,7 @@ from figure_words import words_of
 from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.stats import norm
-from test_assess import lognormal, made_up
+from test_assess import in_a_row, lognormal, made_up
 from typer.testing import CliRunner
 
 from pounding_risk import assess, cli
@@ -206,6 +206,19 @@ def test_a_rate_that_is_only_a_lower_bound_shows_nothing_adequate(tmp_path):
     assert "as the hazard curve ends where contact does not" in found.sentence
 
 
+def test_motions_without_a_response_show_nothing_adequate_by_rate(tmp_path):
+    """As in the verdict on P(contact): those that failed may all have closed the gap."""
+    closing = lognormal(40)
+    results = made_up(closing, pga=4.0)
+    results.attrs["records"] = "[]"
+    asked = {"gap": 0.03, "hazard": site(tmp_path, 0.01, 2.0), "target_rate": 1e-3}
+    assert assess(results, **asked).interfaces[0].rate_verdict.word == "adequate"
+    results["peak_closing_free"][3, 0] = np.nan
+    found = assess(results, **asked).interfaces[0].rate_verdict
+    assert found.word == "depends"
+    assert found.sentence.endswith("stays open, as 1 motion without a finite response is not in it.")
+
+
 def test_one_hazard_in_three_forms_gives_one_gap(tmp_path):
     results = made_up(lognormal(20), pga=4.0)
     im = np.geomspace(0.2, 50.0, 12).tolist()
@@ -343,6 +356,19 @@ def test_the_command_tells_gaps_for_rates_and_the_target(tmp_path):
         run = CliRunner().invoke(cli.app, ["assess", str(scan), *wrong])
         assert (run.exit_code, run.exception.__class__) == (2, SystemExit)
         assert words in " ".join(run.output.split())
+
+
+def test_a_row_has_the_verdict_by_rate_of_each_interface(tmp_path, capsys):
+    """Two interfaces of the same motions, one of which needs twice the gap: each has its own verdict and gap."""
+    results = in_a_row(made_up(lognormal(20), pga=4.0), made_up(lognormal(20, scale=0.04, seed=15), pga=4.0))
+    found = assess(results, hazard=site(tmp_path, 0.01, 2.0), target_rate=1e-3)
+    print_assessment(found)
+    told = capsys.readouterr().out
+    assert "for 0.001 a year  gap for it" in told
+    for one in found.interfaces:
+        assert one.rate_verdict.conclusion[0] in told
+    first, second = (one.rate_verdict.required.gap for one in found.interfaces)
+    assert second == pytest.approx(2.0 * first, rel=0.2)  # twice the closings, of other motions
 
 
 def test_gaps_that_are_not_known_are_told_with_the_reason(tmp_path, capsys):

@@ -179,7 +179,10 @@ def test_a_table_is_read_with_its_unit(tmp_path):
         ("pga [g],probability in 50 years\n0.1,0.1\n0.2,0.5\n", "line 3: intensities must rise and probabilities fall"),
         ("pga [g],probability in 50 years\n0.1,1\n0.2,0.5\n", "must be greater than 0 and less than 1"),
         ("pga [g],probability in 50 years\n0.1,0.5\n0.2,0\n", "line 3: '0.2,0' is no row"),
-        ("pga [g],probability in 50 years\n0.1,50\n0.2,10\n", "of numbers in % the head ends in [%]"),
+        (
+            "pga [g],probability in 50 years\n0.1,50\n0.2,10\n",
+            "leave out rows of 0 and of 1, and end the head in [%] where",
+        ),
         ("pga [g],probability in 50 years [%]\n0.1,100\n0.2,10\n", "must be greater than 0 and less than 100"),
         ("pgv [m/s],annual rate\n0.1,0.1\n0.2,0.01\n", "line 1: the hazard is one of pgv, which datasets do not hold"),
         ("annual rate,pga [g]\n0.1,0.1\n0.01\n", "line 3: '0.01' has 1 cells; write 2"),

@@ -592,6 +592,7 @@ def test_a_target_rate_adds_its_verdict_and_the_gap_for_it(made, tmp_path):
     assert column(read.table("gap that keeps contact to a rate under hazard.csv"), 2) == [gap.gap for gap in known]
     assert one.rate_verdict.conclusion[0].replace("&", "&amp;") in text
     assert "Return periods T are read as annual rates 1/T." in text
+    assert "contacts a year at the gap assessed" in text
     assert any("20 % in 50 years" in gap.words for gap in one.gaps_for_rates)
 
 

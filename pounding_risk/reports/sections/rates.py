@@ -46,7 +46,7 @@ def write(data: ReportData) -> list[Block]:
     for pair in data.pairs:
         of_pair = [*_verdict(pair), *_gaps(data, pair), *_rates(data, pair)]
         if of_pair and len(data.pairs) > 1:
-            blocks.append(heading(pair.name, f"{pair.anchor}-rates"))
+            blocks.append(heading(pair.name, f"{pair.anchor}-how-often"))
         blocks += of_pair
     reading = data.assessment.hazard_reading
     return [paragraph(reading), *blocks] if blocks and reading else blocks
@@ -61,7 +61,8 @@ def _verdict(pair: Pair) -> list[Block]:
 def _gaps(data: ReportData, pair: Pair) -> list[Block]:
     """Figure of the rate of contact against the gap, and table of the gaps that keep it to usual rates."""
     gaps, asked = pair.assessed.gaps_for_rates, data.assessment
-    refused = [f"{one.words}: {one.fault}." for one in gaps if one.fault]
+    faults = dict.fromkeys(one.fault for one in gaps if one.fault)
+    refused = [f"{', '.join(one.words for one in gaps if one.fault == fault)}: {fault}." for fault in faults]
     known = [one for one in gaps if not one.fault]
     left = [paragraph(f"{pair.name}, no gap for"), listing(refused)] if refused else []
     if not known:

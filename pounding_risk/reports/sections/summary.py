@@ -81,6 +81,7 @@ def _numbers(data: ReportData, pair: Pair) -> list[tuple[str, Cell | str]]:
         ("probability allowed [%]", number(assessment.target, "%", 3)),
         *_required(assessed, assessment.percentile),
         *([] if assessment.criterion.agrees else _required(assessed, assessment.criterion.target_percentile)),
+        *_by_rate(assessed),
         ("motions that need most", _governing(assessed.verdict)),
         ("cases of the dataset", count(assessment.cases)),
         ("of these failed, left out of what contact does", count(assessment.failed)),
@@ -97,6 +98,21 @@ def _required(assessed: Any, percentile: float) -> list[tuple[str, Cell | str]]:
         (f"gap that {percentile:g} % of the motions need", amount(required.gap, "m")),
         ("its bounds [mm]", between(required.low, required.high, "m")),
         ("gap over that", number(ratio, digits=3)),
+    ]
+
+
+def _by_rate(assessed: Any) -> list[tuple[str, Cell | str]]:
+    """Rows on the rate of contact, where a target rate is given."""
+    verdict = assessed.rate_verdict
+    if verdict is None:
+        return []
+    required = verdict.required
+    return [
+        ("contacts a year at the gap assessed", number(verdict.annual, digits=3)),
+        ("its bounds [1/year]", between(verdict.low, verdict.high, "1", 3)),
+        (f"verdict for {verdict.words}", verdict.word),
+        (f"gap for {verdict.words}{', at least' if required.at_least else ''}", amount(required.gap, "m")),
+        ("its bounds [mm]", between(required.low, required.high, "m")),
     ]
 
 
