@@ -333,9 +333,19 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
     criterion = options.criterion
     if options.hazard is not None:
         data.check_intensity(results, options.intensity, options.hazard.name)
-    found = contact_of(results, index, options)
-    gap, every, level, motions, required = found.gap, found.every, found.level, found.motions, found.required
-    weight, contact, gaps = found.weight, found.shares, np.array([share.gap for share in found.shares])
+    contact_at_gaps = contact_of(results, index, options)
+    gap, every, level, motions, required = (
+        contact_at_gaps.gap,
+        contact_at_gaps.every,
+        contact_at_gaps.level,
+        contact_at_gaps.motions,
+        contact_at_gaps.required,
+    )
+    weight, contact, gaps = (
+        contact_at_gaps.weight,
+        contact_at_gaps.shares,
+        np.array([share.gap for share in contact_at_gaps.shares]),
+    )
     yield_gap, yields = data.yields_of(results, gap)
     about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
     sensitivity = contact_influences(
@@ -352,11 +362,11 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
     )
     observed = Observations(
         motions,
-        found.at,
-        found.at_gap,
+        contact_at_gaps.at,
+        contact_at_gaps.at_gap,
         required[criterion.percentile],
         required[criterion.target_percentile],
-        found.independent,
+        contact_at_gaps.independent,
         int((~every.finite).sum()),
         sensitivity[0],
         data.run_counts(results),
@@ -370,7 +380,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
         name=name,
         gap=gap,
         amplitude=every.amplitudes[level],
-        at=found.at,
+        at=contact_at_gaps.at,
         yield_gap=yield_gap,
         own_force=own_force,
         own_model=own_model,
