@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from copy import copy
 
 from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import wave_of
@@ -50,18 +50,23 @@ def check_wave(study: Scene, motions: Iterable[Motion]) -> None:
             raise SceneError(study.source, [f"effects.wave_passage: {sentence}; check velocity and distance"])
 
 
-def for_buildings(motions: Iterable[Motion], study: Scene, before: Scene | None = None) -> tuple[Motion, ...]:
-    """The motions, flagged where they are too coarse or were filtered too narrowly for the buildings of a scene.
+def for_buildings(motions: Iterable[Motion], study: Scene) -> tuple[Motion, ...]:
+    """The motions, flagged where they are too coarse or were filtered too narrowly for the buildings of a scene."""
+    return tuple(_flagged(motion, (*motion.flags, *_doubts(motion, study))) for motion in motions)
 
-    Where they were flagged for the buildings of the scene ``before``, those flags are replaced.
-    """
-    if before is not None:
-        told = [len(_doubts(motion, before)) for motion in motions]
-        motions = [
-            replace(motion, flags=motion.flags[: len(motion.flags) - count])
-            for motion, count in zip(motions, told, strict=True)
-        ]
-    return tuple(replace(motion, flags=(*motion.flags, *_doubts(motion, study))) for motion in motions)
+
+def as_before(motions: Iterable[Motion], study: Scene) -> tuple[Motion, ...]:
+    """The motions without the flags that `for_buildings` has added for a scene."""
+    return tuple(
+        _flagged(motion, motion.flags[: len(motion.flags) - len(_doubts(motion, study))]) for motion in motions
+    )
+
+
+def _flagged(motion: Motion, flags: tuple[str, ...]) -> Motion:
+    """The motion with these flags, and its own samples: a scan along axes has such a motion for each of its scenes."""
+    made = copy(motion)
+    object.__setattr__(made, "flags", flags)
+    return made
 
 
 def _doubts(motion: Motion, study: Scene) -> tuple[str, ...]:
