@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from hashlib import blake2b
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from xarray import Variable
@@ -29,12 +29,23 @@ from pounding_risk.results.layout import SCENE_AXES, Template
 from pounding_risk.results.scene_axes import VARIANTS, axis_coordinates, axis_text
 from pounding_risk.results.variables import own_dims
 from pounding_risk.scene.axes import SceneAxis, alone
-from pounding_risk.scene.motions import for_buildings
+from pounding_risk.scene.motions import as_before, for_buildings
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.variants import Variants
 
 JOBS = 1000  # of places along the axes that are kept, some 10 kB each
 PARTS = "parts"  # the attribute that counts the parts of a row's cases
+
+
+class Gathered(NamedTuple):
+    """What the datasets of all scenes have beside their cases, by place along the axes."""
+
+    free: Stack  # of motions without contact
+    coords: Stack  # of buildings, storeys, interfaces and contact points
+    tables: Stack  # of the resolved scenes
+    attributes: Stack
+    notes: dict[str, None]  # of any scene, in order
+    flags: dict[str, dict[str, None]]  # of each motion, for any scene
 
 
 class VariantJob(Job):
@@ -50,7 +61,7 @@ class VariantJob(Job):
         self._jobs: Shared[GridJob] = Shared(JOBS)
         self._held: dict[str, Shared[Any]] | None = None
         self._peaks: dict[Any, Any] = {}
-        self._flagged: dict[tuple[float, ...], tuple[Motion, ...]] = {}
+        self._unflagged = as_before(scan_input.motions, study)
         self._first = self._made(0)
         self._held, self.each, self.width = self._first.held, self._first.batches, self._first.width
         self.batches = self.each * self.variants.count
@@ -74,10 +85,7 @@ class VariantJob(Job):
 
     def _motions(self, scene: Scene) -> tuple[Motion, ...]:
         """The motions with the doubts that follow from the periods of a scene."""
-        periods = tuple(building.period for building in scene.buildings)
-        if periods not in self._flagged:
-            self._flagged[periods] = for_buildings(self.scan_input.motions, scene, self.study)
-        return self._flagged[periods]
+        return for_buildings(self._unflagged, scene)
 
     @cached_property
     def prepared(self) -> str:
@@ -111,34 +119,48 @@ class VariantJob(Job):
     @cached_property
     def template(self) -> Template:
         """The dataset without the values of its cases: what differs along an axis has it as a dimension."""
-        base, axes = self._first.template, self.variants.axes
-        free, coords, tables, attributes = (Stack(self.variants.shape) for _ in range(4))
-        notes: dict[str, None] = {}
-        for number in range(self.variants.count):
-            job = self.job(number)
-            free.add(number, {f"{name}_free": values for name, values in job.free_values().items()})
-            coords.add(number, {name: np.asarray(about[1]) for name, about in job.coordinates(whole=True).items()})
-            tables.add(number, {as_text(path): leaf for path, leaf in leaves_of(job.study.resolved())})
-            own_notes = of_input(job.study, job.scan_input.motions)
-            notes |= dict.fromkeys(own_notes)
-            told = {"notes": as_text(list(own_notes))} if own_notes else {}
-            attributes.add(number, job.numbers() | flags_of(job.scan_input.motions) | told)
-        names = tuple(axis.name for axis in axes)
-        skeleton = base.skeleton.assign_coords(axis_coordinates(axes))
-        for name, (along, values) in free.differing().items():
-            whole = {"pga": 0} if "pga" not in base.skeleton.sizes else {}  # one amplitude is no dimension
+        base, gathered = self._first.template, self._gathered()
+        names = tuple(axis.name for axis in self.variants.axes)
+        skeleton = base.skeleton.assign_coords(axis_coordinates(self.variants.axes))
+        one_amplitude = {} if "pga" in skeleton.sizes else {"pga": 0}  # which is no dimension
+        for name, (along, values) in gathered.free.differing().items():
             dims = (*(names[axis] for axis in along), *MOTIONS, *own_dims(name))
-            variable = Variable(dims, values, base.skeleton[name].attrs).isel(whole)
+            variable = Variable(dims, values, base.skeleton[name].attrs).isel(one_amplitude)
             skeleton = skeleton.assign({name: variable})
         own = self._first.coordinates(whole=True)
-        for name, (along, values) in coords.differing().items():
+        for name, (along, values) in gathered.coords.differing().items():
             dims = (*(names[axis] for axis in along), *_dims(own[name][0]))
             skeleton = skeleton.assign_coords({name: Variable(dims, values, own[name][2])})
-        variants = {"tables": _as_lists(tables), "attributes": _as_lists(attributes)}
-        about = made_from(self.study, self.scan_input.motions)
-        about |= {SCENE_AXES: axis_text(axes), VARIANTS: as_text(variants)}
-        about |= {"notes": as_text(list(notes))} if notes else {}
-        return Template(skeleton.assign_attrs(about), base.cases, self.shape, names)
+        skeleton.attrs = self._attributes(dict(base.skeleton.attrs), gathered)
+        return Template(skeleton, base.cases, self.shape, names)
+
+    def _gathered(self) -> Gathered:
+        """What the datasets of all scenes have beside their cases."""
+        free, coords, tables, attributes = (Stack(self.variants.shape) for _ in range(4))
+        gathered = Gathered(free, coords, tables, attributes, {}, {})
+        for number in range(self.variants.count):
+            job = self.job(number)
+            gathered.free.add(number, {f"{name}_free": values for name, values in job.free_values().items()})
+            own = job.coordinates(whole=True)
+            gathered.coords.add(number, {name: np.asarray(about[1]) for name, about in own.items()})
+            gathered.tables.add(number, {as_text(path): leaf for path, leaf in leaves_of(job.study.resolved())})
+            notes = of_input(job.study, job.scan_input.motions)
+            told = {"notes": as_text(list(notes))} if notes else {}
+            gathered.attributes.add(number, job.numbers() | flags_of(job.scan_input.motions) | told)
+            gathered.notes.update(dict.fromkeys(notes))
+            for motion in job.scan_input.motions:
+                gathered.flags.setdefault(motion.name, {}).update(dict.fromkeys(motion.flags))
+        return gathered
+
+    def _attributes(self, first: dict[str, Any], gathered: Gathered) -> dict[str, Any]:
+        """The attributes of the whole dataset from those of the first scene; what differs is told by place alone."""
+        variants = {"tables": _as_lists(gathered.tables), "attributes": _as_lists(gathered.attributes)}
+        differing = {name for name, *_ in variants["attributes"]}
+        attrs = {name: value for name, value in first.items() if name not in differing}
+        attrs |= made_from(self.study, self.scan_input.motions)
+        attrs |= {SCENE_AXES: axis_text(self.variants.axes), VARIANTS: as_text(variants)}
+        attrs["flags"] = as_text({name: list(flags) for name, flags in gathered.flags.items() if flags})
+        return attrs | ({"notes": as_text(list(gathered.notes))} if gathered.notes else {})
 
     def writer(self) -> VariantWriter:
         return VariantWriter(self)

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk.errors import PoundingError
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -152,7 +154,15 @@ def template_of(dataset: xr.Dataset) -> Template:
 def scene_dims(dataset: xr.Dataset) -> tuple[str, ...]:
     """The dimensions of a dataset that are other numbers of its scene, in order."""
     text = dataset.attrs.get(SCENE_AXES)
-    return tuple(axis["keys"][0] for axis in json.loads(text) if axis["keys"][0] in dataset.sizes) if text else ()
+    if not text:
+        return ()
+    try:
+        names = [str(axis["keys"][0]) for axis in json.loads(text)]
+    except (TypeError, ValueError, LookupError):
+        raise PoundingError(
+            f"the attribute {SCENE_AXES} cannot be read: the file was damaged or changed since it was written"
+        ) from None
+    return tuple(name for name in names if name in dataset.sizes)
 
 
 def values_at(dataset: xr.Dataset, template: Template, block: range, names: Iterable[str]) -> dict[str, np.ndarray]:

@@ -106,7 +106,13 @@ def settled(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     places = [_place_of_label(dataset, axis, source) for axis in axes]
     chosen = dataset.isel({axis.name: 0 for axis in axes if axis.name in dataset.dims})
     chosen = chosen.drop_vars([key for axis in axes for key in axis.keys if key in chosen.variables])
-    chosen.attrs = _attributes(dataset, axes, places)
+    try:
+        chosen.attrs = _attributes(dataset, axes, places)
+    except (TypeError, ValueError, LookupError):
+        raise PoundingError(
+            f"{source}: the attributes {VARIANTS} and scene_resolved cannot be read together: the file was damaged or "
+            "changed since it was written"
+        ) from None
     return chosen
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from copy import copy
 
 from pounding_risk.errors import SceneError
 from pounding_risk.motions.ensemble import MotionEnsemble, read_ensemble
@@ -79,18 +79,24 @@ def _with_own(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
     return tuple(set_beside(motion, beside) for motion, beside in zip(motions, zip(*own, strict=True), strict=True))
 
 
-def for_buildings(motions: Iterable[Motion], study: Scene, before: Scene | None = None) -> tuple[Motion, ...]:
-    """The motions, flagged where they are too coarse or were filtered too narrowly for the buildings of a scene.
-
-    Where they were flagged for the buildings of the scene ``before``, those flags are replaced.
-    """
-    if before is not None:
-        counts = [len(_doubts(motion, periods_of(before))) for motion in motions]
-        motions = [
-            replace(motion, flags=motion.flags[: len(motion.flags) - count])
-            for motion, count in zip(motions, counts, strict=True)
-        ]
+def for_buildings(motions: Iterable[Motion], study: Scene) -> tuple[Motion, ...]:
+    """The motions, flagged where they are too coarse or were filtered too narrowly for the buildings of a scene."""
     return tuple(for_periods(motion, periods_of(study)) for motion in motions)
+
+
+def as_before(motions: Iterable[Motion], study: Scene) -> tuple[Motion, ...]:
+    """The motions without the flags that `for_buildings` has added for a scene."""
+    periods = periods_of(study)
+    return tuple(
+        _flagged(motion, motion.flags[: len(motion.flags) - len(_doubts(motion, periods))]) for motion in motions
+    )
+
+
+def _flagged(motion: Motion, flags: tuple[str, ...]) -> Motion:
+    """The motion with these flags, and its own samples: a scan along axes has such a motion for each of its scenes."""
+    flagged = copy(motion)
+    object.__setattr__(flagged, "flags", flags)
+    return flagged
 
 
 def periods_of(study: Scene) -> list[float]:
@@ -100,7 +106,7 @@ def periods_of(study: Scene) -> list[float]:
 
 def for_periods(motion: Motion, periods: Sequence[float]) -> Motion:
     """The motion, flagged where it is too coarse or was filtered too narrowly for buildings of these periods [s]."""
-    return replace(motion, flags=(*motion.flags, *_doubts(motion, periods)))
+    return _flagged(motion, (*motion.flags, *_doubts(motion, periods)))
 
 
 def _doubts(motion: Motion, periods: Sequence[float]) -> tuple[str, ...]:

@@ -140,3 +140,12 @@ def test_contact_along_axes_is_that_of_assess_at_each_place(whole):
 def test_contact_along_axes_needs_axes(alone):
     with pytest.raises(PoundingError, match="has no axis of another number of the scene"):
         pr.assess_along(alone)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"), [("scene_axes", "[{}]"), ("scene_axes", "{"), ("scene_variants", '{"tables": [[1]]}')]
+)
+def test_damaged_attributes_are_told(whole, name, text):
+    damaged = whole.sel(PLACE).assign_attrs({name: text})
+    with pytest.raises(PoundingError, match=rf"{name}.* cannot be read"):
+        pr.assess(damaged)
