@@ -21,7 +21,15 @@ from pounding_risk.ensemble.job import Job, ScanInput, never
 from pounding_risk.ensemble.tolerance_check import check_variables, drawn, made_again, not_made_again
 from pounding_risk.models.ground import accelerations
 from pounding_risk.motions.motion import Motion, driven
-from pounding_risk.results.labels import OUTCOME, attributes, case_variable, numbers_of, places_of, skeleton
+from pounding_risk.results.labels import (
+    OUTCOME,
+    attributes,
+    case_variable,
+    grounds_apart,
+    numbers_of,
+    places_of,
+    skeleton,
+)
 from pounding_risk.results.layout import AXES, CaseVariable, Slab, Template, bytes_per_case, slabs
 from pounding_risk.results.tolerance_check import tighter
 from pounding_risk.results.variables import own_dims
@@ -192,7 +200,15 @@ class GridJob(Job):
 
     def coordinates(self, whole: bool = False) -> dict[str, Any]:
         """Interfaces, contact points, buildings and storeys, with facts on each; as `labels.places_of`."""
-        return places_of(self.study, *self._places, whole=whole)
+        places = places_of(self.study, *self._places, whole=whole)
+        return places | self._grounds_apart() if whole else places
+
+    def _grounds_apart(self) -> dict[str, Any]:
+        """How far the grounds part, found once for all scenes with equal grounds."""
+        key = "apart", self.study.supports
+        if key not in self.peaks:
+            self.peaks[key] = grounds_apart(self.study, self.scan_input.motions)
+        return self.peaks[key]
 
     def numbers(self) -> dict[str, str]:
         """Attributes that differ along an axis of another number of the scene."""

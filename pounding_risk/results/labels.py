@@ -157,7 +157,7 @@ def case_coordinates(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
         "record_sha256": ("record", about("sha256"), {"long_name": "checksum of the record's file"}),
         **_known_of_records(motions),
         **_amplitudes_felt(study, motions),
-        **_grounds_apart(study, motions),
+        **(grounds_apart(study, motions) if study.supports else {}),
     }
 
 
@@ -207,17 +207,15 @@ def _amplitudes_felt(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
     }
 
 
-def _grounds_apart(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
-    """How far unlike grounds part at each interface under each record; nothing where all stand on one ground."""
-    if not study.supports:
-        return {}
+def grounds_apart(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
+    """How far the grounds part at each interface under each record, before the amplitude of the grid."""
     partings = [parting(study, motion) for motion in motions]
     before = "x_right - x_left of the grounds under neighbours, before the amplitude of the grid"
     values = {"largest": f"largest size of {before}", "end": f"{before}: at the end of the record"}
     return {
         f"record_ground_widening_{name}": (
             ("record", "interface"),
-            np.array([getattr(each, name) for each in partings]).reshape(len(motions), -1),
+            np.array([getattr(parted, name) for parted in partings]).reshape(len(motions), -1),
             described("m", words),
         )
         for name, words in values.items()
