@@ -61,6 +61,13 @@ def test_axes_that_move_together_are_one_dimension():
     assert whole["building.left.mass"].dims == ("building.left.period",)
 
 
+def test_grounds_of_buildings_equal_a_loop_of_set():
+    """How far the grounds part is told along the axes that move them."""
+    axes = {"building.right.ground_factor": [1.0, -1.0, 0.5], "building.left.ground_delay": ["0.05 s", "0.02 s"]}
+    whole = equals_the_loop(pair_text(axes), check_fraction=0.0)
+    assert whole["record_ground_widening_largest"].dims == (*axes, "record", "interface")
+
+
 ADDRESSES = {
     "building.left.mass": st.floats(1e5, 1e7).map(lambda value: f"{value!r} kg"),
     "building.2.period": st.floats(0.2, 2.0).map(lambda value: f"{value!r} s"),
