@@ -30,19 +30,15 @@ HOOKS = (
     ("solver/pair/contact.py", "impact.gap - yielding[0] + peaks[2]", "impact.gap + peaks[2]"),
     (
         "solver/pair/contact.py",
-        """            yielding = phase.region == YIELDING
-            memory, dent, taken = law_turns(law, impact.memory, delta, impact.strength, phase.approaching, yielding)
-            retraced = not dent >= 0.0
-            # What stays widens the gap, here and for the contacts after this one.
-            impact = with_dent(impact, memory, 0.0 if retraced else dent)
-            if not retraced:
-                dented, lost = dented + dent, lost + taken
+        """            impact, dent, energy_lost = turn_motion(impact, phase, delta)
+            if dent >= 0.0:
+                dented, lost = dented + dent, lost + energy_lost
 """,
         "",
     ),
     (
         "solver/pair/contact.py",
-        """            if not retraced:
+        """            if dent >= 0.0:
                 phase = Phase(phase.approaching, ELASTIC, phase.ground)
 """,
         "",
@@ -50,11 +46,11 @@ HOOKS = (
     ("solver/pair/flight.py", "state[0] - state[1] - widened", "state[0] - state[1]"),
     (
         "solver/pair/flight.py",
-        """        still, first, second, third = ground.widening()
-        series[SIGNAL, 0] -= still
-        series[SIGNAL, 1] -= first
-        series[SIGNAL, 2] -= second
-        series[SIGNAL, 3] -= third
+        """        w0, w1, w2, w3 = ground.widening()
+        series[SIGNAL, 0] -= w0
+        series[SIGNAL, 1] -= w1
+        series[SIGNAL, 2] -= w2
+        series[SIGNAL, 3] -= w3
 """,
         "",
     ),
