@@ -24,6 +24,7 @@ from pounding_risk.cli._common.options import (
     read_optional,
 )
 from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
+from pounding_risk.errors import PoundingError
 
 ORDER = 40
 MOST_CONTACTS = 60  # rows of the table of contacts
@@ -63,6 +64,8 @@ def simulate(
     strict: Strict = False,
 ) -> None:
     """Run one case in full: outputs, contacts, histories."""
+    if absolute and figure is None:
+        raise PoundingError("--absolute: adds a panel to the figure; write it with --figure run.png")
     from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
     from pounding_risk.results.files import save
     from pounding_risk.scene.reader import read_scene

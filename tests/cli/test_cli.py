@@ -141,6 +141,7 @@ def test_options_are_the_arguments_of_the_call(name):
     # Files, the scene and the law are made into objects; --strict is the command's own, for its exit status.
     shared = {"scene", "out", "figure", "animation", "overrides", "stiffness", "strict"}
     shared |= {"floor_length", "other_floor_length", "wave_speed", "table", "unloading_stiffness"}  # of the law
+    shared |= {"absolute"}  # of the figure
     shared |= {"plan", "shard", "scheduler"}  # calls of their own, and an executor
     options = set(inspect.signature(getattr(MODULES[name], name)).parameters) - shared
     assert options <= set(inspect.signature(getattr(pounding_risk, name)).parameters)

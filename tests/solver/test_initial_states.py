@@ -36,7 +36,7 @@ SLOW = Building("right", 82.6e3, 0.6, 0.05, initial_displacement=-0.02, initial_
 
 def test_free_vibration_is_the_closed_form():
     """u = e^(−ζωt) (u0 cos ω_d t + (v0 + ζω u0)/ω_d sin ω_d t); a pair, and a row of the same masses."""
-    pair = free_response(oscillators(MOVED, SLOW), QUIET, DT, None, initial_state(MOVED, SLOW))
+    pair = free_response(oscillators(MOVED, SLOW), QUIET, DT, (), initial_state(MOVED, SLOW))
     row = rows.free_row(lay_out([chain_of(MOVED), chain_of(SLOW)], (), DT), QUIET, states=True)
     for place, building in enumerate((MOVED, SLOW)):
         omega = 2.0 * pi / building.period
