@@ -295,3 +295,18 @@ def test_the_bound_is_there():
     project = tomllib.loads((JIT.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     (numba_bound,) = [entry for entry in project["dependencies"] if entry.startswith("numba")]
     assert "<" in numba_bound
+
+
+@compiled
+def test_numbas_own_code_is_taken_in_after_every_fragment():
+    """LLVM takes in only what is called by then: a kernel from the cache would call address 0 for what is missing."""
+    from pounding_risk._jit.lowering.fragments import Fragment, gathered
+
+    class Made(Fragment):
+        def __init__(self, *below):
+            self._linking_libraries = list(below)
+
+    arrays = object()
+    inner = Made(arrays)
+    outer = Made(arrays, inner)
+    assert gathered([outer]) == [outer, inner, arrays]

@@ -40,6 +40,7 @@ import json
 import numpy as np
 from row_cases import contacts_of, meeting, points_of, storeys
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.layout import lay_out
 
 side, middle = storeys(2, 90e3, 4e7), storeys(2, 60e3, 3e7)
 meetings = [meeting(interface, 1.6, 1.6, 0.01, yield_force=1e6) for interface in (0, 1)]

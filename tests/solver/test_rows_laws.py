@@ -24,7 +24,9 @@ sys.path += [{str(Path(__file__).parent)!r}]
 import numpy as np
 from pounding_risk.solver.row import api as rows
 from pounding_risk.models.structures.mdof import chain_of
+from pounding_risk.solver.row import interval
 from pounding_risk.solver.row import run as march
+from pounding_risk.solver.row.layout import lay_out
 from pounding_risk.models.contact.laws import Bilinear, Hertz, Linear, VanMier, ViscousElastoplastic
 from pounding_risk.models.effects import PermanentSet, StrainRate, UnloadingStiffness
 from pounding_risk.models.restitution import constant
@@ -100,7 +102,7 @@ meetings = [
 ]
 laws = [ViscousElastoplastic(2.75e9)] * len(meetings)
 apart = solved(chains, meetings, laws, 130)
-march.any_closed = lambda row, run, first, last: True
+march.any_closed = interval.any_closed = lambda row, run, first, last: True
 together = solved(chains, meetings, laws, 130)
 print(json.dumps([[run.status, run.points.tolist(), run.floors.tolist()] for run in (apart, together)]))
 """

@@ -10,7 +10,7 @@ as one piece and becomes machine code. Compiling takes half as long.
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from contextlib import contextmanager
 
 from llvmlite import binding as llvm  # type: ignore[import-untyped]
@@ -80,7 +80,7 @@ class Entry(JITCodeLibrary):
 
         Nobody else calls what is taken in: LLVM puts a fragment with one call into its caller, however large it is.
         """
-        libraries: list[JITCodeLibrary] = list(gathered(self._linking_libraries))
+        libraries = gathered(self._linking_libraries)
         self._linking_libraries = []
         for library in libraries:
             self._reload_init.update(library._reload_init)
@@ -113,16 +113,21 @@ def _symbols_of(module) -> llvm.ModuleRef:
     return llvm.parse_assembly("\n".join([*lines, *(f'@"{name}" = global i8 0' for name in constants)]))
 
 
-def gathered(libraries: Iterable[JITCodeLibrary]) -> Iterator[JITCodeLibrary]:
-    """These libraries and the fragments below them, each once."""
-    visited, pending = set(), list(libraries)[::-1]
+def gathered(libraries: Iterable[JITCodeLibrary]) -> list[JITCodeLibrary]:
+    """These libraries and the fragments below them, each once, fragments first.
+
+    Of numba's own library for arrays LLVM takes in what is called by then. What a fragment calls that is taken in later
+    would be missing from a cached kernel, which is found out where it is loaded by a call of address 0.
+    """
+    visited: dict[JITCodeLibrary, None] = {}
+    pending = list(libraries)[::-1]
     while pending:
         library = pending.pop()
         if library not in visited:
-            visited.add(library)
-            yield library
+            visited[library] = None
             if isinstance(library, Fragment):
                 pending += library._linking_libraries[::-1]
+    return sorted(visited, key=lambda library: not isinstance(library, Fragment))
 
 
 def code_of(library: JITCodeLibrary):

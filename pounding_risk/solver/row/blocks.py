@@ -206,14 +206,14 @@ def begin_block_vibration(row, run, free, b, node):
 @kernel
 def has_new_peaks(row, run, free, b, block):
     """True where a floor of building ``b`` may pass a peak in the block; put so that it may where a bound is NaN."""
-    bound, bound_of_rate = run.marks[DISPLACEMENT_BOUND, b], run.marks[ACCELERATION_BOUND, b]
+    bound, acceleration_bound = run.marks[DISPLACEMENT_BOUND, b], run.marks[ACCELERATION_BOUND, b]
     for i in range(row.frame[FIRST, b], top_of(row, b)):
         dof = free.first_dof + i
         if not free.floor_bounds[block, 0, dof] + bound * row.floors[SWAY, i] <= run.dofs[DISPLACEMENT, i]:
             return True
         if not free.floor_bounds[block, 1, dof] + bound * row.floors[GIVE, i] <= run.dofs[DRIFT, i]:
             return True
-        if not free.floor_bounds[block, 2, dof] + bound_of_rate * row.floors[ROOT, i] <= run.dofs[ACCELERATION, i]:
+        if not free.floor_bounds[block, 2, dof] + acceleration_bound * row.floors[ROOT, i] <= run.dofs[ACCELERATION, i]:
             return True
     return False
 
