@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable, Iterator
-from functools import cached_property
+from functools import cached_property, lru_cache
 from hashlib import blake2b
 from typing import Any, NamedTuple
 
@@ -31,6 +31,7 @@ from pounding_risk.results.variables import own_dims
 from pounding_risk.scene.axes import SceneAxis, alone
 from pounding_risk.scene.motions import as_before, for_buildings
 from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.toml import KeyPath
 from pounding_risk.scene.variants import Variants
 
 JOBS = 1000  # of places along the axes that are kept, some 10 kB each
@@ -143,7 +144,7 @@ class VariantJob(Job):
             gathered.free.add(number, {f"{name}_free": values for name, values in job.free_values().items()})
             own = job.coordinates(whole=True)
             gathered.coords.add(number, {name: np.asarray(about[1]) for name, about in own.items()})
-            gathered.tables.add(number, {as_text(path): leaf for path, leaf in leaves_of(job.study.resolved())})
+            gathered.tables.add(number, {_path_text(path): leaf for path, leaf in leaves_of(job.study.resolved())})
             notes = of_input(job.study, job.scan_input.motions)
             told = {"notes": as_text(list(notes))} if notes else {}
             gathered.attributes.add(number, job.numbers() | flags_of(job.scan_input.motions) | told)
@@ -174,6 +175,12 @@ def ordered_axes(study: Scene, kind: type[GridJob]) -> tuple[SceneAxis, ...]:
         if place in (0, axis.size - 1):
             keys[axis.name].add(kind.alone_key(variants.made(overrides)))
     return tuple(sorted(variants.axes, key=lambda axis: len(keys[axis.name]) == 1))
+
+
+@lru_cache(maxsize=1024)
+def _path_text(path: KeyPath) -> str:
+    """A path in nested tables as the attribute has it; equal in every scene."""
+    return as_text(path)
 
 
 def _as_lists(stack: Stack, whole: bool = False) -> list[list[Any]]:

@@ -203,7 +203,7 @@ ALWAYS = {  # keys that act in every scene that may have them, with what would s
         *("records.direction", "records.sa", "records.to_median", "records.polarity", "records.processing"),
     ),
     "are axes of the dataset (test_sweep, test_row_scan)": (
-        *("grid.gap", "grid.interface", "grid.contact_model", "grid.pga"),
+        *("grid.gap", "grid.interface", "grid.contact_model", "grid.pga", "grid.axes", "grid.zip"),
     ),
     "are options of effects, which are told whole": (
         *("effects.strain_rate.code", "effects.strain_rate.length", "effects.unloading_stiffness.ratio"),
