@@ -11,7 +11,18 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.elevation import MARKERS, RAISED, WIDTH, between, gap_scale, outline
-from pounding_risk.figures.style import QUIET, STYLES, blank, force_words, law_words, motion_words, plain, styles, title
+from pounding_risk.figures.style import (
+    QUIET,
+    STYLES,
+    blank,
+    force_words,
+    law_words,
+    legend_below,
+    motion_words,
+    plain,
+    styles,
+    title,
+)
 from pounding_risk.units import STANDARD_GRAVITY, say_in
 
 if TYPE_CHECKING:
@@ -51,10 +62,8 @@ def impact_figure(impacts: Sequence[Any], note: str = "") -> Figure:
         axes[0, 1].plot(impact.penetration * 1e3, impact.force / 1e3, **look)
     axes[0, 0].set(xlabel="time since the touch [ms]", ylabel="contact force [kN]")
     axes[0, 1].set(xlabel="penetration [mm]")
-    figure.legend(
-        *axes[0, 0].get_legend_handles_labels(), fontsize=8.5, loc="outside lower center", ncols=2, handlelength=3.5
-    )
     title(figure, _impact_finding(impacts), "; ".join(filter(None, ("isolated impacts", note))))
+    legend_below(figure, axes[0, 0].get_legend_handles_labels()[0], min(2, len(impacts)))
     return figure
 
 
@@ -174,15 +183,21 @@ def _roofs(axis: Axes, run: xr.Dataset) -> None:
 
 
 def _in_space(axis: Axes, run: xr.Dataset) -> None:
-    """Draw the displacement in space of each roof, and dotted that of the ground under it; once of one ground."""
+    """Draw the displacement in space of each roof, and dotted that of the ground under it; once of one ground.
+
+    Grounds that differ have the colours of the buildings on them.
+    """
     time, names = run["time"].values, list(map(str, run["building"].values))
     ground = 1e3 * run["ground_displacement"].transpose("time", "building").values
     roofs = _of_roofs(run, run["absolute_displacement"].transpose("time", "building", "storey").values)
     storeys = run["building_storeys"].values.astype(int)
-    _largest_lines(axis, time, np.where(storeys > 0, 1e3 * roofs, ground), names)
-    own = ground[:, :1] if (ground == ground[:, :1]).all() else ground
-    for number, line in enumerate(own.T):
-        axis.plot(time, line, color=QUIET, linestyle=":", linewidth=0.9, label=None if number else "ground")
+    colours = _largest_lines(axis, time, np.where(storeys > 0, 1e3 * roofs, ground), names)
+    if (ground == ground[:, :1]).all():
+        axis.plot(time, ground[:, 0], color=QUIET, linestyle=":", linewidth=0.9, label="ground")
+    else:
+        for number, line in enumerate(ground.T):
+            axis.plot(time, line, color=colours.get(number, OTHERS), linestyle=":", linewidth=0.9)
+        axis.plot([], [], color=QUIET, linestyle=":", linewidth=0.9, label="the ground under it")
     axis.legend(fontsize=7.5, loc="upper right", ncols=3 if len(names) > 3 else 1, framealpha=0.9)
     axis.set_ylabel("displacement\nin space [mm]")
 
@@ -362,12 +377,16 @@ def _gap_words(run: xr.Dataset) -> str:
     return f"gap {' to '.join(f'{1e3 * gap:.6g}' for gap in dict.fromkeys((gaps[0], gaps[-1])))} mm"
 
 
-def _largest_lines(axis: Any, time: np.ndarray, values: np.ndarray, names: list[str], nothing: str = "") -> None:
+def _largest_lines(
+    axis: Any, time: np.ndarray, values: np.ndarray, names: list[str], nothing: str = ""
+) -> dict[int, str]:
     """Draw the columns with the largest values in colour with their names, and the other ones in grey behind them.
 
-    Where there is no column, the word ``nothing`` stands in the panel.
+    Where there is no column, the word ``nothing`` stands in the panel. Returns the colours of columns that have one:
+    where there are enough for all, those of a column are the same in every panel.
     """
     order = np.argsort(-np.nanmax(np.abs(values), axis=0, initial=0.0), kind="stable")
+    order = order if len(names) > NAMED else np.arange(len(names))
     for index, at in enumerate(order[NAMED:]):
         label = None if index else f"{len(names) - NAMED} others"
         axis.plot(time, values[:, at], color=OTHERS, linewidth=0.6, zorder=1.5, label=label)
@@ -377,6 +396,7 @@ def _largest_lines(axis: Any, time: np.ndarray, values: np.ndarray, names: list[
         axis.legend(fontsize=7.5, loc="upper right", ncols=2 if len(names) > 3 else 1, framealpha=0.9)
     elif not names:
         axis.annotate(nothing, (0.5, 0.5), xycoords="axes fraction", ha="center", color=QUIET)
+    return {int(at): colour for (colour, _), at in zip(styles(NAMED), order, strict=False)}
 
 
 def _row_peaks(axis: Any, run: xr.Dataset) -> None:
