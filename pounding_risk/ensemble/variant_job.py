@@ -28,9 +28,9 @@ from pounding_risk.results.labels import MOTIONS, flags_of, made_from
 from pounding_risk.results.layout import SCENE_AXES, Template
 from pounding_risk.results.scene_axes import VARIANTS, axis_coordinates, axis_text
 from pounding_risk.results.variables import own_dims
-from pounding_risk.scene.axes import SceneAxis, alone
 from pounding_risk.scene.motions import as_before, for_buildings
 from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.scene_axis import SceneAxis, alone
 from pounding_risk.scene.toml import KeyPath
 from pounding_risk.scene.variants import Variants
 

@@ -21,8 +21,8 @@ from pounding_risk.results.along import at_places
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.variables import described
-from pounding_risk.scene.axes import SceneAxis, overrides_at
 from pounding_risk.scene.overrides import address_of, parts_of
+from pounding_risk.scene.scene_axis import SceneAxis, overrides_at
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.units import Quantity, QuantityError, parse, shown
 

@@ -9,8 +9,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import suppress
-from itertools import product
-from math import inf, prod
+from math import inf
 from typing import Any, NamedTuple
 
 from pounding_risk._common.words import nearest
@@ -19,8 +18,9 @@ from pounding_risk.models.effects import EFFECTS, read_option, written_option
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.keys import Key, Number, Several, Unreadable, list_of, spaced
 from pounding_risk.scene.overrides import address_of, override, parts_of
+from pounding_risk.scene.scene_axis import NO_UNIT, SceneAxis, labels_of
 from pounding_risk.scene.tables import Grid
-from pounding_risk.scene.toml import Fault, KeyPath, toml_value
+from pounding_risk.scene.toml import Fault, KeyPath
 from pounding_risk.units import Quantity, parse, shown, si
 
 VARIED = ("building", "interface", "effects")  # sections whose numbers may be axes
@@ -29,57 +29,10 @@ ELSEWHERE = {
     "solver": "all cases have one tolerance; run one scene for each",
 }
 AXES, ZIP = "axes", "zip"  # the keys of `Grid` that are written in words of their own
-NO_UNIT = "1"
 RANGE = {"start", "stop", "num"}
-MOST_ALONE = 200  # places along one axis whose scene is made when a scene is read; `scan` makes all of them
 ADDRESS = rf"^({'|'.join(VARIED)})\."  # of a key of [grid] that is an axis
 _EXAMPLE = '"building.frame.period" = ["0.2 s", "0.4 s"]'
 Known = Mapping[str, Mapping[str, Key]]  # the keys of each section
-
-
-class Labels(NamedTuple):
-    """The values of a key along an axis as a dataset has them."""
-
-    values: tuple[Any, ...]  # floats in SI, or texts
-    unit: str | None  # in the words of datasets; None of texts
-
-
-class SceneAxis(NamedTuple):
-    """A dimension of a scan along which one key of the scene, or several together, have other values.
-
-    Parameters
-    ----------
-    keys : tuple of str
-        The addresses, as `--set` takes them; the first is the name of the dimension.
-    values : tuple of tuple
-        Of each key its values, as a scene file has them.
-    """
-
-    keys: tuple[str, ...]
-    values: tuple[tuple[Any, ...], ...]
-
-    @property
-    def name(self) -> str:
-        """The name of the dimension."""
-        return self.keys[0]
-
-    @property
-    def size(self) -> int:
-        """How many places the axis has."""
-        return len(self.values[0])
-
-    def overrides(self, place: int) -> tuple[str, ...]:
-        """What `--set` takes for a place along the axis."""
-        return tuple(f"{key}={toml_value(values[place])}" for key, values in zip(self.keys, self.values, strict=True))
-
-    def words(self) -> str:
-        """The values, or how many there are and the two at the ends."""
-        places = [", ".join(str(values[place]) for values in self.values) for place in range(self.size)]
-        return "; ".join(places) if self.size <= 3 else f"{self.size} from {places[0]} to {places[-1]}"
-
-    def labels(self) -> dict[str, Labels]:
-        """The values of each key as a dataset has them."""
-        return {key: labels_of(values) for key, values in zip(self.keys, self.values, strict=True)}
 
 
 class Placed(NamedTuple):
@@ -96,23 +49,6 @@ class Entry(NamedTuple):
     path: KeyPath  # where it stands in the file
     targets: tuple[KeyPath, ...]  # what it sets in the tables of the scene
     values: tuple[Any, ...]  # as a scene file has them, in SI where they are numbers
-
-
-def labels_of(values: Sequence[Any]) -> Labels:
-    """Values of a key as a dataset has them: numbers in SI with their unit where all are, or else texts."""
-    if all(isinstance(value, int | float) for value in values):
-        return Labels(tuple(float(value) for value in values), NO_UNIT)
-    numbers, units = [], set()
-    for value in values:
-        number, _, unit = str(value).partition(" ")
-        try:
-            numbers.append(float(number))
-        except ValueError:
-            return Labels(tuple(map(str, values)), None)
-        units |= {unit} if unit else set()
-    if len(units) != 1:
-        return Labels(tuple(map(str, values)), None)
-    return Labels(tuple(numbers), units.pop().replace("m/s^2", "m/s2"))
 
 
 # ------------------------------------------------------------------------------------------------ reading
@@ -351,26 +287,6 @@ def axes_in_text(grid: Mapping[str, Any], known: Known) -> dict[str, Any]:
 # ------------------------------------------------------------------------------------------------ places
 
 
-def shape_of_axes(axes: Sequence[SceneAxis]) -> tuple[int, ...]:
-    """How many places each axis has."""
-    return tuple(axis.size for axis in axes)
-
-
-def count_of(axes: Sequence[SceneAxis]) -> int:
-    """How many scenes the axes make: the product of their places."""
-    return prod(shape_of_axes(axes))
-
-
-def overrides_at(axes: Sequence[SceneAxis], places: Sequence[int]) -> tuple[str, ...]:
-    """What `--set` takes for one place along every axis."""
-    return tuple(text for axis, place in zip(axes, places, strict=True) for text in axis.overrides(place))
-
-
-def every_place(axes: Sequence[SceneAxis]) -> Iterator[tuple[int, ...]]:
-    """Every place along all axes, the last axis fastest."""
-    return product(*(range(axis.size) for axis in axes))
-
-
 def written_axes(axes: Sequence[SceneAxis]) -> dict[str, Any]:
     """The axes as [grid] has them."""
     written: dict[str, Any] = {
@@ -378,14 +294,6 @@ def written_axes(axes: Sequence[SceneAxis]) -> dict[str, Any]:
     }
     together = [list(axis.keys) for axis in axes if len(axis.keys) > 1]
     return written | ({ZIP: together} if together else {})
-
-
-def alone(axes: Sequence[SceneAxis]) -> Iterator[tuple[SceneAxis, int, tuple[str, ...]]]:
-    """Places along each axis by itself: (axis, place, what `--set` takes), of a long one `MOST_ALONE` of them."""
-    for axis in axes:
-        count = min(axis.size, MOST_ALONE)
-        for place in sorted({round(number * (axis.size - 1) / max(count - 1, 1)) for number in range(count)}):
-            yield axis, place, axis.overrides(place)
 
 
 def is_axis(key: str, value: Any) -> bool:

@@ -7,7 +7,8 @@ from typing import Any
 
 from pounding_risk.errors import SceneError
 from pounding_risk.models.structures.contact_points import Point
-from pounding_risk.scene.axes import Placed, SceneAxis, alone, without_label
+from pounding_risk.scene.axes import Placed, without_label
+from pounding_risk.scene.scene_axis import SceneAxis, alone
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import shown
 

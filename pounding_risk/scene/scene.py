@@ -28,7 +28,7 @@ from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import RecordRequest
-from pounding_risk.scene.axes import SceneAxis, axes_in_text, keeping_axes, without_axes, written_axes
+from pounding_risk.scene.axes import axes_in_text, keeping_axes, without_axes, written_axes
 from pounding_risk.scene.axis_checks import axis_faults
 from pounding_risk.scene.buildings import OF_GROUND, structure_of, table_of
 from pounding_risk.scene.interface_checks import is_row
@@ -46,6 +46,7 @@ from pounding_risk.scene.keys import Draft, Section, Table, in_text
 from pounding_risk.scene.overrides import ARRAYS
 from pounding_risk.scene.records import records_of
 from pounding_risk.scene.resolved_interfaces import ResolvedInterface, interface_table, resolved_interfaces, stiff_model
+from pounding_risk.scene.scene_axis import SceneAxis
 from pounding_risk.scene.sections import KEYS, every_fault, read_tables, written_overrides
 from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
 from pounding_risk.scene.toml import Fault, KeyPath, write_toml

@@ -7,17 +7,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from pounding_risk.errors import SceneError
-from pounding_risk.scene.axes import (
-    SceneAxis,
-    alone,
-    count_of,
-    keeping_axes,
-    overrides_at,
-    shape_of_axes,
-    without_axes,
-)
+from pounding_risk.scene.axes import keeping_axes, without_axes
 from pounding_risk.scene.axis_checks import unlike
 from pounding_risk.scene.scene import Scene, scene_of
+from pounding_risk.scene.scene_axis import SceneAxis, alone, count_of, overrides_at, shape_of_axes
 from pounding_risk.scene.toml import parse_toml
 
 MOST_KEPT = 20_000  # scenes, some kB each

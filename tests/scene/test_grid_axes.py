@@ -8,12 +8,12 @@ from axes import AXES, pair_text
 from scenes import FRAME, PAIR, scene_text
 
 from pounding_risk.errors import SceneError
-from pounding_risk.scene.axes import SceneAxis, labels_of
 from pounding_risk.scene.buildings import SingleMass
 from pounding_risk.scene.interfaces import Interface
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.records import Records
 from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.scene_axis import SceneAxis, labels_of
 from pounding_risk.scene.tables import Grid
 from pounding_risk.scene.variants import Variants
 

@@ -16,8 +16,8 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.plan.scene_text import scene_words
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.layout import AXES
-from pounding_risk.scene.axes import count_of
 from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.scene_axis import count_of
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.units import PGA, TIME, say
 
