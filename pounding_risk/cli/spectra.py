@@ -91,7 +91,7 @@ def spectra(
         )  # fmt: skip
     print_spectra(dataset)
     announce(out)
-    draw(figure, "spectra.spectra_figure", dataset, rules=rule or JUDGED)
+    draw(figure, "spectra.gap_spectra_figure", dataset, rules=rule or JUDGED)
 
 
 def _check_rules(rules: Sequence[str], known: Sequence[str]) -> None:

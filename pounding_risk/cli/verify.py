@@ -32,7 +32,7 @@ def verify(
     out: Annotated[Path | None, out_option("Write the page", ".html", ".pdf")] = None,
     figure: Figure = None,
 ) -> None:
-    """Run published cases and set each published value beside ours; check published properties.
+    """Published cases and properties, beside ours.
 
     Ends with status 1 where a value is unacceptable or a property fails.
     """

@@ -20,7 +20,7 @@ from pounding_risk.figures.plan_view import plan_figure
 from pounding_risk.figures.scan import ratio_figure, scan_figure, window_figure
 from pounding_risk.figures.separations import separations_figure
 from pounding_risk.figures.simulate import simulation_figure
-from pounding_risk.figures.spectra import spectra_figure
+from pounding_risk.figures.spectra import gap_spectra_figure
 from pounding_risk.figures.storey_profiles import profiles_figure
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.selected_axes import with_axes
@@ -47,7 +47,7 @@ KINDS = {
     "simulation": Kind(("simulate",), simulation_figure),
     "accuracy": Kind(("accuracy",), accuracy_figure),
     "effects": Kind(("effects",), effects_figure),
-    "spectra": Kind(("spectra",), spectra_figure),
+    "spectra": Kind(("spectra",), gap_spectra_figure),
     "ratio": Kind(("scan", "compare"), ratio_figure),
     "window": Kind(("scan",), window_figure),
     "assessment": Kind(("scan",), assessment_figure, assess),

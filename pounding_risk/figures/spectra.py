@@ -31,7 +31,7 @@ SHORT = 1.05  # ratio from which a rule is shown as falling short: less is withi
 TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # s
 
 
-def spectra_figure(
+def gap_spectra_figure(
     results: xr.Dataset, percentile: float | None = None, rules: Sequence[str] = JUDGED, note: str = ""
 ) -> Figure:
     """Gap required over the periods of two buildings, and its ratio to what two rules ask for.

@@ -10,12 +10,12 @@ FLOORS = ("time", "building", "storey")
 POINTS = ("time", "contact_point")
 GROUND = "ground acceleration; on unlike grounds that under the first building"
 MOVED = (
-    "displacement of the ground under the building from where it is at 0 s: the double integral of its acceleration, "
-    "from the ground velocity of the scene; of a record without baseline correction it drifts"
+    "displacement of the ground under the building since 0 s: the double integral of the ground acceleration, from the "
+    "ground velocity of the scene; a record without baseline correction drifts"
 )
 HISTORIES = {
-    "displacement": (FLOORS, "m", "displacement of the floor relative to the ground under its building"),
-    "velocity": (FLOORS, "m/s", "velocity of the floor relative to the ground under its building"),
+    "displacement": (FLOORS, "m", "displacement of the floor relative to the ground under the building"),
+    "velocity": (FLOORS, "m/s", "velocity of the floor relative to the ground under the building"),
     "absolute_displacement": (FLOORS, "m", "displacement of the floor in space: displacement + ground_displacement"),
     "relative_displacement": (POINTS, "m", "what closes the gap: u_left - u_right, and what the ground adds"),
     "contact_force": (POINTS, "N", "contact force, compression positive"),

@@ -174,24 +174,26 @@ def test_the_table_has_each_pair_once_where_both_sides_are_alike(results):
 
 
 def test_the_figure_says_the_finding(results):
-    words = " ".join(words_of(pr.figures.spectra_figure(results)).split())
+    words = " ".join(words_of(pr.figures.gap_spectra_figure(results)).split())
     assert results.attrs["finding"].split(" need")[0] in words
     assert "4 motions at PGA 0.4 g (2 records in both polarities)" in words
     assert "damping 2 % and 7 %" in words
-    assert words_of(pr.figures.spectra_figure(results, 16.0)).startswith("The gap that 16 % of 4 motions need exceeds")
-    assert words_of(results.pounding.figure()) == words_of(pr.figures.spectra_figure(results))
-    other = words_of(pr.figures.spectra_figure(results, rules=["eurocode8", "ubc97"]))
+    assert words_of(pr.figures.gap_spectra_figure(results, 16.0)).startswith(
+        "The gap that 16 % of 4 motions need exceeds"
+    )
+    assert words_of(results.pounding.figure()) == words_of(pr.figures.gap_spectra_figure(results))
+    other = words_of(pr.figures.gap_spectra_figure(results, rules=["eurocode8", "ubc97"]))
     other = " ".join(other.split())
     assert "Eurocode 8, same property (from memory)" in other and "UBC 97, same property (quoted)" in other
     assert "DDC" not in other
     with pytest.raises(PoundingError, match=r'rule: "eurocode9".*did you mean "eurocode8"\?\); it has abs, srss'):
-        pr.figures.spectra_figure(results, rules=["srss", "eurocode9"])
+        pr.figures.gap_spectra_figure(results, rules=["srss", "eurocode9"])
     with pytest.raises(PoundingError, match="rules: 1 rule; the figure has two"):
-        pr.figures.spectra_figure(results, rules=["srss", "srss"])
+        pr.figures.gap_spectra_figure(results, rules=["srss", "srss"])
     with pytest.raises(PoundingError, match="percentile: 95 % is not in the dataset, which has 16, 50, 84; choose one"):
-        pr.figures.spectra_figure(results, 95.0)
+        pr.figures.gap_spectra_figure(results, 95.0)
     with pytest.raises(PoundingError, match="no dataset of `pounding-risk spectra`"):
-        pr.figures.spectra_figure(xr.Dataset())
+        pr.figures.gap_spectra_figure(xr.Dataset())
 
 
 def test_motions_that_do_not_suit_the_periods_are_flagged():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from types import SimpleNamespace
 
 import numpy as np
@@ -263,3 +264,14 @@ def test_a_figure_is_a_function_of_a_module_of_its_folder():
         assert bool(own) is (file.stem != "style"), file.stem
     with pytest.raises(AttributeError, match="no_figure"):
         _ = figures.no_figure
+
+
+def test_a_name_belongs_to_one_figure():
+    modules = [import_module(f"{figures.__name__}.{found.name}") for found in iter_modules(figures.__path__)]
+    names = [
+        name
+        for module in modules
+        for name, value in vars(module).items()
+        if name.endswith("_figure") and getattr(value, "__module__", "") == module.__name__
+    ]
+    assert sorted(names) == sorted(set(names))

@@ -243,7 +243,7 @@ def test_histories_are_those_of_the_masses():
     shares = np.abs(moved).max(axis=0) / run.floors[:, 0]
     assert shares.min() > 0.99 and shares.max() <= 1.0 + 1e-12
     for point, peak in enumerate(run.points[:, PEAK_FORCE]):
-        assert max(each.facts[3] for each in contacts if each.place == point) == peak > 0.0
+        assert max(each.facts[3] for each in contacts if each.point == point) == peak > 0.0
     row = lay_out(chains, points_of(meetings), STEP, arrivals(*lags))
     pulls, widened = rows.ground_histories(row, GROUND)
     late = np.interp(np.arange(400) * STEP - 0.0333, np.arange(400) * STEP, GROUND, left=0.0)

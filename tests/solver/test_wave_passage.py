@@ -278,6 +278,9 @@ def test_every_contact_model_takes_a_wave(law: str):
     interface["contact_model"] = law
     if not is_instant(CONTACT_MODELS[law]):
         interface["stiffness"] = f"1e9 {stiffness_quantity(CONTACT_MODELS[law]).unit}"
+    if law == "tabulated":
+        interface["table"] = {"penetration": ["0 mm", "10 mm"], "force": ["0 kN", "900 kN"]}
+        del interface["stiffness"]
     building = [{**each, "floor_length": "20 m"} for each in base["building"]] if law == "distributed_mass" else None
     tables = {**base, "interface": [interface], "grid": {}, "effects": WAVE}
     assert scene_of({**tables, "building": building} if building else tables).effects[0].name == "wave_passage"

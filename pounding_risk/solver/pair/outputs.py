@@ -122,7 +122,7 @@ RUN: dict[str, Output] = {
 BUILDING: dict[str, tuple[str, str, Callable[[Raw, Building, int, Raw | float], Raw]]] = {
     "peak_displacement": (
         "m",
-        "largest displacement relative to its ground",
+        "largest displacement relative to the ground under the building",
         lambda raw, building, side, pga: _reach(1 + side)(raw),
     ),
     "peak_storey_shear": (

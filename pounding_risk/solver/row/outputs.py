@@ -94,13 +94,13 @@ OVER_POINTS = {
 OF_SPRINGS = "largest shear in the spring, without the P d / h of p_delta,"
 AT_STOREYS = ("building", "storey")
 OF_STOREYS = {  # in the order of the columns of `RowRun.floors`
-    "storey_displacement": Variable("m", "largest displacement of the floor above relative to its ground", AT_STOREYS),
+    "storey_displacement": Variable("m", "largest displacement of the floor above relative to the ground", AT_STOREYS),
     "storey_drift": Variable("m", "largest drift of the storey", AT_STOREYS),
     "storey_shear": Variable("N", f"{OF_SPRINGS} of the storey", AT_STOREYS),
     "storey_acceleration": Variable("m/s2", "largest absolute acceleration of the floor above", AT_STOREYS),
 }
 OF_BUILDINGS = {  # in the same order: the largest of the storeys
-    "peak_displacement": Variable("m", "largest displacement of any floor relative to its ground", ("building",)),
+    "peak_displacement": Variable("m", "largest displacement of any floor relative to the ground", ("building",)),
     "peak_drift": Variable("m", "largest drift of any storey; NaN for a rigid building", ("building",)),
     "peak_storey_shear": Variable("N", f"{OF_SPRINGS} of any storey; NaN for a rigid building", ("building",)),
     "peak_floor_acceleration": Variable(
