@@ -47,7 +47,7 @@ KINDS = {
     "simulation": Kind(("simulate",), simulation_figure),
     "accuracy": Kind(("accuracy",), accuracy_figure),
     "effects": Kind(("effects",), effects_figure),
-    "spectra": Kind(("spectra",), gap_spectra_figure),
+    "gap_spectra": Kind(("spectra",), gap_spectra_figure),
     "ratio": Kind(("scan", "compare"), ratio_figure),
     "window": Kind(("scan",), window_figure),
     "assessment": Kind(("scan",), assessment_figure, assess),
@@ -68,7 +68,7 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     kind : str, optional
         Of a scan "scan", "ratio", "window", "assessment", "separations", "elevation", "plan" or "profiles"; of a run
         "simulation"; of a comparison "agreement", "reference", "scan" or "ratio"; "accuracy", "effects" and
-        "spectra". By default the first of these.
+        "gap_spectra". By default the first of these.
     note : str
         Added to the caption.
     **options

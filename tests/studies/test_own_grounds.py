@@ -242,7 +242,7 @@ def test_displacements_in_space_of_one_ground():
         np.testing.assert_allclose(run.ground_displacement.isel(building=building), known, rtol=1e-11, atol=1e-15)
     moved = run.absolute_displacement.isel(building=0, storey=0)
     np.testing.assert_allclose(moved, known + run.displacement.isel(building=0, storey=0), rtol=1e-12)
-    assert "relative to the ground under its building" in run.displacement.attrs["long_name"]
+    assert "relative to the ground under the building" in run.displacement.attrs["long_name"]
     assert "building_ground_acceleration" not in run
 
 
