@@ -73,6 +73,10 @@ def _common(study: OfScene, other: OfScene) -> dict[str, tuple[Any, Any]]:
         "which buildings are rigid, or have how many storeys": lambda scene: [
             (building.is_rigid, len(getattr(building, "masses", (0,)))) for building in scene.buildings
         ],
+        # Read once, beside the records of the scene.
+        "the records of their own that buildings stand on": lambda scene: [
+            building.support.records for building in scene.buildings
+        ],
         "which floors meet": lambda scene: list(map(_place, scene.points)),
         "the interface whose gap varies": lambda scene: scene.gridded_interface,
         "the effects": lambda scene: [effect.name for effect in scene.effects],

@@ -68,6 +68,13 @@ def test_grounds_of_buildings_equal_a_loop_of_set():
     assert whole["record_ground_widening_largest"].dims == (*axes, "record", "interface")
 
 
+def test_grounds_of_a_row_equal_a_loop_of_set():
+    """A key that the scene leaves out stands last in the building's table, elsewhere than in a scene that has it."""
+    axes = {"building.B.ground_factor": [-1.0, 0.5]}
+    whole = equals_the_loop(row_text(axes), ("scene_resolved", "scene_sha256"), check_fraction=0.0)
+    assert whole["peak_closing_free"].dims[0] == "building.B.ground_factor"
+
+
 ADDRESSES = {
     "building.left.mass": st.floats(1e5, 1e7).map(lambda value: f"{value!r} kg"),
     "building.2.period": st.floats(0.2, 2.0).map(lambda value: f"{value!r} s"),

@@ -142,3 +142,11 @@ def test_storeys_that_change_in_number_are_refused():
 
 def test_a_scene_without_axes_has_none():
     assert parse_scene(scene_text(*PAIR)).axes == ()
+
+
+def test_records_of_buildings_are_no_axis():
+    """They are read once, so that all places would have those of the first."""
+    axes = {"building.left.ground_record": ["RSN6-180", "RSN77-254"]}
+    assert all(
+        "changes the records of their own that buildings stand on; run one scene" in fault for fault in faults(axes)
+    )
