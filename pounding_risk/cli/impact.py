@@ -21,7 +21,7 @@ USUAL_LAW = {"N/m": ("k", "linear"), "N/m^1.5": ("β", "jankowski")}
 
 
 class Floors(NamedTuple):
-    """Two floors that collide."""
+    """Lengths and wave speed of the two floors that collide, for laws that need them."""
 
     length: float  # m, of the striker's; 0 where none is given
     other_length: float  # m

@@ -120,7 +120,7 @@ class Influence(ShortRepr):
         return f"{self.verdict}, {self.range_words}{alone}"
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """Factor, output and verdict."""
+        """Rows of the short table: the factor, the output with its place, and the verdict."""
         yield "factor", self.factor
         yield "output", f"{OUTPUTS[self.output].words}, {self.place}"
         yield "verdict", self.words

@@ -135,7 +135,7 @@ class Storeys:
 
     @property
     def mass(self) -> float:
-        """Total mass [kg]."""
+        """Mass of all floors together [kg]."""
         return sum(self.masses)
 
     @property

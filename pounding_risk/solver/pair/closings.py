@@ -150,7 +150,7 @@ def write_terms(pair, sign, step, load, h, those):
 
 @kernel
 def value_at(terms, x):
-    """The series at x."""
+    """Value at x of a power series with these coefficients, the lowest power first."""
     value = terms[TERMS - 1]
     for n in range(TERMS - 2, -1, -1):
         value = value * x + terms[n]

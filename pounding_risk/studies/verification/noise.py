@@ -67,7 +67,7 @@ class Linear(NamedTuple):
         return stationary
 
     def after(self, time: float) -> Array:
-        """exp(A t)."""
+        """exp(A t): what a state becomes in the time t [s], as a matrix."""
         from scipy.linalg import expm
 
         move: Array = expm(self.drift * time)
@@ -171,7 +171,7 @@ class Response(NamedTuple):
 
 
 def noise_record(ground: tuple[float, float] | None, length: float, step: float, **keys: Any) -> Records:
-    """Records of stationary noise."""
+    """The table `[[records.generated]]` of stationary noise, one motion for each seed."""
     made: dict[str, Any] = {"duration": f"{length} s", "step": f"{step} s", "psd": f"{DENSITY} m^2/s^3"}
     if ground is None:
         made |= {"kind": "white_noise"}

@@ -40,7 +40,7 @@ def piece_at(table, first, count, x):
 
 @small
 def curve_value(table, first, count, x):
-    """The curve at x."""
+    """Value at x of the curve of cubics that stands at an address: force over stiffness [m], or a share of it."""
     place = piece_at(table, first, count, x)
     t = x - read_slot(table, place)
     rising = read_slot(table, place + 3) + t * read_slot(table, place + 4)
