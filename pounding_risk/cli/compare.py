@@ -210,8 +210,8 @@ def _approach_speeds(dataset: Any) -> list[tuple[str, str]]:
     if not int(fastest.notnull().sum()):
         return []
     low, middle, high = (engineering(float(fastest.quantile(share)), "m/s", 2) for share in (0.16, 0.5, 0.84))
-    words = f"fastest touch of a case {middle} (median; 16-84 %: {low} to {high}); terms are equal at one speed only"
-    return [("approach", words)]
+    spread = "" if low == high else f" (median; 16-84 %: {low} to {high})"
+    return [("approach", f"fastest touch of a case {middle}{spread}; terms are equal at one speed only")]
 
 
 def _gap_adequacy(dataset: Any) -> list[tuple[str, str]]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk._common.counted import counted
 from pounding_risk.figures.style import QUIET, blank, force_words, motion_words, styles, title
 from pounding_risk.studies.compare_findings import (
     LOW,
@@ -35,6 +36,8 @@ PANELS = ("peak relative displacement", "peak contact force", "impact count", "p
 RANKED = (("peak relative displacement", "displacement"), ("peak contact force", "force"))
 JUDGED = (("displacement", f"displacement off by > {100 * NOTABLE:.0f} %"), ("yield exceedance", "yielding or not"))
 TICKS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0, 10.0)
+FEWEST_TICKS = 3
+STEPS = (0.4, 0.2, 0.1)  # of ticks beside 1; the axis reaches 0.1 at least
 SHOWN = 10.0  # s of a history, about the moment at which the laws differ most
 ROW_HEIGHT = 0.36  # inches of a law in the panels above
 FEWEST_ROWS = 4  # that these panels have room for, so that their titles and ticks stand apart
@@ -70,7 +73,7 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
         # One scale: what hardly moves looks so beside what does.
         axis.set_xscale("log")
         axis.set_xlim(limits)
-        ticks = [tick for tick in TICKS if limits[0] <= tick <= limits[1]]
+        ticks = _ticks(limits)
         axis.set_xticks(ticks, labels=[f"{tick:g}" for tick in ticks])
         axis.minorticks_off()
     _flips(axes[0, 4], dataset, laws)
@@ -82,8 +85,9 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     for axis in axes[1]:
         axis.remove()
     _history(figure.add_subplot(span), dataset, laws)
+    cases = counted(dataset["impact_count"].size // len(laws), "case")
     terms = (
-        f"{dataset.attrs['title']}; {dataset['impact_count'].size // len(laws)} cases a law; same {_terms(dataset)}; "
+        f"{dataset.attrs['title']}; {cases} a law; same {_terms(dataset)}; "
         f"ratios: median and {LOW:g}-{100 - LOW:g} % of the cases with contact"
     )
     title(figure, str(dataset.attrs["finding"]), "; ".join(filter(None, (which, terms))), note)
@@ -130,6 +134,15 @@ def _limits(dataset: xr.Dataset) -> tuple[float, float]:
     low = float(np.nanmin(shown["ratio_low"].values, initial=1.0 - 2.0 * NOTABLE))
     high = float(np.nanmax(shown["ratio_high"].values, initial=1.0 + 2.0 * NOTABLE))
     return max(low, TICKS[0]) / 1.06, min(high, TICKS[-1]) * 1.06
+
+
+def _ticks(limits: tuple[float, float]) -> list[float]:
+    """Ticks of ratios between two ends: those of `TICKS`, or 1 and a round step beside it where they are close to 1."""
+    ticks = [tick for tick in TICKS if limits[0] <= tick <= limits[1]]
+    if len(ticks) >= FEWEST_TICKS:
+        return ticks
+    step = next(step for step in STEPS if max(limits[1] - 1.0, 1.0 - limits[0]) >= step)
+    return [tick for tick in (1.0 - step, 1.0, 1.0 + step) if limits[0] <= tick <= limits[1]]
 
 
 def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple[float, float]]) -> None:

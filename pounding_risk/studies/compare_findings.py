@@ -364,7 +364,9 @@ def _moves(moved: list[tuple[str, str, float, float]]) -> str:
     parts: list[str] = []
     for output, law, low, high in moved[:TOLD]:
         verb, as_large = ("", "") if parts else ("is ", " as large")
-        parts.append(f"{output} {verb}{low:.2f} to {high:.2f} times{as_large} ({law})")
+        ends = f"{low:.2f}", f"{high:.2f}"
+        times = " to ".join(dict.fromkeys(ends))  # of one case, or of like ones, one number
+        parts.append(f"{output} {verb}{times} times{as_large} ({law})")
     n_more = len(moved) - len(parts)
     if n_more:
         parts.append(f"{n_more} more output{'s' if n_more > 1 else ''} off by over {100 * NOTABLE:.0f} %")
