@@ -33,7 +33,7 @@ def export(
     select: Select = NONE,
 ) -> None:
     """Write fragilities, demands or tables for other tools."""
-    from pounding_risk.exports import export as run
+    from pounding_risk.reports.exports import export as run
     from pounding_risk.units import GAP, PGA
 
     written = run(

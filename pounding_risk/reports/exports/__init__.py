@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.demands import check_dataset, open_dataset
 from pounding_risk.errors import PoundingError
-from pounding_risk.exports._written import Asked, Written
+from pounding_risk.reports.exports._written import Asked, Written
 from pounding_risk.units import GAP, PGA, shown, si
 
 if TYPE_CHECKING:

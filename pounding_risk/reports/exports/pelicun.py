@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
-from pounding_risk.exports._curves import identifier_of
-from pounding_risk.exports._written import Asked, Written, write_file
+from pounding_risk.reports.exports._curves import identifier_of
+from pounding_risk.reports.exports._written import Asked, Written, make_folder, write_file
 from pounding_risk.results.one_case import one_case
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class Demand(NamedTuple):
 def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
     """Write the demands at one gap, contact model and F_E, those of the scene; raises PoundingError as `one_case`."""
     runs = _runs(results, asked)
-    target.mkdir(parents=True, exist_ok=True)
+    make_folder(target)
     files: list[Path] = []
     told = [_case_words(runs)]
     complete = _complete(runs)

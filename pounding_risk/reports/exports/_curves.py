@@ -11,7 +11,7 @@ import numpy as np
 from pounding_risk.assessment.assess import Assessment, assess
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.errors import PoundingError
-from pounding_risk.exports._written import Asked
+from pounding_risk.reports.exports._written import Asked
 from pounding_risk.results.amplitudes import USUAL_DAMPING, spectral
 from pounding_risk.units import GAP, STANDARD_GRAVITY, YIELD_FORCE, say
 
@@ -90,7 +90,7 @@ def _every(assessment: Assessment, kind: str) -> Iterator[tuple[str, Fragility]]
 
 def identifier_of(*parts: str) -> str:
     """An identifier of letters, digits, "-" and "_" from words: "frame-wall_gap-60mm"."""
-    words = (re.sub(r"[^A-Za-z0-9_.]+", "-", part.replace(" | ", "-").replace(" ", "")).strip("-") for part in parts)
+    words = (re.sub(r"[^A-Za-z0-9_.]+", "-", part).strip("-") for part in parts)
     return re.sub(r"\.", "p", "_".join(filter(None, words)))[:LONGEST]
 
 

@@ -33,3 +33,13 @@ def write_file(target: Path, text: str) -> Path:
     except OSError as error:
         raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
     return target
+
+
+def make_folder(target: Path) -> None:
+    """Make the folder of an export's tables; raises PoundingError where that fails."""
+    if target.is_file():
+        raise PoundingError(f"{target} is a file, and the tables go to a folder; choose another name")
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise PoundingError(f"{target}: cannot be made ({error.strerror}); choose another place") from None

@@ -14,8 +14,8 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from pounding_risk.exports._curves import Curve, Curves, curves_of, probabilities
-from pounding_risk.exports._written import Asked, Written, write_file
+from pounding_risk.reports.exports._curves import Curve, Curves, curves_of, probabilities
+from pounding_risk.reports.exports._written import Asked, Written, write_file
 
 if TYPE_CHECKING:
     import xarray as xr

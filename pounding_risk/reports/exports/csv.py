@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.exports._written import Asked, Written, write_file
+from pounding_risk.reports.exports._written import Asked, Written, make_folder, write_file
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.variables import PLACES
 
@@ -31,7 +31,7 @@ FREE = "_without_contact"  # added to the name of a table whose values are of mo
 
 def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
     """Write a table for each kind of place of a dataset; none is chosen from, and no option changes them."""
-    target.mkdir(parents=True, exist_ok=True)
+    make_folder(target)
     files = []
     for name, variables in grouped(results).items():
         files.append(write_file(target / f"{name}.csv", table(results, variables)))
