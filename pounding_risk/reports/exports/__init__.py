@@ -1,7 +1,8 @@
-"""Files for the tools around this one, written from the dataset of a scan: a module of this folder for each format.
+"""Files for the tools around this one, written from results or scenes: a module of this folder for each format.
 
-A module states ``WORDS`` (what the file is), ``ENDINGS`` of its name, and has ``write(results, target, asked)``, which
-returns the files that it wrote and sentences on what they do not hold. Its name is that of the format.
+A module states ``WORDS`` (what the file is), the ``ENDINGS`` of its name, its ``SOURCE`` ("results" or "scene") and
+which options it ``TAKES``, and has ``write(source, target, asked)``, which returns the files that it wrote, and
+sentences on what they do not hold. The module's name is that of the format.
 """
 
 from __future__ import annotations
@@ -10,16 +11,20 @@ from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.demands import check_dataset, open_dataset
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._written import Asked, Written
+from pounding_risk.results.files import RESULTS
+from pounding_risk.scene.reader import as_scene
 from pounding_risk.units import GAP, PGA, shown, si
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from pounding_risk.scene.scene import Scene
 
 
 def formats() -> dict[str, ModuleType]:
@@ -38,30 +43,30 @@ def known_format(name: str) -> ModuleType:
 
 
 def export(
-    results: xr.Dataset | str | Path,
+    source: xr.Dataset | Scene | str | Path,
     to: str,
     target: str | Path,
     *,
-    of: str = "contact",
+    of: str | None = None,
     gap: float | str | None = None,
     pga: float | str | None = None,
     intensity: str | None = None,
     discrete: bool = False,
 ) -> Written:
-    """Write what a dataset of `scan` holds as a file of another tool.
+    """Write results, or a scene, as files of another tool.
 
     Parameters
     ----------
-    results : xarray.Dataset, str or Path
-        A dataset of `scan`, or the file it is in.
+    source : xarray.Dataset, Scene, str or Path
+        A dataset of `scan` or the file it is in; of ``opensees`` a scene.
     to : str
-        The format: ``nrml``, ``pelicun`` or ``csv``.
+        The format: ``nrml``, ``pelicun``, ``csv`` or ``opensees``.
     target : str or Path
-        The file to write; of pelicun a folder.
-    of : {"contact", "yield"}
-        What the fragilities are of.
+        The file to write; of ``pelicun`` and ``csv`` a folder.
+    of : {"contact", "yield"}, optional
+        What the fragilities are of; contact by default.
     gap : float or str, optional
-        The gap of the fragilities [m, or text with a unit]; that of the scene by default.
+        The gap of fragilities and demands [m, or text with a unit]; that of the scene by default.
     pga : float or str, optional
         Amplitude of the grid whose demands are written [m/s2, or text with a unit]; as of `assess`.
     intensity : str, optional
@@ -77,16 +82,11 @@ def export(
     Raises
     ------
     PoundingError
-        For an unknown format, a name that it cannot have, results that hold nothing for it, and as `assess`.
+        For an unknown format, a name that its file cannot have, an option that it does not take, results that hold
+        nothing for it, a scene that the other program cannot say, and as `assess`.
     """
     module = known_format(to)
-    file = Path(target)
-    if file.suffix.lower() not in module.ENDINGS:
-        endings = " or ".join(module.ENDINGS)
-        kind = f"a file that ends in {endings}" if endings else "a folder, a name without an ending"
-        raise PoundingError(f"{file}: {to} is {kind}; choose another name")
-    opened, source = open_dataset(results)
-    check_dataset(opened, source)
+    file = _target(Path(target), to, module)
     asked = Asked(
         of,
         None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
@@ -94,5 +94,37 @@ def export(
         intensity,
         discrete,
     )
-    written: Written = module.write(opened, file, asked)
+    given = [name for name, value in asked._asdict().items() if value not in (None, False)]
+    if without := [name for name in given if name not in module.TAKES]:
+        raise PoundingError(f"--{without[0]}: has no effect on {to} ({module.WORDS}); leave it out")
+    written: Written = module.write(_opened(source, to, module), file, asked)
     return written
+
+
+def _target(target: Path, to: str, module: ModuleType) -> Path:
+    """The file or folder to write; raises PoundingError for a name that it cannot have."""
+    if target.suffix.lower() not in module.ENDINGS:
+        endings = " or ".join(filter(None, module.ENDINGS))
+        kind = f"a file that ends in {endings}" if endings else "a folder, a name without an ending"
+        raise PoundingError(f"{target}: {to} is {kind}; choose another name")
+    return target
+
+
+def _opened(source: Any, to: str, module: ModuleType) -> Any:
+    """The dataset, or the scene, that a format is made of; raises PoundingError for the other one."""
+    if module.SOURCE == "scene":
+        if (isinstance(source, str | Path) and Path(source).suffix in RESULTS) or hasattr(source, "data_vars"):
+            raise PoundingError(f"{to} is written from a scene, and {_named(source)} holds results; name the TOML file")
+        return as_scene(source)
+    if isinstance(source, str | Path) and Path(source).suffix not in RESULTS:
+        raise PoundingError(
+            f"{to} is written from results, which {source} does not hold; `pounding-risk scan {source} -o results.nc` "
+            "writes them"
+        )
+    results, whose = open_dataset(source)
+    check_dataset(results, whose)
+    return results
+
+
+def _named(source: Any) -> str:
+    return str(source) if isinstance(source, str | Path) else "the dataset"

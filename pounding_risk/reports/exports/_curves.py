@@ -59,17 +59,18 @@ class Curves(NamedTuple):
 
 def curves_of(results: xr.Dataset, asked: Asked) -> Curves:
     """The fragilities of an assessment; raises PoundingError where there are none, with why."""
-    if asked.of not in KINDS:
-        raise PoundingError(f"--of: {asked.of!r} is none; it may be {' or '.join(KINDS)}")
+    kind = asked.of or KINDS[0]
+    if kind not in KINDS:
+        raise PoundingError(f"--of: {kind!r} is none; it may be {' or '.join(KINDS)}")
     assessment = assess(results, gap=asked.gap, pga=asked.pga, intensity=asked.intensity)
     measure = _measure(assessment.intensity)
-    every = list(_every(assessment, asked.of))
+    every = list(_every(assessment, kind))
     without = tuple(f"{identifier}: no curve, {one.fault}" for identifier, one in every if one.fault)
     curves = tuple(_curve(identifier, one) for identifier, one in every if not one.fault)
     if not curves:
-        why = "; ".join(dict.fromkeys(one.fault for _, one in every)) or _none(asked.of)
-        raise PoundingError(f"the results hold no fragility of {asked.of}: {why}")
-    return Curves(asked.of, measure, curves, assessment.title, without)
+        why = "; ".join(dict.fromkeys(one.fault for _, one in every)) or _none(kind)
+        raise PoundingError(f"the results hold no fragility of {kind}: {why}")
+    return Curves(kind, measure, curves, assessment.title, without)
 
 
 def _none(kind: str) -> str:

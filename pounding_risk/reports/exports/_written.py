@@ -12,11 +12,11 @@ from pounding_risk.errors import PoundingError
 class Asked(NamedTuple):
     """Options of `export`, as they were read."""
 
-    of: str  # what fragilities are of
-    gap: float | None  # m
-    pga: float | None  # m/s2
-    intensity: str | None
-    discrete: bool
+    of: str | None = None  # what fragilities are of
+    gap: float | None = None  # m
+    pga: float | None = None  # m/s2
+    intensity: str | None = None
+    discrete: bool = False
 
 
 class Written(NamedTuple):

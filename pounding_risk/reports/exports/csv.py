@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 WORDS = "tidy tables with units in their heads"
 ENDINGS = ("",)
+SOURCE = "results"
+TAKES = ()
 # Names of the tables by the places that their rows are of, beside the case.
 TABLES = {
     (): "cases",
@@ -30,14 +32,12 @@ FREE = "_without_contact"  # added to the name of a table whose values are of mo
 
 
 def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
-    """Write a table for each kind of place of a dataset; none is chosen from, and no option changes them."""
+    """Write a table for each kind of place of a dataset, with every case."""
     make_folder(target)
     files = []
     for name, variables in grouped(results).items():
         files.append(write_file(target / f"{name}.csv", table(results, variables)))
-    ignored = [name for name, value in asked._asdict().items() if value not in (None, False, "contact")]
-    told = (f"{', '.join(ignored)} without effect: tables hold every case",) if ignored else ()
-    return Written(tuple(files), told)
+    return Written(tuple(files), ())
 
 
 def grouped(results: xr.Dataset) -> dict[str, list[str]]:

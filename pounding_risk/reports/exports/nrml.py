@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 WORDS = "OpenQuake fragility model, NRML 0.5"
 ENDINGS = (".xml",)
+SOURCE = "results"
+TAKES = ("of", "gap", "pga", "intensity", "discrete")
 NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 STATES = {"contact": "contact", "yield": "yielding"}
 TAIL = 4.0  # dispersions on either side of the median that a curve is written for: 0.003 % and 99.997 %

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 WORDS = "demands of each building with and without contact, for pelicun"
 ENDINGS = ("",)
+SOURCE = "results"
+TAKES = ("gap", "pga")
 Array = NDArray[np.float64]
 # Largest acceleration of a floor and drift of a storey, of buildings with storeys and of single masses.
 STOREYS = ("storey_acceleration", "storey_drift")
