@@ -14,6 +14,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "demo": "reports.demo",
+    "export": "reports.exports",
     "validate": "ensemble.plan.plan",
     "impact": "studies.impact",
     "contact_law": "models.contact.register",

@@ -72,25 +72,25 @@ def unsaid(chains: Sequence[Chain], points: Sequence[Point], contacts: Contacts)
         return f"it has no material for {', '.join(sorted(kinds))}; it has Jankowski, HertzDamp and KelvinVoigt"
     if any(rule != constant(rule.c0) for rule in contacts.rules):
         return "it takes one e for every impact of a contact, not one that falls with the speed"
-    if any(floor != int(floor) for point in points for _, floor in _sides(chains, point)):
+    if any(floor != int(floor) for point in points for _, floor in sides_of(chains, point)):
         return "in one dimension it has no contact part-way up a column"
     if any(chain.foundations for chain in chains):
         return "a floor on a swaying foundation is not built here"
     try:
         for chain in chains:
-            _dashpots(chain)
+            dashpots(chain)
     except PoundingError as error:
         return str(error)
     return ""
 
 
-def _sides(chains: Sequence[Chain], point: Point) -> list[tuple[int, float]]:
+def sides_of(chains: Sequence[Chain], point: Point) -> list[tuple[int, float]]:
     """Building and floor of both sides of a contact point, without a rigid building."""
     sides = (point.interface, point.left_floor), (point.interface + 1, point.right_floor)
     return [(building, floor) for building, floor in sides if chains[building].mass.size]
 
 
-def _dashpots(chain: Chain) -> tuple[Array, Array]:
+def dashpots(chain: Chain) -> tuple[Array, Array]:
     """Dashpots along the storeys and from every floor to the ground [N s/m] that make up the damping matrix.
 
     Raises PoundingError where it is not tridiagonal, as modal damping is not.
@@ -104,6 +104,22 @@ def _dashpots(chain: Chain) -> tuple[Array, Array]:
             'it has dashpots between neighbouring floors only (damping_rule = "rayleigh" or "stiffness")'
         )
     return storeys, to_ground
+
+
+def impact_material(chains: Sequence[Chain], point: Point, contact: tuple[float, Any, Any]) -> tuple[Any, ...]:
+    """The law of a contact point as OpenSees takes it after the tag: its name and numbers; lengths are negative there.
+
+    ``contact`` is (gap [m], law, rule of restitution).
+    """
+    gap, law, rule = contact
+    masses = [chains[building].mass[int(floor) - 1] for building, floor in sides_of(chains, point)]
+    mass, e = float(1.0 / sum(1.0 / mass for mass in masses)), rule.c0
+    opened = -max(float(gap), NEAREST)
+    if isinstance(law, Jankowski):
+        return "JankowskiImpact", law.stiffness, jankowski_ratio(e), mass, opened, 1.5
+    if isinstance(law, HertzDamp):
+        return "Hertzdamp", law.stiffness, law.begin(e, 1.0, mass), opened, 1.5
+    return "ViscoelasticGap", law.stiffness, law.begin(e, 1.0, mass), opened
 
 
 class OpenSeesRow:
@@ -120,18 +136,6 @@ class OpenSeesRow:
         """The node of a floor; a rigid building is the ground."""
         return self.first[building] + int(floor) + 1 if self.chains[building].mass.size else GROUND
 
-    def _material(self, tag: int, k: int) -> tuple[Any, ...]:
-        """The law of contact point ``k`` as OpenSees takes it; lengths in contact are negative there."""
-        law, point = self.contacts.laws[k], self.points[k]
-        masses = [self.chains[building].mass[int(floor) - 1] for building, floor in _sides(self.chains, point)]
-        mass, e = float(1.0 / sum(1.0 / mass for mass in masses)), self.contacts.rules[k].c0
-        gap = -max(float(self.contacts.gaps[k]), NEAREST)
-        if isinstance(law, Jankowski):
-            return "JankowskiImpact", tag, law.stiffness, jankowski_ratio(e), mass, gap, 1.5
-        if isinstance(law, HertzDamp):
-            return "Hertzdamp", tag, law.stiffness, law.begin(e, 1.0, mass), gap, 1.5
-        return "ViscoelasticGap", tag, law.stiffness, law.begin(e, 1.0, mass), gap
-
     def _build(self, acceleration: NDArray[Any], dt: float) -> list[int]:
         """Nodes, storeys, contacts, the ground motion and the method; returns the contacts' elements."""
         ops = self.ops
@@ -141,7 +145,7 @@ class OpenSeesRow:
         ops.fix(GROUND, 1)
         tag = GROUND
         for first, chain in zip(self.first, self.chains, strict=False):
-            storeys, to_ground = _dashpots(chain)
+            storeys, to_ground = dashpots(chain)
             for floor, mass in enumerate(chain.mass.tolist()):
                 node = first + floor + 2
                 ops.node(node, 0.0)
@@ -156,7 +160,9 @@ class OpenSeesRow:
         elements = []
         for k, point in enumerate(self.points):
             tag += 1
-            ops.uniaxialMaterial(*self._material(tag, k))
+            contact = self.contacts.gaps[k], self.contacts.laws[k], self.contacts.rules[k]
+            material, *numbers = impact_material(self.chains, point, contact)
+            ops.uniaxialMaterial(material, tag, *numbers)
             sides = self._node(point.interface, point.left_floor), self._node(point.interface + 1, point.right_floor)
             ops.element("zeroLength", tag, *sides, "-mat", tag, "-dir", 1)
             elements.append(tag)
@@ -198,13 +204,20 @@ class OpenSeesRow:
         return Peaks(np.abs(reach).max(axis=0), np.maximum(-reach[0], 0.0), -force[0], seconds)
 
 
-def hindrance(bench: Bench) -> str:
-    """Why OpenSees cannot run the cases of a bench; "" where it can."""
+def unsaid_case(bench: Bench) -> str:
+    """What of the cases of a bench OpenSees cannot say; "" where it says the same."""
     if bench.event_only:
         return f"it knows no {bench.event_only}"
     for case in bench.point_cases():
         if why := unsaid(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules)):
             return why
+    return ""
+
+
+def hindrance(bench: Bench) -> str:
+    """Why OpenSees cannot run the cases of a bench; "" where it can."""
+    if why := unsaid_case(bench):
+        return why
     try:
         load()
     except PoundingError as error:

@@ -1,0 +1,70 @@
+"""The command `export`: results and scenes as files of other tools."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from pounding_risk.cli._common.files import announce
+from pounding_risk.cli._common.options import (
+    NONE,
+    Amplitude,
+    Intensity,
+    JudgedGap,
+    Overrides,
+    Select,
+    argument,
+    chosen_results,
+    option,
+    read_optional,
+)
+from pounding_risk.errors import PoundingError
+
+ORDER = 185
+SCENE = ".toml"
+
+
+def export(
+    source: Annotated[Path, argument("SOURCE", "Dataset of a scan (.nc or .zarr), or a scene (.toml) for opensees.")],
+    to: Annotated[str, typer.Option("--to", help="Format: nrml, pelicun, csv or opensees.", show_default=False)],
+    out: Annotated[Path, typer.Option("--out", "-o", help="The file or folder to write.", show_default=False)],
+    of: Annotated[str | None, option("Fragilities of contact or yield.", "contact")] = None,
+    gap: JudgedGap = None,
+    pga: Amplitude = None,
+    intensity: Intensity = None,
+    discrete: Annotated[bool, typer.Option("--discrete", help="Probabilities at intensities, not parameters.")] = False,
+    select: Select = NONE,
+    overrides: Overrides = NONE,
+) -> None:
+    """Write fragilities, demands, tables or models for other tools."""
+    from pounding_risk.reports.exports import export as run
+    from pounding_risk.units import GAP, PGA
+
+    written = run(
+        _source(source, select, overrides),
+        to,
+        out,
+        of=of,
+        gap=read_optional("--gap", gap, GAP),
+        pga=read_optional("--pga", pga, PGA),
+        intensity=intensity,
+        discrete=discrete,
+    )
+    announce(*written.files)
+    for sentence in written.told:
+        print(f"told: {sentence}")
+
+
+def _source(source: Path, select: list[str], overrides: list[str]) -> Any:
+    """The scene or the dataset that is named, with the values that were chosen."""
+    if source.suffix == SCENE:
+        if select:
+            raise PoundingError(f"--select: is of results, and {source} is a scene; write --set")
+        from pounding_risk.scene.reader import read_scene
+
+        return read_scene(source, overrides)
+    if overrides:
+        raise PoundingError(f"--set: changes a value of a scene, and {source} holds results; leave it out")
+    return chosen_results(source, select)

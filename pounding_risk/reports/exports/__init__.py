@@ -1,0 +1,130 @@
+"""Files for the tools around this one, written from results or scenes: a module of this folder for each format.
+
+A module states ``WORDS`` (what the file is), the ``ENDINGS`` of its name, its ``SOURCE`` ("results" or "scene") and
+which options it ``TAKES``, and has ``write(source, target, asked)``, which returns the files that it wrote, and
+sentences on what they do not hold. The module's name is that of the format.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from pounding_risk._common.words import nearest
+from pounding_risk.assessment.demands import check_dataset, open_dataset
+from pounding_risk.errors import PoundingError
+from pounding_risk.reports.exports._written import Asked, Written
+from pounding_risk.results.files import RESULTS
+from pounding_risk.scene.reader import as_scene
+from pounding_risk.units import GAP, PGA, shown, si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from pounding_risk.scene.scene import Scene
+
+
+def formats() -> dict[str, ModuleType]:
+    """The formats by name."""
+    names = sorted(module.name for module in iter_modules(__path__) if not module.name.startswith("_"))
+    return {name: import_module(f"{__name__}.{name}") for name in names}
+
+
+def known_format(name: str) -> ModuleType:
+    """The format of a name; raises PoundingError for another word."""
+    known = formats()
+    if name not in known:
+        listed = "; ".join(f"{key} ({module.WORDS})" for key, module in known.items())
+        raise PoundingError(f"--to: {shown(name)} is no format{nearest(name, known)}; it may be {listed}")
+    return known[name]
+
+
+def export(
+    source: xr.Dataset | Scene | str | Path,
+    to: str,
+    target: str | Path,
+    *,
+    of: str | None = None,
+    gap: float | str | None = None,
+    pga: float | str | None = None,
+    intensity: str | None = None,
+    discrete: bool = False,
+) -> Written:
+    """Write results, or a scene, as files of another tool.
+
+    Parameters
+    ----------
+    source : xarray.Dataset, Scene, str or Path
+        A dataset of `scan` or the file it is in; of ``opensees`` a scene.
+    to : str
+        The format: ``nrml``, ``pelicun``, ``csv`` or ``opensees``.
+    target : str or Path
+        The file to write; of ``pelicun`` and ``csv`` a folder.
+    of : {"contact", "yield"}, optional
+        What the fragilities are of; contact by default.
+    gap : float or str, optional
+        The gap of fragilities and demands [m, or text with a unit]; that of the scene by default.
+    pga : float or str, optional
+        Amplitude of the grid whose demands are written [m/s2, or text with a unit]; as of `assess`.
+    intensity : str, optional
+        Intensity of the fragilities; as of `assess`.
+    discrete : bool
+        Write probabilities at intensities instead of the parameters of the lognormal curve.
+
+    Returns
+    -------
+    Written
+        The files, and sentences on what they do not hold.
+
+    Raises
+    ------
+    PoundingError
+        For an unknown format, a name that its file cannot have, an option that it does not take, results that hold
+        nothing for it, a scene that the other program cannot say, and as `assess`.
+    """
+    module = known_format(to)
+    file = _target(Path(target), to, module)
+    asked = Asked(
+        of,
+        None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
+        None if pga is None else si(pga, PGA, "pga"),
+        intensity,
+        discrete,
+    )
+    given = [name for name, value in asked._asdict().items() if value not in (None, False)]
+    if without := [name for name in given if name not in module.TAKES]:
+        raise PoundingError(f"--{without[0]}: has no effect on {to} ({module.WORDS}); leave it out")
+    written: Written = module.write(_opened(source, to, module), file, asked)
+    return written
+
+
+def _target(target: Path, to: str, module: ModuleType) -> Path:
+    """The file or folder to write; raises PoundingError for a name that it cannot have."""
+    if target.suffix.lower() not in module.ENDINGS:
+        endings = " or ".join(filter(None, module.ENDINGS))
+        kind = f"a file that ends in {endings}" if endings else "a folder, a name without an ending"
+        raise PoundingError(f"{target}: {to} is {kind}; choose another name")
+    return target
+
+
+def _opened(source: Any, to: str, module: ModuleType) -> Any:
+    """The dataset, or the scene, that a format is made of; raises PoundingError for the other one."""
+    if module.SOURCE == "scene":
+        if (isinstance(source, str | Path) and Path(source).suffix in RESULTS) or hasattr(source, "data_vars"):
+            raise PoundingError(f"{to} is written from a scene, and {_named(source)} holds results; name the TOML file")
+        return as_scene(source)
+    if isinstance(source, str | Path) and Path(source).suffix not in RESULTS:
+        raise PoundingError(
+            f"{to} is written from results, which {source} does not hold; `pounding-risk scan {source} -o results.nc` "
+            "writes them"
+        )
+    results, whose = open_dataset(source)
+    check_dataset(results, whose)
+    return results
+
+
+def _named(source: Any) -> str:
+    return str(source) if isinstance(source, str | Path) else "the dataset"

@@ -1,0 +1,91 @@
+"""All numbers of a scan as CSV tables in a folder: one each for cases, interfaces, buildings, storeys and points."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk.reports.exports._written import Asked, Written, make_folder, write_file
+from pounding_risk.results.layout import AXES
+from pounding_risk.results.variables import PLACES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WORDS = "tidy tables with units in their heads"
+ENDINGS = ("",)
+SOURCE = "results"
+TAKES = ()
+# Names of the tables by the places that their rows are of, beside the case.
+TABLES = {
+    (): "cases",
+    ("interface",): "interfaces",
+    ("contact_point",): "contact_points",
+    ("building",): "buildings",
+    ("building", "storey"): "storeys",
+}
+FREE = "_without_contact"  # added to the name of a table whose values are of motions and not of cases
+
+
+def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
+    """Write a table for each kind of place of a dataset, with every case."""
+    make_folder(target)
+    files = []
+    for name, variables in grouped(results).items():
+        files.append(write_file(target / f"{name}.csv", table(results, variables)))
+    return Written(tuple(files), ())
+
+
+def grouped(results: xr.Dataset) -> dict[str, list[str]]:
+    """Variables of each table; a variable is in one."""
+    groups: dict[str, list[str]] = {}
+    for name, variable in results.data_vars.items():
+        places = tuple(str(dim) for dim in variable.dims if dim in PLACES)
+        if places not in TABLES or not any(dim in AXES for dim in variable.dims) or "period" in variable.dims:
+            continue
+        ending = "" if "gap" in variable.dims else FREE
+        groups.setdefault(TABLES[places] + ending, []).append(str(name))
+    return groups
+
+
+def table(results: xr.Dataset, names: list[str]) -> str:
+    """The text of a table: labels of each row, then the variables with their units."""
+    first = results[names[0]]
+    dims = [str(dim) for dim in first.dims]
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([_head(results, name) for name in (*dims, *names)])
+    labels = [results[dim].values.tolist() for dim in dims]
+    columns = [results[name].transpose(*dims).values.reshape(-1) for name in names]
+    flags = [_meanings(results[name]) for name in names]
+    for row, where in enumerate(np.ndindex(*first.shape)):
+        values = [_cell(column[row], known) for column, known in zip(columns, flags, strict=True)]
+        if any(value != "" for value in values):
+            writer.writerow([*(label[at] for label, at in zip(labels, where, strict=True)), *values])
+    return out.getvalue()
+
+
+def _head(results: xr.Dataset, name: str) -> str:
+    unit = str(results[name].attrs.get("units", "1"))
+    return name if unit == "1" else f"{name} [{unit}]"
+
+
+def _meanings(values: xr.DataArray) -> dict[int, str]:
+    """Words of a variable's flags by their number; {} of one without flags."""
+    if "flag_meanings" not in values.attrs:
+        return {}
+    numbers = np.atleast_1d(values.attrs["flag_values"]).tolist()
+    return dict(zip(numbers, str(values.attrs["flag_meanings"]).split(), strict=True))
+
+
+def _cell(value: Any, meanings: dict[int, str]) -> str:
+    """A value in full; empty where there is none, such as a storey that a building has not."""
+    if meanings:
+        return meanings[int(value)]
+    if isinstance(value, np.floating):
+        return "" if np.isnan(value) else repr(float(value))
+    return str(value)
