@@ -172,12 +172,25 @@ def group_energy(row, run, group, line):
 def is_balanced(row, run, group):
     """True where the energy of the group over a step has changed by what came in, to the step's share of the tolerance.
 
-    An error estimate is a difference of two methods and may vanish by chance; the work of the contacts does not.
+    An error estimate is a difference of two methods and may vanish by chance; the work of the contacts does not. The
+    energy that it is measured by is that of the group: a group takes the same steps whatever else moves in the row.
     """
     points = run.laws.shape[0]
     energy_in = run.quadratures[SLOPES, 2 * points]
+    largest = 0.0
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
             energy_in -= run.quadratures[SLOPES, points + k]
+            largest = max(largest, run.contacts[k].energy)
     change = group_energy(row, run, group, END) - group_energy(row, run, group, NOW)
-    return abs(change - energy_in) <= (SHARE * group.tolerance + ROUNDING) * run.workspace.energy
+    return abs(change - energy_in) <= (SHARE * group.tolerance + ROUNDING) * largest
+
+
+@kernel
+def note_energy(row, run, group):
+    """The group's energy in rows NOW [J], noted as the largest so far where it is: of its contacts, and of the run."""
+    energy = group_energy(row, run, group, NOW)
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        run.contacts[k].energy = max(run.contacts[k].energy, energy)
+    run.workspace.energy = max(run.workspace.energy, energy)
+    return energy

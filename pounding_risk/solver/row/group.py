@@ -22,7 +22,7 @@ from pounding_risk.solver.pair.events import CUT, NONE, PART, TURN, YIELD
 from pounding_risk.solver.row.building import place_on
 from pounding_risk.solver.row.contact import lift_off, note_yield, scales, tolerance_of, touch_down, turn_motion
 from pounding_risk.solver.row.contact_points import across, begin_unwatched_extremes, compliance
-from pounding_risk.solver.row.equations import Group, accelerate_group, group_energy, slopes
+from pounding_risk.solver.row.equations import Group, accelerate_group, note_energy, slopes
 from pounding_risk.solver.row.event_functions import ROUNDED, STRAIN, TOUCH, event_function, is_possible
 from pounding_risk.solver.row.events import fill_spectators, take_step
 from pounding_risk.solver.row.flight_by_series import copy_state, fly_group, write_all_series, write_spectator_series
@@ -200,8 +200,7 @@ def integrate_contact(row, run, members, window, t, base):
     has_changed, has_slopes, unsettled, stalled = True, False, True, 0
     run.workspace.implicit = 0.0
     s = h = 0.0
-    energy_before = group_energy(row, run, group, NOW)
-    run.workspace.energy = max(run.workspace.energy, energy_before)
+    energy_before = note_energy(row, run, group)
     energy_in = 0.0
     while True:
         if has_changed:
@@ -254,9 +253,7 @@ def integrate_contact(row, run, members, window, t, base):
                 begin_contacts(row, run, group, moment + t, ground.later(t))
             if has_changed and too_many(row, run, group):
                 return fail(run, TOO_MANY_CONTACTS), t, -1
-    energy_after = group_energy(row, run, group, NOW)
-    run.workspace.energy = max(run.workspace.energy, energy_after)
-    run.workspace.residual += energy_after - energy_before - energy_in
+    run.workspace.residual += note_energy(row, run, group) - energy_before - energy_in
     return FLOWN, t, -1
 
 
