@@ -154,6 +154,25 @@ def test_no_legal_row_runs_away(seed: int):
     assert run.steps <= 30_000 * (ground.size - 1) * DT
 
 
+@pytest.mark.parametrize("seed", [11, 23, 118, 136])
+def test_a_part_steps_alike_whatever_else_moves(seed: int):
+    """Beside two buildings with ten thousand times the energy: a step closes its energy by that of its own group.
+
+    A building between them, which nobody strikes, keeps the two groups apart.
+    """
+    chains, meetings, ground = random_row(seed)
+    heavy = (single(1e9, 0.5), single(1e9, 1.0), single(1e5, 0.7))
+    beside = [meeting(0, 1.0, 1.0, 0.0, stiffness=1e13, restitution=0.9), *(meeting(k, 1.0, 1.0, 50.0) for k in (1, 2))]
+    alone = run_of(chains, meetings, ground)
+    shifted = [one._replace(interface=one.interface + 3) for one in meetings]
+    whole = run_of((*heavy, *chains), [*beside, *shifted], ground)
+    assert alone.status == whole.status == counters.COMPLETE
+    assert whole.points[0, counters.COUNT] >= 2 and whole.points[1:3, counters.COUNT].max() == 0
+    assert alone.points[:, counters.COUNT].sum() >= 3 and whole.energy > 1e4 * alone.energy
+    np.testing.assert_array_equal(whole.points[3:], alone.points)
+    np.testing.assert_array_equal(whole.floors[3:], alone.floors)
+
+
 MIRRORED = """
 import json
 import numpy as np

@@ -6,7 +6,9 @@ import ast
 from math import inf
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from pounding_risk.cli.stability import print_stability
 from pounding_risk.errors import PoundingError
@@ -15,6 +17,7 @@ from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
 from pounding_risk.studies.stability import CASES, Bound, Case, Row, stability
 from pounding_risk.studies.stability.case import ENERGY, ONE
+from pounding_risk.studies.stability.cases.chains import MASSES, VELOCITIES, struck
 from pounding_risk.studies.stability.row_trial import SIDES, RowTrial
 from pounding_risk.studies.stability.run import measured
 from pounding_risk.studies.stability.trial import Trial, TrialScene
@@ -174,6 +177,32 @@ def test_a_trial_notices_a_broken_run():
 def test_a_row_says_where_it_stands():
     row = stability(law=["jankowski"], case=["40"])[0]
     assert isinstance(row, Row) and row.case.group == "extreme numbers" and row.steps == 0
+
+
+# ------------------------------------------------------------------------------------------------ chains
+@pytest.mark.parametrize(("law", "power"), [("linear", 1.0), ("hertz", 1.5)])
+def test_the_kept_velocities_of_the_chain_are_scipys(law: str, power: float):
+    """u_i'' = f(u_{i-1} - u_i) - f(u_i - u_{i+1}), f = max(δ, 0)^p, all parted in the order of their velocities."""
+
+    def slope(_: float, state: np.ndarray) -> np.ndarray:
+        forces = np.maximum(state[: MASSES - 1] - state[1:MASSES], 0.0) ** power
+        return np.concatenate([state[MASSES:], np.diff(-forces, prepend=0.0, append=0.0)])
+
+    start = np.zeros(2 * MASSES)
+    start[MASSES] = 1.0
+    solution = solve_ivp(slope, (0.0, 40.0), start, method="DOP853", rtol=1e-13, atol=1e-15)
+    displacements, velocities = solution.y[:MASSES, -1], solution.y[MASSES:, -1]
+    assert np.all(np.diff(displacements) > 0.0) and np.all(np.diff(velocities) > 0.0)
+    np.testing.assert_allclose(VELOCITIES[law], velocities, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("rtol", [1e-9, 1e-12])
+def test_a_chain_takes_some_hundred_steps(rtol: float):
+    """Before, errors were measured by the speed of the slowest touch, 1e-12 m/s: four masses ran out of steps."""
+    trial = Trial("hertz", rtol)
+    wave = struck(trial)
+    assert trial.status == COMPLETE and trial.steps < 1500
+    np.testing.assert_allclose(wave.velocities, VELOCITIES["hertz"], rtol=0.0, atol=2e-9)
 
 
 # ------------------------------------------------------------------------------------------------ as rows

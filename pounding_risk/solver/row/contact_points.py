@@ -16,6 +16,7 @@ from pounding_risk.solver.row.workspace import (
     RIGHT_LOW,
     ROOT,
     START,
+    VELOCITY,
 )
 
 
@@ -28,6 +29,18 @@ def across(row, k, dofs, line):
         if i >= 0:
             total += row.shares[k, end] * dofs[line, i]
     return total
+
+
+@small
+def across_and_rate(row, k, dofs, state):
+    """(u_left − u_right at contact point ``k``, less the w of the ground, its rate) in rows ``state``; as `across`."""
+    total = rate = 0.0
+    for end in range(row.passage.point_ends()):
+        i = row.ends[k, end]
+        if i >= 0:
+            share = row.shares[k, end]
+            total, rate = total + share * dofs[state, i], rate + share * dofs[state + VELOCITY, i]
+    return total, rate
 
 
 @kernel

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.equations import SHARE, SLACK, YIELDING
 from pounding_risk.solver.row.building import energy_of
-from pounding_risk.solver.row.contact_points import across, power_through_ground, push_apart
+from pounding_risk.solver.row.contact_points import across_and_rate, power_through_ground, push_apart
 from pounding_risk.solver.row.ground import ArrivingRowInterval, UniformRowInterval
 from pounding_risk.solver.row.ground_dof import place_ground, push_ground, top_of
 from pounding_risk.solver.row.laws import law_force, law_plateau
@@ -97,12 +97,23 @@ def subtract_damping(row, b, speed, dofs, out):
 
 
 @small
+def accelerate_mass(row, i, state, pull, dofs, out):
+    """As `accelerate_building`, of one that is a single mass."""
+    u, v = dofs[state, i], dofs[state + VELOCITY, i]
+    push = -row.floors[MASS, i] * pull - row.damping[i, 0] * v
+    dofs[out, i] = (push - (dofs[TANGENT, i] * u + dofs[CONSTANT, i])) * row.floors[INVERSE, i]
+    return push * v
+
+
+@small
 def accelerate_building(row, b, state, pull, dofs, out):
     """ü of building ``b`` without contact from rows ``state`` to row ``out``; ``pull`` is a_g.
 
     Returns the power that ground and dampers put in.
     """
     first, last = row.frame[FIRST, b], top_of(row, b)
+    if last - first == 1:
+        return accelerate_mass(row, first, state, pull, dofs, out)
     for i in range(first, last):
         dofs[out, i] = -row.floors[MASS, i] * pull
     subtract_damping(row, b, state + VELOCITY, dofs, out)
@@ -131,9 +142,8 @@ def accelerate_group(row, run, group, state, ground, out):
         push_ground(row, b, ground, run.dofs, out)
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
-            delta = max(across(row, k, run.dofs, state) - run.contacts[k].gap, 0.0)
-            rate = across(row, k, run.dofs, state + VELOCITY)
-            force = transmitted(run, k, delta, rate)
+            distance, rate = across_and_rate(row, k, run.dofs, state)
+            force = transmitted(run, k, max(distance - run.contacts[k].gap, 0.0), rate)
             push_apart(row, k, force, run.dofs, out)
             power = power_through_ground(row, k, power, force, run.dofs, state + VELOCITY)
             run.quadratures[SLOPES + 1, k] = force
@@ -172,12 +182,25 @@ def group_energy(row, run, group, line):
 def is_balanced(row, run, group):
     """True where the energy of the group over a step has changed by what came in, to the step's share of the tolerance.
 
-    An error estimate is a difference of two methods and may vanish by chance; the work of the contacts does not.
+    An error estimate is a difference of two methods and may vanish by chance; the work of the contacts does not. The
+    energy that it is measured by is that of the group: a group takes the same steps whatever else moves in the row.
     """
     points = run.laws.shape[0]
     energy_in = run.quadratures[SLOPES, 2 * points]
+    largest = 0.0
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
             energy_in -= run.quadratures[SLOPES, points + k]
+            largest = max(largest, run.contacts[k].energy)
     change = group_energy(row, run, group, END) - group_energy(row, run, group, NOW)
-    return abs(change - energy_in) <= (SHARE * group.tolerance + ROUNDING) * run.workspace.energy
+    return abs(change - energy_in) <= (SHARE * group.tolerance + ROUNDING) * largest
+
+
+@kernel
+def note_energy(row, run, group):
+    """The group's energy in rows NOW [J], noted as the largest so far where it is: of its contacts, and of the run."""
+    energy = group_energy(row, run, group, NOW)
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        run.contacts[k].energy = max(run.contacts[k].energy, energy)
+    run.workspace.energy = max(run.workspace.energy, energy)
+    return energy

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from math import sqrt
 
-from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.compile import kernel, small
+from pounding_risk.solver.pair.explicit import row_of
 from pounding_risk.solver.row.equations import slopes
 from pounding_risk.solver.row.workspace import END, LAST, LATE, NOW, POLY, SLOPE, SLOPES, START, TERMS, TRIAL, VELOCITY
+
+FEW = 16  # dofs: with more of them a stage's slopes are added to all dofs at once, which the processor does in lanes
 
 
 @kernel
 def trial_state(run, group, weights, row, h):
     """The state at a stage whose row of the table is given, into rows TRIAL."""
     dofs = run.dofs
+    if group.high - group.low <= FEW:
+        for i in range(group.low, group.high, 2):
+            write_two_dofs(dofs, weights, row, h, (i, min(i + 1, group.high - 1)))
+        return
     for i in range(group.low, group.high):
         dofs[TRIAL, i] = dofs[NOW, i]
         dofs[TRIAL + VELOCITY, i] = dofs[NOW + VELOCITY, i]
@@ -25,6 +32,21 @@ def trial_state(run, group, weights, row, h):
         for i in range(group.low, group.high):
             dofs[TRIAL + VELOCITY, i] += weight * dofs[source + SLOPES, i]
         entry += 2
+
+
+@small
+def write_two_dofs(dofs, weights, row, h, two):
+    """As `trial_state`, of two dofs, or twice of one: their sums over the stages stay in registers."""
+    i, j = two
+    u, w, v, z = dofs[NOW, i], dofs[NOW, j], dofs[NOW + VELOCITY, i], dofs[NOW + VELOCITY, j]
+    entry = 0
+    while weights[row, entry] >= 0.0:
+        weight = h * weights[row, entry + 1]
+        source = SLOPE + row_of(weights[row, entry])
+        u, w = u + weight * dofs[source, i], w + weight * dofs[source, j]
+        v, z = v + weight * dofs[source + SLOPES, i], z + weight * dofs[source + SLOPES, j]
+        entry += 2
+    dofs[TRIAL, i], dofs[TRIAL, j], dofs[TRIAL + VELOCITY, i], dofs[TRIAL + VELOCITY, j] = u, w, v, z
 
 
 @kernel
@@ -51,7 +73,7 @@ def explicit_attempt(row, run, group, s, h):
         a5 = b5 = a3 = b3 = 0.0
         entry = 0
         while final[entry] >= 0.0:
-            line = SLOPE + int(final[entry])
+            line = SLOPE + row_of(final[entry])
             u, v = dofs[line, i], dofs[line + SLOPES, i]
             a5, b5 = a5 + final[entry + 2] * u, b5 + final[entry + 2] * v
             a3, b3 = a3 + final[entry + 3] * u, b3 + final[entry + 3] * v
@@ -63,9 +85,8 @@ def explicit_attempt(row, run, group, s, h):
     # The sums of the contacts of the group.
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
-            sum_quadrature(run, k, h)
-            sum_quadrature(run, points + k, h)
-    sum_quadrature(run, 2 * points, h)
+            sum_quadratures(run, k, points + k, h)
+    sum_quadratures(run, 2 * points, 2 * points, h)
     if fifth == 0.0:
         return 0.0
     return fifth / sqrt(4.0 * (fifth + 0.01 * third))
@@ -75,6 +96,10 @@ def explicit_attempt(row, run, group, s, h):
 def finish_state(row, run, group, h):
     """The state at the end of a step, into rows END."""
     dofs, final = run.dofs, run.workspace.tableau.final
+    if group.high - group.low <= FEW:
+        for i in range(group.low, group.high, 2):
+            finish_two_dofs(dofs, final, h, (i, min(i + 1, group.high - 1)))
+        return
     for i in range(group.low, group.high):
         dofs[END, i] = dofs[NOW, i]
         dofs[END + VELOCITY, i] = dofs[NOW + VELOCITY, i]
@@ -90,15 +115,33 @@ def finish_state(row, run, group, h):
         entry += 4
 
 
-@kernel
-def sum_quadrature(run, column, h):
-    """The change of one quadrature over a step, into row SLOPES."""
-    final = run.workspace.tableau.final
-    total, entry = 0.0, 0
+@small
+def finish_two_dofs(dofs, final, h, two):
+    """As `finish_state`, of two dofs, or twice of one."""
+    i, j = two
+    u, w, v, z = dofs[NOW, i], dofs[NOW, j], dofs[NOW + VELOCITY, i], dofs[NOW + VELOCITY, j]
+    entry = 0
     while final[entry] >= 0.0:
-        total += final[entry + 1] * run.quadratures[int(final[entry]), column]
+        weight = h * final[entry + 1]
+        source = SLOPE + row_of(final[entry])
+        if weight != 0.0:
+            u, w = u + weight * dofs[source, i], w + weight * dofs[source, j]
+            v, z = v + weight * dofs[source + SLOPES, i], z + weight * dofs[source + SLOPES, j]
         entry += 4
-    run.quadratures[SLOPES, column] = h * total
+    dofs[END, i], dofs[END, j], dofs[END + VELOCITY, i], dofs[END + VELOCITY, j] = u, w, v, z
+
+
+@small
+def sum_quadratures(run, first, second, h):
+    """The changes of two quadratures over a step, or twice of one, into row SLOPES."""
+    final, quadratures = run.workspace.tableau.final, run.quadratures
+    total = other = 0.0
+    entry = 0
+    while final[entry] >= 0.0:
+        weight, stage = final[entry + 1], row_of(final[entry])
+        total, other = total + weight * quadratures[stage, first], other + weight * quadratures[stage, second]
+        entry += 4
+    quadratures[SLOPES, first], quadratures[SLOPES, second] = h * total, h * other
 
 
 @kernel

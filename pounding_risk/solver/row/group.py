@@ -20,9 +20,17 @@ from pounding_risk.solver.counters import (
 from pounding_risk.solver.pair.equations import ELASTIC, SLACK, YIELDING
 from pounding_risk.solver.pair.events import CUT, NONE, PART, TURN, YIELD
 from pounding_risk.solver.row.building import place_on
-from pounding_risk.solver.row.contact import lift_off, note_yield, scales, tolerance_of, touch_down, turn_motion
+from pounding_risk.solver.row.contact import (
+    lift_off,
+    note_yield,
+    scales,
+    slowest_scale,
+    tolerance_of,
+    touch_down,
+    turn_motion,
+)
 from pounding_risk.solver.row.contact_points import across, begin_unwatched_extremes, compliance
-from pounding_risk.solver.row.equations import Group, accelerate_group, group_energy, slopes
+from pounding_risk.solver.row.equations import Group, accelerate_group, note_energy, slopes
 from pounding_risk.solver.row.event_functions import ROUNDED, STRAIN, TOUCH, event_function, is_possible
 from pounding_risk.solver.row.events import fill_spectators, take_step
 from pounding_risk.solver.row.flight_by_series import copy_state, fly_group, write_all_series, write_spectator_series
@@ -68,7 +76,7 @@ def begin_contacts(row, run, group, time, ground):
             if rate <= ALIKE * ground.largest_pull(group.first, group.last):
                 continue
         if rate > 0.0:
-            touch_down(row, run, k, time)
+            touch_down(row, run, k, time, slowest_scale(row, run, group.first, group.last, time))
             count += 1
     return count
 
@@ -90,13 +98,13 @@ def close_step(row, run, group):
 
 
 @kernel
-def apply_event(row, run, kind, k, time, line):
+def apply_event(row, run, group, kind, k, time):
     """Apply an event to its contact or storey; returns (whether a contact began or ended, change of the potential)."""
     if kind == STRAIN:
-        return False, switch_storey(row, run, k, line)
+        return False, switch_storey(row, run, k, NOW)
     contact = run.contacts[k]
     if kind == TURN:
-        turn_motion(row, run, k, max(across(row, k, run.dofs, line) - contact.gap, 0.0))
+        turn_motion(row, run, k, max(across(row, k, run.dofs, NOW) - contact.gap, 0.0))
     elif kind == YIELD:
         if int(contact.region) == ELASTIC:
             note_yield(run, k, time)
@@ -106,12 +114,12 @@ def apply_event(row, run, kind, k, time, line):
     elif kind == CUT:
         contact.region = float(ELASTIC if int(contact.region) == SLACK else SLACK)
     elif kind == PART:
-        lift_off(row, run, k, time, line, contact.work)
+        lift_off(row, run, k, time, NOW, contact.work)
         contact.work = 0.0
         return True, 0.0
     elif kind == TOUCH:
         contact.work = 0.0
-        touch_down(row, run, k, time)
+        touch_down(row, run, k, time, slowest_scale(row, run, group.first, group.last, time))
         return True, 0.0
     return False, 0.0
 
@@ -200,8 +208,7 @@ def integrate_contact(row, run, members, window, t, base):
     has_changed, has_slopes, unsettled, stalled = True, False, True, 0
     run.workspace.implicit = 0.0
     s = h = 0.0
-    energy_before = group_energy(row, run, group, NOW)
-    run.workspace.energy = max(run.workspace.energy, energy_before)
+    energy_before = note_energy(row, run, group)
     energy_in = 0.0
     while True:
         if has_changed:
@@ -254,9 +261,7 @@ def integrate_contact(row, run, members, window, t, base):
                 begin_contacts(row, run, group, moment + t, ground.later(t))
             if has_changed and too_many(row, run, group):
                 return fail(run, TOO_MANY_CONTACTS), t, -1
-    energy_after = group_energy(row, run, group, NOW)
-    run.workspace.energy = max(run.workspace.energy, energy_after)
-    run.workspace.residual += energy_after - energy_before - energy_in
+    run.workspace.residual += note_energy(row, run, group) - energy_before - energy_in
     return FLOWN, t, -1
 
 
@@ -275,9 +280,9 @@ def apply_with_mirror_images(row, run, group, kind, k, time):
             first, last = group.low, group.high
         for j in range(first, last):
             if j != k and is_possible(row, run, kind, j) and event_function(row, run, kind, j, True)[0] == value:
-                image_changed, change = apply_event(row, run, kind, j, time, NOW)
+                image_changed, change = apply_event(row, run, group, kind, j, time)
                 has_changed, of_images = has_changed or image_changed, of_images + change
-    event_changed, of_event = apply_event(row, run, kind, k, time, NOW)
+    event_changed, of_event = apply_event(row, run, group, kind, k, time)
     return has_changed or event_changed, of_images, of_event
 
 
@@ -331,6 +336,6 @@ def solve_group(row, run, span, watch, window, terms, rtol):
             switch_storey(row, run, storey, NOW)
         else:
             # Neighbours that start from rest with a closed gap may meet before their speed is more than rounding.
-            touch_down(row, run, point, moment + t)
+            touch_down(row, run, point, moment + t, slowest_scale(row, run, span[0], span[1], moment + t))
         base = t
         write_spectator_series(row, run, span, watch, ground.later(t), terms)

@@ -39,6 +39,15 @@ def apply_map(maps, entry, dofs, lines, span, ground, columns):
     """
     state, out = lines
     first, count = span[0], span[1] - span[0]
+    if count == 1:
+        u, v = dofs[state, first], dofs[state + VELOCITY, first]
+        moved = (0.0 + maps[entry] * u) + maps[entry + 2] * v
+        speed = (0.0 + maps[entry + 1] * u) + maps[entry + 3] * v
+        if columns > 2:
+            moved = (moved + maps[entry + 4] * ground[0]) + maps[entry + 6] * ground[1]
+            speed = (speed + maps[entry + 5] * ground[0]) + maps[entry + 7] * ground[1]
+        dofs[out, first], dofs[out + VELOCITY, first] = moved, speed
+        return
     for i in range(span[0], span[1]):
         dofs[out, i] = dofs[out + VELOCITY, i] = 0.0
     size = 2 * count
