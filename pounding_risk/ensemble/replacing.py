@@ -15,15 +15,15 @@ from pounding_risk.results.files import head_of
 if TYPE_CHECKING:
     from pounding_risk.scene.scene import Scene
 
-# A variable or dimension by which the datasets of a command are recognised, tried in this order.
+# Variables or dimensions by which the datasets of a command are recognised, tried in this order.
 MARKS = {
-    "compare": "flips",
-    "accuracy": "time_to_reach",
-    "effects": "time_ratio",
-    "spectra": "left_period",
-    "histories": "sample",
-    "simulate": "time",
-    "scan": "impact_count",
+    "compare": {"flips"},
+    "accuracy": {"time_to_reach"},
+    "effects": {"time_ratio"},
+    "spectra": {"left_period"},
+    "histories": {"sample", "time"},
+    "simulate": {"time"},
+    "scan": {"impact_count"},
 }
 OTHER_NAME = "move it away, or write to another name"
 CHOICE = "to replace it say so (--new, or new=True in Python), or write to another name (-o)"
@@ -68,7 +68,7 @@ def check_replaceable(
     if identity is None:
         return
     recorded = recorded_identity(finished.attrs)
-    asked = {table: value for table, value in _comparable(identity).items() if table in recorded}
+    asked = {table: value for table, value in comparable(identity).items() if table in recorded}
     if changes := difference(recorded, asked):
         listed = "".join(f"\n  - {sentence}" for sentence in changes)
         raise PoundingError(f"{target}: holds the finished {command} of a study that was another:{listed}\n{choice}")
@@ -88,7 +88,7 @@ def read_finished(target: Path) -> Finished:
         return Finished("", {})
     if "versions" not in attrs and "kernels_digest" not in attrs:
         return Finished("", attrs)
-    return Finished(next((command for command, mark in MARKS.items() if mark in names), ""), attrs)
+    return Finished(next((command for command, marks in MARKS.items() if marks <= set(names)), ""), attrs)
 
 
 def recorded_identity(attrs: Mapping[str, Any]) -> dict[str, Any]:
@@ -103,7 +103,7 @@ def recorded_identity(attrs: Mapping[str, Any]) -> dict[str, Any]:
     return {name: table for name, table in tables.items() if table is not None}
 
 
-def _comparable(identity: Mapping[str, Any]) -> dict[str, Any]:
+def comparable(identity: Mapping[str, Any]) -> dict[str, Any]:
     """An identity with the digest of the kernels, which datasets have, in place of that of the package."""
     from pounding_risk._jit.sources import source_digest
 

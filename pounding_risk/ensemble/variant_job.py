@@ -17,9 +17,10 @@ import numpy as np
 from xarray import Variable
 
 from pounding_risk._common.once import Shared
-from pounding_risk.ensemble.chunks import Chunk, joined
+from pounding_risk.ensemble.chunks import Chunk, joined, merged
 from pounding_risk.ensemble.grid_job import GridJob
 from pounding_risk.ensemble.job import DatasetWriter, Finish, Job, ScanInput, never
+from pounding_risk.ensemble.known_samples import KnownSamples
 from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.along import Stack, leaves_of
@@ -68,6 +69,23 @@ class VariantJob(Job):
         self.batches = self.each * self.variants.count
         self.shape = (*self.variants.shape, *self._first.shape)
         self.bytes_per_batch = self._first.bytes_per_batch
+        self.known: KnownSamples | None = None  # whose cases are not solved
+
+    def places(self, number: int) -> dict[str, int]:
+        """The place of a scene along each axis, by its name."""
+        names = (axis.name for axis in self.variants.axes)
+        return dict(zip(names, self.variants.places(number), strict=True))
+
+    def is_known(self, number: int) -> bool:
+        """True for a scene whose cases are known."""
+        return self.known is not None and self.known.has(self.places(number))
+
+    def known_batches(self) -> list[range]:
+        """The batches of all scenes whose cases are known, in as few ranges as possible."""
+        if self.known is None:
+            return []
+        numbers = filter(self.is_known, range(self.variants.count))
+        return merged(range(number * self.each, (number + 1) * self.each) for number in numbers)
 
     def job(self, number: int) -> GridJob:
         """The job of the scene of this number."""
@@ -123,6 +141,8 @@ class VariantJob(Job):
         base, gathered = self._first.template, self._gathered()
         names = tuple(axis.name for axis in self.variants.axes)
         skeleton = base.skeleton.assign_coords(axis_coordinates(self.variants.axes))
+        # Where a gap is drawn its label is the stated one, and `interface_gap` says which each sample has.
+        skeleton = skeleton.assign_coords(gap=base.skeleton["gap"].variable.copy(data=np.array(self.study.grid.gaps)))
         one_amplitude = {} if "pga" in skeleton.sizes else {"pga": 0}  # which is no dimension
         for name, (along, values) in gathered.free.differing().items():
             dims = (*(names[axis] for axis in along), *MOTIONS, *own_dims(name))
@@ -141,10 +161,10 @@ class VariantJob(Job):
         gathered = Gathered(free, coords, tables, attributes, {}, {})
         for number in range(self.variants.count):
             job = self.job(number)
-            gathered.free.add(number, {f"{name}_free": values for name, values in job.free_values().items()})
+            gathered.free.add(number, self._free(number, job))
             own = job.coordinates(whole=True)
             gathered.coords.add(number, {name: np.asarray(about[1]) for name, about in own.items()})
-            gathered.tables.add(number, {_path_text(path): leaf for path, leaf in leaves_of(job.study.resolved())})
+            gathered.tables.add(number, _leaves(job.study))
             notes = of_input(job.study, job.scan_input.motions)
             told = {"notes": as_text(list(notes))} if notes else {}
             gathered.attributes.add(number, job.numbers() | flags_of(job.scan_input.motions) | told)
@@ -153,15 +173,28 @@ class VariantJob(Job):
                 gathered.flags.setdefault(motion.name, {}).update(dict.fromkeys(motion.flags))
         return gathered
 
+    def _free(self, number: int, job: GridJob) -> dict[str, Any]:
+        """The variables of the motions of a scene without contact."""
+        if self.known is not None and self.is_known(number):
+            return self.known.free(self.places(number), (f"{name}_free" for name in job.free_outputs(job.study)))
+        return {f"{name}_free": values for name, values in job.free_values().items()}
+
     def _attributes(self, first: dict[str, Any], gathered: Gathered) -> dict[str, Any]:
         """The attributes of the whole dataset from those of the first scene; what differs is told by place alone."""
-        variants = {"tables": _as_lists(gathered.tables), "attributes": _as_lists(gathered.attributes)}
+        own = _leaves(self.study)
+        # What is the same in all scenes and unlike the study's own, which has none of their values, is told too.
+        tables = [one for one in _as_lists(gathered.tables, whole=True) if one[1] or own.get(one[0], one) != one[2]]
+        variants = {"tables": tables, "attributes": _as_lists(gathered.attributes)}
         differing = {name for name, *_ in variants["attributes"]}
+        drawn = self.study.uncertain
+        notes = [*(() if drawn is None else drawn.notes()), *gathered.notes]
+        if drawn is not None and "notes" not in differing:
+            variants["attributes"].append(["notes", [], as_text(list(gathered.notes)) if gathered.notes else None])
         attrs = {name: value for name, value in first.items() if name not in differing}
         attrs |= made_from(self.study, self.scan_input.motions)
         attrs |= {SCENE_AXES: axis_text(self.variants.axes), VARIANTS: as_text(variants)}
         attrs["flags"] = as_text({name: list(flags) for name, flags in gathered.flags.items() if flags})
-        return attrs | ({"notes": as_text(list(gathered.notes))} if gathered.notes else {})
+        return attrs | ({"notes": as_text(notes)} if notes else {})
 
     def writer(self) -> VariantWriter:
         return VariantWriter(self)
@@ -175,6 +208,11 @@ def ordered_axes(study: Scene, kind: type[GridJob]) -> tuple[SceneAxis, ...]:
         if place in (0, axis.size - 1):
             keys[axis.name].add(kind.alone_key(variants.made(overrides)))
     return tuple(sorted(variants.axes, key=lambda axis: len(keys[axis.name]) == 1))
+
+
+def _leaves(study: Scene) -> dict[str, Any]:
+    """The values of the resolved tables of a scene by their paths."""
+    return {_path_text(path): leaf for path, leaf in leaves_of(study.resolved())}
 
 
 @lru_cache(maxsize=1024)
@@ -214,6 +252,22 @@ class VariantWriter:
                 self._number, self._writer = number, self._job.job(number).writer()
             assert self._writer is not None, "opened just now"
             written.append(self._writer.values(own, {name: values[where] for name, values in chunk.items()}))
+        return joined(written)
+
+    def known(self, batches: range) -> Chunk:
+        """Every case variable of these batches, whose scenes are known."""
+        job, written = self._job, []
+        assert job.known is not None, "asked of known batches alone"
+        for number, own, _ in job.pieces(batches):
+            places = job.places(number)
+            if number != self._number:
+                self._close()
+                self._number = number
+                if counts := job.known.attribute(PARTS, places):
+                    self._parts.update(json.loads(counts))
+                    self._counts.add(number, {PARTS: counts})
+            whole = job.known.cases(places, job.template)
+            written.append({name: values[own.start : own.stop] for name, values in whole.items()})
         return joined(written)
 
     def _close(self) -> None:

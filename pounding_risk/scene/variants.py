@@ -13,6 +13,7 @@ from pounding_risk.scene.scene import Scene, scene_of
 from pounding_risk.scene.scene_axis import SceneAxis, alone, count_of, overrides_at, shape_of_axes
 from pounding_risk.scene.toml import parse_toml
 
+NO_SAMPLES = "uncertain.samples=0"  # what `--set` takes for every uncertain number at its stated value
 MOST_KEPT = 20_000  # scenes, some kB each
 
 
@@ -72,7 +73,11 @@ def check_one_scene(study: Scene, command: str) -> None:
     """Raise SceneError for a scene with axes in a command that runs one scene, with how to choose one."""
     if not study.axes:
         return
-    has = "; ".join(f"{', '.join(axis.keys)}: {axis.words()}" for axis in study.axes)
-    choice = " ".join(f"--set '{text}'" for axis in study.axes for text in axis.overrides(0))
+    has = "; ".join(
+        axis.words() if axis.dimension else f"{', '.join(axis.keys)}: {axis.words()}" for axis in study.axes
+    )
+    choices = (text for axis in study.axes for text in ((NO_SAMPLES,) if axis.dimension else axis.overrides(0)))
+    choice = " ".join(f"--set '{text}'" for text in choices)
     sentence = f"the scene varies along {has}; {command} runs one scene: choose with {choice}"
+    sentence += " for the values that the scene states" * (study.uncertain is not None)
     raise SceneError(study.source, [f"grid: {sentence} (in Python with scene.replace), which is then no axis"])
