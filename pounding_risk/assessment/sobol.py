@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
-RESAMPLES = 400  # of the bootstrap
+RESAMPLES = 200  # of the bootstrap
 MOST_BINS = 25
 LEAST_SAMPLES = 8  # from which indices are given
 FEW_VALUES = 8  # of a number; each has a bin of its own

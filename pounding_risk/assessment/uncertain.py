@@ -181,7 +181,7 @@ def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
         for index, (one, gap) in enumerate(zip(closings, judged, strict=True))
     ]
     names = xr.Variable("interface", list(subject.interfaces), {"long_name": "buildings on both sides of a gap"})
-    dataset = xr.concat(parts, dim=names, combine_attrs="drop")
+    dataset = xr.concat(parts, dim=names, combine_attrs="override")
     dataset = dataset.assign_coords(
         {
             f"value_of_{key}": ("sample", values, subject.attrs_of(key))

@@ -108,7 +108,8 @@ class Samples:
     @property
     def place(self) -> xr.Dataset:
         """The dataset of the first sample, for what is the same in all."""
-        return with_axes(self.dataset.isel({SAMPLE: [0]}))
+        place = with_axes(self.dataset.isel({SAMPLE: [0]}))
+        return place.isel({SAMPLE: 0}, drop=True) if SAMPLE in place.dims else place
 
     @property
     def interfaces(self) -> tuple[str, ...]:
@@ -262,7 +263,7 @@ def _by_sample(values: xr.DataArray, level: int) -> Array:
 
 def _gaps_of_samples(one: xr.Dataset) -> Array | None:
     """The gap of each sample [m] at one interface, where gaps are uncertain."""
-    for name in ("interface_gap", "gap"):
+    for name in ("sample_gap", "interface_gap"):
         if name in one.variables and SAMPLE in one[name].dims:
             gaps = one[name].transpose(SAMPLE, ...).values
             return np.asarray(gaps.reshape(len(gaps), -1)[:, 0], dtype=float)
@@ -362,7 +363,7 @@ def sampled_scene(
         tuple(uncertain.keys),
         tuple(np.asarray(whole[key].values)[: len(drawn)] for key in uncertain.keys),
         str(whole.attrs.get("title", "")),
-        "; ".join(f"{name}: {said}" for name, said in uncertain.described()),
+        "; ".join(f"{name}: {said}" for name, said in uncertain.described()).removeprefix("samples: "),
         tuple(_told_of_scene(uncertain, whole)),
         pieces[1],
         pieces[2] if num else None,
@@ -385,11 +386,6 @@ def _told_of_scene(uncertain: Any, free: xr.Dataset) -> Iterator[str]:
         "No run of contact: whether a motion closes a gap follows from the motion without contact, whatever the "
         "contact model or F_E."
     )
-    if free.sizes.get("interface", 1) > 1:
-        yield (
-            "In a row, contact elsewhere may push buildings across a gap that a motion leaves open: that is not in "
-            "here. Scan the scene for it."
-        )
     yield "Every number that [uncertain] does not name is taken as known exactly."
     if uncertain.method != "random":
         yield (
@@ -403,4 +399,4 @@ def _told_of_scene(uncertain: Any, free: xr.Dataset) -> Iterator[str]:
             f"{between} are correlated: indices of these share what the numbers have in common, and a tornado moves "
             "each by itself, which they hardly do."
         )
-    yield from json.loads(free.attrs.get("told", "[]"))
+    yield from json.loads(free.attrs.get("notes", "[]"))

@@ -99,7 +99,7 @@ def parts_words(part: xr.Dataset) -> str:
     whose = "ln closing" if str(part["chosen_output"].item()) in OUTPUT_WORDS else "the output"
     ordered = sorted(("motions", "parameters", "interaction"), key=lambda name: -share[name])
     words = {"motions": "the motions", "parameters": "the uncertain numbers", "interaction": "both together"}
-    each = ", ".join(f"{share_words(share[name])} from {words[name]}" for name in ordered)
+    each = ", ".join(f"{_share(share[name])} from {words[name]}" for name in ordered).replace(" from", " comes from", 1)
     unit = str(part["dispersion"].attrs["units"])
     total = f"{deviation['total']:.2g}" if unit == "1" else _said(deviation["total"], unit)
     return f"Of the variance of {whose} {each} (deviation {total} in all)."
@@ -153,8 +153,10 @@ def _dispersion(part: xr.Dataset) -> Iterator[str]:
     gone = min(max(float(first[lead]), 0.0), 1.0) * deviation["parameters"] ** 2
     left = float(np.sqrt(max(deviation["total"] ** 2 - gone, 0.0)))
     name = str(part["uncertain_number"].values[lead])
+    total, narrowed = f"{deviation['total']:.2g}", f"{left:.2g}"
+    change = f"fall to {narrowed}" if narrowed != total else "hardly change"
     yield (
-        f"The total dispersion of the closing, {deviation['total']:.2g}, would fall to {left:.2g} were {name} known; "
+        f"The total dispersion of the closing, {total}, would {change} were {name} known; "
         f"{deviation['motions']:.2g} is that of the motions, which no such knowledge narrows."
     )
 
@@ -170,21 +172,15 @@ def _bounds(closings: CrossedClosings, gap: float, criterion: Criterion) -> Iter
     gains = sizes[0] - sizes[1], sizes[0] - sizes[2]
     if max(gains) < 0.02 * sizes[0]:
         return
+    whence = "of recordings and samples alike"
     if gains[0] >= MOSTLY * sum(gains):
-        yield (
-            f"The bounds of P(contact) come mostly of the recordings: twice as many like these would bring {now} to "
-            f"{recordings}, twice as many samples to {samples_}."
-        )
+        whence = "mostly of the recordings"
     elif gains[1] >= MOSTLY * sum(gains):
-        yield (
-            f"The bounds of P(contact) come mostly of the samples, which cost little: twice as many would bring {now} "
-            f"to {samples_}, twice as many recordings to {recordings}."
-        )
-    else:
-        yield (
-            f"The bounds of P(contact) come of recordings and samples alike: twice as many recordings would bring "
-            f"{now} to {recordings}, twice as many samples to {samples_}."
-        )
+        whence = "mostly of the samples"
+    yield (
+        f"The bounds of P(contact), {now}, come {whence}: twice as many recordings like these would make them "
+        f"{recordings}, twice as many samples {samples_}."
+    )
 
 
 def _share(value: Any) -> str:

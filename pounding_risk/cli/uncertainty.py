@@ -231,8 +231,9 @@ def _print_tornado(part: Any) -> None:
         return
     values, unit = part[name].values, str(part[name].attrs["units"])
     heads = (f"number, on {output}", "at 10 %", "all at medians", "at 90 %")
+    say_one = _percent if output == "contact_probability" else lambda one: _value(one, unit)
     rows = [
-        (str(part["uncertain_number"].values[place]), *(_value(one, unit) for one in values[place]))
+        (str(part["uncertain_number"].values[place]), *(say_one(one) for one in values[place]))
         for place in np.argsort(-np.abs(values[:, 2] - values[:, 0]), kind="stable")
     ]
     print_table(heads, rows, "lrrr")

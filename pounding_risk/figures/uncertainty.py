@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BANDS = ((5.0, 95.0, 0.18), (16.0, 84.0, 0.32))  # percentiles over the samples, and how dark
+LEAST_SHOWN, MOST_SHOWN = -0.25, 1.25  # of shares, whose bounds may lie further out
 MOST_NUMBERS = 12  # that are drawn, those that matter most
 FIRST, TOTAL = STYLES[0][0], STYLES[5][0]
 
@@ -65,10 +66,11 @@ def _finding(results: xr.Dataset, names: list[str]) -> str:
         who = f"{plain(name)}: " if len(names) > 1 else ""
         clauses.append(
             f"{who}P(contact) at {say(float(part['judged_gap']), GAP, 3)} is {share_words(share)} "
-            f"({share_words(low)} to {share_words(high)}), {part['verdict'].item()} for "
-            f"{percent_words(float(results.attrs['target']))}"
+            f"({share_words(low)} to {share_words(high)}), {part['verdict'].item()} for a "
+            f"target of {percent_words(float(results.attrs['target']))}"
         )
-        clauses.append(f"{who}{parts_words(part).rstrip('.')}")
+        parts = parts_words(part).rstrip(".")
+        clauses.append(f"{who}{parts[0].lower()}{parts[1:]}")
     return "; ".join(clauses)
 
 
@@ -103,7 +105,7 @@ def _contact(axis: Any, part: xr.Dataset, name: str) -> None:
     axis.set_xlabel("gap [mm]")
     axis.set_ylabel("P(contact)")
     axis.set_title(f"contact{f', {plain(name)}' if name else ''}", fontsize=9.5)
-    axis.legend(fontsize=7.5)
+    axis.legend(fontsize=7.5, loc="upper right")
 
 
 def _ordered(values: Any) -> list[int]:
@@ -127,6 +129,8 @@ def _indices(axis: Any, part: xr.Dataset) -> None:
         axis.barh(at, np.maximum(value, 0.0), width * 0.9, color=colour, hatch=hatch, edgecolor="white", label=label)
         ends = np.clip([value - low, high - value], 0.0, None)
         axis.errorbar(value, at, xerr=ends, fmt="none", color="black", linewidth=1.0, capsize=2.5)
+    low, high = axis.get_xlim()
+    axis.set_xlim(max(low, LEAST_SHOWN), min(high, MOST_SHOWN))
     axis.set_yticks(range(len(order)), [_short(part["uncertain_number"].values[place]) for place in order], fontsize=8)
     axis.axvline(0.0, color=QUIET, linewidth=0.8)
     axis.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
@@ -134,7 +138,8 @@ def _indices(axis: Any, part: xr.Dataset) -> None:
     said = OUTPUT_WORDS.get(output, output.replace("_", " "))
     what = "first-order and total shares" if len(kinds) > 1 else "first-order shares"
     if np.isfinite(one["first_order"].values).any():
-        axis.legend(fontsize=8, loc="lower right") if len(kinds) > 1 else None
+        if len(kinds) > 1:
+            axis.legend(fontsize=8)
         axis.set_title(f"{what} of {said}, with bounds", fontsize=9.5)
     else:
         axis.set_title(f"{said} does not vary over the samples", fontsize=9.5)
@@ -163,6 +168,7 @@ def _tornado(axis: Any, part: xr.Dataset) -> None:
         axis.barh([np.nan], [0.0], color=colour, hatch=hatch, edgecolor="white", label=label)
     axis.axvline(middle, color="black", linewidth=1.0)
     axis.set_ylim(-0.6, len(order) - 0.4)
+    axis.margins(x=0.08)
     axis.set_yticks(range(len(order)), [_short(part["uncertain_number"].values[place]) for place in order], fontsize=8)
     said = OUTPUT_WORDS.get(name, name)
     axis.set_xlabel(f"{said} [mm]" if unit == "m" else said)
