@@ -43,6 +43,8 @@ _HOMES = {
     "EqualTerms": "scene.interfaces",
     "Records": "scene.records",
     "Grid": "scene.tables",
+    "Uncertain": "scene.uncertain_tables",
+    "sample_axis": "scene.uncertain",
     "Solver": "scene.tables",
     "Effect": "scene.tables",
     "read_motion": "motions.read",

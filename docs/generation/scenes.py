@@ -8,6 +8,7 @@ from generation.markdown import docstring, plain, table
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.results.run_variables import CONTACT_PLACE, CONTACTS, HISTORIES
 from pounding_risk.scene import sections
+from pounding_risk.scene.distributions import KINDS, Parameter
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
 from pounding_risk.solver.row.outputs import OF_BUILDINGS, OF_POINTS, OF_RUNS, OF_STOREYS, OF_YIELDING, POINT
@@ -20,6 +21,12 @@ that names the nearest one. All errors of a file are reported at once, with thei
 
 `--set interface.gap="20 mm"` of a command replaces a value. `pounding-risk schema` writes this page as a JSON schema,
 from which editors complete and check the keys of a scene.
+
+"""
+DISTRIBUTIONS = """### Distributions
+
+Each number stands under its address, as `"building.frame.period" = {distribution = "lognormal", dispersion = 0.2}`. All
+but `discrete` are cut at the bounds of the number itself, and at `low` and `high` where the scene writes them.
 
 """
 HEADS = ("key", "meaning", "unit and range", "example", "default")
@@ -36,7 +43,27 @@ def scene_page() -> str:
         if section == "interface":
             inner = schema["$defs"]["EqualTermsTable"]["properties"]
             text += f"### equal\\_terms\n\n{table(HEADS, _rows(inner))}\n"
+        if section == "uncertain":
+            text += f"{DISTRIBUTIONS}{table(('distribution', 'meaning', 'keys', 'example'), _distributions())}\n"
     return text
+
+
+def _distributions() -> list[tuple[str, ...]]:
+    """Every distribution with its keys."""
+    return [
+        (
+            f"`{name}`",
+            plain((kind.__doc__ or "").partition("\n")[0]),
+            "; ".join(f"`{key}`: {plain(_parameter(one))}" for key, one in kind.takes.items()),
+            f"`{kind.example}`",
+        )
+        for name, kind in KINDS.items()
+    ]
+
+
+def _parameter(one: Parameter) -> str:
+    absent = "the scene's own value" if one.is_own else "" if one.is_needed else "may be left out"
+    return f"{one.words} ({absent})" if absent else one.words
 
 
 def _table_of(schema: dict[str, Any], section: dict[str, Any]) -> dict[str, Any]:

@@ -15,16 +15,12 @@ from pounding_risk.results.files import head_of
 if TYPE_CHECKING:
     from pounding_risk.scene.scene import Scene
 
-# A variable or dimension by which the datasets of a command are recognised, tried in this order.
+# Variables or dimensions by which the datasets of a command are recognised, tried in this order.
 MARKS = {
-    "compare": "flips",
-    "accuracy": "time_to_reach",
-    "effects": "time_ratio",
-    "spectra": "left_period",
-    "uncertainty": "uncertain_number",
-    "histories": "sample",
-    "simulate": "time",
-    "scan": "impact_count",
+    "uncertainty": {"uncertain_number"},
+    "histories": {"sample", "time"},
+    "simulate": {"time"},
+    "scan": {"impact_count"},
 }
 OTHER_NAME = "move it away, or write to another name"
 CHOICE = "to replace it say so (--new, or new=True in Python), or write to another name (-o)"
@@ -89,7 +85,7 @@ def read_finished(target: Path) -> Finished:
         return Finished("", {})
     if "versions" not in attrs and "kernels_digest" not in attrs:
         return Finished("", attrs)
-    return Finished(next((command for command, mark in MARKS.items() if mark in names), ""), attrs)
+    return Finished(next((command for command, marks in MARKS.items() if marks <= set(names)), ""), attrs)
 
 
 def recorded_identity(attrs: Mapping[str, Any]) -> dict[str, Any]:

@@ -123,6 +123,8 @@ class VariantJob(Job):
         base, gathered = self._first.template, self._gathered()
         names = tuple(axis.name for axis in self.variants.axes)
         skeleton = base.skeleton.assign_coords(axis_coordinates(self.variants.axes))
+        # Where a gap is drawn its label is the stated one, and `interface_gap` says which each sample has.
+        skeleton = skeleton.assign_coords(gap=base.skeleton["gap"].variable.copy(data=np.array(self.study.grid.gaps)))
         one_amplitude = {} if "pga" in skeleton.sizes else {"pga": 0}  # which is no dimension
         for name, (along, values) in gathered.free.differing().items():
             dims = (*(names[axis] for axis in along), *MOTIONS, *own_dims(name))
@@ -144,7 +146,7 @@ class VariantJob(Job):
             gathered.free.add(number, {f"{name}_free": values for name, values in job.free_values().items()})
             own = job.coordinates(whole=True)
             gathered.coords.add(number, {name: np.asarray(about[1]) for name, about in own.items()})
-            gathered.tables.add(number, {_path_text(path): leaf for path, leaf in leaves_of(job.study.resolved())})
+            gathered.tables.add(number, _leaves(job.study))
             notes = of_input(job.study, job.scan_input.motions)
             told = {"notes": as_text(list(notes))} if notes else {}
             gathered.attributes.add(number, job.numbers() | flags_of(job.scan_input.motions) | told)
@@ -155,13 +157,20 @@ class VariantJob(Job):
 
     def _attributes(self, first: dict[str, Any], gathered: Gathered) -> dict[str, Any]:
         """The attributes of the whole dataset from those of the first scene; what differs is told by place alone."""
-        variants = {"tables": _as_lists(gathered.tables), "attributes": _as_lists(gathered.attributes)}
+        own = _leaves(self.study)
+        # What is the same in all scenes and unlike the study's own, which has none of their values, is told too.
+        tables = [one for one in _as_lists(gathered.tables, whole=True) if one[1] or own.get(one[0], one) != one[2]]
+        variants = {"tables": tables, "attributes": _as_lists(gathered.attributes)}
         differing = {name for name, *_ in variants["attributes"]}
+        drawn = self.study.uncertain
+        notes = [*(() if drawn is None else drawn.notes()), *gathered.notes]
+        if drawn is not None and "notes" not in differing:
+            variants["attributes"].append(["notes", [], as_text(list(gathered.notes)) if gathered.notes else None])
         attrs = {name: value for name, value in first.items() if name not in differing}
         attrs |= made_from(self.study, self.scan_input.motions)
         attrs |= {SCENE_AXES: axis_text(self.variants.axes), VARIANTS: as_text(variants)}
         attrs["flags"] = as_text({name: list(flags) for name, flags in gathered.flags.items() if flags})
-        return attrs | ({"notes": as_text(list(gathered.notes))} if gathered.notes else {})
+        return attrs | ({"notes": as_text(notes)} if notes else {})
 
     def writer(self) -> VariantWriter:
         return VariantWriter(self)
@@ -175,6 +184,11 @@ def ordered_axes(study: Scene, kind: type[GridJob]) -> tuple[SceneAxis, ...]:
         if place in (0, axis.size - 1):
             keys[axis.name].add(kind.alone_key(variants.made(overrides)))
     return tuple(sorted(variants.axes, key=lambda axis: len(keys[axis.name]) == 1))
+
+
+def _leaves(study: Scene) -> dict[str, Any]:
+    """The values of the resolved tables of a scene by their paths."""
+    return {_path_text(path): leaf for path, leaf in leaves_of(study.resolved())}
 
 
 @lru_cache(maxsize=1024)

@@ -24,7 +24,7 @@ def kind_of(dataset: xr.Dataset) -> str:
     for kind, marks in MARKS.items():
         if marks & names:
             return kind
-    if "sample" in dataset.dims:
+    if "sample" in dataset.dims and "time" in dataset.variables:  # a scan may have samples of uncertain numbers
         return "histories"
     if "time" in dataset.dims and "contact_force" in dataset.variables:
         return "simulate"

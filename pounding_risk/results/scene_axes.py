@@ -22,13 +22,14 @@ from pounding_risk.results.attributes import as_text
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.variables import described
 from pounding_risk.scene.overrides import address_of, parts_of
-from pounding_risk.scene.scene_axis import SceneAxis, overrides_at
+from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap, overrides_at
 from pounding_risk.scene.toml import write_toml
-from pounding_risk.units import Quantity, QuantityError, parse, shown
+from pounding_risk.units import GAP, Quantity, QuantityError, parse, shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
+SAMPLES = "number of a sample of the uncertain numbers, from 0"  # what the coordinate `sample` is
 VARIANTS = "scene_variants"  # the attribute that holds what else differs along the axes
 NEAR = 1e-9  # relative: a value that was written down and read again
 FEW = 8  # values of an axis that a sentence lists
@@ -36,7 +37,13 @@ FEW = 8  # values of an axis that a sentence lists
 
 def axis_text(axes: Sequence[SceneAxis]) -> str:
     """The axes as an attribute."""
-    return as_text([{"keys": list(axis.keys), "values": [list(values) for values in axis.values]} for axis in axes])
+    return as_text(
+        [
+            {"keys": list(axis.keys), "values": [list(values) for values in axis.values]}
+            | ({"dimension": axis.dimension} if axis.dimension else {})
+            for axis in axes
+        ]
+    )
 
 
 def axes_of(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
@@ -45,7 +52,10 @@ def axes_of(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
     if not text:
         return ()
     try:
-        return tuple(SceneAxis(tuple(one["keys"]), tuple(map(tuple, one["values"]))) for one in json.loads(text))
+        return tuple(
+            SceneAxis(tuple(one["keys"]), tuple(map(tuple, one["values"])), one.get("dimension", ""))
+            for one in json.loads(text)
+        )
     except (TypeError, ValueError, LookupError):
         raise PoundingError(
             f"the attribute {SCENE_AXES} cannot be read: the file was damaged or changed since it was written"
@@ -57,7 +67,7 @@ def axis_coordinates(axes: Iterable[SceneAxis]) -> dict[str, Any]:
     coords: dict[str, Any] = {}
     for axis in axes:
         for key, labels in axis.labels().items():
-            words = f"value of {key} of the scene"
+            words = f"value of {key} of the scene" if key in axis.keys else SAMPLES
             attrs = {"long_name": words} if labels.unit is None else described(labels.unit, words)
             coords[key] = (axis.name, list(labels.values), attrs)
     return coords
@@ -70,7 +80,11 @@ def open_axes(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
 
 def along_words(dataset: xr.Dataset) -> list[str]:
     """Each axis with more than one place in words: "building.frame.period: 50 from 0.2 s to 2 s"."""
-    return [f"{key}: {_listed(dataset, key)}" for axis in open_axes(dataset) for key in axis.keys]
+    return [
+        f"{key}: {_listed(dataset, key)}"
+        for axis in open_axes(dataset)
+        for key in ((axis.name,) if axis.dimension else axis.keys)
+    ]
 
 
 def check_settled(dataset: xr.Dataset, source: str = "the dataset") -> None:
@@ -105,7 +119,7 @@ def settled(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
         )
     places = [_place_of_label(dataset, axis, source) for axis in axes]
     chosen = dataset.isel({axis.name: 0 for axis in axes if axis.name in dataset.dims})
-    chosen = chosen.drop_vars([key for axis in axes for key in axis.keys if key in chosen.variables])
+    chosen = chosen.drop_vars([key for axis in axes for key in axis.names if key in chosen.variables])
     try:
         chosen.attrs = _attributes(dataset, axes, places)
     except (TypeError, ValueError, LookupError):
@@ -113,13 +127,26 @@ def settled(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
             f"{source}: the attributes {VARIANTS} and scene_resolved cannot be read together: the file was damaged or "
             "changed since it was written"
         ) from None
+    return _with_drawn_gap(chosen) if any(axis.dimension and has_gap(axis.keys) for axis in axes) else chosen
+
+
+def _with_drawn_gap(chosen: xr.Dataset) -> xr.Dataset:
+    """The dataset of one sample of which a gap was drawn, with the gap of its scene in place of the stated one."""
+    stated = tomllib.loads(str(chosen.attrs["scene_resolved"])).get("grid", {}).get("gap", ())
+    if len(stated) != 1 or "gap" not in chosen.coords:
+        return chosen
+    gap = parse(stated[0], GAP)
+    label = chosen["gap"].variable
+    chosen = chosen.assign_coords(gap=label.copy(data=np.full(label.shape, gap)))
+    if "interface_gap" in chosen.coords and (chosen["interface_gap"].values == gap).all():
+        chosen = chosen.drop_vars("interface_gap")  # which a scan of one sample has where interfaces differ
     return chosen
 
 
 def _place_of_label(dataset: xr.Dataset, axis: SceneAxis, source: str) -> int:
     """The place along an axis whose labels the dataset has left."""
     labels = axis.labels()
-    left = {key: np.atleast_1d(dataset[key].values)[0] for key in axis.keys if key in dataset.variables}
+    left = {key: np.atleast_1d(dataset[key].values)[0] for key in axis.names if key in dataset.variables}
     for place in range(axis.size):
         if all(_equal(labels[key].values[place], value) for key, value in left.items()):
             return place
@@ -143,6 +170,7 @@ def _attributes(dataset: xr.Dataset, axes: Sequence[SceneAxis], places: Sequence
         tables = tomllib.loads(str(attrs["scene_resolved"]))
         for key in ("zip", *(key for axis in axes for key in axis.keys)):
             tables.get("grid", {}).pop(key, None)
+        tables.pop(UNCERTAIN, None)
         for path, along, values in variants.get("tables", ()):
             _set(tables, json.loads(path), at_places(along, values, places))
         attrs["scene_resolved"] = write_toml(tables)
@@ -175,9 +203,9 @@ def selected(dataset: xr.Dataset, choices: Sequence[str], source: str = "the dat
         if not equals:
             raise PoundingError(f"--select {shown(text)} is not axis=value; write building.frame.period=0.5")
         key = address_of(parts_of(left)) or left.strip()
-        axis = next((one for one in axes_of(dataset) if key in one.keys), None)
+        axis = next((one for one in axes_of(dataset) if key in one.names), None)
         if axis is None:
-            known = [name for one in axes_of(dataset) for name in one.keys]
+            known = [name for one in axes_of(dataset) for name in one.names]
             has = f"it has {', '.join(known)}" if known else "it has none"
             raise PoundingError(f"--select {key}: {source} has no such axis{nearest(key, known)}; {has}")
         place = _place(dataset, key, right.strip())

@@ -7,7 +7,7 @@ else reads them.
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence, Set
 from contextlib import suppress
 from math import inf
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ from pounding_risk.models.effects import EFFECTS, read_option, written_option
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.keys import Key, Number, Several, Unreadable, list_of, spaced
 from pounding_risk.scene.overrides import address_of, override, parts_of
-from pounding_risk.scene.scene_axis import NO_UNIT, SceneAxis, labels_of
+from pounding_risk.scene.scene_axis import NO_UNIT, UNCERTAIN, SceneAxis, labels_of
 from pounding_risk.scene.tables import Grid
 from pounding_risk.scene.toml import Fault, KeyPath
 from pounding_risk.units import Quantity, parse, shown, si
@@ -36,10 +36,18 @@ Known = Mapping[str, Mapping[str, Key]]  # the keys of each section
 
 
 class Placed(NamedTuple):
-    """An axis, and where it stands in the scene's file."""
+    """An axis, where it stands in the scene's file, and what it sets in the tables of the scene."""
 
     path: KeyPath
     axis: SceneAxis
+    targets: tuple[KeyPath, ...] = ()
+
+
+class Address(NamedTuple):
+    """What varies."""
+
+    key: str  # the address, in one spelling
+    targets: tuple[KeyPath, ...]  # what it sets in the tables of the scene
 
 
 class Entry(NamedTuple):
@@ -86,7 +94,7 @@ def taken_axes(raw: dict[str, Any], outside: Sequence[KeyPath], known: Known) ->
             wrong.append(Fault(("grid", ZIP), f"values that move together are as many as each other, not {counts}"))
         elif members:
             axis = SceneAxis(tuple(m.key for m in members), tuple(m.values for m in members))
-            placed.append(Placed(members[0].path, axis))
+            placed.append(Placed(members[0].path, axis, tuple(target for m in members for target in m.targets)))
             wrong += _repeated(members)
     return tuple(placed), faults + wrong
 
@@ -106,28 +114,36 @@ def _entries(grid: dict[str, Any], own: Container[str]) -> list[tuple[KeyPath, s
         if "." in key:
             found.append((("grid", key), key, grid.pop(key)))
         elif isinstance(grid[key], dict) and not RANGE & set(grid[key]):  # building.frame.period = ... unquoted
-            found += _unquoted(("grid", key), grid.pop(key))
+            found += unquoted(("grid", key), grid.pop(key), RANGE)
     return found
 
 
-def _unquoted(path: KeyPath, value: Any) -> Iterator[tuple[KeyPath, str, Any]]:
-    if isinstance(value, dict) and not RANGE & set(value):
+def unquoted(path: KeyPath, value: Any, ends: Set[str]) -> Iterator[tuple[KeyPath, str, Any]]:
+    """The values below a key that is written without quotes, building.frame.period; a table with ``ends`` is one."""
+    if isinstance(value, dict) and not ends & set(value):
         for key, inner in value.items():
-            yield from _unquoted((*path, key), inner)
+            yield from unquoted((*path, key), inner, ends)
     else:
         yield path, address_of([str(part) for part in path[1:]]), value
 
 
 def _entry(path: KeyPath, text: str, value: Any, raw: dict[str, Any], known: Known) -> Entry:
     """An axis as [grid] has it, from its address and values; raises Unreadable."""
-    parts = parts_of(text)
-    if len(parts) < 2:
+    if len(parts_of(text)) < 2:
         raise Unreadable(f"{shown(text or value)} is no key of the scene; write for example {_EXAMPLE}")
+    address = addressed(text, raw, known, "an axis")
+    return Entry(address.key, path, address.targets, _values(value, one_value(address.targets[0], known)))
+
+
+def addressed(text: str, raw: Mapping[str, Any], known: Known, what: str) -> Address:
+    """The address of a number that varies; ``what`` it then is. Raises Unreadable where no number may."""
+    parts = parts_of(text)
     section = parts[0]
     if section in ELSEWHERE:
-        raise Unreadable(f"no key of [{section}] is an axis: {ELSEWHERE[section]}")
+        raise Unreadable(f"no key of [{section}] is {what}: {ELSEWHERE[section]}")
     if section not in VARIED:
-        raise Unreadable(f"there is no such section{nearest(section, VARIED)}; axes are of {', '.join(VARIED)}")
+        sections = ", ".join(VARIED)
+        raise Unreadable(f"there is no such section{nearest(section, VARIED)}; {what} is of one of {sections}")
     key = address_of(parts)
     if "/" in key:
         raise Unreadable('a dataset has no dimension with "/" in its name; write the number: building.1.period')
@@ -138,7 +154,7 @@ def _entry(path: KeyPath, text: str, value: Any, raw: dict[str, Any], known: Kno
         targets = override(scratch, f"{key}=0", known, "")
     except SceneError as error:
         raise Unreadable(without_label(error.faults[0], key)) from None
-    return Entry(key, path, tuple(targets), _values(value, one_value(targets[0], known)))
+    return Address(key, tuple(targets))
 
 
 def without_label(sentence: str, key: str) -> str:
@@ -179,8 +195,7 @@ def _spaced(value: dict[str, Any], one: Callable[[Any, Number], Any]) -> tuple[A
 
 def one_value(target: KeyPath, known: Known) -> Callable[[Any, Number], Any]:
     """What brings one value of a key into the form of a resolved scene; what the key cannot take stays as it is."""
-    inside = target[2:] if isinstance(target[1], int) else target[1:]
-    read = _reader(str(target[0]), inside, known)
+    read = reader_of(target, known)
 
     def one(value: Any, number: Number) -> Any:
         with suppress(ValueError, TypeError, LookupError):
@@ -191,8 +206,9 @@ def one_value(target: KeyPath, known: Known) -> Callable[[Any, Number], Any]:
     return one
 
 
-def _reader(section: str, inside: Sequence[str | int], known: Known) -> Callable[[Any, Number], Any]:
-    """How one value of a key is read and written; ``inside`` is its path in the table of the section."""
+def reader_of(target: KeyPath, known: Known) -> Callable[[Any, Number], Any]:
+    """How one value of a key is read and written."""
+    section, inside = str(target[0]), target[2:] if isinstance(target[1], int) else target[1:]
     name, below = (str(inside[0]) if inside else ""), inside[1:]
     if section == "effects":
         allowed = EFFECTS[name].options[str(below[0])] if name in EFFECTS and below else None
@@ -271,12 +287,10 @@ def axes_in_text(grid: Mapping[str, Any], known: Known) -> dict[str, Any]:
     for key, value in written.items():
         if key in known["grid"] or not isinstance(key, str) or not isinstance(value, Mapping | Sequence):
             continue
-        parts = parts_of(key)
-        names = [part for part in parts[1:] if part in known.get(parts[0], {})] if parts else []
-        if not names:
+        target = likely_target(key, known)
+        if not target:
             continue
-        below = [int(part) - 1 if part.isdecimal() else part for part in parts[parts.index(names[0], 1) + 1 :]]
-        one = one_value((parts[0], names[0], *below), known)
+        one = one_value(target, known)
         if isinstance(value, Mapping):
             written[key] = {end: inner if end == "num" else one(inner, si) for end, inner in value.items()}
         elif not isinstance(value, str):
@@ -284,15 +298,26 @@ def axes_in_text(grid: Mapping[str, Any], known: Known) -> dict[str, Any]:
     return written
 
 
+def likely_target(address: str, known: Known) -> KeyPath:
+    """What an address sets, without the tables of its scene: section and key; nothing where it names no key."""
+    parts = parts_of(address)
+    names = [part for part in parts[1:] if part in known.get(parts[0], {})] if parts else []
+    if not names:
+        return ()
+    below = [int(part) - 1 if part.isdecimal() else part for part in parts[parts.index(names[0], 1) + 1 :]]
+    return (parts[0], names[0], *below)
+
+
 # ------------------------------------------------------------------------------------------------ places
 
 
 def written_axes(axes: Sequence[SceneAxis]) -> dict[str, Any]:
-    """The axes as [grid] has them."""
+    """The axes as [grid] has them; samples of uncertain numbers are none of its."""
+    own = [axis for axis in axes if not axis.dimension]
     written: dict[str, Any] = {
-        key: list(values) for axis in axes for key, values in zip(axis.keys, axis.values, strict=True)
+        key: list(values) for axis in own for key, values in zip(axis.keys, axis.values, strict=True)
     }
-    together = [list(axis.keys) for axis in axes if len(axis.keys) > 1]
+    together = [list(axis.keys) for axis in own if len(axis.keys) > 1]
     return written | ({ZIP: together} if together else {})
 
 
@@ -303,15 +328,18 @@ def is_axis(key: str, value: Any) -> bool:
 
 
 def without_axes(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """The tables of a scene without the axes of numbers in [grid]."""
+    """The tables of a scene without the axes of numbers in [grid], and without uncertain numbers."""
     grid = tables.get("grid", {})
-    return {**tables, "grid": {key: value for key, value in grid.items() if not is_axis(key, value)}}
+    others = {name: table for name, table in tables.items() if name != UNCERTAIN}
+    return {**others, "grid": {key: value for key, value in grid.items() if not is_axis(key, value)}}
 
 
 def keeping_axes(overrides: Sequence[str]) -> tuple[str, ...]:
-    """The overrides that do not write an axis of numbers."""
+    """The overrides that write neither an axis of numbers nor uncertain ones."""
     return tuple(text for text in overrides if not _sets_axis(parts_of(text.partition("=")[0])))
 
 
 def _sets_axis(parts: Sequence[str]) -> bool:
+    if parts[:1] == [UNCERTAIN]:
+        return True
     return len(parts) > 1 and parts[0] == "grid" and is_axis(parts[1], {} if len(parts) > 2 else None)

@@ -238,6 +238,7 @@ class Draft:
     raw: Mapping[str, Any]
     sections: Mapping[str, Sequence[Section]]
     axes: tuple[Any, ...] = ()  # of numbers, in [grid]: the path of each in the file, and its `SceneAxis`
+    uncertain: tuple[Any, ...] = ()  # numbers of [uncertain], each a `PlacedNumber`
 
     def tables(self, name: str) -> Sequence[Section]:
         """The tables of an array of tables; what is no table is left out."""

@@ -46,16 +46,24 @@ from pounding_risk.scene.keys import Draft, Section, Table, in_text
 from pounding_risk.scene.overrides import ARRAYS
 from pounding_risk.scene.records import records_of
 from pounding_risk.scene.resolved_interfaces import ResolvedInterface, interface_table, resolved_interfaces, stiff_model
-from pounding_risk.scene.scene_axis import SceneAxis
+from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap
 from pounding_risk.scene.sections import KEYS, every_fault, read_tables, written_overrides
 from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
 from pounding_risk.scene.toml import Fault, KeyPath, write_toml
+from pounding_risk.scene.uncertain import UncertainNumbers
+from pounding_risk.scene.uncertain_tables import (
+    Uncertain,
+    numbers_in_text,
+    sample_places,
+    table_of_numbers,
+    uncertain_of,
+)
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say, shown
 
 OF_EACH_INTERFACE = "each interface's own"  # label of the contact models of a scene whose interfaces differ in theirs
 # The parts of a scene, and the sections of a scene file that they are.
 PARTS = {"buildings": "building", "interfaces": "interface"}
-PARTS |= {part: part for part in ("records", "grid", "effects", "solver")} | {"name": "scene"}
+PARTS |= {part: part for part in ("records", "grid", UNCERTAIN, "effects", "solver")} | {"name": "scene"}
 NO_STRENGTHS = (
     "no storey of the scene has a yield shear, so that none would yield; write storey_strengths in a [[building]], or "
     "generate one from a typology, or remove inelastic_storeys"
@@ -105,6 +113,8 @@ class Scene(ShortRepr):
         The ground motions, and how they are treated.
     grid : Grid, optional
         The values of each dimension of a scan; by default the one case of the interfaces and records.
+    uncertain : Uncertain, optional
+        Numbers that nobody knows exactly, and how they are drawn; by default none.
     effects : list of str or Effect, or dict of names and options, optional
         Effects that act.
     solver : Solver, optional
@@ -124,6 +134,8 @@ class Scene(ShortRepr):
         The ground motions that are asked for.
     grid : Axes
         The values of each dimension.
+    uncertain : UncertainNumbers or None
+        The numbers that are drawn, with their distributions; a scan runs along their samples.
 
     Raises
     ------
@@ -141,6 +153,7 @@ class Scene(ShortRepr):
     is_row: bool  # whether the row solver runs it: all but two masses that meet mass to mass
     gridded_interface: str | None  # "left | right", the only one whose gap the grid varies; None for all
     axes: tuple[SceneAxis, ...]  # of other numbers of the scene, slowest first; see `scene.variants`
+    uncertain: UncertainNumbers | None  # whose samples are the last of the axes
     text: str = field(compare=False)
     source: str = field(compare=False)
     overrides: tuple[str, ...] = field(compare=False)
@@ -162,13 +175,20 @@ class Scene(ShortRepr):
         records: Any,
         *,
         grid: Any = None,
+        uncertain: Any = None,
         effects: Any = (),
         solver: Any = None,
         name: str = "",
         folder: str | Path = ".",
     ):
         needed = {"buildings": buildings, "interfaces": interfaces, "records": records}
-        others = {"grid": grid, "effects": effects or None, "solver": solver, "name": name or None}
+        others = {
+            "grid": grid,
+            UNCERTAIN: uncertain,
+            "effects": effects or None,
+            "solver": solver,
+            "name": name or None,
+        }
         given = needed | {part: value for part, value in others.items() if value is not None}
         tables = dict(_section(part, value) for part, value in given.items())
         if not isinstance(folder, str | PathLike):
@@ -203,13 +223,18 @@ class Scene(ShortRepr):
         yield "gaps", _ends(grid.gaps, GAP)
         yield "contact models", ", ".join(grid.contact_models)
         yield "yield forces", _ends(grid.yield_forces, YIELD_FORCE)
-        for axis in self.axes:
-            yield ", ".join(axis.keys), axis.words()
+        yield from self.axis_words()
         if self.effects:
             yield "effects", ", ".join(effect.name for effect in self.effects)
         asked = self.records
         made = (recipe.text() for recipe in asked.generated)
         yield "records", ", ".join(asked.names or asked.files or made) or asked.set or asked.manifest
+
+    def axis_words(self) -> Iterator[tuple[str, str]]:
+        """What varies along the axes of numbers, and how: the distributions of those that are drawn."""
+        yield from ((", ".join(axis.keys), axis.words()) for axis in self.axes if not axis.dimension)
+        if self.uncertain is not None:
+            yield from self.uncertain.described()
 
     @property
     def contact_model(self) -> str:
@@ -429,12 +454,32 @@ class Scene(ShortRepr):
                 tables["grid"] |= axes_in_text(table(**{key: [value] if single else value}).written(), KEYS)
             elif key in Solver.model_fields:
                 tables["solver"] |= Solver(**{key: value}).written()
+            elif key in Uncertain.model_fields:
+                drawn = numbers_in_text(Uncertain(**{key: value}).written(), KEYS)
+                tables[UNCERTAIN] = tables.get(UNCERTAIN, {}) | drawn
             elif key in PARTS:
                 tables |= [_section(key, value)]
             else:
                 known = ", ".join(PARTS)
                 raise SceneError(self.source, [f"replace: no {key}; it takes {known}, or a key of grid or solver"])
         return scene_of(tables, self.source, overrides)
+
+    def with_samples(self, points: Any) -> Scene:
+        """The scene with its uncertain numbers at other points than those that are drawn, such as those of a design.
+
+        Parameters
+        ----------
+        points : array
+            (samples, numbers), from 0 to 1 and independent: see `UncertainNumbers.values_at`.
+
+        Raises
+        ------
+        SceneError
+            For a scene without uncertain numbers, and for points of another shape.
+        """
+        if self.uncertain is None:
+            raise SceneError(self.source, ["with_samples: the scene has no uncertain numbers; write [uncertain]"])
+        return self.replace(uncertain=self.uncertain.with_points(points))
 
     def validate(self) -> Any:
         """Check the scene and its records, and sum them up: `pounding_risk.validate`."""
@@ -458,6 +503,7 @@ class Scene(ShortRepr):
             **({"effects": effects} if effects else {}),
             "records": records_of(self.records).written(),
             "grid": self._grid().written() | written_axes(self.axes),
+            **({} if self.uncertain is None else {UNCERTAIN: table_of_numbers(self.uncertain)}),
             "solver": Solver.made({"rtol": self.rtol}).written(),
         }
 
@@ -479,14 +525,19 @@ class Scene(ShortRepr):
         forces = self.grid.yield_forces
         own = {interface.yield_force for interface in self.interfaces}
         values = {
-            "gap": self.grid.gaps,
-            "interface": self.gridded_interface,
+            "gap": () if self._draws_gap() else self.grid.gaps,
+            "interface": None if self._draws_gap() else self.gridded_interface,
             # A grid of one yield force would be that of every interface; where they differ, each keeps its own.
             "yield_force": forces if len(forces) > 1 or len(own) < 2 else (),
             "contact_model": self._gridded_models,
             "pga": tuple(pga for pga in self.grid.pgas if pga is not None),
         }
         return Grid.made({key: value for key, value in values.items() if value})
+
+    def _draws_gap(self) -> bool:
+        """True where an uncertain gap is that of the grid, which then has none of its own."""
+        drawn = self.uncertain is not None and has_gap(self.uncertain.keys)
+        return drawn and self.grid.gaps == (self.interfaces[0].gap,)
 
     def _depth(self, place: int) -> dict[str, Any]:
         """The depth of the floors of building ``place``, as a scene file has it; nothing of a pair."""
@@ -527,9 +578,14 @@ def _written(section: str, table: Any) -> Any:
     if isinstance(table, Mapping):
         written = in_text(KEYS[section], table)
         written = axes_in_text(written, KEYS) if section == "grid" else written
+        written = numbers_in_text(written, KEYS) if section == UNCERTAIN else written
         return with_stiffness_unit(written) if section == "interface" else written
+    if isinstance(table, UncertainNumbers):
+        return table_of_numbers(table)
     if isinstance(table, Grid):
         return axes_in_text(table.written(), KEYS)
+    if isinstance(table, Uncertain):
+        return numbers_in_text(table.written(), KEYS)
     return table.written() if isinstance(table, Table) else table
 
 
@@ -578,9 +634,9 @@ def scene_of(
     scene = scene if text else scene.updated(text=scene.to_toml())
     if scene.axes:
         bare, kept = without_axes(tables), keeping_axes(asked)
-        faults = list(
-            axis_faults(scene, draft.axes, lambda values: scene_of(bare, source, (*kept, *values), text=text))
-        )
+        sampled = [sample_places(draft, axis) for axis in scene.axes if axis.dimension]
+        made = lambda values: scene_of(bare, source, (*kept, *values), text=text)  # noqa: E731
+        faults = list(axis_faults(scene, [*draft.axes, *sampled], made))
     if faults:
         raise SceneError(source, tell(faults, origin.lines))
     return scene
@@ -592,7 +648,7 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
     records = draft.table("records")
     named = draft.table("effects").values
     effects = tuple(named[name] for name in EFFECTS if name in named)
-    row = is_row(draft)
+    row, uncertain = is_row(draft), uncertain_of(draft)
     buildings, faults = _buildings(draft, effects)
     if faults:
         return {}, faults
@@ -613,7 +669,8 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
         "effects": effects,
         "is_row": row,
         "gridded_interface": _gridded(grid, buildings, interfaces),
-        "axes": tuple(placed.axis for placed in draft.axes),
+        "axes": (*(placed.axis for placed in draft.axes), *(() if uncertain is None else (uncertain.axis,))),
+        "uncertain": uncertain,
         "text": origin.text,
         "source": origin.source,
         "overrides": origin.overrides,

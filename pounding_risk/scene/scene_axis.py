@@ -10,14 +10,16 @@ from typing import Any, NamedTuple
 from pounding_risk.scene.toml import toml_value
 
 NO_UNIT = "1"
+UNCERTAIN = "uncertain"  # the section of a scene whose numbers are drawn
+SAMPLE = "sample"  # the dimension along which their samples lie
 MOST_ALONE = 200  # places along one axis whose scene is made when a scene is read; `scan` makes all of them
 
 
 class Labels(NamedTuple):
     """The values of a key along an axis as a dataset has them."""
 
-    values: tuple[Any, ...]  # floats in SI, or texts
-    unit: str | None  # in the words of datasets; None of texts
+    values: tuple[Any, ...]  # floats in SI, or texts, or the numbers of places
+    unit: str | None  # in the words of datasets; None of what has none
 
 
 class SceneAxis(NamedTuple):
@@ -29,15 +31,23 @@ class SceneAxis(NamedTuple):
         The addresses, as `--set` takes them; the first is the name of the dimension.
     values : tuple of tuple
         Of each key its values, as a scene file has them.
+    dimension : str
+        The name of the dimension where that is not the first key: its places are numbered from 0 along it.
     """
 
     keys: tuple[str, ...]
     values: tuple[tuple[Any, ...], ...]
+    dimension: str = ""
 
     @property
     def name(self) -> str:
         """The name of the dimension."""
-        return self.keys[0]
+        return self.dimension or self.keys[0]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What a place can be chosen by: the name of the dimension and the keys."""
+        return tuple(dict.fromkeys((self.name, *self.keys)))
 
     @property
     def size(self) -> int:
@@ -49,13 +59,16 @@ class SceneAxis(NamedTuple):
         return tuple(f"{key}={toml_value(values[place])}" for key, values in zip(self.keys, self.values, strict=True))
 
     def words(self) -> str:
-        """The values, or how many there are and the two at the ends."""
+        """The values, or how many there are and the two at the ends; of numbered places how many."""
+        if self.dimension:
+            return f"{self.size} samples of {', '.join(self.keys)}"
         places = [", ".join(str(values[place]) for values in self.values) for place in range(self.size)]
         return "; ".join(places) if self.size <= 3 else f"{self.size} from {places[0]} to {places[-1]}"
 
     def labels(self) -> dict[str, Labels]:
-        """The values of each key as a dataset has them."""
-        return {key: labels_of(values) for key, values in zip(self.keys, self.values, strict=True)}
+        """The values of each key, and the number of each place where they are numbered, as a dataset has them."""
+        numbers = {self.dimension: Labels(tuple(range(self.size)), NO_UNIT)} if self.dimension else {}
+        return numbers | {key: labels_of(values) for key, values in zip(self.keys, self.values, strict=True)}
 
 
 def labels_of(values: Sequence[Any]) -> Labels:
@@ -101,3 +114,8 @@ def alone(axes: Sequence[SceneAxis]) -> Iterator[tuple[SceneAxis, int, tuple[str
         count = min(axis.size, MOST_ALONE)
         for place in sorted({round(number * (axis.size - 1) / max(count - 1, 1)) for number in range(count)}):
             yield axis, place, axis.overrides(place)
+
+
+def has_gap(keys: Sequence[str]) -> bool:
+    """True where an address among these is that of a gap."""
+    return any(key.startswith("interface.") and key.endswith(".gap") for key in keys)

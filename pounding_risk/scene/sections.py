@@ -20,8 +20,10 @@ from pounding_risk.scene.interfaces import EqualTerms, Interface
 from pounding_risk.scene.keys import Draft, Key, Section, Several, Table, read_section
 from pounding_risk.scene.overrides import ARRAYS, override
 from pounding_risk.scene.records import Records, missing_files, record_checks
+from pounding_risk.scene.scene_axis import UNCERTAIN
 from pounding_risk.scene.tables import Grid, Solver, Title, effect_checks, effect_key
 from pounding_risk.scene.toml import Fault, KeyPath, sentences
+from pounding_risk.scene.uncertain_tables import DISTRIBUTION, Uncertain, taken_numbers, uncertain_checks
 from pounding_risk.units import shown
 
 KINDS: Mapping[str, type[Table]] = {
@@ -31,6 +33,7 @@ KINDS: Mapping[str, type[Table]] = {
     "effects": Table,
     "records": Records,
     "grid": Grid,
+    UNCERTAIN: Uncertain,
     "solver": Solver,
 }
 # The declaration of every key, by section.
@@ -70,7 +73,8 @@ def read_tables(tables: Mapping[str, Any], overrides: Sequence[str], source: str
     written = copy.deepcopy(raw)
     faults = _later(raw)
     axes, wrong = taken_axes(raw, outside, KEYS)
-    faults += wrong
+    numbers, unread = taken_numbers(raw, outside, KEYS, axes)
+    faults += wrong + unread
     names = ", ".join(KEYS)
     faults += [
         Fault((name,), f"unknown section{nearest(name, KEYS)}; sections are {names}")
@@ -94,7 +98,7 @@ def read_tables(tables: Mapping[str, Any], overrides: Sequence[str], source: str
     def tell(faults: Sequence[Fault], lines: Mapping[KeyPath, int]) -> list[str]:
         return sentences(faults, written, lines, outside)
 
-    return Draft(raw, sections, axes), faults, tell
+    return Draft(raw, sections, axes, numbers), faults, tell
 
 
 def _tables(raw: Mapping[str, Any], name: str) -> Iterator[tuple[KeyPath, Any]]:
@@ -126,6 +130,7 @@ def every_fault(draft: Draft, folder: Path) -> list[Fault]:
         *interface_checks(draft),
         *effect_checks(draft),
         *record_checks(draft),
+        *uncertain_checks(draft),
         *missing_files(draft.raw, folder),
     ]
 
@@ -196,6 +201,7 @@ def schema() -> dict[str, Any]:
         }
         for section, keys in declared.items()
     }
+    varied = {"GridTable": NUMBERS_ALONG, "UncertainTable": DISTRIBUTION}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Scene of pounding_risk",
@@ -203,7 +209,8 @@ def schema() -> dict[str, Any]:
         "properties": {section: _reference(section) for section in KEYS},
         "required": list(ABSENT),
         "additionalProperties": False,
-        "$defs": tables | {"GridTable": {**tables["GridTable"], "patternProperties": {ADDRESS: NUMBERS_ALONG}}},
+        "$defs": tables
+        | {name: {**tables[name], "patternProperties": {ADDRESS: about}} for name, about in varied.items()},
     }
 
 

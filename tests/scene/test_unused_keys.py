@@ -24,6 +24,7 @@ from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.scene.sections import KEYS
+from pounding_risk.scene.uncertain_tables import Uncertain
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.studies.simulate import simulate
 
@@ -204,6 +205,9 @@ ALWAYS = {  # keys that act in every scene that may have them, with what would s
     ),
     "are axes of the dataset (test_sweep, test_row_scan)": (
         *("grid.gap", "grid.interface", "grid.contact_model", "grid.pga", "grid.axes", "grid.zip"),
+    ),
+    "say which samples there are of what nobody knows exactly (test_uncertain)": tuple(
+        f"uncertain.{key}" for key in Uncertain.model_fields
     ),
     "are options of effects, which are told whole": (
         *("effects.strain_rate.code", "effects.strain_rate.length", "effects.unloading_stiffness.ratio"),

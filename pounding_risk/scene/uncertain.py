@@ -1,0 +1,226 @@
+"""The numbers of a scene that nobody knows exactly, and the samples of them along which a scan runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import inf, log2, nextafter
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.scene.distributions import Array, Continuous, Discrete, Distribution
+from pounding_risk.scene.sampling import SOBOL, correlated, inside, points_of
+from pounding_risk.scene.scene_axis import SAMPLE, SceneAxis
+from pounding_risk.units import Quantity, exact, say
+
+GIVEN = "given"  # the method of points that the scene gives
+TOLD = 1e-6  # a cut of less than this is not told
+LEAST_LEFT = 1e-6  # a distribution of which less than this is left lies outside
+
+
+class Correlation(NamedTuple):
+    """The correlation of the standard normals behind two numbers."""
+
+    between: tuple[str, str]
+    value: float
+
+
+@dataclass(frozen=True)
+class UncertainNumber:
+    """A number of a scene, or several that have one value, and its distribution.
+
+    Attributes
+    ----------
+    key : str
+        Its address, as `--set` takes it.
+    distribution : Distribution
+        In SI, before it is cut.
+    quantity : Quantity or None
+        Unit and bounds of the number; None of discrete values, which are as a scene file has them.
+    low, high : float
+        Where the scene cuts it.
+    """
+
+    key: str
+    distribution: Distribution
+    quantity: Quantity | None
+    low: float = -inf
+    high: float = inf
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The range that the number may have, by its own bounds and by the scene."""
+        if self.quantity is None:
+            return -inf, inf
+        return max(self.quantity.low, self.low), min(self.quantity.high, self.high)
+
+    @property
+    def left(self) -> float:
+        """The probability of the distribution that lies between the ends."""
+        return self._below(self.ends[1]) - self._below(self.ends[0])
+
+    def _below(self, end: float) -> float:
+        if not isinstance(self.distribution, Continuous):
+            return float(end > 0.0)
+        return float(end > 0.0) if abs(end) == inf else self.distribution.below(end)
+
+    def values(self, probability: Array) -> tuple[Any, ...]:
+        """The values that are not reached with these probabilities, as a scene file has them.
+
+        Of a distribution that is cut they are those of what is left of it.
+        """
+        if isinstance(self.distribution, Discrete):
+            return tuple(self.distribution.values[place] for place in self.distribution.places(probability))
+        assert isinstance(self.distribution, Continuous) and self.quantity is not None
+        low, high = self.ends
+        start = self._below(low)
+        made = self.distribution.quantile(inside(start + self.left * probability))
+        bounds = self.quantity
+        if bounds.open_low and low == bounds.low:
+            low = nextafter(low, inf)
+        if bounds.open_high and high == bounds.high:
+            high = nextafter(high, -inf)
+        return tuple(exact(value, bounds) for value in np.clip(made, low, high).tolist())
+
+    def words(self) -> str:
+        """The distribution, such as "lognormal, median 1 s, dispersion 0.2", and where it is cut."""
+        words = self.distribution.words(self._said)
+        return f"{words}, {cut}" if (cut := self.cut_words()) else words
+
+    def cut_words(self) -> str:
+        """Where the distribution is cut, and how much that leaves out; "" where that is nothing."""
+        left_out = 1.0 - self.left
+        if left_out < TOLD:
+            return ""
+        cut = [end for end in self.ends if 0.0 < self._below(end) < 1.0]
+        return f"cut at {' and '.join(map(self._said, cut))}, which leaves out {100.0 * left_out:.3g} % of it"
+
+    def _said(self, value: float) -> str:
+        return str(value) if self.quantity is None else say(value, self.quantity)
+
+    def written(self) -> dict[str, Any]:
+        """As a scene file has it."""
+        cut = {name: end for name, end in (("low", self.low), ("high", self.high)) if abs(end) < inf}
+        kinds = self.distribution.takes
+        values = self.distribution.keys() | cut
+        in_unit = {
+            key: exact(value, self.quantity)
+            for key, value in values.items()
+            if self.quantity is not None and (key not in kinds or kinds[key].kind in ("value", "width"))
+        }
+        return {"distribution": self.distribution.name()} | values | in_unit
+
+
+@dataclass(frozen=True)
+class UncertainNumbers:
+    """The uncertain numbers of a scene, and how they are drawn.
+
+    Attributes
+    ----------
+    numbers : tuple of UncertainNumber
+        Each with its key and its distribution.
+    samples : int
+        How many samples a scan has.
+    method : str
+        "sobol" (scrambled), "latin hypercube" or "random"; "given" of points that the scene gives.
+    seed : int
+        Of the points.
+    correlations : tuple of Correlation
+        Of the standard normals behind the numbers (a Gaussian copula): of lognormal numbers that of their logarithms.
+        A discrete number takes its values in the order in which the scene has them.
+    given : tuple of tuple of float
+        The points that the scene gives, one for each sample.
+    """
+
+    numbers: tuple[UncertainNumber, ...]
+    samples: int
+    method: str
+    seed: int
+    correlations: tuple[Correlation, ...] = ()
+    given: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The addresses of the numbers, as `--set` takes them."""
+        return tuple(number.key for number in self.numbers)
+
+    def points(self) -> Array:
+        """The points (samples, numbers) in the open unit cube at which the numbers are drawn, not yet correlated."""
+        if self.given:
+            return inside(np.array(self.given, dtype=float))
+        return points_of(self.method, self.samples, len(self.numbers), self.seed)
+
+    def values_at(self, points: Any) -> tuple[tuple[Any, ...], ...]:
+        """Of each number its values at independent points of the unit cube, as a scene file has them.
+
+        Parameters
+        ----------
+        points : array
+            (samples, numbers), between 0 and 1.
+
+        Raises
+        ------
+        PoundingError
+            For points of another shape, or outside.
+        """
+        cube = inside(self._checked(points))
+        drawn = correlated(cube, self.matrix) if self.correlations else cube
+        return tuple(number.values(drawn[:, column]) for column, number in enumerate(self.numbers))
+
+    def _checked(self, points: Any) -> Array:
+        """The points as an array; raises PoundingError for another shape, and outside the unit cube."""
+        cube = np.asarray(points, dtype=float)
+        if cube.ndim != 2 or cube.shape[1] != len(self.numbers) or not np.all((cube >= 0.0) & (cube <= 1.0)):
+            raise PoundingError(
+                f"points of shape {cube.shape}: they are (samples, {len(self.numbers)}), one column for each of "
+                f"{', '.join(self.keys)}, and between 0 and 1"
+            )
+        return cube
+
+    @cached_property
+    def matrix(self) -> tuple[tuple[float, ...], ...]:
+        """The correlation matrix of the standard normals behind the numbers."""
+        matrix = np.eye(len(self.numbers))
+        for correlation in self.correlations:
+            one, other = map(self.keys.index, correlation.between)
+            matrix[one, other] = matrix[other, one] = correlation.value
+        return tuple(map(tuple, matrix.tolist()))
+
+    @cached_property
+    def axis(self) -> SceneAxis:
+        """The dimension of a scan along which the samples lie."""
+        return sample_axis(self)
+
+    def with_points(self, points: Any) -> UncertainNumbers:
+        """The same numbers at points that are given, such as those of another design; see `values_at`."""
+        given = tuple(map(tuple, self._checked(points).tolist()))
+        return replace(self, samples=len(given), method=GIVEN, seed=0, given=given)
+
+    def described(self) -> Iterator[tuple[str, str]]:
+        """How many samples there are and how they are drawn, and each number with its distribution."""
+        how = "at points that are given" if self.given else f"{self.method}, seed {self.seed}"
+        yield "samples", f"{self.samples}, {how}"
+        yield from ((number.key, number.words()) for number in self.numbers)
+        for correlation in self.correlations:
+            yield "correlation", f"{correlation.value:g} of {' and '.join(correlation.between)} (Gaussian copula)"
+
+    def notes(self) -> Iterator[str]:
+        """A sentence for each distribution that is cut, and for Sobol points that are not balanced."""
+        for number in self.numbers:
+            if cut := number.cut_words():
+                yield f"{number.key}: {number.distribution.name()}, {cut}; the samples are of the rest"
+        if self.method == SOBOL and log2(self.samples) % 1.0:
+            below = 2 ** int(log2(self.samples))
+            yield (
+                f"{self.samples} samples are no power of two, for which alone Sobol points are balanced; {below} or "
+                f"{2 * below} are better spread"
+            )
+
+
+def sample_axis(uncertain: UncertainNumbers, points: Any = None) -> SceneAxis:
+    """The axis of a scan along which the uncertain numbers have their values at these points; at their own without."""
+    values = uncertain.values_at(uncertain.points() if points is None else points)
+    return SceneAxis(uncertain.keys, values, SAMPLE)
