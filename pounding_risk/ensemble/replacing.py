@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 # Variables or dimensions by which the datasets of a command are recognised, tried in this order.
 MARKS = {
+    "compare": {"flips"},
+    "accuracy": {"time_to_reach"},
+    "effects": {"time_ratio"},
+    "spectra": {"left_period"},
     "uncertainty": {"uncertain_number"},
     "histories": {"sample", "time"},
     "simulate": {"time"},
