@@ -149,14 +149,14 @@ class Samples:
 
     def closings(self, index: int, pga: float | None) -> CrossedClosings:
         """What every motion closes in every sample."""
-        motions = self.motions(index)
-        return CrossedClosings(self.closing_of(self.dataset, index, pga), motions.recordings)
+        return CrossedClosings(self.closing_of(self.dataset, index, pga), self.motions(index).recordings)
 
     def closing_of(self, dataset: xr.Dataset, index: int, pga: float | None) -> Array:
         """Closings (samples, motions) [m] in a dataset of these or other points; inf where there is no finite one."""
         one = dataset.isel(interface=index) if "interface" in dataset.dims else dataset
         closing = _by_sample(one["peak_closing_free"], self.level(pga))
-        alone = np.where(np.isfinite(closing), closing, np.inf)
+        # A record without motion has no finite response in the first sample, nor in any other.
+        alone = np.where(np.isfinite(closing) & self.motions(index).finite, closing, np.inf)
         if "impact_count" in dataset and self.is_inner(index):
             alone = np.fmax(alone, self._pushed(one, pga))
         gaps = _gaps_of_samples(one)

@@ -234,7 +234,7 @@ def _print_tornado(part: Any) -> None:
     say_one = _percent if output == "contact_probability" else lambda one: _value(one, unit)
     rows = [
         (str(part["uncertain_number"].values[place]), *(say_one(one) for one in values[place]))
-        for place in np.argsort(-np.abs(values[:, 2] - values[:, 0]), kind="stable")
+        for place in np.argsort(-np.ptp(values, axis=1), kind="stable")
     ]
     print_table(heads, rows, "lrrr")
     print()

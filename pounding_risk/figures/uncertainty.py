@@ -158,7 +158,7 @@ def _tornado(axis: Any, part: xr.Dataset) -> None:
     moved = part[f"{name}_moved"]
     values, unit = moved.values, str(moved.attrs["units"])
     scale = 1e3 if unit == "m" else 1.0
-    order = _ordered(np.abs(values[:, 2] - values[:, 0]))
+    order = _ordered(np.ptp(values, axis=1))
     middle = scale * values[0, 1]
     for place, number in enumerate(order):
         for end, colour, hatch in ((0, STYLES[4][0], ""), (2, STYLES[1][0], "///")):
@@ -169,6 +169,7 @@ def _tornado(axis: Any, part: xr.Dataset) -> None:
     axis.axvline(middle, color="black", linewidth=1.0)
     axis.set_ylim(-0.6, len(order) - 0.4)
     axis.margins(x=0.08)
+    axis.locator_params(axis="x", nbins=5)
     axis.set_yticks(range(len(order)), [_short(part["uncertain_number"].values[place]) for place in order], fontsize=8)
     said = OUTPUT_WORDS.get(name, name)
     axis.set_xlabel(f"{said} [mm]" if unit == "m" else said)
