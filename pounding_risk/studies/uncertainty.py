@@ -125,7 +125,7 @@ def free_along(
 ) -> xr.Dataset:
     """`free_motion` of the scenes along one axis, whatever it is of, instead of those of samples."""
     others = tuple(other for other in study.axes if other.keys != axis.keys)
-    check_one_scene(study.updated(axes=others), "the motion without contact of samples")
+    check_one_scene(study.updated(axes=others), "uncertainty")
     stated = study.updated(axes=())
     ensemble = gathered(stated)
     work = work_of(stated, axis, ensemble.motions)
