@@ -28,6 +28,8 @@ from pounding_risk.assessment.uncertain_samples import (
     sampled_scene,
 )
 from pounding_risk.errors import PoundingError
+from pounding_risk.results.layout import SCENE_AXES
+from pounding_risk.results.scene_axes import VARIANTS
 from pounding_risk.results.variables import described
 from pounding_risk.units import GAP, PGA, si
 
@@ -198,7 +200,8 @@ def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
         **asked.criterion._asdict(),
         **created("pounding_risk.uncertainty"),
     }
-    return dataset.assign_attrs(about)
+    kept = {name: value for name, value in subject.dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)}
+    return dataset.assign_attrs(kept | about)
 
 
 def _interface(

@@ -290,7 +290,7 @@ def opened_samples(source: Any) -> Samples | Scene:
     from pounding_risk.scene.reader import as_scene
 
     scene = as_scene(source)
-    if getattr(scene, "uncertain", None) is None:
+    if scene.uncertain is None:
         raise PoundingError(
             f"{scene.source}: has no table [uncertain], so that nothing in it is uncertain; write one, "
             'such as "building.frame.period" = {distribution = "lognormal", dispersion = 0.2}, or use assess'
@@ -336,6 +336,7 @@ def sampled_scene(
     from pounding_risk.studies.uncertainty import free_motion
 
     uncertain = scene.uncertain
+    assert uncertain is not None, "checked when the scene was opened"
     if samples is not None:
         if isinstance(samples, bool) or not isinstance(samples, int) or not LEAST_SAMPLES <= samples <= MOST_SAMPLES:
             raise PoundingError(f"samples: {shown(samples)} is no whole number from {LEAST_SAMPLES} to {MOST_SAMPLES}")

@@ -94,7 +94,7 @@ class Pounding(ShortRepr):
 
     @property
     def kind(self) -> str:
-        """The call that made the dataset: scan, simulate, histories, compare, accuracy, effects, spectra, uncertainty; "" else."""
+        """The call that made the dataset, such as scan or simulate; "" where none of this package did."""
         return kind_of(self._dataset)
 
     def checked(self) -> xr.Dataset:
