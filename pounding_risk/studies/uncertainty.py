@@ -31,7 +31,7 @@ from pounding_risk.motions.ensemble import MotionEnsemble
 from pounding_risk.motions.intensity import LEAST_PERIOD
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import POLARITIES
-from pounding_risk.results.attributes import as_text
+from pounding_risk.results.attributes import as_text, told
 from pounding_risk.results.labels import CONVENTIONS, MOTIONS, NEEDED, flags_of, made_from, skeleton
 from pounding_risk.results.provenance import provenance
 from pounding_risk.results.scene_axes import axis_coordinates
@@ -40,15 +40,15 @@ from pounding_risk.scene.motions import as_before, check_arrivals, for_periods, 
 from pounding_risk.scene.overrides import override
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
-from pounding_risk.scene.scene_axis import SceneAxis
+from pounding_risk.scene.scene_axis import SceneAxis, labels_of
 from pounding_risk.scene.sections import KEYS
 from pounding_risk.scene.toml import KeyPath, parse_toml
+from pounding_risk.scene.uncertain import sample_axis
 from pounding_risk.scene.variants import Variants, check_one_scene
 from pounding_risk.solver.pair.listed_closings import PairList
 
 Array = NDArray[np.float64]
 
-SAMPLE = "sample"
 AT_ONCE = "all samples at once, as single masses on one ground that start from rest"
 ONE_BY_ONE = "sample by sample, by the solver of the scene"
 ROUNDING = 1e-14  # relative, of a period that follows from mass and stiffness
@@ -106,18 +106,22 @@ def free_motion(
     Raises
     ------
     SceneError
-        For a scene with faults, without uncertain numbers, or with axes of numbers in [grid]; and for more samples
-        than memory holds.
+        For a scene with faults, without uncertain numbers, or with axes of numbers in [grid]; for more samples than
+        memory holds; and where a sample has numbers that no scene can have.
+    PoundingError
+        For points of another shape, or outside the unit cube.
     RecordError
         For a record that cannot be used.
     """
     study = as_scene(scene)
-    return free_along(study, _axis_of(study, points), workers, progress)
-
-
-def _axis_of(study: Scene, points: Any) -> SceneAxis:
-    """The samples of a scene as an axis."""
-    return study.axes[0]
+    if study.uncertain is None:
+        example = '"building.frame.period" = {distribution = "lognormal", median = "0.5 s", dispersion = 0.2}'
+        raise SceneError(study.source, [f"uncertain: the scene has no samples; write [uncertain] with {example}"])
+    if points is not None:
+        return free_along(study, sample_axis(study.uncertain, points), workers, progress)
+    dataset = free_along(study, study.uncertain.axis, workers, progress)
+    notes = [*study.uncertain.notes(), *told(dataset, "notes", [])]
+    return dataset.assign_attrs(notes=as_text(notes))
 
 
 def free_along(
@@ -278,7 +282,8 @@ def columns_of(study: Scene, axis: SceneAxis) -> dict[KeyPath, Array] | None:
     """The values [SI] along an axis of each number that it sets in the tables of a scene; None where one is a text."""
     tables = parse_toml(study.text, study.source)
     columns: dict[KeyPath, Array] = {}
-    for key, labels in axis.labels().items():
+    for key, values in zip(axis.keys, axis.values, strict=True):
+        labels = labels_of(values)
         if labels.unit is None:
             return None
         scratch = {name: [dict(table) for table in tables.get(name, [])] for name in ("building", "interface")}

@@ -9,10 +9,10 @@ import pytest
 
 import pounding_risk as pr
 from pounding_risk.assessment.demands import interfaces, motions_of
-from pounding_risk.errors import SceneError
+from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies import uncertainty
-from pounding_risk.studies.uncertainty import AT_ONCE, ONE_BY_ONE, free_along
+from pounding_risk.studies.uncertainty import AT_ONCE, ONE_BY_ONE, free_along, free_motion
 
 MASS = '[[building]]\nname = "{}"\nmass = "{} t"\nperiod = "{} s"\n'
 PAIR = MASS.format("a", 500, 0.5) + MASS.format("b", 800, 1.0)
@@ -147,13 +147,6 @@ def test_the_demands_of_a_sample_are_read_as_those_of_a_scan():
     np.testing.assert_allclose(found.closing, expected.closing, rtol=1e-12)
 
 
-def test_a_gap_that_varies_stands_beside_the_closing():
-    dataset = along(scene(PAIR, '"interface.gap" = ["20 mm", "60 mm"]'))
-    np.testing.assert_allclose(dataset["sample_gap"].values, [[0.02], [0.06]])
-    row = along(scene(ROW, '"interface.gap" = ["20 mm", "60 mm"]'))
-    np.testing.assert_allclose(row["sample_gap"].values, [[0.02, 0.02], [0.06, 0.06]])
-
-
 def test_a_row_says_that_neighbours_may_push():
     assert "push a building across a gap" in along(scene(ROW, TWO_KEYS)).attrs["notes"]
     assert "push" not in along(scene()).attrs["notes"]
@@ -176,5 +169,47 @@ def test_too_many_samples_for_the_memory_are_refused(monkeypatch):
 def test_another_axis_of_the_grid_is_refused():
     study = scene(axes='"building.a.period" = ["0.5 s", "0.4 s"]')
     both = scene(axes='"building.a.period" = ["0.5 s", "0.4 s"]', grid='"building.b.damping" = [0.02, 0.05]\n')
-    with pytest.raises(SceneError, match=r"the scene varies along building.b.damping: .*; uncertainty runs one scene: choose with --set"):
+    with pytest.raises(
+        SceneError,
+        match=r"the scene varies along building.b.damping: .*; uncertainty runs one scene: choose with --set",
+    ):
         free_along(both, study.axes[0])
+
+
+DRAWN = """[uncertain]
+samples = 5
+seed = 3
+"building.a.period" = {distribution = "lognormal", median = "0.5 s", dispersion = 0.2}
+"building.b.damping" = {distribution = "uniform", low = 0.02, high = 0.08}
+"interface.gap" = {distribution = "normal", mean = "40 mm", cov = 0.1}
+"""
+
+
+def test_samples_of_uncertain_numbers_are_those_of_a_scan():
+    study = parse_scene(PAIR + BETWEEN + RECORDS + DRAWN)
+    dataset, scanned = free_motion(study), pr.scan(study, check_fraction=0.0)
+    assert dataset["peak_closing_free"].dims == ("sample", "record", "polarity", "interface")
+    for name in ("peak_closing_free", "peak_displacement_free"):
+        expected = scanned[name].broadcast_like(dataset[name]).transpose(*dataset[name].dims)
+        np.testing.assert_allclose(dataset[name], expected, rtol=1e-12)
+    np.testing.assert_array_equal(dataset["sample_gap"][:, 0], dataset["interface.gap"])
+    for key in study.uncertain.keys:
+        np.testing.assert_array_equal(dataset[key], scanned[key])
+    np.testing.assert_array_equal(dataset["sample"], np.arange(5))
+    assert "no power of two" in dataset.attrs["notes"]
+
+
+def test_other_points_than_those_of_the_scene():
+    study = parse_scene(PAIR + BETWEEN + RECORDS + DRAWN)
+    own = free_motion(study)
+    points = study.uncertain.points()[[4, 1]]
+    given = free_motion(study, points)
+    np.testing.assert_array_equal(given["peak_closing_free"], own["peak_closing_free"][[4, 1]])
+    assert "power of two" not in given.attrs["notes"]
+    with pytest.raises(PoundingError, match=r"one column for each of building.a.period"):
+        free_motion(study, points[:, :2])
+
+
+def test_a_scene_without_uncertain_numbers_is_refused():
+    with pytest.raises(SceneError, match=r"uncertain: the scene has no samples; write \[uncertain\]"):
+        free_motion(parse_scene(PAIR + BETWEEN + RECORDS))
