@@ -1,4 +1,4 @@
-"""10,000 samples of a pair under 44 records without contact, beside single scans: ``python benchmarks/uncertain_free.py``.
+"""10,000 samples of a pair under 44 records without contact: ``python benchmarks/uncertain_free.py``.
 
 Periods and damping ratios of both buildings are lognormal, the motions the FEMA P-695 far-field set in both polarities
 (880,000 motions of a pair) through `studies.uncertainty.free_motion` with two threads. Measured in a process of its
