@@ -54,6 +54,7 @@ _HOMES = {
     "Site": "assessment.separations.rules",
     "spectra": "assessment.spectra",
     "assess": "assessment.assess",
+    "uncertainty": "assessment.uncertain",
     "assess_along": "assessment.along",
     "row_case": "assessment.row",
     "view": "reports.explorer",

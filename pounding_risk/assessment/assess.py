@@ -316,7 +316,7 @@ def contact_of(results: xr.Dataset, index: int, options: Options) -> Contact:
     gap = scene_gap(results, index) if options.gap is None else options.gap
     criterion = options.criterion
     every = data.motions_of(results)
-    level = _level(results, every.amplitudes, options.pga)
+    level = level_of(results, every.amplitudes, options.pga)
     motions = _at_level(every, level)
     closing = motions.closing[:, 0]
     independent = independent_motions(_logs(closing), motions.recordings)
@@ -439,7 +439,7 @@ def _amplitude_note(results: xr.Dataset) -> str:
     return f"Of the amplitudes {', '.join(levels)}, {levels[own_level(results)]} is assessed: {why}."
 
 
-def _level(results: xr.Dataset, amplitudes: tuple[float | None, ...], asked: float | None) -> int:
+def level_of(results: xr.Dataset, amplitudes: tuple[float | None, ...], asked: float | None) -> int:
     """Index of the assessed amplitude; raises PoundingError for one that the grid has not."""
     if asked is None:
         return own_level(results)

@@ -173,8 +173,8 @@ def _is_shaking(results: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def is_pushed(results: xr.Dataset) -> bool:
-    """True for one interface of several: what stands further along the row may push its buildings."""
-    return "interior" in results["building_position"].values
+    """True for one interface of several, with runs of contact: what stands further along may push its buildings."""
+    return "impact_count" in results and "interior" in results["building_position"].values
 
 
 def _pushed(results: xr.Dataset) -> Array:

@@ -167,10 +167,9 @@ def _finding(assessed: AssessedGap, observed: Observations) -> str:
     share = observed.contact
     verb = "closes" if share.count < 2 else "close"
     who = f"{share.count or 'none'} of {counted(share.runs, 'motion')} {observed.at} {verb}"
-    bounds = (
-        f"{100 * assessed.confidence:g} % bounds {_percent(share.low_recordings)} to {_percent(share.high_recordings)}"
-    )
-    return f"{who} a gap of {say(assessed.gap, GAP, 3)}: P(contact) {_percent(share.probability)} ({bounds})"
+    low, high = share_words(share.low_recordings), share_words(share.high_recordings)
+    bounds = f"{100 * assessed.confidence:g} % bounds {low} to {high}"
+    return f"{who} a gap of {say(assessed.gap, GAP, 3)}: P(contact) {share_words(share.probability)} ({bounds})"
 
 
 def _why(word: str, assessed: AssessedGap, observed: Observations) -> str:
@@ -200,7 +199,8 @@ def _evidence(assessed: AssessedGap, observed: Observations, governing: tuple[Go
     tail = lognormal_share(observed.motions.closing[:, 0], assessed.gap)
     if not np.isnan(tail):
         sentences.append(
-            f"Were what they close lognormal, P(contact) would be {_percent(tail)}: assumed of the tail, not counted."
+            f"Were what they close lognormal, P(contact) would be {share_words(tail)}: "
+            "assumed of the tail, not counted."
         )
     runs = f"{counts['cases']} cases, {counts['simulated']} of them simulated, the others known exactly"
     checked = (
@@ -256,12 +256,13 @@ def _number(assessed: AssessedGap, observed: Observations) -> str:
     comes = f"The {counted(runs, 'motion')} come" if runs > 1 else "The one motion comes"
     counts = f"{'count' if runs > 1 else 'counts'} as {worth} independent one{'' if worth == '1' else 's'}"
     needed = motions_to_show(assessed.target, assessed.confidence)
-    can = f"Even with no contact at all, {many} could only show P(contact) < {_percent(least)}"
+    can = f"Even with no contact at all, {many} could only show P(contact) < {share_words(least)}"
     takes = f"showing {percent_words(assessed.target)} takes at least {needed} independent motions"
     return f"{comes} from {recordings} recording{'s' if recordings > 1 else ''} and {counts}. {can}; {takes}."
 
 
-def _percent(value: float) -> str:
+def share_words(value: float) -> str:
+    """A share as a probability is told: two or three digits in %, and small ones as less than 0.01 %."""
     if 0.0 < value < 1e-4:
         return "less than 0.01 %"
     return f"{100.0 * value:.3g} %" if value < 0.1 else f"{100.0 * value:.0f} %"

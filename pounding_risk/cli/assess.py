@@ -28,6 +28,7 @@ from pounding_risk.cli._common.options import (
     read_optional,
 )
 from pounding_risk.cli._common.tables import engineering, print_table
+from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
@@ -41,6 +42,7 @@ MOST_GAPS = 12  # rows of the table of gaps; more are thinned evenly
 GIVEN_DIGITS = 6  # of values that a user has given
 AT_LEAST = "the hazard curve ends where failures do not; give one that reaches further"
 COLUMNS = "columns' own"
+SAMPLE = "sample"  # the axis of uncertain numbers
 KEYS = {"yield_force": "F_E", "contact_model": "contact model", "polarity": "polarity"}
 
 
@@ -68,6 +70,15 @@ def assess(
     criterion = read_criterion(target, percentile, confidence, prefix="--")
     rate = read_target_rate(target_rate, hazard is not None, prefix="--")
     chosen = opened_results(results, select)
+    if not isinstance(chosen, Path) and [axis.name for axis in open_axes(chosen)] == [SAMPLE]:
+        judged = read_optional("--gap", gap, GAP), read_optional("--pga", pga, PGA)
+        if hazard is not None:
+            raise PoundingError(
+                "--hazard: is not joined with samples of uncertain numbers; choose one with --select sample=0"
+            )
+        return _assess_samples(
+            chosen, out, figure, gap=judged[0], pga=judged[1], intensity=intensity, **criterion._asdict()
+        )
     if not isinstance(chosen, Path) and open_axes(chosen):
         if figure is not None or hazard is not None or intensity is not None:
             check_settled(chosen, str(results))
@@ -87,6 +98,21 @@ def assess(
         write_text(out, json.dumps(assessment.as_dict(), ensure_ascii=False, indent=1) + "\n")
     draw(figure, "assess.assessment_figure", assessment)
     print_assessment(assessment)
+
+
+def _assess_samples(results: Any, out: Path | None, figure: Path | None, **options: Any) -> None:
+    """Print what `uncertainty` says of a dataset whose cases lie along samples of uncertain numbers."""
+    from pounding_risk.assessment.uncertain import uncertainty
+    from pounding_risk.cli.uncertainty import print_uncertainty
+
+    if out is not None:
+        raise PoundingError(
+            f"{out}: samples of uncertain numbers are written by `pounding-risk uncertainty RESULTS -o uncertainty.nc`"
+        )
+    assessed = uncertainty(results, **options)
+    draw(figure, "uncertainty.uncertainty_figure", assessed)
+    print_uncertainty(assessed)
+    print("`pounding-risk uncertainty` has more of this; `--select sample=0` gives the whole assessment of one sample")
 
 
 def _assess_along(results: Any, out: Path | None, **options: Any) -> None:

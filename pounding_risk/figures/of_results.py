@@ -22,6 +22,7 @@ from pounding_risk.figures.separations import separations_figure
 from pounding_risk.figures.simulate import simulation_figure
 from pounding_risk.figures.spectra import gap_spectra_figure
 from pounding_risk.figures.storey_profiles import profiles_figure
+from pounding_risk.figures.uncertainty import uncertainty_figure
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import shown
@@ -48,6 +49,7 @@ KINDS = {
     "accuracy": Kind(("accuracy",), accuracy_figure),
     "effects": Kind(("effects",), effects_figure),
     "gap_spectra": Kind(("spectra",), gap_spectra_figure),
+    "uncertainty": Kind(("uncertainty",), uncertainty_figure),
     "ratio": Kind(("scan", "compare"), ratio_figure),
     "window": Kind(("scan",), window_figure),
     "assessment": Kind(("scan",), assessment_figure, assess),
@@ -64,11 +66,11 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     Parameters
     ----------
     results : xarray.Dataset
-        A dataset of `scan`, `simulate`, `compare`, `accuracy`, `effects` or `spectra`.
+        A dataset of `scan`, `simulate`, `compare`, `accuracy`, `effects`, `spectra` or `uncertainty`.
     kind : str, optional
         Of a scan "scan", "ratio", "window", "assessment", "separations", "elevation", "plan" or "profiles"; of a run
-        "simulation"; of a comparison "agreement", "reference", "scan" or "ratio"; "accuracy", "effects" and
-        "gap_spectra". By default the first of these.
+        "simulation"; of a comparison "agreement", "reference", "scan" or "ratio"; "accuracy", "effects",
+        "gap_spectra" and "uncertainty". By default the first of these.
     note : str
         Added to the caption.
     **options

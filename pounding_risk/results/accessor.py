@@ -34,8 +34,9 @@ NEXT = {
     "accuracy": (".figure()",),
     "effects": (".figure()", ".case(gap=...)"),
     "spectra": (".figure()", '.save("spectra.nc")'),
+    "uncertainty": (".figure()", '.save("uncertainty.nc")'),
 }
-REPAIR = "take what scan, simulate, compare, accuracy, effects or spectra returned, or open_results opened"
+REPAIR = "take what scan, simulate, compare, accuracy, effects, spectra or uncertainty returned, or open_results opened"
 # Coordinates or attributes that have the value of a run: one for all, or one for each interface or contact point.
 LEVELS = {"pga": ("pga",), "gap": ("gap", "interface_gap"), "yield_force": ("yield_force", "contact_point_yield_force")}
 OF_RUN = ("record", "polarity", "contact_model", "status")  # attributes of a run that its display shows
@@ -77,6 +78,7 @@ class Pounding(ShortRepr):
     """
 
     assess = _Method("assess")
+    uncertainty = _Method("uncertainty")
     report = _Method("report")
     figure = _Method("figures.results_figure")
     case = _Method(one_case)
@@ -92,7 +94,7 @@ class Pounding(ShortRepr):
 
     @property
     def kind(self) -> str:
-        """The call that made the dataset: scan, simulate, histories, compare, accuracy, effects or spectra; "" else."""
+        """The call that made the dataset, such as scan or simulate; "" where none of this package did."""
         return kind_of(self._dataset)
 
     def checked(self) -> xr.Dataset:
@@ -115,6 +117,8 @@ class Pounding(ShortRepr):
         if "building" in dataset.coords:
             yield "buildings", " | ".join(map(str, dataset["building"].values.ravel()))
         yield from _facts_of_run(dataset) if kind == "simulate" else _facts_of_grid(dataset)
+        if kind == "uncertainty":
+            yield from zip(dataset["interface"].values.tolist(), dataset["sentence"].values.tolist(), strict=True)
         if "finding" in dataset.attrs:
             yield "finding", str(dataset.attrs["finding"])
         yield "go on with", f".pounding{', '.join(NEXT[kind])}"

@@ -13,6 +13,7 @@ MARKS = {
     "compare": {"flips", "baseline"},
     "accuracy": {"setting", "time_to_reach"},
     "effects": {"effects", "time_ratio"},
+    "uncertainty": {"uncertain_number"},
     "spectra": {"left_period", "required_gap"},
 }
 

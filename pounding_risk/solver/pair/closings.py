@@ -1,10 +1,11 @@
 """Largest closings without contact between linear oscillators on one ground: every left one with every right one.
 
 All oscillators pass the same nodes, at least 32 of the shortest period, with the exact map of a ground acceleration
-that is linear in between (`motions.spectra.series`). The nodes come in slabs of 128. Each slab holds u and u̇ of all
-oscillators in the processor's cache, and the differences u_left − u_right of all pairs are taken there; nothing longer
-is stored than the states at the beginning of each slab. The slab of strongest response goes first, so that most of the
-others cannot exceed what is found and are passed over.
+that is linear in between (`motions.spectra.series`), sixteen oscillators side by side. The nodes come in slabs of 128.
+Each slab holds u and u̇ of all oscillators in the processor's cache, and the differences u_left − u_right of all pairs
+are taken there; nothing longer is stored than the states at the beginning of each slab. The slab of strongest response
+goes first, so that most of the others cannot exceed what is found and are passed over. `listed_closings` takes chosen
+pairs instead of all.
 
 Between two nodes a difference d exceeds its values at both by h² / 8 max|d̈| at most. Here d̈ = p_left − p_right with
 p = ü + a_g = −(2 ζ ω u̇ + ω² u), as the ground cancels, and p between nodes is bounded by its values at nodes and by the
@@ -31,19 +32,35 @@ ROOM = SLAB + 4  # numbers of a slab's nodes: both ends are among them, and loop
 TERMS = 12  # of the series in ω h ≤ 0.2
 NEWTON = 6  # steps; the first guess is that of a parabola, and the series is nearly one
 TIGHT = 1e-12  # of the largest value, that a bisection may miss
+LANES = 16  # oscillators side by side: with fewer, each step waits for the one before
 # Columns of the maps: u and u̇ after a step from 1 in u, u̇, a_g and its rise; then the numbers of the oscillator.
 U, V, OMEGA2, TWO_ZETA_OMEGA, MOVES, SPREAD = 0, 4, 8, 9, 10, 11
 COLUMNS = 12
 HIGHEST, LOWEST, PULL = 0, 1, 2  # of a slab: largest and smallest u, and a bound of |p|
+# Rows of the desk, of one number for each lane: the columns U and V of the maps, then u and u̇ at a node.
+AT, RATE = 8, 9
+ROWS = 10
 
 
 class Oscillators(NamedTuple):
     """Oscillators and the room in which they pass a slab."""
 
     maps: Any  # (oscillators, COLUMNS)
-    paths: Any  # (u and u̇, oscillators, ROOM)
+    paths: Any  # (u and u̇, oscillators up to a multiple of LANES, ROOM)
     extents: Any  # (oscillators, 3)
     terms: Any  # (TERMS,) of a difference between two nodes, in the time over the step
+    desk: Any  # (ROWS * LANES,) of the oscillators that go side by side
+
+
+def room_for(count: int) -> Oscillators:
+    """Room for so many oscillators, which `fill_maps` writes into."""
+    return Oscillators(
+        np.empty((count, COLUMNS)),
+        np.zeros((2, -(-count // LANES) * LANES, ROOM)),
+        np.empty((count, 3)),
+        np.empty(TERMS),
+        np.empty(ROWS * LANES),
+    )
 
 
 @kernel
@@ -65,38 +82,92 @@ def fill_maps(periods, dampings, h, maps):
                 maps[k, U + kind], maps[k, V + kind] = series(kind, omega * omega, 2.0 * dampings[k] * omega, h)
 
 
+@small
+def sit_down(start, states, those):
+    """The oscillators from number ``start`` on take the lanes, the last one those that are left over."""
+    desk = those.desk
+    for lane in range(LANES):
+        k = min(start + lane, states.shape[0] - 1)
+        for column in range(AT):
+            desk[column * LANES + lane] = those.maps[k, column]
+        desk[AT * LANES + lane], desk[RATE * LANES + lane] = states[k, 0], states[k, 1]
+        those.paths[0, start + lane, 0], those.paths[1, start + lane, 0] = states[k, 0], states[k, 1]
+
+
+@small
+def step_lanes(here, rise, desk):
+    """All lanes to the next node; a_g is ``here`` at this one and rises by ``rise``.
+
+    The largest values are not kept here: a store that only larger values reach takes the processor longer than all
+    else.
+    """
+    for lane in range(LANES):
+        u, v = desk[AT * LANES + lane], desk[RATE * LANES + lane]
+        desk[AT * LANES + lane] = (
+            desk[U * LANES + lane] * u
+            + desk[(U + 1) * LANES + lane] * v
+            + (desk[(U + 2) * LANES + lane] * here + desk[(U + 3) * LANES + lane] * rise)
+        )
+        desk[RATE * LANES + lane] = (
+            desk[V * LANES + lane] * u
+            + desk[(V + 1) * LANES + lane] * v
+            + (desk[(V + 2) * LANES + lane] * here + desk[(V + 3) * LANES + lane] * rise)
+        )
+
+
 @kernel
 def follow_slab(nodes, first, steps, states, those):
     """Each oscillator from its state at node ``first`` through a slab; its state becomes that at the end.
 
-    Fills u and u̇ at the nodes, and the extents.
+    Fills u and u̇ at the nodes, those after the last as the last, and `PULL`.
     """
-    maps, paths, extents = those.maps, those.paths, those.extents
+    maps, paths, desk = those.maps, those.paths, those.desk
     shaking = 0.0
     for node in range(first, first + steps + 1):
         shaking = larger(abs(nodes[node]), shaking)
-    for k in range(maps.shape[0]):
-        uu, uv, ua, ub = maps[k, U], maps[k, U + 1], maps[k, U + 2], maps[k, U + 3]
-        vu, vv, va, vb = maps[k, V], maps[k, V + 1], maps[k, V + 2], maps[k, V + 3]
-        omega2, two_zeta_omega = maps[k, OMEGA2], maps[k, TWO_ZETA_OMEGA]
-        u, v = states[k, 0], states[k, 1]
-        highest, lowest, pull = u, -u, abs(two_zeta_omega * v + omega2 * u)
-        paths[0, k, 0], paths[1, k, 0] = u, v
+    for start in range(0, states.shape[0], LANES):
+        sit_down(start, states, those)
         for step in range(steps):
             here = nodes[first + step]
-            rise = nodes[first + step + 1] - here
-            ahead = uu * u + uv * v + (ua * here + ub * rise)
-            v = vu * u + vv * v + (va * here + vb * rise)
-            u = ahead
-            paths[0, k, step + 1], paths[1, k, step + 1] = u, v
-            highest, lowest = larger(u, highest), larger(-u, lowest)
-            pull = larger(abs(two_zeta_omega * v + omega2 * u), pull)
-        for node in range(steps + 1, ROOM):
-            paths[0, k, node] = u
-        states[k, 0], states[k, 1] = u, v
-        spread = maps[k, SPREAD]
-        extents[k, HIGHEST], extents[k, LOWEST] = highest, -lowest
-        extents[k, PULL] = (pull + spread * shaking) / (1.0 - spread) if maps[k, MOVES] > 0.0 else shaking
+            step_lanes(here, nodes[first + step + 1] - here, desk)
+            for lane in range(LANES):
+                paths[0, start + lane, step + 1] = desk[AT * LANES + lane]
+                paths[1, start + lane, step + 1] = desk[RATE * LANES + lane]
+    for k in range(states.shape[0]):
+        for part in range(2):
+            states[k, part] = paths[part, k, steps]
+            for node in range(steps + 1, ROOM):
+                paths[part, k, node] = states[k, part]
+        spread, pull = maps[k, SPREAD], pull_of(paths[0, k], paths[1, k], maps[k])
+        those.extents[k, PULL] = (pull + spread * shaking) / (1.0 - spread) if maps[k, MOVES] > 0.0 else shaking
+
+
+@kernel
+def pull_of(u, v, numbers):
+    """The largest |p| at the nodes of a slab."""
+    fade, stiffness = numbers[TWO_ZETA_OMEGA], numbers[OMEGA2]
+    a = b = c = d = 0.0
+    for node in range(0, ROOM, 4):
+        a = larger(abs(fade * v[node] + stiffness * u[node]), a)
+        b = larger(abs(fade * v[node + 1] + stiffness * u[node + 1]), b)
+        c = larger(abs(fade * v[node + 2] + stiffness * u[node + 2]), c)
+        d = larger(abs(fade * v[node + 3] + stiffness * u[node + 3]), d)
+    return larger(larger(a, b), larger(c, d))
+
+
+@kernel
+def measure_slab(count, those):
+    """The largest and the smallest u of each oscillator at the nodes of the slab."""
+    for k in range(count):
+        u = those.paths[0, k]
+        a = b = c = d = e = f = g = h = -inf
+        for node in range(0, ROOM, 4):
+            a, b = larger(u[node], a), larger(u[node + 1], b)
+            c, d = larger(u[node + 2], c), larger(u[node + 3], d)
+            e, f = larger(-u[node], e), larger(-u[node + 1], f)
+            g, h = larger(-u[node + 2], g), larger(-u[node + 3], h)
+        those.extents[k, HIGHEST] = larger(larger(a, b), larger(c, d))
+        those.extents[k, LOWEST] = -larger(larger(e, f), larger(g, h))
 
 
 @kernel
@@ -111,6 +182,7 @@ def begin_slabs(nodes, starts, strengths, those):
         for k in range(starts.shape[1]):
             starts[slab + 1, k, 0], starts[slab + 1, k, 1] = starts[slab, k, 0], starts[slab, k, 1]
         follow_slab(nodes, first, steps, starts[slab + 1], those)
+        measure_slab(starts.shape[1], those)
         for k in range(starts.shape[1]):
             strengths[slab, k] = larger(those.extents[k, HIGHEST], -those.extents[k, LOWEST])
 
@@ -241,6 +313,7 @@ def close_pairs(nodes, h, order, starts, first_right, those, closings):
         first = slab * SLAB
         steps = min(SLAB, nodes.size - 1 - first)
         follow_slab(nodes, first, steps, starts[slab], those)
+        measure_slab(starts.shape[1], those)
         for left in range(n_left):
             for column in range(left + 1 if first_right == 0 else 0, n_right):
                 right = first_right + column
@@ -292,14 +365,8 @@ def largest_closings(acceleration, dt, left, right) -> Closings:
     periods, dampings = sides[0] if alike else (np.concatenate(both) for both in zip(*sides, strict=True))
     n_left, n_right = sides[0][0].size, sides[1][0].size
     parts = parts_of(dt, periods[periods > 0.0].min())
-    samples = np.asarray(acceleration, dtype=np.float64)
-    nodes = np.interp(np.arange((samples.size - 1) * parts + 1) / parts, np.arange(samples.size), samples)
-    those = Oscillators(
-        np.empty((periods.size, COLUMNS)),
-        np.zeros((2, periods.size, ROOM)),
-        np.empty((periods.size, 3)),
-        np.empty(TERMS),
-    )
+    nodes = divided(acceleration, parts)
+    those = room_for(periods.size)
     fill_maps(periods, dampings, dt / parts, those.maps)
     slabs = -(-(nodes.size - 1) // SLAB)
     starts, strengths = np.zeros((slabs + 1, periods.size, 2)), np.empty((slabs, periods.size))
@@ -312,6 +379,12 @@ def largest_closings(acceleration, dt, left, right) -> Closings:
     peaks = closings.max(axis=2)
     both = np.ascontiguousarray(closings[:-1, :-1].transpose(2, 0, 1))
     return Closings(both, peaks[:-1, -1], peaks[-1, :-1])
+
+
+def divided(acceleration, parts):
+    """The ground at its nodes: each interval between samples in ``parts``."""
+    samples = np.asarray(acceleration, dtype=np.float64)
+    return np.interp(np.arange((samples.size - 1) * parts + 1) / parts, np.arange(samples.size), samples)
 
 
 def strongest_first(strengths):

@@ -1,0 +1,388 @@
+"""What uncertain numbers of a scene mean: contact, required gaps and fragilities over samples of them and motions.
+
+From the motion without contact of every sample, which a scene is run for, or from a dataset of `scan` with samples.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk._common.dates import created
+from pounding_risk._common.progress import Progress
+from pounding_risk.assessment import uncertain_words as words
+from pounding_risk.assessment.crossed import Analysis, Components
+from pounding_risk.assessment.crossed_contact import CrossedClosings
+from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
+from pounding_risk.assessment.sobol import Indices, given_indices, sobol_indices
+from pounding_risk.assessment.uncertain_fragility import CURVES, Capacities
+from pounding_risk.assessment.uncertain_samples import (
+    Samples,
+    named_output,
+    opened_samples,
+    sampled_scene,
+)
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.layout import SCENE_AXES
+from pounding_risk.results.scene_axes import VARIANTS
+from pounding_risk.results.variables import described
+from pounding_risk.units import GAP, PGA, si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from pounding_risk.scene.scene import Scene
+
+Array = NDArray[np.float64]
+
+PARTS = ("parameters", "motions", "interaction", "total")
+OVER_SAMPLES = (5.0, 16.0, 50.0, 84.0, 95.0)  # percentiles over the samples
+GAPS = 81  # at which P(contact) is given
+USUAL_SOBOL = 256
+
+
+class Asked(NamedTuple):
+    """What `uncertainty` was asked, as it was read."""
+
+    gap: float | None
+    criterion: Criterion
+    pga: float | None
+    intensity: str | None
+    output: str | None
+
+
+def uncertainty(
+    source: Scene | Mapping[str, Any] | xr.Dataset | str | Path,
+    out: str | Path | None = None,
+    *,
+    gap: float | str | None = None,
+    target: float | str | None = None,
+    percentile: float | str | None = None,
+    confidence: float | str = USUAL_CONFIDENCE,
+    pga: float | str | None = None,
+    intensity: str | None = None,
+    output: str | None = None,
+    samples: int | None = None,
+    sobol: bool | int = False,
+    workers: int | None = None,
+    new: bool = False,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Assess what the uncertain numbers of a scene mean, beside what the motions do.
+
+    Parameters
+    ----------
+    source : Scene, dict, Dataset or path
+        A scene with a table ``[uncertain]``, or its file: the motion without contact is computed in every sample, and
+        no run of contact. Or a dataset of `scan` with samples, or its file.
+    out : path, optional
+        File for the dataset, ``.nc``.
+    gap : float or str, optional
+        The gap to assess [m, or text with a unit], at every interface; the scene's own by default. Where gaps are
+        themselves uncertain it is the gap that is meant, and each sample departs from it as from the scene's own.
+    target : float or str, optional
+        Accepted probability of contact; what the percentile leaves by default. As of `assess`.
+    percentile : float or str, optional
+        Share of samples and motions whose required gap is given, beside 50, 84 and 95 %. As of `assess`.
+    confidence : float or str
+        Confidence of all bounds, above 50 %.
+    pga : float or str, optional
+        Amplitude of the grid to assess [m/s2, or text with a unit]; as of `assess`.
+    intensity : str, optional
+        Of the fragilities: "pga", or "sa(0.5 s)" at any period, 5 % damped; by default what the motions are scaled to,
+        or PGA. A building's own period may differ between samples, so it is none of these.
+    output : str, optional
+        What the indices and the sentence on what narrows the answer are of: "contact_probability", "required_gap" or
+        "log_median_closing"; of a dataset also any of its outputs, such as "peak_contact_force", the median over the
+        motions at the scene's own case. P(contact) by default, or the required gap where P(contact) does not vary.
+    samples : int, optional
+        How many samples of a scene, in place of its own number.
+    sobol : bool or int
+        Compute Sobol indices, first and total, of a scene on a design of their own: so many points, 256 by default,
+        times the count of numbers and two. Without it first-order indices are estimated from the samples.
+    workers : int, optional
+        Threads; one a processor by default. Results do not depend on it.
+    new : bool
+        Replace other results under the name ``out``.
+    progress : callable, optional
+        Called with how much is done and the whole.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``interface``: P(contact) over ``gap`` with bounds, and its percentiles over the samples; required gaps;
+        the deviations of ln closing that parameters, motions and their interaction have; fragilities; indices of each
+        ``uncertain_number``, and for a scene each output at its 10 % and 90 % quantiles. ``verdict``, ``sentence`` and
+        ``narrowing`` are words, the attribute ``told`` what is assumed.
+
+    Raises
+    ------
+    PoundingError
+        For a scene or a dataset without samples, for Sobol indices of correlated numbers or of a dataset, for options
+        out of their range, and for an ``out`` that cannot be written or holds other results.
+    SceneError
+        For a scene with faults.
+    RecordError
+        For a record that cannot be used.
+    """
+    from pounding_risk.results.files import save
+
+    file = _checked_out(out, new)
+    asked = Asked(
+        None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
+        read_criterion(target, percentile, confidence),
+        None if pga is None else si(pga, PGA, "pga"),
+        intensity,
+        output,
+    )
+    num = (USUAL_SOBOL if sobol is True else int(sobol)) if sobol else 0
+    subject = opened_samples(source)
+    if isinstance(subject, Samples):
+        if num or samples is not None:
+            what = "sobol" if num else "samples"
+            raise PoundingError(
+                f"{what}: of a scene alone, whose motion without contact is computed for it; a dataset has the samples "
+                "that it has. Name the scene"
+            )
+    else:
+        subject = sampled_scene(subject, samples, num, workers, progress)
+    dataset = assessed(subject, asked)
+    if file is not None:
+        save(dataset, file)
+    return dataset
+
+
+def _checked_out(out: str | Path | None, new: bool) -> Path | None:
+    """The file of the dataset; raises PoundingError where it cannot be written or holds other results."""
+    if out is None:
+        return None
+    from pounding_risk.ensemble.replacing import check_replaceable
+    from pounding_risk.results.files import check_target
+
+    file = check_target(out)
+    check_replaceable(file, "uncertainty", new=new)
+    return file
+
+
+def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
+    """The dataset of `uncertainty` from samples."""
+    import xarray as xr
+
+    closings = [subject.closings(index, asked.pga) for index in range(len(subject.interfaces))]
+    judged = [subject.gap(index) if asked.gap is None else asked.gap for index in range(len(closings))]
+    most = max(max(float(np.percentile(one.rising, 99.5)) for one in closings), 1.2 * max(judged), 1e-6)
+    finite = most if np.isfinite(most) else max(float(one.logs.max()) for one in closings)
+    gaps = np.unique([*np.linspace(0.0, finite, GAPS), *judged])
+    parts = [
+        _interface(subject, index, one, gap, gaps, asked)
+        for index, (one, gap) in enumerate(zip(closings, judged, strict=True))
+    ]
+    names = xr.Variable("interface", list(subject.interfaces), {"long_name": "buildings on both sides of a gap"})
+    dataset = xr.concat(parts, dim=names, combine_attrs="override")
+    dataset = dataset.assign_coords(
+        {
+            f"value_of_{key}": ("sample", values, subject.attrs_of(key))
+            for key, values in zip(subject.keys, subject.values, strict=True)
+        }
+    )
+    told = [*subject.told, *words.of_few(closings[0], asked.criterion)]
+    about = {
+        "title": subject.title,
+        "asked": asked.criterion.words,
+        "samples": subject.words,
+        "motions": subject.motions_words(asked.pga),
+        "told": json.dumps(told, ensure_ascii=False),
+        **asked.criterion._asdict(),
+        **created("pounding_risk.uncertainty"),
+    }
+    kept = {name: value for name, value in subject.dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)}
+    return dataset.assign_attrs(kept | about)
+
+
+def _interface(
+    subject: Samples, index: int, closings: CrossedClosings, gap: float, gaps: Array, asked: Asked
+) -> xr.Dataset:
+    """The part of the dataset of one interface."""
+    import xarray as xr
+
+    criterion = asked.criterion
+    outputs = subject.outputs(index, closings, gap, asked)
+    chosen = named_output(outputs, asked.output)
+    parts: dict[str, Any] = {
+        **_contact(closings, gap, gaps, criterion),
+        **_required(closings, criterion),
+        **_of_samples(closings, gap, criterion),
+        **_variances(
+            outputs[chosen].analysis or closings.analysis, outputs[chosen].analysis_unit, criterion.confidence
+        ),
+        **_fragilities(Capacities.of(subject, index, closings, gap, asked), criterion.confidence),
+    }
+    indices = _indices(subject, outputs, criterion.confidence)
+    parts |= indices | subject.moved(index, gap, asked)
+    dataset = xr.Dataset(
+        parts,
+        {
+            "gap": ("gap", gaps, described("m", "gap")),
+            "component": ("component", list(PARTS), {"long_name": "part of the variance"}),
+            "percentile": ("percentile", list(_percentiles(criterion)), described("1", "percentile [%]")),
+            "sample_percentile": ("sample_percentile", list(OVER_SAMPLES), described("1", "percentile of samples [%]")),
+            "uncertain_number": ("uncertain_number", list(subject.keys), {"long_name": "address in the scene"}),
+            "output": ("output", list(outputs), {"long_name": "output of a sample"}),
+            "output_unit": ("output", [one.unit for one in outputs.values()], {"long_name": "unit of the output"}),
+            "output_words": ("output", [one.words for one in outputs.values()], {"long_name": "what the output is"}),
+            "curve": ("curve", list(CURVES), {"long_name": "dispersion of the fragility"}),
+            **subject.nominal_coordinates(),
+        },
+    )
+    verdict = words.verdict_of(closings, subject, index, gap, asked.pga, criterion)
+    dataset["verdict"] = ((), verdict.word, {"long_name": "verdict on the gap"})
+    dataset["sentence"] = ((), verdict.sentence, {"long_name": "verdict in words"})
+    dataset["chosen_output"] = ((), chosen, {"long_name": "output that the sentences are of"})
+    narrowing = words.narrowing(dataset, closings, gap, criterion)
+    dataset["narrowing"] = ((), " ".join(narrowing), {"long_name": "what would narrow the answer"})
+    return dataset
+
+
+def _contact(closings: CrossedClosings, gap: float, gaps: Array, criterion: Criterion) -> dict[str, Any]:
+    """P(contact) over the gaps and at the judged one."""
+    over, here = closings.contact(gaps, criterion.confidence), closings.contact(gap, criterion.confidence)
+    of_samples = np.stack([np.percentile(closings.of_samples(one), OVER_SAMPLES) for one in gaps.tolist()])
+    contact = "P(contact) over samples and motions"
+    return {
+        "contact_probability": ("gap", over.value, described("1", contact)),
+        "contact_probability_low": ("gap", over.low, described("1", f"lower bound of {contact}")),
+        "contact_probability_high": ("gap", over.high, described("1", f"upper bound of {contact}")),
+        "contact_probability_of_samples": (
+            ("gap", "sample_percentile"),
+            of_samples,
+            described("1", "percentiles over the samples of P(contact) over the motions"),
+        ),
+        "judged_gap": ((), gap, described("m", "gap that is judged")),
+        "judged_probability": ((), here.value[0], described("1", f"{contact} at the judged gap")),
+        "judged_probability_low": ((), here.low[0], described("1", "its lower bound")),
+        "judged_probability_high": ((), here.high[0], described("1", "its upper bound")),
+        "independent": ((), here.independent[0], described("1", "independent outcomes that these bounds are for")),
+        "independent_motions": ((), closings.counted.motions, described("1", "independent motions")),
+    }
+
+
+def _percentiles(criterion: Criterion) -> tuple[float, ...]:
+    from pounding_risk.assessment.required_gap import USUAL_PERCENTILES
+
+    return tuple(sorted({*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile}))
+
+
+def _required(closings: CrossedClosings, criterion: Criterion) -> dict[str, Any]:
+    """Required gaps at the percentiles, over samples and motions, and over the samples."""
+    percentiles = _percentiles(criterion)
+    required = closings.required(percentiles, criterion.confidence)
+    each = np.percentile(np.percentile(closings.closing, percentiles, axis=1), OVER_SAMPLES, axis=1).T
+    gap = "gap that a percentile of samples and motions together needs"
+    return {
+        "required_gap": ("percentile", [one.gap for one in required], described("m", gap)),
+        "required_gap_low": ("percentile", [one.low for one in required], described("m", f"lower bound of the {gap}")),
+        "required_gap_high": (
+            "percentile",
+            [one.high for one in required],
+            described("m", f"upper bound of the {gap}; the largest seen where it is not bounded"),
+        ),
+        "required_gap_bounded": (
+            "percentile",
+            np.array([one.bounded for one in required], dtype=np.int8),
+            described("1", "1 where the upper bound is one"),
+        ),
+        "required_gap_of_samples": (
+            ("percentile", "sample_percentile"),
+            each,
+            described("m", "percentiles over the samples of the gap that a percentile of the motions needs"),
+        ),
+    }
+
+
+def _of_samples(closings: CrossedClosings, gap: float, criterion: Criterion) -> dict[str, Any]:
+    """P(contact) in each sample, and the share of samples in which it exceeds the target."""
+    from pounding_risk.assessment.proportions import exact_bounds
+
+    share = closings.of_samples(gap)
+    count, runs = int((share > criterion.target).sum()), share.size
+    low, high = exact_bounds(count, runs, criterion.confidence)
+    over = "share of the samples in which P(contact) under these motions exceeds the target"
+    return {
+        "contact_probability_of_sample": ("sample", share, described("1", "P(contact) over the motions at the gap")),
+        "samples_over_target": ((), count / runs, described("1", over)),
+        "samples_over_target_low": ((), float(low), described("1", "its lower bound, for these motions")),
+        "samples_over_target_high": ((), float(high), described("1", "its upper bound, for these motions")),
+    }
+
+
+def _variances(analysis: Analysis, unit: str, confidence: float) -> dict[str, Any]:
+    """Standard deviations by what they come from, with bounds, and each as a share of the variance."""
+    of = (
+        lambda found: found.samples,
+        lambda found: found.motions,
+        lambda found: found.interaction,
+        lambda found: found.total,
+    )
+    bounds = np.sqrt([analysis.variance_bounds(one, confidence) for one in of])
+    shares = _shares(analysis.all)
+    whose = "of the logarithm of what is closed" if unit == "1" else "of the output"
+    deviation = f"standard deviation {whose} by what it comes from"
+    return {
+        "dispersion": ("component", bounds[:, 0], described(unit, deviation)),
+        "dispersion_low": ("component", bounds[:, 1], described(unit, f"lower bound of the {deviation}")),
+        "dispersion_high": ("component", bounds[:, 2], described(unit, f"upper bound of the {deviation}")),
+        "variance_share": ("component", shares, described("1", "share of the variance, of what is above 0")),
+    }
+
+
+def _shares(found: Components) -> Array:
+    parts = np.maximum([found.samples, found.motions, found.interaction], 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.append(parts / parts.sum(), 1.0)
+
+
+def _fragilities(capacities: Capacities, confidence: float) -> dict[str, Any]:
+    """Median and dispersion of the fragilities of motions alone and in all, with bounds; NaN with a fault."""
+    fitted = capacities.fitted(confidence)
+    words = {"fragility_median": ("m/s2", "median"), "fragility_dispersion": ("1", "dispersion")}
+    parts: dict[str, Any] = {}
+    for name, (unit, what) in words.items():
+        for column, ending in enumerate(("", "_low", "_high")):
+            about = described(unit, f"{('', 'lower bound of the ', 'upper bound of the ')[column]}{what} of contact")
+            parts[f"{name}{ending}"] = ("curve", fitted[name][:, column], about)
+    parts["fragility_intensity"] = ((), capacities.intensity, {"long_name": "intensity of the fragilities"})
+    parts["fragility_fault"] = ((), capacities.fault, {"long_name": "why there are no fragilities"})
+    return parts
+
+
+def _indices(subject: Samples, outputs: Mapping[str, Any], confidence: float) -> dict[str, Any]:
+    """Indices of each output and number: on a design of their own, or from the samples."""
+    dims = ("output", "uncertain_number")
+    parts: dict[str, Any] = {
+        "output_deviation": (
+            "output",
+            [float(np.std(one.values)) for one in outputs.values()],
+            described("1", "standard deviation over the samples, in the unit of the output"),
+        ),
+    }
+
+    def add(name: str, indices: Indices, what: str) -> None:
+        for ending, values in zip(("", "_low", "_high"), indices, strict=True):
+            bound = {"": "", "_low": "lower bound of the ", "_high": "upper bound of the "}[ending]
+            parts[f"{name}{ending}"] = (dims, values, described("1", f"{bound}{what}"))
+
+    known = "share of the variance over samples that would go were the number known exactly"
+    if subject.has_design:
+        designed = np.stack([one.design for one in outputs.values()])
+        first, total = sobol_indices(designed, len(subject.keys), confidence)
+        add("total_order", total, "share of the variance that would remain were all other numbers known exactly")
+        add("first_order", first, f"{known}, on a design of its own")
+    else:
+        stacked = np.stack([one.values for one in outputs.values()])
+        add("first_order", given_indices(subject.values, stacked, confidence), f"{known}, from the samples")
+    return parts

@@ -1,0 +1,98 @@
+"""Fragilities of contact over samples of uncertain numbers and motions: of the motions alone, and in all.
+
+Linear buildings close a gap under a motion that is scaled by gap over closing: so every motion has a capacity in every
+sample, and ln capacity has the components of variance of ln closing and ln intensity together. The curve of the motions
+alone has the mean of ln capacity and the dispersion of the motions within a sample; the one in all adds what the
+samples differ by (the composite curve of Kennedy and Ravindra, Nuclear Engineering and Design 79, 1984).
+"""
+
+from __future__ import annotations
+
+from math import nan
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.assessment import demands as data
+from pounding_risk.assessment import fragility as curves
+from pounding_risk.assessment.crossed import analysed, counted_outcomes
+from pounding_risk.assessment.crossed_contact import CrossedClosings
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.amplitudes import spectral, usual_intensity
+
+if TYPE_CHECKING:
+    from pounding_risk.assessment.uncertain import Asked
+    from pounding_risk.assessment.uncertain_samples import Samples
+
+Array = NDArray[np.float64]
+
+CURVES = ("motions alone", "total")
+
+
+class Capacities(NamedTuple):
+    """Logarithms of the intensities [m/s2] at which motions close a gap, (samples, motions), or why there are none."""
+
+    logs: Array | None
+    recordings: NDArray[np.int64]
+    intensity: str
+    factor: float  # of the motions to the median
+    fault: str
+
+    @classmethod
+    def of(cls, subject: Samples, index: int, closings: CrossedClosings, gap: float, asked: Asked) -> Capacities:
+        """The capacities at a gap [m] of an interface."""
+        place = data.interfaces(subject.place)[index][1]
+        intensity = usual_intensity(place) if asked.intensity is None else asked.intensity
+        if intensity.startswith("sa(") and spectral(intensity[3:-1]) is None:
+            if asked.intensity is not None:
+                raise PoundingError(
+                    f"intensity {intensity!r}: a building's period may differ between samples; write pga, or a period "
+                    "such as sa(0.5 s)"
+                )
+            intensity = "pga"
+        fault = cls._fault(subject, index, closings, gap, place)
+        if fault:
+            return cls(None, closings.recordings, intensity, nan, fault)
+        ims = data.intensities(place, intensity)
+        ims = ims[:, min(subject.level(asked.pga), ims.shape[1] - 1)][closings.order]
+        reach = np.log(gap) - np.log(closings.closing)
+        return cls(np.log(ims) + reach, closings.recordings, intensity, float(np.exp(reach.mean())), "")
+
+    @staticmethod
+    def _fault(subject: Samples, index: int, closings: CrossedClosings, gap: float, place: Any) -> str:
+        if not data.is_linear(place):
+            return "the motion without contact is not linear: closings do not grow with the motion"
+        if subject.is_inner(index) and "impact_count" in subject.dataset:
+            return "contact elsewhere in the row may push buildings across the gap, which does not grow with the motion"
+        if gap <= 0.0:
+            return "a closed gap is touched by the weakest motion"
+        if not (closings.closing.min() > 0.0 and np.isfinite(closings.closing).all()):
+            return "a motion closes nothing, or has no finite response, in some sample"
+        if closings.recordings[-1] == 0:
+            return curves.ALONE
+        return ""
+
+    def fitted(self, confidence: float) -> dict[str, Array]:
+        """Median [m/s2] and dispersion of both curves with bounds, each (curves, 3)."""
+        empty = np.full((2, 3), nan)
+        if self.logs is None:
+            return {"fragility_median": empty, "fragility_dispersion": empty}
+        from scipy.stats import t as student
+
+        analysis = analysed(self.logs, self.recordings)
+        found, counted = analysis.all, counted_outcomes(self.logs, self.recordings, analysis)
+        alone, total = (
+            np.sqrt(analysis.variance_bounds(of, confidence))
+            for of in (lambda one: one.motions + one.interaction, lambda one: one.total)
+        )
+        # Of the mean over samples and motions; a component below 0 counts as none.
+        samples, motions, rest = (max(float(part), 0.0) for part in found[:3])
+        variance = samples / counted.samples + motions / counted.motions + rest / (counted.samples * counted.motions)
+        freedom = max(min(counted.motions, float(counted.samples)) - 1.0, 1.0)
+        half = float(student.ppf(0.5 * (1.0 + confidence), freedom)) * np.sqrt(variance)
+        median = np.exp(self.logs.mean() + np.array([0.0, -half, half]))
+        return {
+            "fragility_median": np.stack([median, median]),
+            "fragility_dispersion": np.stack([alone, total]),
+        }

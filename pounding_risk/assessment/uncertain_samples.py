@@ -1,0 +1,403 @@
+"""Samples of the uncertain numbers of a scene with what the motions close in each, from a run or from a dataset."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk._common.counted import counted
+from pounding_risk._common.progress import Progress
+from pounding_risk._common.words import nearest
+from pounding_risk.assessment import demands as data
+from pounding_risk.assessment.assess import level_of
+from pounding_risk.assessment.crossed import Analysis, analysed
+from pounding_risk.assessment.crossed_contact import CrossedClosings, logs_of
+from pounding_risk.assessment.sobol import QUANTILES, power_of_two, saltelli_points, tornado_points
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.results.files import open_results
+from pounding_risk.results.own_case import own_case, scene_gap
+from pounding_risk.results.scene_axes import axes_of
+from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.results.variables import described
+from pounding_risk.units import shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from pounding_risk.assessment.uncertain import Asked
+    from pounding_risk.scene.scene import Scene
+
+Array = NDArray[np.float64]
+
+SAMPLE = "sample"
+LEAST_SAMPLES, MOST_SAMPLES = 2, 1_000_000  # of a scene, and of a design
+MOST_SOBOL = 65536
+
+
+def _contact(closing: Array, gap: float, percentile: float) -> Array:
+    return np.asarray((closing > gap).mean(axis=1))
+
+
+def _required(closing: Array, gap: float, percentile: float) -> Array:
+    return np.asarray(np.percentile(closing, percentile, axis=1))
+
+
+def _log_median(closing: Array, gap: float, percentile: float) -> Array:
+    return np.asarray(logs_of(closing).mean(axis=1))
+
+
+class OutputKind(NamedTuple):
+    """An output of a sample that follows from what its motions close."""
+
+    of: Callable[[Array, float, float], Array]  # closings (samples, motions), the gap [m] and the percentile [%]
+    unit: str
+    words: str
+
+
+OF_CLOSING = {
+    "contact_probability": OutputKind(_contact, "1", "P(contact) over the motions at the gap"),
+    "required_gap": OutputKind(_required, "m", "gap that the percentile of the motions needs"),
+    "log_median_closing": OutputKind(_log_median, "1", "mean over the motions of ln(closing in m)"),
+}
+
+
+class Output(NamedTuple):
+    """An output of each sample and at the points of a design; ``analysis`` of what it is of, where not of closings."""
+
+    values: Array
+    unit: str
+    words: str
+    design: Array | None = None
+    analysis: Analysis | None = None
+    analysis_unit: str = "1"
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A dataset along samples of the uncertain numbers.
+
+    Attributes
+    ----------
+    dataset : xarray.Dataset
+        With the dimension ``sample``.
+    values : tuple of array
+        Of each key its value in each sample.
+    moved, design : xarray.Dataset, optional
+        The same at the points of a tornado and of Sobol indices; of a scene alone.
+    told : tuple of str
+        What is assumed and left out.
+    """
+
+    dataset: xr.Dataset
+    keys: tuple[str, ...]
+    values: tuple[NDArray[Any], ...]
+    title: str
+    words: str
+    told: tuple[str, ...]
+    moved_dataset: xr.Dataset | None = None
+    design_dataset: xr.Dataset | None = None
+
+    @property
+    def place(self) -> xr.Dataset:
+        """The dataset of the first sample, for what is the same in all."""
+        place = with_axes(self.dataset.isel({SAMPLE: [0]}))
+        return place.isel({SAMPLE: 0}, drop=True) if SAMPLE in place.dims else place
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        return tuple(map(str, np.atleast_1d(self.dataset["interface"].values)))
+
+    @property
+    def size(self) -> int:
+        return int(self.dataset.sizes[SAMPLE])
+
+    @property
+    def has_design(self) -> bool:
+        return self.design_dataset is not None
+
+    def attrs_of(self, key: str) -> dict[str, str]:
+        """Unit and words of a number."""
+        about = self.dataset[key].attrs if key in self.dataset.variables else {}
+        return {"long_name": f"value of {key}"} | {str(name): str(value) for name, value in about.items()}
+
+    def motions(self, index: int) -> data.Motions:
+        """The motions of an interface in the first sample: their names, recordings and amplitudes."""
+        return data.motions_of(data.interfaces(self.place)[index][1])
+
+    def level(self, pga: float | None) -> int:
+        """Index of the assessed amplitude."""
+        place = self.place
+        return level_of(place, data.motions_of(data.interfaces(place)[0][1]).amplitudes, pga)
+
+    def motions_words(self, pga: float | None) -> str:
+        """How many motions of how many recordings at which amplitude, in words."""
+        motions = self.motions(0)
+        many = f"{counted(len(motions.records), 'motion')} of {counted(int(motions.recordings.max()) + 1, 'recording')}"
+        return f"{many} {amplitude_words(self.place, motions.amplitudes[self.level(pga)])}"
+
+    def gap(self, index: int) -> float:
+        """The scene's own gap at an interface [m]."""
+        return scene_gap(self.dataset, index)
+
+    def closings(self, index: int, pga: float | None) -> CrossedClosings:
+        """What every motion closes in every sample."""
+        return CrossedClosings(self.closing_of(self.dataset, index, pga), self.motions(index).recordings)
+
+    def closing_of(self, dataset: xr.Dataset, index: int, pga: float | None) -> Array:
+        """Closings (samples, motions) [m] in a dataset of these or other points; inf where there is no finite one."""
+        one = dataset.isel(interface=index) if "interface" in dataset.dims else dataset
+        closing = _by_sample(one["peak_closing_free"], self.level(pga))
+        # A record without motion has no finite response in the first sample, nor in any other.
+        alone = np.where(np.isfinite(closing) & self.motions(index).finite, closing, np.inf)
+        if "impact_count" in dataset and self.is_inner(index):
+            alone = np.fmax(alone, self._pushed(one, pga))
+        gaps = _gaps_of_samples(one)
+        return alone if gaps is None else np.maximum(alone - (gaps - self.gap(index))[:, None], 0.0)
+
+    def is_inner(self, index: int) -> bool:
+        """True where what stands further along the row may push a building of the interface."""
+        return "interior" in self.place["building_position"].values[index : index + 2]
+
+    def _pushed(self, one: xr.Dataset, pga: float | None) -> Array:
+        """As `demands.motions_of`: the most that is closed in runs that touch at a gap which is left open alone."""
+        gaps = one["interface_gap"] if "interface_gap" in one.variables else one["gap"]
+        reach = one["peak_closing"].where((one["impact_count"] > 0) & (one["peak_closing_free"] <= gaps))
+        cases = (SAMPLE, "record", "polarity", "pga")
+        return _by_sample(reach.max([axis for axis in reach.dims if axis not in cases]), self.level(pga))
+
+    def outputs(self, index: int, closings: CrossedClosings, gap: float, asked: Asked) -> dict[str, Output]:
+        """The outputs of each sample by name: those of the closing, and another of the dataset that is asked for."""
+        design = None if self.design_dataset is None else self.closing_of(self.design_dataset, index, asked.pga)
+        about = gap, asked.criterion.percentile
+        outputs = {
+            name: Output(
+                kind.of(closings.closing, *about),
+                kind.unit,
+                kind.words,
+                None if design is None else kind.of(design, *about),
+            )
+            for name, kind in OF_CLOSING.items()
+        }
+        if asked.output is not None and asked.output not in OF_CLOSING:
+            outputs[asked.output] = self._other_output(index, asked)
+        return outputs
+
+    def _other_output(self, index: int, asked: Asked) -> Output:
+        """The median over the motions of an output at the scene's own case, in each sample."""
+        name = str(asked.output)
+        known = [*OF_CLOSING, *map(str, self._others())]
+        if name not in self._others():
+            why = "" if "impact_count" in self.dataset else "; others need runs of contact: name a dataset of a scan"
+            raise PoundingError(
+                f"output: {shown(name)} is none{nearest(name, known)}; it may be {', '.join(known)}{why}"
+            )
+        case = own_case(self.place) | {"interface": index, "building": slice(index, index + 2)}
+        case["pga"] = self.level(asked.pga)
+        variable = self.dataset[name]
+        values = _by_sample(variable.isel({axis: at for axis, at in case.items() if axis in variable.dims}), 0)
+        known_values = np.isfinite(values)
+        order = np.argsort(self.motions(index).recordings, kind="stable")
+        with np.errstate(invalid="ignore"):
+            medians = np.nanmedian(np.where(known_values, values, np.nan), axis=1)
+        if not np.isfinite(medians).all():
+            raise PoundingError(f"output: {name} has no number in some sample at the scene's own case; choose another")
+        whole = np.where(known_values, values, medians[:, None])[:, order]
+        positive = bool((whole > 0.0).all())
+        recordings = np.sort(np.unique(self.motions(index).recordings, return_inverse=True)[1]).astype(np.int64)
+        analysis = analysed(np.log(whole) if positive else whole, recordings)
+        unit = str(variable.attrs.get("units", "1"))
+        said = f"median over the motions of {variable.attrs.get('long_name', name)}"
+        return Output(medians, unit, said, None, analysis, "1" if positive else unit)
+
+    def _others(self) -> tuple[str, ...]:
+        """Outputs of cases that the dataset has for each sample."""
+        return tuple(
+            str(name)
+            for name, variable in self.dataset.data_vars.items()
+            if {SAMPLE, "record", "polarity"} <= set(variable.dims) and variable.dtype.kind in "fiu"
+        )
+
+    def moved(self, index: int, gap: float, asked: Asked) -> dict[str, Any]:
+        """Each output with all numbers at their medians, and with each alone at its 10 % and 90 % quantiles."""
+        if self.moved_dataset is None:
+            return {}
+        closing = self.closing_of(self.moved_dataset, index, asked.pga)
+        parts: dict[str, Any] = {}
+        for name, kind in OF_CLOSING.items():
+            values = kind.of(closing, gap, asked.criterion.percentile)
+            ends = values[1:].reshape(-1, 2)
+            three = np.column_stack([ends[:, 0], np.full(len(ends), values[0]), ends[:, 1]])
+            said = f"{kind.words}, the number at a quantile and all others at their medians"
+            parts[f"{name}_moved"] = (("uncertain_number", "quantile"), three, described(kind.unit, said))
+        nominal = np.sort(closing[0])
+        parts["closing_at_medians"] = (
+            "motion",
+            nominal,
+            described("m", "what each motion closes with all numbers at their medians, rising"),
+        )
+        return parts
+
+    def nominal_coordinates(self) -> dict[str, Any]:
+        """Coordinates of `moved`."""
+        if self.moved_dataset is None:
+            return {}
+        return {"quantile": ("quantile", list(QUANTILES), described("1", "quantile of the number"))}
+
+
+def _by_sample(values: xr.DataArray, level: int) -> Array:
+    """Values as (samples, motions) at one amplitude; the largest over any other axis."""
+    if "pga" in values.dims:
+        values = values.isel(pga=level)
+    others = [axis for axis in values.dims if axis not in (SAMPLE, "record", "polarity")]
+    ordered = (values.max(others) if others else values).transpose(SAMPLE, "record", "polarity").values
+    return np.asarray(ordered.reshape(len(ordered), -1), dtype=float)
+
+
+def _gaps_of_samples(one: xr.Dataset) -> Array | None:
+    """The gap of each sample [m] at one interface, where gaps are uncertain."""
+    for name in ("sample_gap", "interface_gap"):
+        if name in one.variables and SAMPLE in one[name].dims:
+            gaps = one[name].transpose(SAMPLE, ...).values
+            return np.asarray(gaps.reshape(len(gaps), -1)[:, 0], dtype=float)
+    return None
+
+
+def named_output(outputs: Mapping[str, Output], asked: str | None) -> str:
+    """The output that sentences are of: as asked, else P(contact), or the required gap where P(contact) is constant."""
+    if asked is not None:
+        return asked
+    return "contact_probability" if np.ptp(outputs["contact_probability"].values) > 0.0 else "required_gap"
+
+
+# ------------------------------------------------------------------------------------------------------------ sources
+
+
+def opened_samples(source: Any) -> Samples | Scene:
+    """The samples of a dataset or its file, or the scene of anything else; raises PoundingError without samples."""
+    from pounding_risk._common.files import STORE
+
+    is_file = isinstance(source, str | Path) and str(source).lower().endswith((".nc", STORE))
+    if is_file or hasattr(source, "data_vars"):
+        return _of_dataset(open_results(source) if is_file else source, str(source) if is_file else "the dataset")
+    from pounding_risk.scene.reader import as_scene
+
+    scene = as_scene(source)
+    if scene.uncertain is None:
+        raise PoundingError(
+            f"{scene.source}: has no table [uncertain], so that nothing in it is uncertain; write one, "
+            'such as "building.frame.period" = {distribution = "lognormal", dispersion = 0.2}, or use assess'
+        )
+    return scene
+
+
+def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
+    axis = next((one for one in axes_of(dataset) if one.name == SAMPLE), None)
+    if axis is None or dataset.sizes.get(SAMPLE, 1) < LEAST_SAMPLES:
+        raise PoundingError(
+            f"{source}: has no samples of uncertain numbers; scan a scene with a table [uncertain], or use assess"
+        )
+    others = [one.name for one in axes_of(dataset) if one.name != SAMPLE and dataset.sizes.get(one.name, 1) > 1]
+    if others:
+        raise PoundingError(f"{source}: has several values of {' and '.join(others)}; choose one of each with sel")
+    place = dataset.isel({SAMPLE: [0]})
+    data.check_dataset(with_axes(place, source), source)
+    values = tuple(np.asarray(dataset[key].values) for key in axis.keys)
+    size = dataset.sizes[SAMPLE]
+    return Samples(
+        dataset,
+        axis.keys,
+        values,
+        str(dataset.attrs.get("title", "")),
+        f"{size} samples of {counted(len(axis.keys), 'number')}",
+        tuple(_told_of_dataset(dataset, axis.keys)),
+    )
+
+
+def _told_of_dataset(dataset: xr.Dataset, keys: tuple[str, ...]) -> Iterator[str]:
+    yield (
+        "The samples are counted as if they were drawn independently; those of a Latin hypercube or Sobol points are "
+        "spread more evenly, so that bounds are wider than need be."
+    )
+    yield "Every number but " + ", ".join(keys) + " is taken as known exactly."
+
+
+def sampled_scene(
+    scene: Scene, samples: int | None, num: int, workers: int | None, progress: Progress | None
+) -> Samples:
+    """The samples of a scene with their motion without contact, and the points of a tornado and of Sobol indices."""
+    from pounding_risk.studies.uncertainty import free_motion
+
+    uncertain = scene.uncertain
+    assert uncertain is not None, "checked when the scene was opened"
+    if samples is not None:
+        if isinstance(samples, bool) or not isinstance(samples, int) or not LEAST_SAMPLES <= samples <= MOST_SAMPLES:
+            raise PoundingError(f"samples: {shown(samples)} is no whole number from {LEAST_SAMPLES} to {MOST_SAMPLES}")
+        if uncertain.given:
+            raise PoundingError("samples: the scene gives its points, one a sample; leave samples out, or the points")
+        uncertain = replace(uncertain, samples=samples)
+    numbers = len(uncertain.keys)
+    drawn = np.asarray(uncertain.points())
+    parts = [drawn, independent_points(tornado_points(numbers), uncertain)]
+    if num:
+        if uncertain.correlations:
+            between = " and ".join(uncertain.correlations[0].between)
+            raise PoundingError(
+                f"sobol: {between} are correlated, and Sobol indices are of independent numbers; leave sobol out for "
+                "first-order indices from the samples, which share what the numbers have in common"
+            )
+        if num > MOST_SOBOL:
+            raise PoundingError(f"sobol: {num} is more than {MOST_SOBOL}; write a power of two such as 1024")
+        parts.append(saltelli_points(numbers, power_of_two(max(num, 8)), uncertain.seed))
+    whole = free_motion(scene, np.concatenate(parts), workers=workers, progress=progress)
+    ends = np.cumsum([0, *map(len, parts)]).tolist()
+    pieces = [whole.isel({SAMPLE: slice(low, high)}) for low, high in pairwise(ends)]
+    return Samples(
+        pieces[0],
+        tuple(uncertain.keys),
+        tuple(np.asarray(whole[key].values)[: len(drawn)] for key in uncertain.keys),
+        str(whole.attrs.get("title", "")),
+        "; ".join(f"{name}: {said}" for name, said in uncertain.described()).removeprefix("samples: "),
+        tuple(_told_of_scene(uncertain, whole)),
+        pieces[1],
+        pieces[2] if num else None,
+    )
+
+
+def independent_points(points: Array, uncertain: Any) -> Array:
+    """Points whose correlated numbers stand at the quantiles that the given points have in each column."""
+    if not uncertain.correlations:
+        return points
+    from scipy.special import ndtr, ndtri
+
+    factor = np.linalg.cholesky(np.array(uncertain.matrix))
+    return np.asarray(ndtr(np.linalg.solve(factor, ndtri(points).T).T))
+
+
+def _told_of_scene(uncertain: Any, free: xr.Dataset) -> Iterator[str]:
+    """What is assumed and left out where a scene is run without contact."""
+    yield (
+        "No run of contact: whether a motion closes a gap follows from the motion without contact, whatever the "
+        "contact model or F_E."
+    )
+    yield "Every number that [uncertain] does not name is taken as known exactly."
+    if uncertain.method != "random":
+        yield (
+            f"The samples are points of a design ({uncertain.method}), counted as if they were drawn independently: "
+            "they are spread more evenly, so that bounds are wider than need be."
+        )
+    yield from uncertain.notes()
+    if uncertain.correlations:
+        between = "; ".join(" and ".join(one.between) for one in uncertain.correlations)
+        yield (
+            f"{between} are correlated: indices of these share what the numbers have in common, and a tornado moves "
+            "each by itself, which they hardly do."
+        )
+    yield from json.loads(free.attrs.get("notes", "[]"))

@@ -1,0 +1,193 @@
+"""Sentences on uncertain numbers crossed with motions: the verdict, the parts, and what would narrow the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pounding_risk._common.counted import counted
+from pounding_risk.assessment.crossed_contact import CrossedClosings
+from pounding_risk.assessment.options import Criterion, percent_words
+from pounding_risk.assessment.proportions import least_upper_bound, motions_to_show
+from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE, share_words
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.kinds import kind_of
+from pounding_risk.units import GAP, Quantity, say
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from pounding_risk.assessment.uncertain_samples import Samples
+
+OUTPUT_WORDS = {
+    "contact_probability": "P(contact)",
+    "required_gap": "the required gap",
+    "log_median_closing": "the logarithm of the median closing",
+}
+MOSTLY = 0.6  # of the variance of the bounds, from which one side is named
+
+
+def check_uncertainty(results: xr.Dataset) -> xr.Dataset:
+    """The dataset; raises PoundingError for another one than `uncertainty` makes."""
+    if kind_of(results) != "uncertainty":
+        raise PoundingError("this is no dataset of `pounding-risk uncertainty`; run it with -o uncertainty.nc")
+    return results
+
+
+class WordedVerdict(NamedTuple):
+    """A verdict and its sentence."""
+
+    word: str
+    sentence: str
+
+
+def verdict_of(
+    closings: CrossedClosings, subject: Samples, index: int, gap: float, pga: float | None, criterion: Criterion
+) -> WordedVerdict:
+    """Adequate, inadequate or depends by the rule of `verdict`, with bounds over samples and motions."""
+    here = closings.contact(gap, criterion.confidence)
+    share, low, high = float(here.value[0]), float(here.low[0]), float(here.high[0])
+    polarities = np.array(subject.motions(index).polarities)[closings.order]
+    closed = closings.closing > gap
+    by_polarity = {str(one): float(closed[:, polarities == one].mean()) for one in dict.fromkeys(polarities.tolist())}
+    sides = {one > criterion.target for one in by_polarity.values()}
+    word = DEPENDS if len(sides) > 1 else ADEQUATE if high <= criterion.target else INADEQUATE
+    word = word if word != INADEQUATE or low > criterion.target else DEPENDS
+    who = f"{counted(len(closings.closing), 'sample')} × {subject.motions_words(pga)}"
+    bounds = f"{100 * criterion.confidence:g} % bounds {share_words(low)} to {share_words(high)}"
+    finding = (
+        f"{word.capitalize()}: over {who} P(contact) at a gap of {say(gap, GAP, 3)} is {share_words(share)} ({bounds})"
+    )
+    return WordedVerdict(word, f"{finding}{_why(word, criterion, by_polarity if len(sides) > 1 else {})}")
+
+
+def _why(word: str, criterion: Criterion, by_polarity: dict[str, float]) -> str:
+    target = f"the target of {percent_words(criterion.target)}"
+    if by_polarity:
+        each = ", ".join(f"{name} {share_words(share)}" for name, share in by_polarity.items())
+        return f". Each polarity alone would answer otherwise to {target}: {each}."
+    if word == DEPENDS:
+        return f". Samples and motions leave open on which side of {target} it is."
+    return f", {'within' if word == ADEQUATE else 'above'} {target} throughout."
+
+
+def of_few(closings: CrossedClosings, criterion: Criterion) -> Iterator[str]:
+    """Sentences where there are too few motions or samples for the target."""
+    fewest = closings.counted.without_contact
+    least = least_upper_bound(fewest, criterion.confidence)
+    if least > criterion.target:
+        needed = motions_to_show(criterion.target, criterion.confidence)
+        yield (
+            f"Few: the motions count as {closings.counted.motions:.3g} independent ones, beside "
+            f"{counted(closings.counted.samples, 'sample')}. Even without any contact these could only show P(contact) "
+            f"< {share_words(least)}; the target of {percent_words(criterion.target)} takes {needed} of each."
+        )
+    lost = int((~np.isfinite(closings.closing)).sum())
+    if lost:
+        whole = closings.closing.size
+        yield f"Without a finite response, and counted as contact at every gap: {lost} of {whole} outcomes."
+
+
+def parts_words(part: xr.Dataset) -> str:
+    """Sentence on the shares that motions, parameters and their interaction have in the variance."""
+    share = dict(zip(part["component"].values.tolist(), part["variance_share"].values.tolist(), strict=True))
+    deviation = dict(zip(part["component"].values.tolist(), part["dispersion"].values.tolist(), strict=True))
+    if not np.isfinite(share["motions"]):
+        return "One recording, or one sample, does not tell what motions and parameters contribute."
+    whose = "ln closing" if str(part["chosen_output"].item()) in OUTPUT_WORDS else "the output"
+    ordered = sorted(("motions", "parameters", "interaction"), key=lambda name: -share[name])
+    words = {"motions": "the motions", "parameters": "the uncertain numbers", "interaction": "both together"}
+    each = ", ".join(f"{_share(share[name])} from {words[name]}" for name in ordered).replace(" from", " comes from", 1)
+    unit = str(part["dispersion"].attrs["units"])
+    total = f"{deviation['total']:.2g}" if unit == "1" else _said(deviation["total"], unit)
+    return f"Of the variance of {whose} {each} (deviation {total} in all)."
+
+
+def narrowing(part: xr.Dataset, closings: CrossedClosings, gap: float, criterion: Criterion) -> list[str]:
+    """Sentences on what would narrow the answer most: knowing a number, more recordings, or more samples."""
+    return [_number(part, criterion), *_dispersion(part), *_bounds(closings, gap, criterion)]
+
+
+def _number(part: xr.Dataset, criterion: Criterion) -> str:
+    """Sentence on the number with the largest first-order index, if it stands out from chance and from the next."""
+    output = str(part["chosen_output"].item())
+    said = OUTPUT_WORDS.get(output, output.replace("_", " "))
+    one = part.sel(output=output)
+    first, low, high = (one[f"first_order{ending}"].values for ending in ("", "_low", "_high"))
+    names = [str(name) for name in part["uncertain_number"].values]
+    if not np.isfinite(first).any():
+        return f"Over the samples {said} does not vary: no number changes it."
+    order = np.argsort(-np.nan_to_num(first, nan=-1.0))
+    lead = int(order[0])
+    if not low[lead] > 0.0:
+        return (
+            f"No number stands out: the largest share of the variance of {said} over the samples, "
+            f"{_share(first[lead])} of {names[lead]}, is not told from none by {100 * criterion.confidence:g} % bounds."
+        )
+    deviation = float(one["output_deviation"])
+    narrowed = deviation * float(np.sqrt(max(1.0 - first[lead], 0.0)))
+    unit = str(one["output_unit"].item())
+    change = f"its deviation over the samples would fall from {_said(deviation, unit)} to {_said(narrowed, unit)}"
+    beside = [names[at] for at in order[1:] if high[at] > low[lead] and first[at] > 0.0]
+    lead_words = (
+        f"Knowing {names[lead]} exactly would narrow {said} most: it has {_share(first[lead])} of the variance over "
+        f"the samples (bounds {_share(max(low[lead], 0.0))} to {_share(high[lead])}), and {change}."
+    )
+    if beside:
+        lead_words += f" It is not told apart from {', '.join(beside)}."
+    return lead_words
+
+
+def _dispersion(part: xr.Dataset) -> Iterator[str]:
+    """Sentence on how much the total dispersion would shrink, and that motions stay as they are."""
+    share = dict(zip(part["component"].values.tolist(), part["variance_share"].values.tolist(), strict=True))
+    if not np.isfinite(share["motions"]) or str(part["chosen_output"].item()) not in OUTPUT_WORDS:
+        return
+    deviation = dict(zip(part["component"].values.tolist(), part["dispersion"].values.tolist(), strict=True))
+    first = part["first_order"].sel(output="log_median_closing").values
+    if not np.isfinite(first).any():
+        return
+    lead = int(np.nanargmax(first))
+    gone = min(max(float(first[lead]), 0.0), 1.0) * deviation["parameters"] ** 2
+    left = float(np.sqrt(max(deviation["total"] ** 2 - gone, 0.0)))
+    name = str(part["uncertain_number"].values[lead])
+    total, narrowed = f"{deviation['total']:.2g}", f"{left:.2g}"
+    change = f"fall to {narrowed}" if narrowed != total else "hardly change"
+    yield (
+        f"The total dispersion of the closing, {total}, would {change} were {name} known; "
+        f"{deviation['motions']:.2g} is that of the motions, which no such knowledge narrows."
+    )
+
+
+def _bounds(closings: CrossedClosings, gap: float, criterion: Criterion) -> Iterator[str]:
+    """Sentence on whether more recordings or more samples would narrow the bounds of P(contact)."""
+    widths = []
+    for samples, motions in ((1, 1), (1, 2), (2, 1)):
+        here = closings.contact(gap, criterion.confidence, times=(samples, motions))
+        widths.append((float(here.low[0]), float(here.high[0])))
+    now, recordings, samples_ = (f"{share_words(low)} to {share_words(high)}" for low, high in widths)
+    sizes = [high - low for low, high in widths]
+    gains = sizes[0] - sizes[1], sizes[0] - sizes[2]
+    if max(gains) < 0.02 * sizes[0]:
+        return
+    whence = "of recordings and samples alike"
+    if gains[0] >= MOSTLY * sum(gains):
+        whence = "mostly of the recordings"
+    elif gains[1] >= MOSTLY * sum(gains):
+        whence = "mostly of the samples"
+    yield (
+        f"The bounds of P(contact), {now}, come {whence}: twice as many recordings like these would make them "
+        f"{recordings}, twice as many samples {samples_}."
+    )
+
+
+def _share(value: Any) -> str:
+    return f"{100.0 * float(value):.0f} %"
+
+
+def _said(value: float, unit: str) -> str:
+    if unit == "1":
+        return f"{value:.2g}"
+    return say(value, Quantity(unit.replace("m/s2", "m/s^2"), -np.inf, np.inf, ""), 3)

@@ -1,0 +1,184 @@
+"""Figure of what uncertain numbers mean: P(contact) over samples and motions, and which numbers it hangs on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk._common.counted import counted
+from pounding_risk.assessment.options import percent_words
+from pounding_risk.assessment.uncertain_words import OUTPUT_WORDS, check_uncertainty, parts_words
+from pounding_risk.assessment.verdict import share_words
+from pounding_risk.figures.style import MEANING, QUIET, STYLES, blank, plain, title
+from pounding_risk.units import GAP, say, say_in
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+BANDS = ((5.0, 95.0, 0.18), (16.0, 84.0, 0.32))  # percentiles over the samples, and how dark
+LEAST_SHOWN, MOST_SHOWN = -0.25, 1.25  # of shares, whose bounds may lie further out
+MOST_NUMBERS = 12  # that are drawn, those that matter most
+FIRST, TOTAL = STYLES[0][0], STYLES[5][0]
+
+
+def uncertainty_figure(results: xr.Dataset, note: str = "") -> Figure:
+    """P(contact) against the gap over samples and motions, with indices of the uncertain numbers and a tornado.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A dataset of `uncertainty`.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A line of panels for each interface; the tornado where the dataset is of a scene.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset of another call.
+    """
+    check_uncertainty(results)
+    names = [str(name) for name in np.atleast_1d(results["interface"].values)]
+    has_tornado = "quantile" in results.dims
+    columns = 3 if has_tornado else 2
+    figure, axes = blank(len(names), columns, (4.6 * columns, 0.8 + 4.2 * len(names)))
+    for line, name in zip(axes, names, strict=True):
+        part = results.sel(interface=name) if "interface" in results.dims else results
+        _contact(line[0], part, name if len(names) > 1 else "")
+        _indices(line[1], part)
+        if has_tornado:
+            _tornado(line[2], part)
+    title(figure, _finding(results, names), _condition(results), note)
+    return figure
+
+
+def _finding(results: xr.Dataset, names: list[str]) -> str:
+    clauses = []
+    for name in names:
+        part = results.sel(interface=name) if "interface" in results.dims else results
+        share, low, high = (float(part[f"judged_probability{end}"]) for end in ("", "_low", "_high"))
+        who = f"{plain(name)}: " if len(names) > 1 else ""
+        clauses.append(
+            f"{who}P(contact) at {say(float(part['judged_gap']), GAP, 3)} is {share_words(share)} "
+            f"({share_words(low)} to {share_words(high)}), {part['verdict'].item()} for a "
+            f"target of {percent_words(float(results.attrs['target']))}"
+        )
+        parts = parts_words(part).rstrip(".")
+        clauses.append(f"{who}{parts[0].lower()}{parts[1:]}")
+    return "; ".join(clauses)
+
+
+def _condition(results: xr.Dataset) -> str:
+    return (
+        f"{counted(results.sizes['sample'], 'sample')} × {results.attrs['motions']}; bounds of "
+        f"{percent_words(float(results.attrs['confidence']))} over recordings and samples"
+    )
+
+
+def _contact(axis: Any, part: xr.Dataset, name: str) -> None:
+    """Draw P(contact) against the gap: of the samples as bands, in all with bounds, and with all at their medians."""
+    gaps, colour = 1e3 * part["gap"].values, MEANING["motions"]
+    of_samples = part["contact_probability_of_samples"]
+    for low, high, depth in BANDS:
+        ends = [of_samples.sel(sample_percentile=end).values for end in (low, high)]
+        axis.fill_between(
+            gaps, *ends, color=colour, alpha=depth, linewidth=0.0, label=f"{low:g} to {high:g} % of samples"
+        )
+    axis.plot(gaps, part["contact_probability"], "-", color=colour, linewidth=2.0, label="samples and motions")
+    for end, label in (("_low", "its bounds"), ("_high", None)):
+        axis.plot(gaps, part[f"contact_probability{end}"], ":", color=colour, linewidth=1.2, label=label)
+    if "closing_at_medians" in part:
+        closing = part["closing_at_medians"].values
+        at_medians = [(closing > gap).mean() for gap in part["gap"].values]
+        axis.plot(gaps, at_medians, "--", color=STYLES[1][0], linewidth=1.3, label="all numbers at their medians")
+    axis.axvline(1e3 * float(part["judged_gap"]), color=MEANING["gap"], linewidth=1.0, label="gap judged")
+    axis.axhline(float(part.attrs["target"]), color=MEANING["target"], linestyle="-.", linewidth=1.0, label="target")
+    axis.set_xlim(0.0, gaps[-1])
+    axis.set_ylim(0.0, 1.0)
+    axis.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
+    axis.set_xlabel("gap [mm]")
+    axis.set_ylabel("P(contact)")
+    axis.set_title(f"contact{f', {plain(name)}' if name else ''}", fontsize=9.5)
+    axis.legend(fontsize=7.5, loc="upper right")
+
+
+def _ordered(values: Any) -> list[int]:
+    """Places of the numbers that are drawn, the least important first, so that the largest stands on top."""
+    order = np.argsort(-np.nan_to_num(values, nan=-1.0), kind="stable")[:MOST_NUMBERS]
+    return [int(place) for place in order[::-1]]
+
+
+def _indices(axis: Any, part: xr.Dataset) -> None:
+    """Draw first-order shares as bars, and total ones where they are known, with bounds."""
+    output = str(part["chosen_output"].item())
+    one = part.sel(output=output)
+    order = _ordered(one["first_order"].values)
+    kinds = [("first_order", FIRST, "", "first-order")]
+    if "total_order" in part:
+        kinds.append(("total_order", TOTAL, "///", "total"))
+    width = 0.8 / len(kinds)
+    for number, (kind, colour, hatch, label) in enumerate(kinds):
+        value, low, high = (one[f"{kind}{end}"].values[order] for end in ("", "_low", "_high"))
+        at = np.arange(len(order)) + width * ((len(kinds) - 1) / 2.0 - number)
+        axis.barh(at, np.maximum(value, 0.0), width * 0.9, color=colour, hatch=hatch, edgecolor="white", label=label)
+        ends = np.clip([value - low, high - value], 0.0, None)
+        axis.errorbar(value, at, xerr=ends, fmt="none", color="black", linewidth=1.0, capsize=2.5)
+    low, high = axis.get_xlim()
+    axis.set_xlim(max(low, LEAST_SHOWN), min(high, MOST_SHOWN))
+    axis.set_yticks(range(len(order)), [_short(part["uncertain_number"].values[place]) for place in order], fontsize=8)
+    axis.axvline(0.0, color=QUIET, linewidth=0.8)
+    axis.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
+    axis.set_xlabel("share of the variance over the samples")
+    said = OUTPUT_WORDS.get(output, output.replace("_", " "))
+    what = "first-order and total shares" if len(kinds) > 1 else "first-order shares"
+    if np.isfinite(one["first_order"].values).any():
+        if len(kinds) > 1:
+            axis.legend(fontsize=8)
+        axis.set_title(f"{what} of {said}, with bounds", fontsize=9.5)
+    else:
+        axis.set_title(f"{said} does not vary over the samples", fontsize=9.5)
+
+
+def _short(name: Any) -> str:
+    """An address on two lines where it is long."""
+    first, _, rest = plain(str(name)).partition(".")
+    return f"{first}\n{rest}" if len(str(name)) > 16 and rest else plain(str(name))
+
+
+def _tornado(axis: Any, part: xr.Dataset) -> None:
+    """Draw an output with each number alone from its 10 % to its 90 % quantile."""
+    output = str(part["chosen_output"].item())
+    name = output if f"{output}_moved" in part else "required_gap"
+    moved = part[f"{name}_moved"]
+    values, unit = moved.values, str(moved.attrs["units"])
+    scale = 1e3 if unit == "m" else 1.0
+    order = _ordered(np.ptp(values, axis=1))
+    middle = scale * values[0, 1]
+    for place, number in enumerate(order):
+        for end, colour, hatch in ((0, STYLES[4][0], ""), (2, STYLES[1][0], "///")):
+            reach = scale * values[number, end] - middle
+            axis.barh(place, reach, 0.7, left=middle, color=colour, hatch=hatch, edgecolor="white")
+    for colour, hatch, label in ((STYLES[4][0], "", "at its 10 % quantile"), (STYLES[1][0], "///", "at its 90 %")):
+        axis.barh([np.nan], [0.0], color=colour, hatch=hatch, edgecolor="white", label=label)
+    axis.axvline(middle, color="black", linewidth=1.0)
+    axis.set_ylim(-0.6, len(order) - 0.4)
+    axis.margins(x=0.08)
+    axis.locator_params(axis="x", nbins=5)
+    axis.set_yticks(range(len(order)), [_short(part["uncertain_number"].values[place]) for place in order], fontsize=8)
+    said = OUTPUT_WORDS.get(name, name)
+    axis.set_xlabel(f"{said} [mm]" if unit == "m" else said)
+    if name == "contact_probability":
+        axis.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.3g} %")
+    at = (
+        f"{100 * values[0, 1]:.3g} %"
+        if name == "contact_probability"
+        else (say_in(values[0, 1], "mm", 3) if unit == "m" else f"{values[0, 1]:.3g}")
+    )
+    axis.set_title(f"each number alone, the others at their medians ({at})", fontsize=9.5)
+    axis.legend(fontsize=8, loc="lower right")

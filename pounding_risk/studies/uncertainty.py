@@ -1,0 +1,434 @@
+"""The motion without contact of all samples of a scene at once: whether neighbours ever touch follows from it alone.
+
+`free_motion` gives, for every sample and motion, how far each gap is closed, and how far each building moves alone. No
+contact is run. Single masses on one ground that start from rest are followed side by side (`solver.pair.
+listed_closings`); any other scene sample by sample, by the solver that a scan of it has, which takes longer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from os import cpu_count
+from pathlib import Path
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from pounding_risk._common.progress import Progress
+from pounding_risk.ensemble.chunks import Chunk, joined
+from pounding_risk.ensemble.job import Job, ScanInput
+from pounding_risk.ensemble.job_choice import grid_job_of, job_kind
+from pounding_risk.ensemble.limits import check_memory, free_memory
+from pounding_risk.ensemble.plausibility import of_input
+from pounding_risk.ensemble.threads import Pending, Threads
+from pounding_risk.errors import SceneError
+from pounding_risk.models.effects import acts_on_law
+from pounding_risk.models.structures.contact_points import FLOOR
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.motions.ensemble import MotionEnsemble
+from pounding_risk.motions.intensity import LEAST_PERIOD
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.request import POLARITIES
+from pounding_risk.results.attributes import as_text, told
+from pounding_risk.results.labels import CONVENTIONS, MOTIONS, NEEDED, flags_of, made_from, skeleton
+from pounding_risk.results.provenance import provenance
+from pounding_risk.results.scene_axes import axis_coordinates
+from pounding_risk.results.variables import described
+from pounding_risk.scene.motions import as_before, check_arrivals, for_periods, gathered
+from pounding_risk.scene.overrides import override
+from pounding_risk.scene.reader import as_scene
+from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.scene_axis import SceneAxis, labels_of
+from pounding_risk.scene.sections import KEYS
+from pounding_risk.scene.toml import KeyPath, parse_toml
+from pounding_risk.scene.uncertain import sample_axis
+from pounding_risk.scene.variants import Variants, check_one_scene
+from pounding_risk.solver.pair.listed_closings import PairList
+
+Array = NDArray[np.float64]
+
+AT_ONCE = "all samples at once, as single masses on one ground that start from rest"
+ONE_BY_ONE = "sample by sample, by the solver of the scene"
+ROUNDING = 1e-14  # relative, of a period that follows from mass and stiffness
+FACTS = {  # of a building, which may differ from sample to sample
+    "mass": ("kg", "mass of the building"),
+    "period": ("s", "first period of vibration of the building"),
+    "damping": ("1", "damping ratio of the building"),
+    "height": ("m", "level of the roof; NaN where not given"),
+}
+OF_CONTACT = ("contact_model", "yield_force", "contact_point", "storey")  # dimensions that no motion here has
+
+
+class Facts(NamedTuple):
+    """Numbers of the scene in each sample."""
+
+    buildings: dict[str, Array]  # of `FACTS`: (samples, buildings); period 0 of a rigid one
+    gaps: Array  # (samples, interfaces) [m]
+
+
+class Work(NamedTuple):
+    """How the samples are solved."""
+
+    words: str
+    facts: Facts
+    job: FreeJob
+
+
+def free_motion(
+    scene: Scene | str | Path,
+    points: Any = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """The motion without contact of every sample of the uncertain numbers of a scene, under every motion.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        A scene with [uncertain], or the path of its file.
+    points : array, optional
+        (samples, uncertain numbers) between 0 and 1, at which the numbers are drawn instead of at the scene's own.
+    workers : int, optional
+        Number of threads; one per processor by default. Results do not depend on it.
+    progress : callable, optional
+        Called with the parts of the work that are done, and the number of all.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``peak_closing_free`` (sample, record, polarity, pga where the grid has several, interface) [m], the largest
+        u_left - u_right, and ``peak_displacement_free`` (the same, building) [m]. The values of each uncertain number
+        are a coordinate along ``sample``. The attribute ``free_motion`` says how the samples were solved; ``notes`` say
+        where contact is not decided by the motion without contact alone.
+
+    Raises
+    ------
+    SceneError
+        For a scene with faults, without uncertain numbers, or with axes of numbers in [grid]; for more samples than
+        memory holds; and where a sample has numbers that no scene can have.
+    PoundingError
+        For points of another shape, or outside the unit cube.
+    RecordError
+        For a record that cannot be used.
+    """
+    study = as_scene(scene)
+    if study.uncertain is None:
+        example = '"building.frame.period" = {distribution = "lognormal", median = "0.5 s", dispersion = 0.2}'
+        raise SceneError(study.source, [f"uncertain: the scene has no samples; write [uncertain] with {example}"])
+    if points is not None:
+        return free_along(study, sample_axis(study.uncertain, points), workers, progress)
+    dataset = free_along(study, study.uncertain.axis, workers, progress)
+    notes = [*study.uncertain.notes(), *told(dataset, "notes", [])]
+    return dataset.assign_attrs(notes=as_text(notes))
+
+
+def free_along(
+    study: Scene, axis: SceneAxis, workers: int | None = None, progress: Progress | None = None
+) -> xr.Dataset:
+    """`free_motion` of the scenes along one axis, whatever it is of, instead of those of samples."""
+    others = tuple(other for other in study.axes if other.keys != axis.keys)
+    check_one_scene(study.updated(axes=others), "uncertainty")
+    stated = study.updated(axes=())
+    ensemble = gathered(stated)
+    work = work_of(stated, axis, ensemble.motions)
+    check_held(stated, axis, len(ensemble.motions))
+    closing, peaks = solved(work.job, stated, axis.size, workers, progress)
+    return dataset_of(study, axis, ensemble, work, closing, peaks)
+
+
+# --------------------------------------------------------------------------------------------- who solves the samples
+
+
+class FreeJob:
+    """The motions without contact of all samples in batches, as the threads of a scan take them."""
+
+    motions: tuple[Motion, ...]
+    batches: int
+    bytes_per_batch: int
+
+    def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None:
+        """Largest closings and peaks of these batches; None where it was stopped."""
+        chunks = []
+        for number in batches:
+            if stop():
+                return None
+            closing, peaks = self.one(number)
+            chunks.append({"closing": closing[None], "peaks": peaks[None]})
+        return joined(chunks)
+
+    def one(self, number: int) -> tuple[Array, Array]:
+        """Closings and peaks of one batch, with polarities and amplitudes of the scene."""
+        raise NotImplementedError
+
+    def place(self, number: int) -> tuple[Any, ...]:
+        """Where a batch stands in arrays of (samples, records, ...)."""
+        raise NotImplementedError
+
+
+class AtOnce(FreeJob):
+    """All samples of single masses, one motion a batch. Twice the motion is twice the closing."""
+
+    def __init__(self, study: Scene, motions: tuple[Motion, ...], facts: Facts):
+        self.study, self.motions = study, motions
+        numbers = [facts.buildings[name] for name in ("period", "damping")]
+        self.shape = numbers[0].shape
+        sides = [tuple(values[:, side].ravel() for values in numbers) for side in (slice(0, -1), slice(1, None))]
+        self.pairs = PairList(*sides)
+        self.batches = len(motions)
+        motion = len(study.records.polarities) * len(study.grid.pgas)
+        self.bytes_per_batch = 8 * motion * self.shape[0] * (2 * self.shape[1] - 1)
+
+    def one(self, number: int) -> tuple[Array, Array]:
+        """(samples, polarities, amplitudes, interfaces) and (samples, polarities, amplitudes, buildings)."""
+        motion, grid = self.motions[number], self.study.grid
+        found = self.pairs.closings(motion.acceleration, motion.dt)
+        factors = np.array([1.0 if pga is None else pga / motion.pga for pga in grid.pgas])
+        senses = [POLARITIES.index(polarity) for polarity in self.study.records.polarities]
+        closing = found.closing.reshape(2, self.shape[0], -1)[senses].transpose(1, 0, 2)
+        left, right = (peaks.reshape(self.shape[0], -1) for peaks in (found.left, found.right))
+        peaks = np.repeat(np.concatenate([left, right[:, -1:]], axis=1)[:, None], len(senses), axis=1)
+        return closing[:, :, None] * factors[:, None], peaks[:, :, None] * factors[:, None]
+
+    def place(self, number: int) -> tuple[Any, ...]:
+        return slice(None), number
+
+
+class OneByOne(FreeJob):
+    """Scenes one after the other, each by the job of its scan; those that move alike once."""
+
+    def __init__(self, scenes: Sequence[Scene], motions: tuple[Motion, ...]):
+        self.motions = motions
+        self.samples: dict[Any, list[int]] = {}
+        for number, scene in enumerate(scenes):
+            self.samples.setdefault(job_kind(scene).alone_key(scene), []).append(number)
+        self.scenes = [scenes[numbers[0]] for numbers in self.samples.values()]
+        self.places = list(self.samples.values())
+        for scene in self.scenes:
+            check_memory(scene, motions)
+            check_arrivals(scene, motions)
+        self.batches = len(self.scenes)
+        first = self.scenes[0]
+        count = len(motions) * len(first.records.polarities) * len(first.grid.pgas)
+        self.bytes_per_batch = 8 * count * (2 * len(first.buildings) - 1)
+
+    def one(self, number: int) -> tuple[Array, Array]:
+        """(records, polarities, amplitudes, interfaces) and (records, polarities, amplitudes, buildings)."""
+        values = grid_job_of(ScanInput(self.scenes[number], self.motions)).free_values()
+        return values["peak_closing"], values["peak_displacement"]
+
+    def place(self, number: int) -> tuple[Any, ...]:
+        return (self.places[number],)
+
+
+def work_of(study: Scene, axis: SceneAxis, motions: tuple[Motion, ...]) -> Work:
+    """How the samples of a scene without axes are solved: the only place that chooses."""
+    facts = facts_of_masses(study, axis)
+    if facts is not None and shortest(facts) >= LEAST_PERIOD * max(motion.dt for motion in motions):
+        return Work(AT_ONCE, facts, AtOnce(study, motions, facts))
+    variants = Variants(study, (axis,))
+    scenes = [variants.scene(number) for number in range(axis.size)]
+    buildings = {
+        name: np.array([[float(getattr(one, name)) for one in scene.buildings] for scene in scenes]) for name in FACTS
+    }
+    facts = Facts(buildings, np.array([[between.gap for between in scene.interfaces] for scene in scenes]))
+    return Work(ONE_BY_ONE, facts, OneByOne(scenes, motions))
+
+
+def shortest(facts: Facts) -> float:
+    """The shortest period of a building that vibrates [s]; inf where none does."""
+    periods = facts.buildings["period"]
+    return float(periods[periods > 0.0].min(initial=np.inf))
+
+
+# ----------------------------------------------------------------------------- numbers of all samples, without scenes
+
+
+def facts_of_masses(study: Scene, axis: SceneAxis) -> Facts | None:
+    """Numbers of single masses on one ground in every sample, without a scene for each; None for other buildings.
+
+    Where a mass varies, the period of its building may be stated or follow from a stiffness: the scenes of some samples
+    tell, those at the ends of every number among them.
+    """
+    if not is_of_masses(study):
+        return None
+    columns = columns_of(study, axis)
+    if columns is None:
+        return None
+    variants = Variants(study, (axis,))
+    probes = {number: variants.scene(number) for number in _probes(columns, axis.size)}
+    for by_stiffness in (False, True):
+        facts = _facts(study, columns, axis.size, by_stiffness)
+        if all(_holds(facts, number, scene) for number, scene in probes.items()):
+            return facts
+    return None
+
+
+def is_of_masses(study: Scene) -> bool:
+    """True for single masses and walls on one ground that start from rest, meet floor to floor and stay linear."""
+    return (
+        all(
+            isinstance(building, Building) and not (building.initial_displacement or building.initial_velocity)
+            for building in study.buildings
+        )
+        and not study.supports
+        and all(acts_on_law(effect.name) for effect in study.effects)
+        and all(point.kind == FLOOR for point in study.points)
+    )
+
+
+def columns_of(study: Scene, axis: SceneAxis) -> dict[KeyPath, Array] | None:
+    """The values [SI] along an axis of each number that it sets in the tables of a scene; None where one is a text."""
+    tables = parse_toml(study.text, study.source)
+    columns: dict[KeyPath, Array] = {}
+    for key, values in zip(axis.keys, axis.values, strict=True):
+        labels = labels_of(values)
+        if labels.unit is None:
+            return None
+        scratch = {name: [dict(table) for table in tables.get(name, [])] for name in ("building", "interface")}
+        scratch["effects"] = dict(tables.get("effects", {}))  # type: ignore[assignment]
+        for path in override(scratch, f"{key}=0", KEYS, study.source):
+            columns[path] = np.array(labels.values)
+    return columns
+
+
+def _probes(columns: dict[KeyPath, Array], count: int) -> list[int]:
+    """Numbers of samples: the first, the last, and those with the least and the largest value of each number."""
+    ends = (int(end) for values in columns.values() for end in (values.argmin(), values.argmax()))
+    return sorted({0, count - 1, *ends})
+
+
+def _facts(study: Scene, columns: dict[KeyPath, Array], count: int, by_stiffness: bool) -> Facts:
+    """Numbers in every sample; ``by_stiffness`` where a mass changes the period of its building."""
+    buildings: dict[str, list[Array]] = {name: [] for name in FACTS}
+    for place, building in enumerate(study.buildings):
+        varied = {str(path[2]): values for path, values in columns.items() if path[:2] == ("building", place)}
+        stated = {name: varied.get(name, np.full(count, float(getattr(building, name)))) for name in FACTS}
+        if not building.is_rigid and "period" not in varied and ("stiffness" in varied or by_stiffness):
+            stiffness = varied.get("stiffness", np.full(count, cast(Building, building).stiffness))
+            stated["period"] = 2.0 * np.pi * np.sqrt(stated["mass"] / stiffness)
+        for name, values in stated.items():
+            buildings[name].append(values)
+    one_for_all = len(parse_toml(study.text, study.source).get("interface", [])) == 1
+    gaps = [
+        columns.get(("interface", 0 if one_for_all else place, "gap"), np.full(count, between.gap))
+        for place, between in enumerate(study.interfaces)
+    ]
+    return Facts({name: np.stack(values, axis=1) for name, values in buildings.items()}, np.stack(gaps, axis=1))
+
+
+def _holds(facts: Facts, number: int, scene: Scene) -> bool:
+    """True where the scene of a sample has these numbers."""
+    if not is_of_masses(scene):
+        return False
+    here = [[values[number, place] for values in facts.buildings.values()] for place in range(len(scene.buildings))]
+    there = [[getattr(building, name) for name in facts.buildings] for building in scene.buildings]
+    gaps = facts.gaps[number], [between.gap for between in scene.interfaces]
+    return all(np.allclose(one, other, rtol=ROUNDING, atol=0.0) for one, other in ((here, there), gaps))
+
+
+# --------------------------------------------------------------------------------------------------------- the numbers
+
+
+def check_held(study: Scene, axis: SceneAxis, motions: int) -> None:
+    """Raise SceneError where the results are larger than the free memory."""
+    count = motions * len(study.records.polarities) * len(study.grid.pgas)
+    size, free = 16.0 * axis.size * count * (2 * len(study.buildings) - 1), free_memory()
+    if free and size > free:
+        raise SceneError(
+            study.source,
+            [
+                f"uncertain: {axis.size} samples under {count} motions take {size / 1e9:.3g} GB, and {free / 1e9:.3g} "
+                "GB of memory are free; take fewer samples or records"
+            ],
+        )
+
+
+def solved(
+    job: FreeJob, study: Scene, samples: int, workers: int | None, progress: Progress | None
+) -> tuple[Array, Array]:
+    """Closings and peaks [m] by sample, record, polarity, amplitude and interface or building."""
+    motions = (len(job.motions), len(study.records.polarities), len(study.grid.pgas))
+    closing = np.empty((samples, *motions, len(study.interfaces)))
+    peaks = np.empty((samples, *motions, len(study.buildings)))
+    done = 0
+
+    def keep(batches: range, chunk: Chunk, seconds: float) -> None:
+        nonlocal done
+        for place, number in enumerate(batches):
+            closing[job.place(number)] = chunk["closing"][place]
+            peaks[job.place(number)] = chunk["peaks"][place]
+        done += len(batches)
+        if progress is not None:
+            progress(done, job.batches)
+
+    pending = Pending([range(job.batches)], lambda _: 0, bytes_per_batch=job.bytes_per_batch)
+    Threads(workers or cpu_count() or 1).run(cast(Job, job), pending, keep)
+    return closing, peaks
+
+
+def dataset_of(
+    study: Scene, axis: SceneAxis, ensemble: MotionEnsemble, work: Work, closing: Array, peaks: Array
+) -> xr.Dataset:
+    """The dataset of the motions without contact of samples."""
+    stated = study.updated(axes=())
+    motions = _flagged(ensemble.motions, stated, work.facts)
+    coordinates = grid_job_of(ScanInput(stated, motions)).coordinates()
+    dataset = skeleton(stated, motions, {}, coordinates).drop_dims(OF_CONTACT, errors="ignore")
+    one_amplitude = {} if "pga" in dataset.sizes else {"pga": 0}
+    words = "largest displacement relative to the ground under the building; without contact"
+    for name, values, of, long_name in (
+        ("peak_closing_free", closing, "interface", NEEDED),
+        ("peak_displacement_free", peaks, "building", words),
+    ):
+        variable = xr.Variable((axis.name, *MOTIONS, of), values, described("m", long_name)).isel(one_amplitude)
+        dataset = dataset.assign({name: variable})
+    dataset = dataset.assign_coords(axis_coordinates((axis,)) | _facts_that_differ(axis.name, work.facts))
+    dataset.attrs = {
+        "Conventions": CONVENTIONS,
+        "title": f"{study.name}: motion without contact of samples".removeprefix(": "),
+        "source": "pounding_risk: motion without contact, exact between the samples of the ground motion",
+        **made_from(study, motions),
+        **provenance(study, motions, screening=True, check_fraction=0.0),
+        **flags_of(motions),
+        "free_motion": work.words,
+        "notes": as_text([*pushed_notes(stated), *of_input(stated, motions)]),
+        **({"left_out": as_text(list(ensemble.left_out))} if ensemble.left_out else {}),
+        **({"copies": as_text(list(ensemble.copies))} if ensemble.copies else {}),
+    }
+    return dataset
+
+
+def _flagged(motions: tuple[Motion, ...], study: Scene, facts: Facts) -> tuple[Motion, ...]:
+    """The motions with the doubts that follow from the periods of the buildings in any sample."""
+    periods = facts.buildings["period"]
+    moving = periods[periods > 0.0]
+    ends = (float(moving.min()), float(moving.max())) if moving.size else ()
+    return tuple(for_periods(motion, ends) for motion in as_before(motions, study))
+
+
+def _facts_that_differ(dim: str, facts: Facts) -> dict[str, Any]:
+    """Coordinates of what differs from sample to sample."""
+    coords: dict[str, Any] = {}
+    is_rigid = facts.buildings["period"] == 0.0
+    for name, (unit, words) in FACTS.items():
+        values = facts.buildings[name]
+        if (values != values[0]).any():
+            unknown = values == 0.0 if name == "height" else is_rigid
+            coords[f"building_{name}"] = ((dim, "building"), np.where(unknown, np.nan, values), described(unit, words))
+    if (facts.gaps != facts.gaps[0]).any():
+        words = "clear distance at rest of each interface in each sample"
+        coords["sample_gap"] = ((dim, "interface"), facts.gaps, described("m", words))
+    return coords
+
+
+def pushed_notes(study: Scene) -> list[str]:
+    """A sentence where the motion without contact alone does not decide contact: in a row."""
+    if len(study.interfaces) == 1:
+        return []
+    return [
+        f"{', '.join(study.interface_names)}: neighbours further along the row may push a building across a gap that "
+        "the motion without contact leaves open, or hold it back from one that it closes; what is said of contact from "
+        "this motion alone is of each gap as if the others were not closed"
+    ]

@@ -1,0 +1,103 @@
+"""Sobol indices against closed forms: Ishigami's function, Sobol's g, and a linear one."""
+
+import numpy as np
+import pytest
+
+from pounding_risk.assessment.sobol import (
+    given_indices,
+    power_of_two,
+    saltelli_points,
+    sobol_indices,
+    tornado_points,
+)
+
+CONFIDENCE = 0.95
+A, B = 7.0, 0.1
+WEIGHTS = np.array([0.0, 1.0, 4.5, 9.0])
+
+
+def ishigami(points):
+    x = np.pi * (2.0 * points - 1.0)
+    return np.sin(x[:, 0]) + A * np.sin(x[:, 1]) ** 2 + B * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+
+def ishigami_indices():
+    one, two = 0.5 * (1.0 + B * np.pi**4 / 5.0) ** 2, A**2 / 8.0
+    both = B**2 * np.pi**8 * (1.0 / 18.0 - 1.0 / 50.0)
+    return np.array([one, two, 0.0]) / (one + two + both), np.array([one + both, two, both]) / (one + two + both)
+
+
+def sobol_g(points):
+    return np.prod((np.abs(4.0 * points - 2.0) + WEIGHTS) / (1.0 + WEIGHTS), axis=1)
+
+
+def sobol_g_indices():
+    parts = 1.0 / (3.0 * (1.0 + WEIGHTS) ** 2)
+    whole = np.prod(1.0 + parts) - 1.0
+    return parts / whole, parts * np.prod(1.0 + parts) / (1.0 + parts) / whole
+
+
+@pytest.mark.parametrize(
+    ("function", "indices"), [(ishigami, ishigami_indices()), (sobol_g, sobol_g_indices())], ids=["ishigami", "g"]
+)
+def test_indices_on_a_design_are_those_of_the_closed_form(function, indices):
+    numbers = len(indices[0])
+    points = saltelli_points(numbers, 2048, seed=1)
+    assert points.shape == (2048 * (numbers + 2), numbers)
+    outputs = np.stack([function(points), np.ones(len(points))])
+    for found, true in zip(sobol_indices(outputs, numbers, CONFIDENCE), indices, strict=True):
+        np.testing.assert_allclose(found.value[0], true, atol=0.02)
+        assert np.all((found.low[0] <= true) & (true <= found.high[0]))
+        assert np.all(np.isnan(found.value[1])), "an output that does not vary has none"
+
+
+@pytest.mark.parametrize(
+    ("function", "indices"), [(ishigami, ishigami_indices()), (sobol_g, sobol_g_indices())], ids=["ishigami", "g"]
+)
+def test_indices_from_samples_are_those_of_the_closed_form(function, indices):
+    points = np.random.default_rng(2).random((8192, len(indices[0])))
+    found = given_indices(list(points.T), function(points)[None], CONFIDENCE)
+    np.testing.assert_allclose(found.value[0], indices[0], atol=0.015)
+
+
+def test_bounds_from_few_samples_hold_the_true_indices():
+    rng = np.random.default_rng(3)
+    true = np.array([9.0, 1.0, 0.0]) / 11.08
+    repeats, held = 60, np.zeros(3)
+    for _ in range(repeats):
+        points = rng.random((200, 3))
+        output = points @ np.array([3.0, 1.0, 0.0]) + 0.3 * rng.normal(size=200)
+        found = given_indices(list(points.T), output[None], CONFIDENCE)
+        held += (found.low[0] <= true) & (true <= found.high[0])
+    assert np.all(held >= 0.85 * repeats), "bounds of a bootstrap, of 95 % for many samples"
+
+
+def test_indices_of_words_and_of_few_values():
+    rng = np.random.default_rng(4)
+    words, steps = rng.choice(["linear", "hertz"], 3000), rng.integers(3, size=3000).astype(float)
+    output = 2.0 * (words == "hertz") + steps
+    found = given_indices([words, steps], output[None], CONFIDENCE)
+    np.testing.assert_allclose(found.value[0], (1.0 / (1.0 + 2.0 / 3.0), (2.0 / 3.0) / (1.0 + 2.0 / 3.0)), atol=0.02)
+
+
+def test_an_output_that_does_not_vary_and_too_few_samples_have_no_indices():
+    points = np.random.default_rng(5).random((50, 2))
+    assert np.all(np.isnan(given_indices(list(points.T), np.ones((1, 50)), CONFIDENCE).value))
+    assert np.all(np.isnan(given_indices(list(points[:5].T), points[:5, :1].T, CONFIDENCE).value))
+
+
+def test_a_number_that_changes_nothing_is_not_told_from_none():
+    rng = np.random.default_rng(6)
+    points = rng.random((400, 2))
+    found = given_indices(list(points.T), rng.normal(size=(1, 400)), CONFIDENCE)
+    assert np.all(found.low[0] < 0.0)
+    assert np.all(np.abs(found.value[0]) < 0.1)
+
+
+def test_points_of_a_tornado():
+    np.testing.assert_array_equal(tornado_points(2), [[0.5, 0.5], [0.1, 0.5], [0.9, 0.5], [0.5, 0.1], [0.5, 0.9]])
+
+
+@pytest.mark.parametrize(("num", "power"), [(1, 1), (3, 4), (256, 256), (257, 512)])
+def test_next_power_of_two(num, power):
+    assert power_of_two(num) == power

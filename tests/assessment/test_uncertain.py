@@ -1,0 +1,230 @@
+"""What uncertain numbers of a scene mean: from its motion without contact, and from a dataset of its scan."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from scenes import BOTH, scene_text, single
+from scipy.special import ndtri
+
+import pounding_risk as pr
+from pounding_risk.assessment.uncertain_samples import independent_points
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures.uncertainty import uncertainty_figure
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.toml import write_toml
+
+LEFT, RIGHT = "building.left.period", "building.right.period"
+PERIODS = {
+    LEFT: {"distribution": "lognormal", "dispersion": 0.3},
+    RIGHT: {"distribution": "lognormal", "dispersion": 0.1},
+}
+PULSES = [{"kind": "ricker", "pga": "0.4 g", "period": f"{period} s"} for period in (0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5)]
+
+
+def uncertain_scene(numbers=None, samples=16, buildings=(), **more):
+    """A pair under pulses in both polarities, each its own recording, with uncertain numbers."""
+    table = {"samples": samples} | (PERIODS if numbers is None else numbers)
+    given = {"records": {"generated": PULSES, "polarity": BOTH}, "law": "linear", "gap": "80 mm"} | more
+    return parse_scene(f"{scene_text(*buildings, **given)}\n{write_toml({'uncertain': table})}")
+
+
+@pytest.fixture(scope="module")
+def scanned():
+    return pr.scan(uncertain_scene())
+
+
+@pytest.fixture(scope="module")
+def of_scene():
+    return pr.uncertainty(uncertain_scene(), sobol=8)
+
+
+def test_samples_together_are_the_assessments_of_each(scanned):
+    together = pr.uncertainty(scanned, target="20 %").isel(interface=0)
+    closings, shares = [], []
+    for sample in range(scanned.sizes["sample"]):
+        (alone,) = pr.assess(scanned.isel(sample=[sample]), target="20 %").interfaces
+        closings.append(alone.closing)
+        shares.append(alone.contact_at_gap().probability)
+    assert float(together["judged_probability"]) == pytest.approx(np.mean(shares))
+    np.testing.assert_allclose(together["contact_probability_of_sample"], shares)
+    assert float(together["samples_over_target"]) == np.mean(np.array(shares) > 0.2)
+    required = together["required_gap"].sel(percentile=80)
+    assert float(required) == pytest.approx(np.percentile(closings, 80))
+    apart = np.percentile(np.percentile(closings, 80, axis=1), 50)
+    assert float(together["required_gap_of_samples"].sel(percentile=80, sample_percentile=50)) == pytest.approx(apart)
+    over = together["contact_probability"].sel(gap=0.05, method="nearest")
+    assert float(over) == pytest.approx((np.array(closings) > float(over["gap"])).mean())
+
+
+def test_a_scene_without_contact_says_what_its_scan_says(scanned, of_scene):
+    of_scan = pr.uncertainty(scanned)
+    assert of_scene["verdict"].item() == of_scan["verdict"].item()
+    for name in ("contact_probability", "contact_probability_high", "required_gap", "dispersion", "dispersion_high"):
+        # Both are exact but for rounding and the solver's tolerance.
+        np.testing.assert_allclose(of_scene[name], of_scan[name], rtol=1e-4, atol=1e-6, err_msg=name)
+    told = json.loads(of_scene.attrs["told"])
+    assert any(sentence.startswith("No run of contact") for sentence in told)
+    assert not any(sentence.startswith("No run of contact") for sentence in json.loads(of_scan.attrs["told"]))
+    assert any("drawn independently" in sentence for sentence in told)
+
+
+def test_fragilities_are_those_of_scaled_motions(scanned, of_scene):
+    part = of_scene.isel(interface=0)
+    closing = scanned["peak_closing_free"].squeeze("interface").transpose("sample", "record", "polarity").values
+    logs = np.log(0.4 * 9.80665 * 0.08 / closing.reshape(len(closing), -1))
+    np.testing.assert_allclose(part["fragility_median"], np.exp(logs.mean()), rtol=1e-4)
+    # Both polarities of a pulse are one recording: pairs of motions of different ones tell the variance of samples.
+    middle = closing.shape[1]
+    of_records = logs.reshape(len(logs), middle, 2).mean(axis=2)
+    rest = of_records - of_records.mean(0) - of_records.mean(1)[:, None] + of_records.mean()
+    between = of_records.mean(1).var(ddof=1) - (rest**2).sum() / (len(logs) - 1) / (middle - 1) / middle
+    total = float(part["fragility_dispersion"].sel(curve="total")) ** 2
+    alone = float(part["fragility_dispersion"].sel(curve="motions alone")) ** 2
+    assert total - alone == pytest.approx(between, rel=1e-3)
+    assert total == pytest.approx(float(part["dispersion"].sel(component="total")) ** 2, rel=1e-3)
+    assert part["fragility_fault"].item() == ""
+    assert pr.uncertainty(scanned, gap="0 mm")["fragility_fault"].item().startswith("a closed gap")
+
+
+def test_a_linear_scene_has_the_variance_that_is_known():
+    """Two masses let go from apart: they close X - Y, beside which the pulses are nothing."""
+    numbers = {
+        "building.left.initial_displacement": {"distribution": "uniform", "low": "60 mm", "high": "120 mm"},
+        "building.right.initial_displacement": {"distribution": "uniform", "low": "-60 mm", "high": "-40 mm"},
+    }
+    still = [{"kind": "ricker", "pga": "0.0001 g", "period": f"{period} s"} for period in (0.05, 0.06)]
+    study = uncertain_scene(
+        numbers,
+        64,
+        records={"generated": still, "polarity": BOTH},
+        buildings=(single("left", "500 t", "0.5 s"), single("right", "800 t", "1.0 s")),
+        gap="200 mm",
+    )
+    part = pr.uncertainty(study, output="required_gap", gap="140 mm").isel(interface=0)
+    variances = np.array([60.0, 20.0]) ** 2 * 1e-6 / 12.0
+    indices = part["first_order"].sel(output="required_gap")
+    np.testing.assert_allclose(indices, variances / variances.sum(), atol=0.05)
+    assert float(part["output_deviation"].sel(output="required_gap")) == pytest.approx(variances.sum() ** 0.5, rel=0.02)
+    np.testing.assert_allclose(part["required_gap_moved"], [[0.116, 0.14, 0.164], [0.148, 0.14, 0.132]], rtol=1e-3)
+    assert float(part["judged_probability"]) == pytest.approx(0.5, abs=0.02)
+    assert part["narrowing"].item().startswith("Knowing building.left.initial_displacement exactly would narrow")
+    # The motions add nothing: all of the variance is that of the samples.
+    np.testing.assert_allclose(part["variance_share"], (1.0, 0.0, 0.0, 1.0), atol=1e-3)
+
+
+def test_a_gap_that_is_uncertain_moves_what_is_required_by_as_much():
+    gaps = {"interface.gap": {"distribution": "normal", "mean": "80 mm", "deviation": "10 mm"}}
+    part = pr.uncertainty(uncertain_scene(gaps | {LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 64)).isel(interface=0)
+    one = part.sel(output="required_gap")
+    assert float(one["output_deviation"]) == pytest.approx(0.01, rel=0.05)
+    np.testing.assert_allclose(one["first_order"], (1.0, 0.0), atol=0.05)
+    z = ndtri(0.9)
+    middle = float(part["required_gap_moved"][0, 1])
+    np.testing.assert_allclose(part["required_gap_moved"][0], middle + np.array([z, 0.0, -z]) * 0.01, rtol=1e-6)
+    assert float(part["judged_gap"]) == pytest.approx(0.08)
+
+
+def test_indices_on_a_design_and_points_at_quantiles(of_scene):
+    part = of_scene.isel(interface=0)
+    assert list(part["uncertain_number"].values) == [LEFT, RIGHT]
+    assert {"total_order", "total_order_low", "first_order_high"} <= set(part.data_vars)
+    moved = part["required_gap_moved"]
+    assert float(moved[0, 1]) == float(moved[1, 1])
+    assert part["closing_at_medians"].size == 2 * len(PULSES)
+    nominal = pr.scan(parse_scene(scene_text(records={"generated": PULSES, "polarity": BOTH}, law="linear")))
+    np.testing.assert_allclose(
+        part["closing_at_medians"], np.sort(nominal["peak_closing_free"].values.ravel()), rtol=1e-6
+    )
+
+
+def test_an_output_of_contact_is_read_from_a_dataset(scanned):
+    part = pr.uncertainty(scanned, output="peak_contact_force", gap="20 mm").isel(interface=0)
+    one = part.sel(output="peak_contact_force")
+    force = scanned["peak_contact_force"].squeeze(("interface", "gap", "yield_force", "contact_model"))
+    medians = force.median(("record", "polarity"))
+    assert float(one["output_deviation"]) == pytest.approx(float(medians.std()))
+    assert one["output_unit"].item() == "N"
+    assert part["chosen_output"].item() == "peak_contact_force"
+    assert "peak contact force" in part["narrowing"].item()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"sobol": True}, "sobol: of a scene alone"),
+        ({"samples": 8}, "samples: of a scene alone"),
+        ({"output": "peak_contact_forc"}, "peak_contact_force"),
+        ({"intensity": "sa(left)"}, "write pga, or a period"),
+        ({"pga": "0.3 g"}, "pga 0.3 g is not in the dataset"),
+    ],
+)
+def test_what_a_dataset_cannot_give_is_refused(scanned, options, words):
+    with pytest.raises(PoundingError, match=words.replace("(", r"\(").replace(")", r"\)")):
+        pr.uncertainty(scanned, **options)
+
+
+def test_without_samples_nothing_is_uncertain(scanned):
+    with pytest.raises(PoundingError, match=r"has no table \[uncertain\]"):
+        pr.uncertainty(parse_scene(scene_text()))
+    with pytest.raises(PoundingError, match="has no samples of uncertain numbers"):
+        pr.uncertainty(scanned.isel(sample=[0]))
+    with pytest.raises(PoundingError, match="need runs of contact"):
+        pr.uncertainty(uncertain_scene(samples=4), output="peak_contact_force")
+
+
+def test_correlated_numbers_have_no_sobol_indices():
+    tied = PERIODS | {"correlations": [{"between": [LEFT, RIGHT], "value": 0.6}]}
+    study = uncertain_scene(tied, 8)
+    with pytest.raises(PoundingError, match=f"sobol: {LEFT} and {RIGHT} are correlated"):
+        pr.uncertainty(study, sobol=8)
+    told = json.loads(pr.uncertainty(study).attrs["told"])
+    assert any("are correlated" in sentence for sentence in told)
+    # A tornado moves one alone: the other stays at its median, though both are correlated.
+    points = independent_points(np.array([[0.5, 0.5], [0.9, 0.5], [0.5, 0.1]]), study.uncertain)
+    left, right = ([float(text.removesuffix(" s")) for text in values] for values in study.uncertain.values_at(points))
+    np.testing.assert_allclose(left, 0.5 * np.exp(0.3 * ndtri([0.5, 0.9, 0.5])), rtol=1e-9)
+    np.testing.assert_allclose(right, np.exp(0.1 * ndtri([0.5, 0.5, 0.1])), rtol=1e-9)
+
+
+def test_too_few_recordings_are_told():
+    few = {"generated": PULSES[:1], "polarity": BOTH}
+    dataset = pr.uncertainty(uncertain_scene(samples=8, records=few))
+    assert any(sentence.startswith("Few: ") for sentence in json.loads(dataset.attrs["told"]))
+    part = dataset.isel(interface=0)
+    assert np.isnan(part["variance_share"].sel(component="motions"))
+    assert part["fragility_fault"].item().startswith("one recording")
+    assert float(part["judged_probability_high"]) > 0.9
+    uncertainty_figure(dataset)
+
+
+def test_the_figure_says_what_was_found(of_scene, scanned):
+    figure = uncertainty_figure(of_scene)
+    contact, indices, tornado = figure.axes
+    share = float(of_scene["judged_probability"].item())
+    assert f"P(contact) at 80 mm is {100 * share:.0f} %" in figure.get_suptitle().replace("\n", " ")
+    total = next(line for line in contact.lines if line.get_label() == "samples and motions")
+    np.testing.assert_allclose(total.get_ydata(), of_scene["contact_probability"][0])
+    assert [label.get_text().replace("\n", ".") for label in tornado.get_yticklabels()][-1] in (LEFT, RIGHT)
+    assert "first-order and total" in indices.get_title()
+    assert len(uncertainty_figure(pr.uncertainty(scanned)).axes) == 2
+    assert pr.figures.results_figure(of_scene).get_suptitle() == figure.get_suptitle()
+    with pytest.raises(PoundingError, match="no dataset of `pounding-risk uncertainty`"):
+        uncertainty_figure(scanned)
+
+
+def test_results_are_written_and_replaced_by_their_own_kind_alone(of_scene, tmp_path):
+    study = uncertain_scene(samples=4)
+    file = tmp_path / "u.nc"
+    written = pr.uncertainty(study, file)
+    read = pr.open_results(file)
+    assert read.pounding.kind == "uncertainty" and "uncertainty" in repr(read.pounding)
+    np.testing.assert_array_equal(read["contact_probability"], written["contact_probability"])
+    for name in read.data_vars:
+        assert read[name].attrs["long_name"], name
+    pr.uncertainty(study, file, gap="50 mm")
+    pr.spectra(study.updated(axes=(), uncertain=None), tmp_path / "s.nc", num=2, periods=("0.3 s", "0.6 s"))
+    with pytest.raises(PoundingError, match="holds the results of spectra"):
+        pr.uncertainty(study, tmp_path / "s.nc")

@@ -1,0 +1,169 @@
+"""Largest closings of chosen pairs against matrix exponentials, closed forms, the product of both sides, and limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from interpreted import interpreted
+from test_closings import noise, side, true_closings
+
+from pounding_risk._jit.sources import INTERPRETED
+from pounding_risk.solver.pair import listed_closings
+from pounding_risk.solver.pair.closings import SLAB, largest_closings
+from pounding_risk.solver.pair.listed_closings import CHUNK, PairList
+
+
+def drawn(count: int, seed: int = 1):
+    """Periods and dampings of so many pairs, about 0.5 s beside 1 s."""
+    random = np.random.default_rng(seed).standard_normal((4, count))
+    periods, dampings = np.exp(0.3 * random[:2]), 0.05 * np.exp(0.4 * random[2:])
+    return (0.5 * periods[0], dampings[0]), (periods[1], dampings[1])
+
+
+def taken(sides, where):
+    return tuple(tuple(values[where] for values in side) for side in sides)
+
+
+def assert_same_bits(one, other):
+    for mine, its in zip(one, other, strict=True):
+        np.testing.assert_array_equal(mine, its)
+
+
+@settings(max_examples=4, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    n=st.sampled_from([2, SLAB // 4, SLAB + 1, 300]),
+    dt=st.sampled_from([0.005, 0.02]),
+    oscillators=st.lists(st.tuples(st.floats(0.05, 2.0), st.floats(0.0, 0.9)), min_size=4, max_size=4),
+)
+def test_closings_are_those_of_matrix_exponentials(seed, n, dt, oscillators):
+    ground = noise(seed, n) + 0.1
+    left, right = (
+        tuple(np.array(part) for part in zip(*half, strict=True)) for half in (oscillators[:2], oscillators[2:])
+    )
+    found = PairList(left, right).closings(ground, dt)
+    for pair in range(2):
+        truth = true_closings(ground, dt, oscillators[pair], oscillators[2 + pair])
+        size = max(found.left[pair], found.right[pair])
+        np.testing.assert_allclose(found.closing[:, pair], truth, rtol=0.0, atol=1e-10 * size)
+
+
+def test_a_sudden_push_has_its_closed_form():
+    """a_g = a at once, undamped, T and 2T: u_L - u_R = a / (2 w²) (1 - cos w t)² with w = 2π / 2T, never below 0."""
+    a, periods = 1.3, np.array([0.037, 0.37, 0.6])
+    found = PairList(side(periods, 0.0), side(2.0 * periods, 0.0)).closings(np.full(500, a), 0.01)
+    w = np.pi / periods
+    np.testing.assert_allclose(found.closing[0], 2.0 * a / w**2, rtol=1e-12)
+    np.testing.assert_allclose(found.closing[1], 0.0, atol=1e-15)
+    np.testing.assert_allclose([found.left, found.right], [0.5 * a / w**2, 2.0 * a / w**2], rtol=1e-12)
+
+
+def test_a_steady_sine_has_its_closed_form():
+    """Once its amplitude is steady: the amplitude of the difference of two transfer functions, of each pair its own."""
+    dt, w = 0.001, 2.0 * np.pi / 0.8
+    time = np.arange(0.0, 40.0, dt)
+    ground = np.sin(w * time) * 0.5 * (1.0 + np.tanh((time - 15.0) / 3.0))  # a slow beginning does not overshoot
+    left, right = (
+        (np.array([0.3, 0.8, 1.1]), np.array([0.3, 0.2, 0.4])),
+        (np.array([0.9, 0.0, 0.5]), np.array([0.2, 0.0, 0.3])),
+    )
+
+    def transfer(periods, dampings):
+        own = np.divide(2.0 * np.pi, periods, out=np.zeros(3), where=periods > 0.0)
+        return np.where(periods > 0.0, -1.0 / (own**2 - w**2 + 2j * dampings * own * w), 0.0)
+
+    found = PairList(left, right).closings(ground, dt)
+    expected = np.abs(transfer(*left) - transfer(*right))
+    # Between samples the ground is a line: it is smaller than the sine by (w dt)² / 8 or less.
+    np.testing.assert_allclose(found.closing, [expected, expected], rtol=2e-5)
+    np.testing.assert_allclose(found.left, np.abs(transfer(*left)), rtol=2e-5)
+
+
+def test_pairs_are_those_of_the_product_of_both_sides():
+    """Bit for bit where nodes are of one width; in other nodes nearly."""
+    ground, (left, right) = noise(2, 700), drawn(9)
+    product = largest_closings(ground, 0.005, left, right)
+    found = PairList(left, right).closings(ground, 0.005)
+    np.testing.assert_array_equal(found.closing, np.diagonal(product.closing, axis1=1, axis2=2))
+    np.testing.assert_array_equal([found.left, found.right], [product.left, product.right])
+    finer = largest_closings(
+        ground, 0.005, *(tuple(np.append(values, 0.04) for values in side) for side in (left, right))
+    )
+    np.testing.assert_allclose(found.closing, np.diagonal(finer.closing, axis1=1, axis2=2)[:, :-1], rtol=1e-11)
+
+
+def test_no_other_pair_changes_the_bits_of_one(monkeypatch):
+    """Whatever their order, their number, the chunks that hold them, and how stiff another one is."""
+    count = CHUNK + 5
+    ground, sides = noise(3, 400), drawn(count)
+    whole = PairList(*sides).closings(ground, 0.01)
+    order = np.random.default_rng(2).permutation(count)
+    shuffled = PairList(*taken(sides, order)).closings(ground, 0.01)
+    assert_same_bits((whole.closing[:, order], whole.left[order], whole.right[order]), shuffled)
+    stiff = tuple(tuple(np.append(values[:3], 0.011) for values in side) for side in sides)
+    beside = PairList(*stiff).closings(ground, 0.01)
+    assert_same_bits((whole.closing[:, :3], whole.left[:3], whole.right[:3]), (part[..., :3] for part in beside))
+    monkeypatch.setattr(listed_closings, "CHUNK", 3)
+    assert_same_bits(whole, PairList(*sides).closings(ground, 0.01))
+
+
+def test_oscillators_and_pairs_that_are_equal_are_followed_once():
+    (periods, dampings), right = drawn(10)
+    same = np.full(10, periods[0]), np.full(10, dampings[0])
+    pairs = PairList(tuple(np.tile(values, 3) for values in same), tuple(np.tile(values, 3) for values in right))
+    (batch,) = pairs.batches(0.005)
+    assert len(batch.pairs) == 10 + 11  # the pairs, and each oscillator alone
+    assert batch.oscillators[0].size == 1 + 11  # with the ground
+    found = pairs.closings(noise(4, 300), 0.005)
+    assert np.unique(found.left).size == 1
+    np.testing.assert_array_equal(found.closing[:, :10], found.closing[:, 20:])
+
+
+def test_nodes_are_no_finer_than_each_pair_needs():
+    periods = np.array([0.02, 0.2, 2.0])
+    batches = PairList(side(periods), side(np.full(3, 2.0))).batches(0.01)
+    assert [(batch.parts, len(batch.pairs)) for batch in batches] == [(1, 1 + 1), (2, 1 + 1), (16, 1 + 1)]
+
+
+def test_a_rigid_neighbour_leaves_the_motion_of_the_other():
+    ground, (left, right) = noise(5, 600), drawn(6)
+    walls = np.zeros(6), np.zeros(6)
+    found, turned = PairList(left, walls).closings(ground, 0.01), PairList(walls, left).closings(ground, 0.01)
+    np.testing.assert_array_equal(found.closing.max(axis=0), found.left)
+    np.testing.assert_array_equal(turned.closing, found.closing[::-1])
+    assert not found.right.any()
+    assert not any(part.any() for part in PairList(walls, walls).closings(ground, 0.01))
+    np.testing.assert_array_equal(found.left, PairList(left, right).closings(ground, 0.01).left)
+
+
+def test_limits_of_very_short_and_very_long_periods():
+    """A stiff mass has u = -a_g / w² and hardly moves; a soft one stays where it is, u = -x_g."""
+    dt, count = 0.01, 400
+    ground = np.sin(np.pi * np.arange(count + 1) / count)  # a push without end, of which x_g is known
+    stiff, soft = 0.002, 1e5
+    found = PairList(side([stiff, soft], 0.3), side([soft, 0.0], 0.0)).closings(ground, dt)
+    x = np.pi / (count * dt)
+    travelled = (count * dt) / x - np.sin(x * count * dt) / x**2
+    np.testing.assert_allclose(found.left, [(stiff / (2.0 * np.pi)) ** 2, travelled], rtol=1e-4)
+    np.testing.assert_allclose(found.closing[0], [travelled, 0.0], rtol=1e-4, atol=1e-12)
+    np.testing.assert_allclose(found.closing[1], [0.0, travelled], rtol=1e-4, atol=1e-12)
+
+
+def test_still_ground_closes_nothing():
+    assert not any(part.any() for part in PairList(*drawn(3)).closings(np.zeros(300), 0.01))
+
+
+@pytest.mark.skipif(INTERPRETED, reason="compares compiled code")
+def test_interpreted_code_gives_the_same():
+    code = """
+import json
+from test_closings import noise
+from test_listed_closings import drawn
+from pounding_risk.solver.pair.listed_closings import PairList
+print(json.dumps([part.tolist() for part in PairList(*drawn(3)).closings(noise(6, 150), 0.02)]))
+"""
+    found = PairList(*drawn(3)).closings(noise(6, 150), 0.02)
+    for one, other in zip(found, interpreted(code), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-13)
