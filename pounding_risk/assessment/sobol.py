@@ -101,7 +101,8 @@ def sobol_indices(outputs: Array, numbers: int, confidence: float) -> tuple[Indi
 def _middle(drawn: Array, confidence: float) -> Array:
     """The quantiles between which the drawn values lie with a confidence."""
     tail = 50.0 * (1.0 - confidence)
-    return np.asarray(np.nanpercentile(drawn, [tail, 100.0 - tail], axis=0))
+    known = np.where(np.isfinite(drawn), drawn, np.nan)  # a draw may have samples of one output alone
+    return np.asarray(np.nanpercentile(known, [tail, 100.0 - tail], axis=0))
 
 
 # --------------------------------------------------------------------------------------------- samples that are there

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_c
 from pounding_risk.assessment.sobol import Indices, given_indices, sobol_indices
 from pounding_risk.assessment.uncertain_fragility import CURVES, Capacities
 from pounding_risk.assessment.uncertain_samples import (
+    Asked,
     Samples,
     named_output,
     opened_samples,
@@ -44,16 +45,6 @@ PARTS = ("parameters", "motions", "interaction", "total")
 OVER_SAMPLES = (5.0, 16.0, 50.0, 84.0, 95.0)  # percentiles over the samples
 GAPS = 81  # at which P(contact) is given
 USUAL_SOBOL = 256
-
-
-class Asked(NamedTuple):
-    """What `uncertainty` was asked, as it was read."""
-
-    gap: float | None
-    criterion: Criterion
-    pga: float | None
-    intensity: str | None
-    output: str | None
 
 
 def uncertainty(
@@ -131,8 +122,9 @@ def uncertainty(
         For a record that cannot be used.
     """
     from pounding_risk.results.files import save
+    from pounding_risk.studies.out_file import check_out
 
-    file = _checked_out(out, new)
+    file = check_out(out, "uncertainty", new)
     asked = Asked(
         None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
         read_criterion(target, percentile, confidence),
@@ -155,18 +147,6 @@ def uncertainty(
     if file is not None:
         save(dataset, file)
     return dataset
-
-
-def _checked_out(out: str | Path | None, new: bool) -> Path | None:
-    """The file of the dataset; raises PoundingError where it cannot be written or holds other results."""
-    if out is None:
-        return None
-    from pounding_risk.ensemble.replacing import check_replaceable
-    from pounding_risk.results.files import check_target
-
-    file = check_target(out)
-    check_replaceable(file, "uncertainty", new=new)
-    return file
 
 
 def assessed(subject: Samples, asked: Asked) -> xr.Dataset:

@@ -22,8 +22,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import spectral, usual_intensity
 
 if TYPE_CHECKING:
-    from pounding_risk.assessment.uncertain import Asked
-    from pounding_risk.assessment.uncertain_samples import Samples
+    from pounding_risk.assessment.uncertain_samples import Asked, Samples
 
 Array = NDArray[np.float64]
 

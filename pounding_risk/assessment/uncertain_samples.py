@@ -19,6 +19,7 @@ from pounding_risk.assessment import demands as data
 from pounding_risk.assessment.assess import level_of
 from pounding_risk.assessment.crossed import Analysis, analysed
 from pounding_risk.assessment.crossed_contact import CrossedClosings, logs_of
+from pounding_risk.assessment.options import Criterion
 from pounding_risk.assessment.sobol import QUANTILES, power_of_two, saltelli_points, tornado_points
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import amplitude_words
@@ -32,7 +33,6 @@ from pounding_risk.units import shown
 if TYPE_CHECKING:
     import xarray as xr
 
-    from pounding_risk.assessment.uncertain import Asked
     from pounding_risk.scene.scene import Scene
 
 Array = NDArray[np.float64]
@@ -52,6 +52,16 @@ def _required(closing: Array, gap: float, percentile: float) -> Array:
 
 def _log_median(closing: Array, gap: float, percentile: float) -> Array:
     return np.asarray(logs_of(closing).mean(axis=1))
+
+
+class Asked(NamedTuple):
+    """What `uncertainty` was asked, as it was read."""
+
+    gap: float | None
+    criterion: Criterion
+    pga: float | None
+    intensity: str | None
+    output: str | None
 
 
 class OutputKind(NamedTuple):

@@ -107,10 +107,10 @@ def parts_words(part: xr.Dataset) -> str:
 
 def narrowing(part: xr.Dataset, closings: CrossedClosings, gap: float, criterion: Criterion) -> list[str]:
     """Sentences on what would narrow the answer most: knowing a number, more recordings, or more samples."""
-    return [_number(part, criterion), *_dispersion(part), *_bounds(closings, gap, criterion)]
+    return [words_of_number(part, criterion), *_dispersion(part), *_bounds(closings, gap, criterion)]
 
 
-def _number(part: xr.Dataset, criterion: Criterion) -> str:
+def words_of_number(part: xr.Dataset, criterion: Criterion) -> str:
     """Sentence on the number with the largest first-order index, if it stands out from chance and from the next."""
     output = str(part["chosen_output"].item())
     said = OUTPUT_WORDS.get(output, output.replace("_", " "))

@@ -62,7 +62,7 @@ def uncertainty(
     new: New = False,
     figure: Figure = None,
 ) -> None:
-    """What uncertain numbers mean: contact, required gap, what matters."""
+    """What uncertain numbers mean for the gap."""
     from pounding_risk.assessment.options import read_criterion
     from pounding_risk.assessment.uncertain import uncertainty as run
     from pounding_risk.errors import PoundingError

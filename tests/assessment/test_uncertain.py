@@ -10,7 +10,9 @@ from scenes import BOTH, scene_text, single
 from scipy.special import ndtri
 
 import pounding_risk as pr
+from pounding_risk.assessment.options import read_criterion
 from pounding_risk.assessment.uncertain_samples import independent_points
+from pounding_risk.assessment.uncertain_words import words_of_number
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.uncertainty import uncertainty_figure
 from pounding_risk.scene.reader import parse_scene
@@ -189,6 +191,32 @@ def test_correlated_numbers_have_no_sobol_indices():
     np.testing.assert_allclose(right, np.exp(0.1 * ndtri([0.5, 0.5, 0.1])), rtol=1e-9)
 
 
+def test_nothing_stands_out_where_no_number_matters():
+    """A restitution changes no motion without contact."""
+    numbers = {"interface.restitution": {"distribution": "uniform", "low": 0.4, "high": 0.8}}
+    part = pr.uncertainty(uncertain_scene(numbers, 8, law="jankowski")).isel(interface=0)
+    assert part["narrowing"].item().startswith("Over the samples the required gap does not vary")
+    np.testing.assert_allclose(part["variance_share"].sel(component="parameters"), 0.0, atol=1e-12)
+
+
+def test_a_number_is_named_alone_only_where_its_bounds_say_so(of_scene):
+    part, criterion = of_scene.isel(interface=0), read_criterion()
+
+    def told(first, low, high):
+        shape = part["first_order"].shape
+        made = {"first_order": first, "first_order_low": low, "first_order_high": high}
+        arrays = {name: (part["first_order"].dims, np.broadcast_to(values, shape)) for name, values in made.items()}
+        return words_of_number(part.assign(arrays), criterion)
+
+    alone = told((0.75, 0.1), (0.6, 0.0), (0.9, 0.2))
+    deviation = float(part["output_deviation"].sel(output="contact_probability"))
+    assert alone.startswith(f"Knowing {LEFT} exactly would narrow P(contact) most: it has 75 % of the variance")
+    assert alone.endswith(f"would fall from {deviation:.2g} to {0.5 * deviation:.2g}.")
+    assert told((0.3, 0.4), (0.2, 0.3), (0.4, 0.5)).endswith(f"It is not told apart from {LEFT}.")
+    assert told((0.1, 0.2), (-0.1, -0.05), (0.3, 0.4)).startswith("No number stands out: the largest share")
+    assert told((np.nan, np.nan), (np.nan, np.nan), (np.nan, np.nan)).startswith("Over the samples P(contact) does not")
+
+
 def test_too_few_recordings_are_told():
     few = {"generated": PULSES[:1], "polarity": BOTH}
     dataset = pr.uncertainty(uncertain_scene(samples=8, records=few))
@@ -204,7 +232,7 @@ def test_the_figure_says_what_was_found(of_scene, scanned):
     figure = uncertainty_figure(of_scene)
     contact, indices, tornado = figure.axes
     share = float(of_scene["judged_probability"].item())
-    assert f"P(contact) at 80 mm is {100 * share:.0f} %" in figure.get_suptitle().replace("\n", " ")
+    assert f"P(contact) at 80 mm is {100 * share:.0f} %" in " ".join(figure.get_suptitle().split())
     total = next(line for line in contact.lines if line.get_label() == "samples and motions")
     np.testing.assert_allclose(total.get_ydata(), of_scene["contact_probability"][0])
     assert [label.get_text().replace("\n", ".") for label in tornado.get_yticklabels()][-1] in (LEFT, RIGHT)
