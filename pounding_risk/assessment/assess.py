@@ -76,12 +76,13 @@ class InterfaceAssessment(ShortRepr):
     """Assessment of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
 
     ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid [SI] (None where the
-    grid has none; ``at`` says it in words), as is ``closing``, what each motion closes, in rising order. ``yielding``
-    is at every gap of the grid. ``fragility`` of contact is at these and the assessed one, of yielding at the grid's
-    nearest, ``yield_gap``, as is ``response``, what the motions do under each contact model and F_E. ``own_force`` is
-    the grid's F_E that is nearest to the scene's own, ``own_model`` the scene's contact model. ``rates`` go with
-    ``fragility``, where a hazard curve is given; ``gaps_for_rates`` are then the gaps that keep contact to usual rates
-    and to the target rate, which ``rate_verdict`` is on. ``separations`` are those of codes, beside the motions.
+    grid has none; ``intensity`` is its measure, ``at`` says it in words), as is ``closing``, what each motion closes,
+    in rising order. ``yielding`` is at every gap of the grid. ``fragility`` of contact is at these and the assessed
+    one, of yielding at the grid's nearest, ``yield_gap``, as is ``response``, what the motions do under each contact
+    model and F_E. ``own_force`` is the grid's F_E that is nearest to the scene's own, ``own_model`` the scene's
+    contact model. ``rates`` go with ``fragility``, where a hazard curve is given; ``gaps_for_rates`` are then the
+    gaps that keep contact to usual rates and to the target rate, which ``rate_verdict`` is on. ``separations`` are
+    those of codes, beside the motions.
     """
 
     name: str
@@ -104,6 +105,7 @@ class InterfaceAssessment(ShortRepr):
     separations: tuple[Comparison, ...]
     verdict: Verdict
     rate_verdict: RateVerdict | None = None
+    intensity: str = "pga"  # of ``amplitude``, as an assessment takes it
 
     def required_at(self, percentile: float) -> RequiredGap:
         """The gap required by a percentile [%] that was asked for, 50, 84 or 95."""
@@ -415,6 +417,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
             _with_notes(judge(AssessedGap(gap, criterion), observed), results, name, options.level), rate_verdict
         ),
         rate_verdict=rate_verdict,
+        intensity=amplitudes_of(results).name,
     )
 
 

@@ -26,7 +26,7 @@ from pounding_risk.motions.levels import (
 )
 from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.layout import amplitude_axis
-from pounding_risk.units import DAMPING, PERIOD, PGA, SCALE, Quantity, QuantityError, parse, say, si
+from pounding_risk.units import DAMPING, PERIOD, PGA, SCALE, SHOWN, Quantity, QuantityError, parse, say, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -252,6 +252,17 @@ def intensity_unit(intensity: str) -> str:
     """The SI unit of an intensity as datasets write it: "m/s2", of PGV "m/s"."""
     measure = read_measure(intensity)
     return "m/s2" if measure is None else measure.unit
+
+
+def intensity_shown(intensity: str) -> tuple[str, float]:
+    """The unit in which figures show an intensity, "" of a factor, and what its values [SI] are multiplied by."""
+    return ("cm/s", 100.0) if intensity_unit(intensity) == "m/s" else SHOWN[intensity_unit(intensity)]
+
+
+def intensity_label(intensity: str) -> str:
+    """An intensity with its unit, as an axis of a figure has it: "Sa(0.5 s) [g]"."""
+    unit, _ = intensity_shown(intensity)
+    return f"{intensity_words(intensity)} [{unit or '1'}]"
 
 
 def _records(results: xr.Dataset) -> dict[str, Any]:
