@@ -29,10 +29,11 @@ from pounding_risk.assessment.uncertain_samples import (
     sampled_scene,
 )
 from pounding_risk.errors import PoundingError
+from pounding_risk.results.amplitudes import level_asked
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.scene_axes import VARIANTS
 from pounding_risk.results.variables import described
-from pounding_risk.units import GAP, PGA, si
+from pounding_risk.units import GAP, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,6 +57,7 @@ def uncertainty(
     percentile: float | str | None = None,
     confidence: float | str = USUAL_CONFIDENCE,
     pga: float | str | None = None,
+    intensity_level: float | str | None = None,
     intensity: str | None = None,
     output: str | None = None,
     samples: int | None = None,
@@ -84,6 +86,8 @@ def uncertainty(
         Confidence of all bounds, above 50 %.
     pga : float or str, optional
         Amplitude of the grid to assess [m/s2, or text with a unit]; as of `assess`.
+    intensity_level : float or str, optional
+        Level of intensity to assess, of a scene or dataset with such levels; as of `assess`.
     intensity : str, optional
         Of the fragilities: "pga", or "sa(0.5 s)" at any period, 5 % damped; by default what the motions are scaled to,
         or PGA. A building's own period may differ between samples, so it is none of these.
@@ -128,7 +132,7 @@ def uncertainty(
     asked = Asked(
         None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
         read_criterion(target, percentile, confidence),
-        None if pga is None else si(pga, PGA, "pga"),
+        None,
         intensity,
         output,
     )
@@ -143,7 +147,7 @@ def uncertainty(
             )
     else:
         subject = sampled_scene(subject, samples, num, workers, progress)
-    dataset = assessed(subject, asked)
+    dataset = assessed(subject, asked._replace(level=level_asked(subject.place, pga, intensity_level)))
     if file is not None:
         save(dataset, file)
     return dataset
@@ -153,7 +157,7 @@ def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
     """The dataset of `uncertainty` from samples."""
     import xarray as xr
 
-    closings = [subject.closings(index, asked.pga) for index in range(len(subject.interfaces))]
+    closings = [subject.closings(index, asked.level) for index in range(len(subject.interfaces))]
     judged = [subject.gap(index) if asked.gap is None else asked.gap for index in range(len(closings))]
     most = max(max(float(np.percentile(one.rising, 99.5)) for one in closings), 1.2 * max(judged), 1e-6)
     finite = most if np.isfinite(most) else max(float(one.logs.max()) for one in closings)
@@ -175,7 +179,7 @@ def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
         "title": subject.title,
         "asked": asked.criterion.words,
         "samples": subject.words,
-        "motions": subject.motions_words(asked.pga),
+        "motions": subject.motions_words(asked.level),
         "told": json.dumps(told, ensure_ascii=False),
         **asked.criterion._asdict(),
         **created("pounding_risk.uncertainty"),
@@ -219,7 +223,7 @@ def _interface(
             **subject.nominal_coordinates(),
         },
     )
-    verdict = words.verdict_of(closings, subject, index, gap, asked.pga, criterion)
+    verdict = words.verdict_of(closings, subject, index, gap, asked.level, criterion)
     dataset["verdict"] = ((), verdict.word, {"long_name": "verdict on the gap"})
     dataset["sentence"] = ((), verdict.sentence, {"long_name": "verdict in words"})
     dataset["chosen_output"] = ((), chosen, {"long_name": "output that the sentences are of"})

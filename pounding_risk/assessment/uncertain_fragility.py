@@ -54,7 +54,7 @@ class Capacities(NamedTuple):
         if fault:
             return cls(None, closings.recordings, intensity, nan, fault)
         ims = data.intensities(place, intensity)
-        ims = ims[:, min(subject.level(asked.pga), ims.shape[1] - 1)][closings.order]
+        ims = ims[:, min(subject.level(asked.level), ims.shape[1] - 1)][closings.order]
         reach = np.log(gap) - np.log(closings.closing)
         return cls(np.log(ims) + reach, closings.recordings, intensity, float(np.exp(reach.mean())), "")
 

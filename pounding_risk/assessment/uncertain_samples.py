@@ -16,15 +16,16 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment import demands as data
-from pounding_risk.assessment.assess import level_of
 from pounding_risk.assessment.crossed import Analysis, analysed
 from pounding_risk.assessment.crossed_contact import CrossedClosings, logs_of
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.assessment.sobol import QUANTILES, power_of_two, saltelli_points, tornado_points
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.files import open_results
-from pounding_risk.results.own_case import own_case, scene_gap
+from pounding_risk.results.layout import amplitude_axis
+from pounding_risk.results.own_case import own_case, own_level, scene_gap
 from pounding_risk.results.scene_axes import axes_of
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
@@ -59,7 +60,7 @@ class Asked(NamedTuple):
 
     gap: float | None
     criterion: Criterion
-    pga: float | None
+    level: int | None  # index of the amplitude that is asked for
     intensity: str | None
     output: str | None
 
@@ -142,33 +143,32 @@ class Samples:
         """The motions of an interface in the first sample: their names, recordings and amplitudes."""
         return data.motions_of(data.interfaces(self.place)[index][1])
 
-    def level(self, pga: float | None) -> int:
+    def level(self, asked: int | None) -> int:
         """Index of the assessed amplitude."""
-        place = self.place
-        return level_of(place, data.motions_of(data.interfaces(place)[0][1]).amplitudes, pga)
+        return own_level(self.place) if asked is None else asked
 
-    def motions_words(self, pga: float | None) -> str:
+    def motions_words(self, level: int | None) -> str:
         """How many motions of how many recordings at which amplitude, in words."""
         motions = self.motions(0)
         many = f"{counted(len(motions.records), 'motion')} of {counted(int(motions.recordings.max()) + 1, 'recording')}"
-        return f"{many} {amplitude_words(self.place, motions.amplitudes[self.level(pga)])}"
+        return f"{many} {amplitude_words(self.place, motions.amplitudes[self.level(level)])}"
 
     def gap(self, index: int) -> float:
         """The scene's own gap at an interface [m]."""
         return scene_gap(self.dataset, index)
 
-    def closings(self, index: int, pga: float | None) -> CrossedClosings:
+    def closings(self, index: int, level: int | None) -> CrossedClosings:
         """What every motion closes in every sample."""
-        return CrossedClosings(self.closing_of(self.dataset, index, pga), self.motions(index).recordings)
+        return CrossedClosings(self.closing_of(self.dataset, index, level), self.motions(index).recordings)
 
-    def closing_of(self, dataset: xr.Dataset, index: int, pga: float | None) -> Array:
+    def closing_of(self, dataset: xr.Dataset, index: int, level: int | None) -> Array:
         """Closings (samples, motions) [m] in a dataset of these or other points; inf where there is no finite one."""
         one = dataset.isel(interface=index) if "interface" in dataset.dims else dataset
-        closing = _by_sample(one["peak_closing_free"], self.level(pga))
+        closing = _by_sample(one["peak_closing_free"], self.level(level))
         # A record without motion has no finite response in the first sample, nor in any other.
         alone = np.where(np.isfinite(closing) & self.motions(index).finite, closing, np.inf)
         if "impact_count" in dataset and self.is_inner(index):
-            alone = np.fmax(alone, self._pushed(one, pga))
+            alone = np.fmax(alone, self._pushed(one, level))
         gaps = _gaps_of_samples(one)
         return alone if gaps is None else np.maximum(alone - (gaps - self.gap(index))[:, None], 0.0)
 
@@ -176,16 +176,16 @@ class Samples:
         """True where what stands further along the row may push a building of the interface."""
         return "interior" in self.place["building_position"].values[index : index + 2]
 
-    def _pushed(self, one: xr.Dataset, pga: float | None) -> Array:
+    def _pushed(self, one: xr.Dataset, level: int | None) -> Array:
         """As `demands.motions_of`: the most that is closed in runs that touch at a gap which is left open alone."""
         gaps = one["interface_gap"] if "interface_gap" in one.variables else one["gap"]
         reach = one["peak_closing"].where((one["impact_count"] > 0) & (one["peak_closing_free"] <= gaps))
-        cases = (SAMPLE, "record", "polarity", "pga")
-        return _by_sample(reach.max([axis for axis in reach.dims if axis not in cases]), self.level(pga))
+        cases = (SAMPLE, "record", "polarity", amplitude_axis(one))
+        return _by_sample(reach.max([axis for axis in reach.dims if axis not in cases]), self.level(level))
 
     def outputs(self, index: int, closings: CrossedClosings, gap: float, asked: Asked) -> dict[str, Output]:
         """The outputs of each sample by name: those of the closing, and another of the dataset that is asked for."""
-        design = None if self.design_dataset is None else self.closing_of(self.design_dataset, index, asked.pga)
+        design = None if self.design_dataset is None else self.closing_of(self.design_dataset, index, asked.level)
         about = gap, asked.criterion.percentile
         outputs = {
             name: Output(
@@ -210,7 +210,7 @@ class Samples:
                 f"output: {shown(name)} is none{nearest(name, known)}; it may be {', '.join(known)}{why}"
             )
         case = own_case(self.place) | {"interface": index, "building": slice(index, index + 2)}
-        case["pga"] = self.level(asked.pga)
+        case[amplitude_axis(self.dataset)] = self.level(asked.level)
         variable = self.dataset[name]
         values = _by_sample(variable.isel({axis: at for axis, at in case.items() if axis in variable.dims}), 0)
         known_values = np.isfinite(values)
@@ -239,7 +239,7 @@ class Samples:
         """Each output with all numbers at their medians, and with each alone at its 10 % and 90 % quantiles."""
         if self.moved_dataset is None:
             return {}
-        closing = self.closing_of(self.moved_dataset, index, asked.pga)
+        closing = self.closing_of(self.moved_dataset, index, asked.level)
         parts: dict[str, Any] = {}
         for name, kind in OF_CLOSING.items():
             values = kind.of(closing, gap, asked.criterion.percentile)
@@ -264,8 +264,7 @@ class Samples:
 
 def _by_sample(values: xr.DataArray, level: int) -> Array:
     """Values as (samples, motions) at one amplitude; the largest over any other axis."""
-    if "pga" in values.dims:
-        values = values.isel(pga=level)
+    values = values.isel({axis: level for axis in (PGA_AXIS, LEVEL_AXIS) if axis in values.dims})
     others = [axis for axis in values.dims if axis not in (SAMPLE, "record", "polarity")]
     ordered = (values.max(others) if others else values).transpose(SAMPLE, "record", "polarity").values
     return np.asarray(ordered.reshape(len(ordered), -1), dtype=float)

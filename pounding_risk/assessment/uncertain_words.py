@@ -44,7 +44,7 @@ class WordedVerdict(NamedTuple):
 
 
 def verdict_of(
-    closings: CrossedClosings, subject: Samples, index: int, gap: float, pga: float | None, criterion: Criterion
+    closings: CrossedClosings, subject: Samples, index: int, gap: float, level: int | None, criterion: Criterion
 ) -> WordedVerdict:
     """Adequate, inadequate or depends by the rule of `verdict`, with bounds over samples and motions."""
     here = closings.contact(gap, criterion.confidence)
@@ -55,7 +55,7 @@ def verdict_of(
     sides = {one > criterion.target for one in by_polarity.values()}
     word = DEPENDS if len(sides) > 1 else ADEQUATE if high <= criterion.target else INADEQUATE
     word = word if word != INADEQUATE or low > criterion.target else DEPENDS
-    who = f"{counted(len(closings.closing), 'sample')} × {subject.motions_words(pga)}"
+    who = f"{counted(len(closings.closing), 'sample')} × {subject.motions_words(level)}"
     bounds = f"{100 * criterion.confidence:g} % bounds {share_words(low)} to {share_words(high)}"
     finding = (
         f"{word.capitalize()}: over {who} P(contact) at a gap of {say(gap, GAP, 3)} is {share_words(share)} ({bounds})"

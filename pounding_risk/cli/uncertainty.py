@@ -16,6 +16,7 @@ from pounding_risk.cli._common.options import (
     Confidence,
     Dataset,
     Figure,
+    IntensityLevel,
     JudgedGap,
     New,
     Overrides,
@@ -41,6 +42,7 @@ def uncertainty(
     confidence: Confidence = "95 %",
     target: Target = None,
     pga: Amplitude = None,
+    intensity_level: IntensityLevel = None,
     intensity: Annotated[
         str | None, option('Of the fragilities: pga or "sa(0.5 s)".', "what the motions are scaled to, or pga")
     ] = None,
@@ -82,6 +84,7 @@ def uncertainty(
     with ProgressDisplay("uncertainty", "batches") as progress:
         dataset = run(
             subject, out, gap=judged[0], pga=judged[1], **criterion._asdict(), intensity=intensity, output=output,
+            intensity_level=intensity_level,
             samples=samples, sobol=sobol or False, workers=workers, new=new, progress=progress,
         )  # fmt: skip
     announce(out)

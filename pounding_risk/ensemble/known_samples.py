@@ -15,8 +15,7 @@ from pounding_risk.ensemble.replacing import OTHER_NAME, comparable, read_finish
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.along import at_places
 from pounding_risk.results.files import stream_results
-from pounding_risk.results.labels import MOTIONS
-from pounding_risk.results.layout import AXES, Template, scene_dims
+from pounding_risk.results.layout import AMPLITUDE, AXES, Template, amplitude_axis, scene_dims
 from pounding_risk.results.scene_axes import VARIANTS, axes_of
 from pounding_risk.scene.sampling import GROWING
 from pounding_risk.scene.scene_axis import SAMPLE, UNCERTAIN, SceneAxis
@@ -83,9 +82,9 @@ class KnownSamples:
     def free(self, places: Mapping[str, int], names: Iterable[str]) -> dict[str, np.ndarray]:
         """These variables of motions without contact: (record, polarity, amplitude, own dimensions)."""
         whole = {name: self._at(name, places) for name in names}
-        if "pga" in self._dataset.dims:
+        if amplitude_axis(self._dataset) in self._dataset.dims:
             return whole
-        return {name: np.expand_dims(values, MOTIONS.index("pga")) for name, values in whole.items()}
+        return {name: np.expand_dims(values, AMPLITUDE) for name, values in whole.items()}
 
     def attribute(self, name: str, places: Mapping[str, int]) -> Any:
         """An attribute that differs from scene to scene; None where the dataset has none of this name."""

@@ -29,10 +29,11 @@ from pounding_risk.models.structures.contact_points import FLOOR
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.ensemble import MotionEnsemble
 from pounding_risk.motions.intensity import LEAST_PERIOD
+from pounding_risk.motions.levels import Level
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import POLARITIES
 from pounding_risk.results.attributes import as_text, told
-from pounding_risk.results.labels import CONVENTIONS, MOTIONS, NEEDED, flags_of, made_from, skeleton
+from pounding_risk.results.labels import CONVENTIONS, NEEDED, axes_of_motions, flags_of, made_from, skeleton
 from pounding_risk.results.provenance import provenance
 from pounding_risk.results.scene_axes import axis_coordinates
 from pounding_risk.results.variables import described
@@ -177,14 +178,14 @@ class AtOnce(FreeJob):
         sides = [tuple(values[:, side].ravel() for values in numbers) for side in (slice(0, -1), slice(1, None))]
         self.pairs = PairList(*sides)
         self.batches = len(motions)
-        motion = len(study.records.polarities) * len(study.grid.pgas)
+        motion = len(study.records.polarities) * len(study.grid.amplitudes)
         self.bytes_per_batch = 8 * motion * self.shape[0] * (2 * self.shape[1] - 1)
 
     def one(self, number: int) -> tuple[Array, Array]:
         """(samples, polarities, amplitudes, interfaces) and (samples, polarities, amplitudes, buildings)."""
         motion, grid = self.motions[number], self.study.grid
         found = self.pairs.closings(motion.acceleration, motion.dt)
-        factors = np.array([1.0 if pga is None else pga / motion.pga for pga in grid.pgas])
+        factors = np.array([_factor(level, motion) for level in grid.amplitudes])
         senses = [POLARITIES.index(polarity) for polarity in self.study.records.polarities]
         closing = found.closing.reshape(2, self.shape[0], -1)[senses].transpose(1, 0, 2)
         left, right = (peaks.reshape(self.shape[0], -1) for peaks in (found.left, found.right))
@@ -193,6 +194,11 @@ class AtOnce(FreeJob):
 
     def place(self, number: int) -> tuple[Any, ...]:
         return slice(None), number
+
+
+def _factor(level: Level | None, motion: Motion) -> float:
+    """The factor that brings a motion to an amplitude."""
+    return 1.0 if level is None else level.value / float(level.measure.of((motion,))[0])
 
 
 class OneByOne(FreeJob):
@@ -210,7 +216,7 @@ class OneByOne(FreeJob):
             check_arrivals(scene, motions)
         self.batches = len(self.scenes)
         first = self.scenes[0]
-        count = len(motions) * len(first.records.polarities) * len(first.grid.pgas)
+        count = len(motions) * len(first.records.polarities) * len(first.grid.amplitudes)
         self.bytes_per_batch = 8 * count * (2 * len(first.buildings) - 1)
 
     def one(self, number: int) -> tuple[Array, Array]:
@@ -333,7 +339,7 @@ def _holds(facts: Facts, number: int, scene: Scene) -> bool:
 
 def check_held(study: Scene, axis: SceneAxis, motions: int) -> None:
     """Raise SceneError where the results are larger than the free memory."""
-    count = motions * len(study.records.polarities) * len(study.grid.pgas)
+    count = motions * len(study.records.polarities) * len(study.grid.amplitudes)
     size, free = 16.0 * axis.size * count * (2 * len(study.buildings) - 1), free_memory()
     if free and size > free:
         raise SceneError(
@@ -349,7 +355,7 @@ def solved(
     job: FreeJob, study: Scene, samples: int, workers: int | None, progress: Progress | None
 ) -> tuple[Array, Array]:
     """Closings and peaks [m] by sample, record, polarity, amplitude and interface or building."""
-    motions = (len(job.motions), len(study.records.polarities), len(study.grid.pgas))
+    motions = (len(job.motions), len(study.records.polarities), len(study.grid.amplitudes))
     closing = np.empty((samples, *motions, len(study.interfaces)))
     peaks = np.empty((samples, *motions, len(study.buildings)))
     done = 0
@@ -376,13 +382,14 @@ def dataset_of(
     motions = _flagged(ensemble.motions, stated, work.facts)
     coordinates = grid_job_of(ScanInput(stated, motions)).coordinates()
     dataset = skeleton(stated, motions, {}, coordinates).drop_dims(OF_CONTACT, errors="ignore")
-    one_amplitude = {} if "pga" in dataset.sizes else {"pga": 0}
+    axes = axes_of_motions(stated)
+    one_amplitude = {} if axes[-1] in dataset.sizes else {axes[-1]: 0}
     words = "largest displacement relative to the ground under the building; without contact"
     for name, values, of, long_name in (
         ("peak_closing_free", closing, "interface", NEEDED),
         ("peak_displacement_free", peaks, "building", words),
     ):
-        variable = xr.Variable((axis.name, *MOTIONS, of), values, described("m", long_name)).isel(one_amplitude)
+        variable = xr.Variable((axis.name, *axes, of), values, described("m", long_name)).isel(one_amplitude)
         dataset = dataset.assign({name: variable})
     dataset = dataset.assign_coords(axis_coordinates((axis,)) | _facts_that_differ(axis.name, work.facts))
     dataset.attrs = {
@@ -391,7 +398,7 @@ def dataset_of(
         "source": "pounding_risk: motion without contact, exact between the samples of the ground motion",
         **made_from(study, motions),
         **provenance(study, motions, screening=True, check_fraction=0.0),
-        **flags_of(motions),
+        **flags_of(stated, motions),
         "free_motion": work.words,
         "notes": as_text([*pushed_notes(stated), *of_input(stated, motions)]),
         **({"left_out": as_text(list(ensemble.left_out))} if ensemble.left_out else {}),

@@ -13,6 +13,7 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.errors import SceneError
+from pounding_risk.motions.levels import at_pga
 from pounding_risk.reports.exports._written import Asked, Written, write_file
 
 if TYPE_CHECKING:
@@ -135,13 +136,13 @@ def write(study: Scene, target: Path, asked: Asked) -> Written:
     from pounding_risk.studies.accuracy_opensees import unsaid_case
 
     grid = study.grid
-    own = {
-        "gaps": (study.gap if asked.gap is None else asked.gap,),
-        "pgas": grid.pgas[:1] if asked.pga is None else (asked.pga,),
-        "yield_forces": (study.yield_force,),
-        "contact_models": (study.contact_model,),
-    }
-    bench = bench_of(study.updated(grid=grid._replace(**own)), 1)
+    own = grid._replace(
+        gaps=(study.gap if asked.gap is None else asked.gap,),
+        amplitudes=grid.amplitudes[:1] if asked.pga is None else (at_pga(asked.pga),),
+        yield_forces=(study.yield_force,),
+        contact_models=(study.contact_model,),
+    )
+    bench = bench_of(study.updated(grid=own), 1)
     if why := unsaid_case(bench):
         raise SceneError(study.source, [f"OpenSees cannot say this scene: {why}"])
     told = tuple(_told(bench))
