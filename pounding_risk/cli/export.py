@@ -12,6 +12,7 @@ from pounding_risk.cli._common.options import (
     NONE,
     Amplitude,
     Intensity,
+    IntensityLevel,
     JudgedGap,
     Overrides,
     Select,
@@ -33,6 +34,7 @@ def export(
     of: Annotated[str | None, option("Fragilities of contact or yield.", "contact")] = None,
     gap: JudgedGap = None,
     pga: Amplitude = None,
+    intensity_level: IntensityLevel = None,
     intensity: Intensity = None,
     discrete: Annotated[bool, typer.Option("--discrete", help="Probabilities at intensities, not parameters.")] = False,
     select: Select = NONE,
@@ -49,6 +51,7 @@ def export(
         of=of,
         gap=read_optional("--gap", gap, GAP),
         pga=read_optional("--pga", pga, PGA),
+        intensity_level=intensity_level,
         intensity=intensity,
         discrete=discrete,
     )

@@ -50,6 +50,7 @@ def export(
     of: str | None = None,
     gap: float | str | None = None,
     pga: float | str | None = None,
+    intensity_level: float | str | None = None,
     intensity: str | None = None,
     discrete: bool = False,
 ) -> Written:
@@ -69,6 +70,8 @@ def export(
         The gap of fragilities and demands [m, or text with a unit]; that of the scene by default.
     pga : float or str, optional
         Amplitude of the grid whose demands are written [m/s2, or text with a unit]; as of `assess`.
+    intensity_level : float or str, optional
+        Level of intensity of the grid, in place of ``pga`` where its measure is another; as of `assess`.
     intensity : str, optional
         Intensity of the fragilities; as of `assess`.
     discrete : bool
@@ -91,6 +94,7 @@ def export(
         of,
         None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
         None if pga is None else si(pga, PGA, "pga"),
+        intensity_level,
         intensity,
         discrete,
     )

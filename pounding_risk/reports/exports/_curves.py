@@ -1,4 +1,4 @@
-"""Fragility curves of an assessment as other tools take them: named, in g, with the range that the motions cover."""
+"""Fragility curves of an assessment as other tools take them: named, and in their units."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 from pounding_risk.assessment.assess import Assessment, assess
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import Measure, read_measure
 from pounding_risk.reports.exports._written import Asked
-from pounding_risk.results.amplitudes import USUAL_DAMPING, spectral
 from pounding_risk.units import GAP, STANDARD_GRAVITY, YIELD_FORCE, say
 
 if TYPE_CHECKING:
@@ -22,19 +22,18 @@ KINDS = ("contact", "yield")
 LONGEST = 100  # characters of an identifier in NRML
 
 
-class Measure(NamedTuple):
-    """An intensity: "pga", or the spectral acceleration at a period [s] of 5 % damping."""
+class Known(NamedTuple):
+    """An intensity as other tools know it: its name in OpenQuake, its unit there, and the size of that in SI."""
 
-    period: float | None
-
-    @property
-    def imt(self) -> str:
-        """The name in OpenQuake."""
-        return "PGA" if self.period is None else f"SA({self.period:.6g})"
+    imt: str
+    unit: str
+    size: float
 
 
 class Curve(NamedTuple):
-    """A lognormal fragility: identifier, words, median [g] and dispersion with standard errors, motions [g].
+    """A lognormal fragility: identifier, words, median and dispersion with standard errors, motions.
+
+    Intensities are in the unit of `Known`.
 
     ``seen`` are intensity, share of failures and count of motions of each stripe.
     """
@@ -51,7 +50,7 @@ class Curves(NamedTuple):
     """Curves of one kind of failure against one intensity, and what is left out."""
 
     kind: str
-    measure: Measure
+    measure: Known
     curves: tuple[Curve, ...]
     title: str
     told: tuple[str, ...]
@@ -62,11 +61,13 @@ def curves_of(results: xr.Dataset, asked: Asked) -> Curves:
     kind = asked.of or KINDS[0]
     if kind not in KINDS:
         raise PoundingError(f"--of: {kind!r} is none; it may be {' or '.join(KINDS)}")
-    assessment = assess(results, gap=asked.gap, pga=asked.pga, intensity=asked.intensity)
+    assessment = assess(
+        results, gap=asked.gap, pga=asked.pga, intensity_level=asked.intensity_level, intensity=asked.intensity
+    )
     measure = _measure(assessment.intensity)
     every = list(_every(assessment, kind))
     without = tuple(f"{identifier}: no curve, {one.fault}" for identifier, one in every if one.fault)
-    curves = tuple(_curve(identifier, one) for identifier, one in every if not one.fault)
+    curves = tuple(_curve(identifier, one, measure.size) for identifier, one in every if not one.fault)
     if not curves:
         why = "; ".join(dict.fromkeys(one.fault for _, one in every)) or _none(kind)
         raise PoundingError(f"the results hold no fragility of {kind}: {why}")
@@ -95,28 +96,30 @@ def identifier_of(*parts: str) -> str:
     return re.sub(r"\.", "p", "_".join(filter(None, words)))[:LONGEST]
 
 
-def _curve(identifier: str, one: Fragility) -> Curve:
+def _curve(identifier: str, one: Fragility, size: float) -> Curve:
     where = "" if one.yield_force is None else f" under {one.contact_model} at F_E {say(one.yield_force, YIELD_FORCE)}"
-    seen = tuple((stripe.im / STANDARD_GRAVITY, stripe.count / stripe.runs, stripe.runs) for stripe in one.stripes)
+    seen = tuple((stripe.im / size, stripe.count / stripe.runs, stripe.runs) for stripe in one.stripes)
     words = f"{one.what} at a gap of {say(one.gap, GAP)}{where}, {one.method}"
-    return Curve(identifier, words, one.median / STANDARD_GRAVITY, one.dispersion, one.errors, seen)
+    return Curve(identifier, words, one.median / size, one.dispersion, one.errors, seen)
 
 
-def _measure(intensity: str) -> Measure:
+def _measure(intensity: str) -> Known:
     """The intensity as other tools know it; raises PoundingError for one that they do not."""
-    if intensity == "pga":
-        return Measure(None)
-    known = spectral(intensity[3:-1]) if intensity.startswith("sa(") else None
-    if known is None or abs(known.damping - USUAL_DAMPING) > 1e-9:
-        raise PoundingError(
-            f"intensity {intensity!r} has no name in other tools; write --intensity pga, or a period such as "
-            '"sa(0.5 s)", of 5 % damping'
-        )
-    return Measure(known.period)
+    measure = read_measure(intensity)
+    if measure == Measure("pga"):
+        return Known("PGA", "g", STANDARD_GRAVITY)
+    if measure == Measure("pgv"):
+        return Known("PGV", "cm/s", 0.01)
+    if measure is not None and measure.is_same(Measure("sa", measure.periods)):
+        return Known(f"SA({measure.periods[0]:.6g})", "g", STANDARD_GRAVITY)
+    raise PoundingError(
+        f"intensity {intensity!r} has no name in other tools; write --intensity pga, pgv, or a period such as "
+        '"sa(0.5 s)", of 5 % damping'
+    )
 
 
 def probabilities(curve: Curve, levels: np.ndarray) -> np.ndarray:
-    """Probability of failure at intensities [g]."""
+    """Probability of failure at intensities in the unit of the curve."""
     from pounding_risk.assessment.fragility import fragility_curve
 
     return fragility_curve(levels, curve.median, curve.dispersion)

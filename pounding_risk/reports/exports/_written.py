@@ -15,6 +15,7 @@ class Asked(NamedTuple):
     of: str | None = None  # what fragilities are of
     gap: float | None = None  # m
     pga: float | None = None  # m/s2
+    intensity_level: float | str | None = None
     intensity: str | None = None
     discrete: bool = False
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk.motions.levels import LEVEL_AXIS
 from pounding_risk.reports.exports._written import Asked, Written, make_folder, write_file
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.variables import PLACES
@@ -45,7 +46,11 @@ def grouped(results: xr.Dataset) -> dict[str, list[str]]:
     groups: dict[str, list[str]] = {}
     for name, variable in results.data_vars.items():
         places = tuple(str(dim) for dim in variable.dims if dim in PLACES)
-        if places not in TABLES or not any(dim in AXES for dim in variable.dims) or "period" in variable.dims:
+        if (
+            places not in TABLES
+            or not any(dim in (*AXES, LEVEL_AXIS) for dim in variable.dims)
+            or "period" in variable.dims
+        ):
             continue
         ending = "" if "gap" in variable.dims else FREE
         groups.setdefault(TABLES[places] + ending, []).append(str(name))

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 WORDS = "OpenQuake fragility model, NRML 0.5"
 ENDINGS = (".xml",)
 SOURCE = "results"
-TAKES = ("of", "gap", "pga", "intensity", "discrete")
+TAKES = ("of", "gap", "pga", "intensity_level", "intensity", "discrete")
 NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 STATES = {"contact": "contact", "yield": "yielding"}
 TAIL = 4.0  # dispersions on either side of the median that a curve is written for: 0.003 % and 99.997 %
@@ -80,7 +80,7 @@ def _add_discrete(function: Xml.Element, curve: Curve, imt: str, state: str) -> 
 def _description(found: Curves) -> str:
     """What the curves are, each with its median and dispersion, and the motions that they are from."""
     each = "; ".join(
-        f"{curve.identifier}: {curve.words}, median {curve.median:.4g} g (standard error of its logarithm "
+        f"{curve.identifier}: {curve.words}, median {curve.median:.4g} {found.measure.unit} (standard error of its logarithm "
         f"{curve.errors[0]:.2g}), dispersion {curve.dispersion:.3g} ({curve.errors[1]:.2g}), "
         f"{sum(runs for *_, runs in curve.seen)} runs"
         for curve in found.curves

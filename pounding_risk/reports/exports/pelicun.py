@@ -20,6 +20,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._curves import identifier_of
 from pounding_risk.reports.exports._written import Asked, Written, make_folder, write_file
+from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.one_case import one_case
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 WORDS = "demands of each building with and without contact, for pelicun"
 ENDINGS = ("",)
 SOURCE = "results"
-TAKES = ("gap", "pga")
+TAKES = ("gap", "pga", "intensity_level")
 Array = NDArray[np.float64]
 # Largest acceleration of a floor and drift of a storey, of buildings with storeys and of single masses.
 STOREYS = ("storey_acceleration", "storey_drift")
@@ -66,8 +67,8 @@ def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
 
 def _runs(results: xr.Dataset, asked: Asked) -> xr.Dataset:
     """Every record and polarity at one case of the grid."""
-    case = one_case(results, gap=asked.gap, pga=asked.pga)
-    axes = ("pga", "gap", "yield_force", "contact_model")
+    case = one_case(results, gap=asked.gap, pga=asked.pga, intensity_level=asked.intensity_level)
+    axes = (amplitude_axis(results), "gap", "yield_force", "contact_model")
     return results.sel({axis: case[axis].values.item() for axis in axes if axis in results.dims})
 
 
