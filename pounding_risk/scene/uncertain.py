@@ -189,6 +189,11 @@ class UncertainNumbers:
             matrix[one, other] = matrix[other, one] = correlation.value
         return tuple(map(tuple, matrix.tolist()))
 
+    @property
+    def drawn(self) -> str:
+        """How the samples are drawn, such as "sobol, seed 1"."""
+        return "at points that are given" if self.given else f"{self.method}, seed {self.seed}"
+
     @cached_property
     def axis(self) -> SceneAxis:
         """The dimension of a scan along which the samples lie."""
@@ -201,11 +206,14 @@ class UncertainNumbers:
 
     def described(self) -> Iterator[tuple[str, str]]:
         """How many samples there are and how they are drawn, and each number with its distribution."""
-        how = "at points that are given" if self.given else f"{self.method}, seed {self.seed}"
-        yield "samples", f"{self.samples}, {how}"
+        yield "samples", f"{self.samples}, {self.drawn}"
         yield from ((number.key, number.words()) for number in self.numbers)
         for correlation in self.correlations:
             yield "correlation", f"{correlation.value:g} of {' and '.join(correlation.between)} (Gaussian copula)"
+
+    def attributes(self) -> dict[str, dict[str, str]]:
+        """What a dataset says of its labels: how the samples are drawn, and the distribution of each number."""
+        return {SAMPLE: {"drawn": self.drawn}} | {one.key: {"distribution": one.words()} for one in self.numbers}
 
     def notes(self) -> Iterator[str]:
         """A sentence for each distribution that is cut, and for Sobol points that are not balanced."""
