@@ -108,8 +108,9 @@ def spectra(
     """
     from pounding_risk.results.files import save
     from pounding_risk.studies import spectra as study  # compiled
+    from pounding_risk.studies.out_file import check_out
 
-    target = study.check_out(out, new)
+    target = check_out(out, "spectra", new)
     asked = read_percentiles(percentiles)
     left = study.period_axis(periods, num, spacing, "periods")
     right = left if right_periods is None else study.period_axis(right_periods, num, spacing, "right_periods")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,12 @@ from pounding_risk._common.progress import Progress
 from pounding_risk.assessment import uncertain_words as words
 from pounding_risk.assessment.crossed import Analysis, Components
 from pounding_risk.assessment.crossed_contact import CrossedClosings
+from pounding_risk.assessment.demands import record_doubts
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
 from pounding_risk.assessment.sobol import Indices, given_indices, sobol_indices
 from pounding_risk.assessment.uncertain_fragility import CURVES, Capacities
 from pounding_risk.assessment.uncertain_samples import (
+    Asked,
     Samples,
     named_output,
     opened_samples,
@@ -44,16 +46,6 @@ PARTS = ("parameters", "motions", "interaction", "total")
 OVER_SAMPLES = (5.0, 16.0, 50.0, 84.0, 95.0)  # percentiles over the samples
 GAPS = 81  # at which P(contact) is given
 USUAL_SOBOL = 256
-
-
-class Asked(NamedTuple):
-    """What `uncertainty` was asked, as it was read."""
-
-    gap: float | None
-    criterion: Criterion
-    pga: float | None
-    intensity: str | None
-    output: str | None
 
 
 def uncertainty(
@@ -131,8 +123,9 @@ def uncertainty(
         For a record that cannot be used.
     """
     from pounding_risk.results.files import save
+    from pounding_risk.studies.out_file import check_out
 
-    file = _checked_out(out, new)
+    file = check_out(out, "uncertainty", new)
     asked = Asked(
         None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
         read_criterion(target, percentile, confidence),
@@ -157,18 +150,6 @@ def uncertainty(
     return dataset
 
 
-def _checked_out(out: str | Path | None, new: bool) -> Path | None:
-    """The file of the dataset; raises PoundingError where it cannot be written or holds other results."""
-    if out is None:
-        return None
-    from pounding_risk.ensemble.replacing import check_replaceable
-    from pounding_risk.results.files import check_target
-
-    file = check_target(out)
-    check_replaceable(file, "uncertainty", new=new)
-    return file
-
-
 def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
     """The dataset of `uncertainty` from samples."""
     import xarray as xr
@@ -190,7 +171,7 @@ def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
             for key, values in zip(subject.keys, subject.values, strict=True)
         }
     )
-    told = [*subject.told, *words.of_few(closings[0], asked.criterion)]
+    told = [*subject.told, *words.of_few(closings[0], asked.criterion), *record_doubts(subject.place)]
     about = {
         "title": subject.title,
         "asked": asked.criterion.words,

@@ -107,10 +107,10 @@ def parts_words(part: xr.Dataset) -> str:
 
 def narrowing(part: xr.Dataset, closings: CrossedClosings, gap: float, criterion: Criterion) -> list[str]:
     """Sentences on what would narrow the answer most: knowing a number, more recordings, or more samples."""
-    return [_number(part, criterion), *_dispersion(part), *_bounds(closings, gap, criterion)]
+    return [words_of_number(part, criterion), *_dispersion(part), *_bounds(closings, gap, criterion)]
 
 
-def _number(part: xr.Dataset, criterion: Criterion) -> str:
+def words_of_number(part: xr.Dataset, criterion: Criterion) -> str:
     """Sentence on the number with the largest first-order index, if it stands out from chance and from the next."""
     output = str(part["chosen_output"].item())
     said = OUTPUT_WORDS.get(output, output.replace("_", " "))
@@ -118,6 +118,8 @@ def _number(part: xr.Dataset, criterion: Criterion) -> str:
     first, low, high = (one[f"first_order{ending}"].values for ending in ("", "_low", "_high"))
     names = [str(name) for name in part["uncertain_number"].values]
     if not np.isfinite(first).any():
+        if float(one["output_deviation"]) > 0.0:
+            return f"So few samples do not tell which number {said} hangs on: draw more."
         return f"Over the samples {said} does not vary: no number changes it."
     order = np.argsort(-np.nan_to_num(first, nan=-1.0))
     lead = int(order[0])

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from pounding_risk.cli._common.files import draw
+from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import NONE, Figure, Scene
 from pounding_risk.cli._common.tables import print_table
 
@@ -27,15 +28,18 @@ def modes(
 ) -> None:
     """How each building vibrates: periods, participation, damping."""
     from pounding_risk.scene.reader import read_scene
+    from pounding_risk.scene.uncertain import stated
     from pounding_risk.studies.modes import modes as run
 
-    buildings = run(read_scene(scene, overrides))
+    study = read_scene(scene, overrides)
+    buildings = run(study)
     heads = ("building", "mode", "period", "participation", "share of the mass", "of all so far", "damping")
     print_table(heads, [row for building in buildings for row in _rows(building)], "lrrrrrr")
     print(
         f"\nModes until they carry {100 * SHOWN_SHARE:.0f} % of the mass; participation of shapes whose largest "
         "displacement is 1; storeys elastic.\n"
     )
+    print_notes(stated(study.uncertain))
     draw(figure, "modes.modes_figure", buildings)
 
 

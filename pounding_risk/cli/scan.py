@@ -41,6 +41,7 @@ def scan(
     scene: Scene,
     out: Annotated[Path | None, out_option("Results", ".nc", ".zarr", absence="SCENE.nc")] = None,
     overrides: Overrides = NONE,
+    samples: Annotated[int | None, option("Of the uncertain numbers, in place of the scene's.", min=0)] = None,
     screening: Annotated[
         bool, typer.Option("--screening/--no-screening", help="Leave out runs whose answer is known exactly.")
     ] = True,
@@ -59,6 +60,7 @@ def scan(
 
     What is done is kept on the way: the same command goes on where it was stopped.
     """
+    overrides = overrides if samples is None else [*overrides, f"uncertain.samples={samples}"]
     if plan:
         refused = {"--shard": shard, "--scheduler": scheduler, "--no-screening": not screening, "--new": new}
         for option in (option for option, value in refused.items() if value):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,14 @@ def without(spans: Iterable[range], done: Iterable[range]) -> list[range]:
         if start < span.stop:
             missing.append(range(start, span.stop))
     return missing
+
+
+def parted(span: range, among: Iterable[range]) -> Iterator[tuple[range, bool]]:
+    """The batches of a range in order, in pieces that lie in ``among`` as a whole (True) or not at all (False)."""
+    outside = without([span], among)
+    edges = sorted({span.start, span.stop, *(edge for piece in outside for edge in (piece.start, piece.stop))})
+    for start, stop in pairwise(edges):
+        yield range(start, stop), not any(start in piece for piece in outside)
 
 
 def chosen(chunks: Iterable[range]) -> list[tuple[range, range]]:

@@ -69,7 +69,7 @@ def check_replaceable(
     if identity is None:
         return
     recorded = recorded_identity(finished.attrs)
-    asked = {table: value for table, value in _comparable(identity).items() if table in recorded}
+    asked = {table: value for table, value in comparable(identity).items() if table in recorded}
     if changes := difference(recorded, asked):
         listed = "".join(f"\n  - {sentence}" for sentence in changes)
         raise PoundingError(f"{target}: holds the finished {command} of a study that was another:{listed}\n{choice}")
@@ -104,7 +104,7 @@ def recorded_identity(attrs: Mapping[str, Any]) -> dict[str, Any]:
     return {name: table for name, table in tables.items() if table is not None}
 
 
-def _comparable(identity: Mapping[str, Any]) -> dict[str, Any]:
+def comparable(identity: Mapping[str, Any]) -> dict[str, Any]:
     """An identity with the digest of the kernels, which datasets have, in place of that of the package."""
     from pounding_risk._jit.sources import source_digest
 

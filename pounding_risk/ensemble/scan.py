@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from math import prod
 from os import cpu_count
@@ -14,15 +14,15 @@ import xarray as xr
 from pounding_risk._common.dates import created
 from pounding_risk._common.files import remove_leftovers
 from pounding_risk._common.progress import Progress
-from pounding_risk.ensemble.chunks import Chunk, ChunksInMemory, merged, without
-from pounding_risk.ensemble.job import ScanInput
+from pounding_risk.ensemble.chunks import Chunk, ChunksInMemory, joined, merged, parted, without
+from pounding_risk.ensemble.job import DatasetWriter, ScanInput
 from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.ensemble.limits import check_dataset, check_disk, check_held, check_memory
 from pounding_risk.ensemble.plan.size import grid_bytes, shape_of
 from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.ensemble.scenes import check_scenes
 from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, read_shard, shard_batches
-from pounding_risk.ensemble.variant_job import VariantJob
+from pounding_risk.ensemble.variant_job import VariantJob, VariantWriter
 from pounding_risk.errors import Stopped
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.files import RESULTS, check_target, open_results, zarr_store
@@ -78,6 +78,7 @@ class Scan:
         if isinstance(self.job, VariantJob):
             check_scenes(self.job.variants, ensemble.motions)
         self.command, self.executor, self.progress = command, executor, progress
+        self.known: list[range] = []  # batches that a finished scan of fewer samples has
         self.attrs: dict[str, Any] = provenance(self.study, ensemble.motions, screening, check_fraction)
         if command:
             self.attrs["command"] = command
@@ -98,7 +99,7 @@ class Scan:
     def work(self, wanted: list[range], done: list[range], keep: Keep) -> None:
         """Solve the wanted batches that are not done; the progress is that of all that are wanted."""
         job, width = self.job, self.job.width
-        missing = without(wanted, done)
+        missing = without(wanted, [*done, *self.known])
         total = width * sum(map(len, wanted))
         solved = total - width * sum(map(len, missing))
         if self.progress:
@@ -116,14 +117,17 @@ class Scan:
 
     def assemble(self, chunks: Callable[[Iterable[range]], Iterator[Chunk]], store: Blockwise, begun: str = "") -> None:
         """Write the dataset, block by block; ``begun`` is the time at which the scan was, where that is not now."""
-        job, writer = self.job, self.job.writer()
-        spans = list(blocks(job.template))
+        writer = self.job.writer()
+        spans = [(span, list(parted(span, self.known))) for span in blocks(self.job.template)]
+        solved = chunks([part for _, parts in spans for part, is_known in parts if not is_known])
         with store:
-            for batches, chunk in zip(spans, chunks(spans), strict=True):
-                store.write(batches, writer.values(batches, chunk))
+            for span, parts in spans:
+                values = [_values(writer, part, None if is_known else next(solved)) for part, is_known in parts]
+                store.write(span, values[0] if len(values) == 1 else joined(values))
             finish = writer.finish()
             for batch, patch in finish.patches:
                 store.write(range(batch, batch + 1), patch)
+            self.close()  # before the file is replaced that it reads
             store.finish(finish.attrs | self.attrs | created(self.command or "pounding_risk.scan", begun))
 
     def in_memory(self) -> xr.Dataset:
@@ -142,16 +146,42 @@ class Scan:
         from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
 
         about = About(self.job.batches, self.job.width, self.study.name, self.command)
-        known, path = identity(self.job.scan_input, self.job.prepared), folder_of(target)
+        own, path = identity(self.job.scan_input, self.job.prepared), folder_of(target)
+        if not new:
+            self._take_known(target, own)
         # A scan that was allowed to replace the file when it began need not be allowed again.
-        if not is_begun(path, known):
+        if not self.known and not is_begun(path, own):
             choice = {"choice": OTHER_NAME} if shared else {}
-            check_replaceable(target, "scan", known, new, **choice)
-        return Checkpoint.open(path, known, about, new=new, shared=shared)
+            check_replaceable(target, "scan", own, new, **choice)
+        checkpoint = Checkpoint.open(path, own, about, new=new, shared=shared)
+        if self.known:
+            checkpoint.log("known", cases=self.job.width * sum(map(len, self.known)), file=target.name)
+        return checkpoint
+
+    def _take_known(self, target: Path, own: Mapping[str, Any]) -> None:
+        """Take the cases of a finished scan of fewer samples of the same scene, where there is one."""
+        if isinstance(self.job, VariantJob) and self.study.uncertain is not None:
+            from pounding_risk.ensemble.known_samples import known_samples
+
+            self.job.known = known_samples(target, own, self.study.axes, self.job.shape[len(self.study.axes) :])
+            self.known = self.job.known_batches()
+
+    def close(self) -> None:
+        """Close the finished scan whose cases are taken, where there is one."""
+        if isinstance(self.job, VariantJob) and self.job.known is not None:
+            self.job.known.close()
 
     def fill(self, checkpoint: Checkpoint, wanted: list[range]) -> None:
         """Solve the wanted batches that are not in the checkpoint."""
         self.work(wanted, checkpoint.done(), checkpoint.keep)
+
+
+def _values(writer: DatasetWriter, batches: range, chunk: Chunk | None) -> Chunk:
+    """Every case variable of these batches, which are known where there is no chunk of them."""
+    if chunk is not None:
+        return writer.values(batches, chunk)
+    assert isinstance(writer, VariantWriter), "nothing else has samples"
+    return writer.known(batches)
 
 
 @contextmanager
@@ -186,7 +216,8 @@ def scan(
     out : str or Path, optional
         File to write, ending in .nc or .zarr. Results are kept in a folder beside it as they are computed (``r.study``
         for ``r.nc``), and the same call goes on from there after an interruption. A file that is there is replaced
-        where it holds the same scan. Without ``out`` the dataset is in memory only.
+        where it holds the same scan; of one with fewer samples of the same uncertain numbers the cases are taken, and
+        only the others are solved. Without ``out`` the dataset is in memory only.
     screening : bool
         Leave out runs whose result follows exactly from another run; the results are the same without it.
     check_fraction : float
@@ -307,7 +338,8 @@ def scan_shard(
         checkpoint.log("shard", shard=shard)
         with stoppable(checkpoint):
             one.fill(checkpoint, wanted)
-        done = checkpoint.done()
+        done = merged([*checkpoint.done(), *one.known])
+    one.close()
     width = one.job.width
     return ShardDone(
         width * sum(map(len, wanted)), width * sum(map(len, done)), width * one.job.batches, checkpoint.path

@@ -30,4 +30,5 @@ def check_scenes(variants: Variants, motions: tuple[Motion, ...], *, every: bool
 def notes_along(study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
     """A sentence for each unusual number of a scene, of its axes, and of its motions."""
     scenes = Variants(study).alone() if study.axes else iter([study])
-    return tuple(dict.fromkeys(note for scene in scenes for note in of_input(scene, motions)))
+    drawn = () if study.uncertain is None else study.uncertain.notes()
+    return tuple(dict.fromkeys([*drawn, *(note for scene in scenes for note in of_input(scene, motions))]))

@@ -108,6 +108,8 @@ def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequenc
     log = list(read_lines(folder / LOG))
     holders = running(folder / LOCK)
     total, cases = study["lines"] * study["width"], sum(map(len, merged(parts))) * study["width"]
+    # Those that the scan takes from a finished one of fewer samples.
+    cases += next((line["cases"] for line in reversed(log) if line["event"] == "known"), 0)
     facts: dict[str, Any] = {
         "title": study["title"],
         "total": total,

@@ -17,9 +17,10 @@ import numpy as np
 from xarray import Variable
 
 from pounding_risk._common.once import Shared
-from pounding_risk.ensemble.chunks import Chunk, joined
+from pounding_risk.ensemble.chunks import Chunk, joined, merged
 from pounding_risk.ensemble.grid_job import GridJob
 from pounding_risk.ensemble.job import DatasetWriter, Finish, Job, ScanInput, never
+from pounding_risk.ensemble.known_samples import KnownSamples
 from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.along import Stack, leaves_of
@@ -68,6 +69,23 @@ class VariantJob(Job):
         self.batches = self.each * self.variants.count
         self.shape = (*self.variants.shape, *self._first.shape)
         self.bytes_per_batch = self._first.bytes_per_batch
+        self.known: KnownSamples | None = None  # whose cases are not solved
+
+    def places(self, number: int) -> dict[str, int]:
+        """The place of a scene along each axis, by its name."""
+        names = (axis.name for axis in self.variants.axes)
+        return dict(zip(names, self.variants.places(number), strict=True))
+
+    def is_known(self, number: int) -> bool:
+        """True for a scene whose cases are known."""
+        return self.known is not None and self.known.has(self.places(number))
+
+    def known_batches(self) -> list[range]:
+        """The batches of all scenes whose cases are known, in as few ranges as possible."""
+        if self.known is None:
+            return []
+        numbers = filter(self.is_known, range(self.variants.count))
+        return merged(range(number * self.each, (number + 1) * self.each) for number in numbers)
 
     def job(self, number: int) -> GridJob:
         """The job of the scene of this number."""
@@ -143,7 +161,7 @@ class VariantJob(Job):
         gathered = Gathered(free, coords, tables, attributes, {}, {})
         for number in range(self.variants.count):
             job = self.job(number)
-            gathered.free.add(number, {f"{name}_free": values for name, values in job.free_values().items()})
+            gathered.free.add(number, self._free(number, job))
             own = job.coordinates(whole=True)
             gathered.coords.add(number, {name: np.asarray(about[1]) for name, about in own.items()})
             gathered.tables.add(number, _leaves(job.study))
@@ -154,6 +172,12 @@ class VariantJob(Job):
             for motion in job.scan_input.motions:
                 gathered.flags.setdefault(motion.name, {}).update(dict.fromkeys(motion.flags))
         return gathered
+
+    def _free(self, number: int, job: GridJob) -> dict[str, Any]:
+        """The variables of the motions of a scene without contact."""
+        if self.known is not None and self.is_known(number):
+            return self.known.free(self.places(number), (f"{name}_free" for name in job.free_outputs(job.study)))
+        return {f"{name}_free": values for name, values in job.free_values().items()}
 
     def _attributes(self, first: dict[str, Any], gathered: Gathered) -> dict[str, Any]:
         """The attributes of the whole dataset from those of the first scene; what differs is told by place alone."""
@@ -228,6 +252,22 @@ class VariantWriter:
                 self._number, self._writer = number, self._job.job(number).writer()
             assert self._writer is not None, "opened just now"
             written.append(self._writer.values(own, {name: values[where] for name, values in chunk.items()}))
+        return joined(written)
+
+    def known(self, batches: range) -> Chunk:
+        """Every case variable of these batches, whose scenes are known."""
+        job, written = self._job, []
+        assert job.known is not None, "asked of known batches alone"
+        for number, own, _ in job.pieces(batches):
+            places = job.places(number)
+            if number != self._number:
+                self._close()
+                self._number = number
+                if counts := job.known.attribute(PARTS, places):
+                    self._parts.update(json.loads(counts))
+                    self._counts.add(number, {PARTS: counts})
+            whole = job.known.cases(places, job.template)
+            written.append({name: values[own.start : own.stop] for name, values in whole.items()})
         return joined(written)
 
     def _close(self) -> None:

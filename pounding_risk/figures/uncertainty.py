@@ -71,7 +71,7 @@ def _finding(results: xr.Dataset, names: list[str]) -> str:
         )
         parts = parts_words(part).rstrip(".")
         clauses.append(f"{who}{parts[0].lower()}{parts[1:]}")
-    return "; ".join(clauses)
+    return "; ".join(clauses).replace(" %", "\N{NO-BREAK SPACE}%").replace(" mm", "\N{NO-BREAK SPACE}mm")
 
 
 def _condition(results: xr.Dataset) -> str:
@@ -91,7 +91,7 @@ def _contact(axis: Any, part: xr.Dataset, name: str) -> None:
             gaps, *ends, color=colour, alpha=depth, linewidth=0.0, label=f"{low:g} to {high:g} % of samples"
         )
     axis.plot(gaps, part["contact_probability"], "-", color=colour, linewidth=2.0, label="samples and motions")
-    for end, label in (("_low", "its bounds"), ("_high", None)):
+    for end, label in (("_low", "bounds of these"), ("_high", None)):
         axis.plot(gaps, part[f"contact_probability{end}"], ":", color=colour, linewidth=1.2, label=label)
     if "closing_at_medians" in part:
         closing = part["closing_at_medians"].values
@@ -161,9 +161,10 @@ def _tornado(axis: Any, part: xr.Dataset) -> None:
     order = _ordered(np.ptp(values, axis=1))
     middle = scale * values[0, 1]
     for place, number in enumerate(order):
-        for end, colour, hatch in ((0, STYLES[4][0], ""), (2, STYLES[1][0], "///")):
+        # One above the other: both ends may lie on one side of the median.
+        for end, above, colour, hatch in ((0, 0.18, STYLES[4][0], ""), (2, -0.18, STYLES[1][0], "///")):
             reach = scale * values[number, end] - middle
-            axis.barh(place, reach, 0.7, left=middle, color=colour, hatch=hatch, edgecolor="white")
+            axis.barh(place + above, reach, 0.34, left=middle, color=colour, hatch=hatch, edgecolor="white")
     for colour, hatch, label in ((STYLES[4][0], "", "at its 10 % quantile"), (STYLES[1][0], "///", "at its 90 %")):
         axis.barh([np.nan], [0.0], color=colour, hatch=hatch, edgecolor="white", label=label)
     axis.axvline(middle, color="black", linewidth=1.0)
@@ -180,5 +181,5 @@ def _tornado(axis: Any, part: xr.Dataset) -> None:
         if name == "contact_probability"
         else (say_in(values[0, 1], "mm", 3) if unit == "m" else f"{values[0, 1]:.3g}")
     )
-    axis.set_title(f"each number alone, the others at their medians ({at})", fontsize=9.5)
-    axis.legend(fontsize=8, loc="lower right")
+    axis.set_title(f"each number alone; all at their medians: {at}", fontsize=9.5)
+    axis.legend(fontsize=8)

@@ -157,8 +157,8 @@ def scene_dims(dataset: xr.Dataset) -> tuple[str, ...]:
     if not text:
         return ()
     try:
-        names = [str(axis["keys"][0]) for axis in json.loads(text)]
-    except (TypeError, ValueError, LookupError):
+        names = [str(axis.get("dimension") or axis["keys"][0]) for axis in json.loads(text)]
+    except (TypeError, ValueError, LookupError, AttributeError):
         raise PoundingError(
             f"the attribute {SCENE_AXES} cannot be read: the file was damaged or changed since it was written"
         ) from None

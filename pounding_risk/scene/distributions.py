@@ -20,6 +20,7 @@ from pounding_risk.scene.keys import Unreadable
 Array = NDArray[np.float64]
 Said = Callable[[float], str]  # a value in words, with its unit
 
+EXAMPLE = '{distribution = "lognormal", median = "1.0 s", dispersion = 0.2}'
 VALUE, WIDTH, RATIO, VALUES, WEIGHTS = "value", "width", "ratio", "values", "weights"
 
 

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from pounding_risk.errors import SceneError
-from pounding_risk.scene.overrides import override
 from pounding_risk.scene.scene import Scene, scene_of
-from pounding_risk.scene.sections import KNOWN
+from pounding_risk.scene.sections import overridden
 from pounding_risk.scene.toml import key_lines, parse_toml, read_text
 from pounding_risk.units import shown
 
@@ -56,10 +55,7 @@ def written_tables(scene: Scene) -> dict[str, Any]:
     """The tables of a scene's text with its overrides, as they were written; its resolved ones where it has no text."""
     if not scene.text:
         return scene.resolved()
-    raw = parse_toml(scene.text, scene.source)
-    for text in scene.overrides:
-        override(raw, text, KNOWN, scene.source)
-    return raw
+    return overridden(parse_toml(scene.text, scene.source), scene.overrides, scene.source)
 
 
 def as_scene(scene: Scene | Mapping[str, Any] | str | Path) -> Scene:

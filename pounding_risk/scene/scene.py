@@ -13,6 +13,7 @@ from itertools import pairwise
 from math import inf, isnan
 from os import PathLike
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from pounding_risk._common.short_repr import ShortRepr
@@ -28,7 +29,7 @@ from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import RecordRequest
-from pounding_risk.scene.axes import axes_in_text, keeping_axes, without_axes, written_axes
+from pounding_risk.scene.axes import Placed, axes_in_text, keeping_axes, without_axes, written_axes
 from pounding_risk.scene.axis_checks import axis_faults
 from pounding_risk.scene.buildings import OF_GROUND, structure_of, table_of
 from pounding_risk.scene.interface_checks import is_row
@@ -47,17 +48,12 @@ from pounding_risk.scene.overrides import ARRAYS
 from pounding_risk.scene.records import records_of
 from pounding_risk.scene.resolved_interfaces import ResolvedInterface, interface_table, resolved_interfaces, stiff_model
 from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap
-from pounding_risk.scene.sections import KEYS, every_fault, read_tables, written_overrides
+from pounding_risk.scene.sections import KEYS, Same, every_fault, overridden, read_tables, untouched, written_overrides
 from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
 from pounding_risk.scene.toml import Fault, KeyPath, write_toml
 from pounding_risk.scene.uncertain import UncertainNumbers
-from pounding_risk.scene.uncertain_tables import (
-    Uncertain,
-    numbers_in_text,
-    sample_places,
-    table_of_numbers,
-    uncertain_of,
-)
+from pounding_risk.scene.uncertain_reading import numbers_in_text, uncertain_of
+from pounding_risk.scene.uncertain_tables import Uncertain, table_of_numbers
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say, shown
 
 OF_EACH_INTERFACE = "each interface's own"  # label of the contact models of a scene whose interfaces differ in theirs
@@ -599,6 +595,7 @@ def scene_of(
     *,
     text: str = "",
     lines: Mapping[KeyPath, int] | None = None,
+    same: Same = MappingProxyType({}),
 ) -> Scene:
     """The scene of the tables of a scene file, with overrides applied.
 
@@ -614,6 +611,8 @@ def scene_of(
         The file's text; that of the scene, every value stated, by default.
     lines : mapping, optional
         The line of each key, for sentences.
+    same : mapping, optional
+        Sections that were read before, as `sections.read_tables` takes them.
 
     Raises
     ------
@@ -622,8 +621,8 @@ def scene_of(
     """
     asked = (overrides,) if isinstance(overrides, str) else tuple(overrides)
     origin = Origin(source, text, lines or {}, asked)
-    draft, faults, tell = read_tables(tables, asked, source)
-    faults += every_fault(draft, Path(source).parent)
+    draft, faults, tell = read_tables(tables, asked, source, same)
+    faults += every_fault(draft, Path(source).parent, same)
     if not faults:
         values, faults = _assembled(draft, origin)
     if not faults:
@@ -633,13 +632,27 @@ def scene_of(
     scene = _made(values)
     scene = scene if text else scene.updated(text=scene.to_toml())
     if scene.axes:
-        bare, kept = without_axes(tables), keeping_axes(asked)
-        sampled = [sample_places(draft, axis) for axis in scene.axes if axis.dimension]
-        made = lambda values: scene_of(bare, source, (*kept, *values), text=text)  # noqa: E731
-        faults = list(axis_faults(scene, [*draft.axes, *sampled], made))
+        placed = [*draft.axes, *(Placed((UNCERTAIN,), axis) for axis in scene.axes if axis.dimension)]
+        faults = list(axis_faults(scene, placed, Scenes(scene, tables, asked).made))
     if faults:
         raise SceneError(source, tell(faults, origin.lines))
     return scene
+
+
+class Scenes:
+    """The scenes that a scene becomes as keys of its axes are set; tables and overrides are those it is made from."""
+
+    def __init__(self, study: Scene, tables: Mapping[str, Any], overrides: Sequence[str]):
+        self._text, self._source, self._asked = study.text, study.source, keeping_axes(overrides)
+        # With what was set from outside, so that setting it again changes nothing in sections that are not read again.
+        self._tables = overridden(without_axes(tables), self._asked, study.source)
+        draft, _, _ = read_tables(self._tables, self._asked, study.source)
+        self._same = untouched(draft, (key for axis in study.axes for key in axis.keys))
+
+    def made(self, overrides: Sequence[str]) -> Scene:
+        """The scene with these values set, and no axes."""
+        asked = (*self._asked, *overrides)
+        return scene_of(self._tables, self._source, asked, text=self._text, same=self._same)
 
 
 def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault]]:

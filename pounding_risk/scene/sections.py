@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pounding_risk._common.words import nearest
@@ -23,7 +24,8 @@ from pounding_risk.scene.records import Records, missing_files, record_checks
 from pounding_risk.scene.scene_axis import UNCERTAIN
 from pounding_risk.scene.tables import Grid, Solver, Title, effect_checks, effect_key
 from pounding_risk.scene.toml import Fault, KeyPath, sentences
-from pounding_risk.scene.uncertain_tables import DISTRIBUTION, Uncertain, taken_numbers, uncertain_checks
+from pounding_risk.scene.uncertain_reading import taken_numbers, uncertain_checks
+from pounding_risk.scene.uncertain_tables import DISTRIBUTION, Uncertain
 from pounding_risk.units import shown
 
 KINDS: Mapping[str, type[Table]] = {
@@ -63,14 +65,20 @@ ABSENT = {
     "interface": "missing; write one [[interface]] with gap, contact_model and stiffness",
     "records": 'missing; write [records] with names = ["RSN6-180"], files = ["my/*.AT2"], or set = "..."',
 }
+Same = Mapping[str, Sequence[Section]]
 Tell = Callable[[Sequence[Fault], Mapping[KeyPath, int]], list[str]]
 
 
-def read_tables(tables: Mapping[str, Any], overrides: Sequence[str], source: str) -> tuple[Draft, list[Fault], Tell]:
-    """Every key of the tables of a scene file, what is wrong with single keys, and how faults are told."""
-    raw = copy.deepcopy(dict(tables))
+def read_tables(
+    tables: Mapping[str, Any], overrides: Sequence[str], source: str, same: Same = MappingProxyType({})
+) -> tuple[Draft, list[Fault], Tell]:
+    """Every key of the tables of a scene file, what is wrong with single keys, and how faults are told.
+
+    ``same`` are sections that were read before without a fault: these tables have them with the same keys.
+    """
+    raw = {name: table if name in same else copy.deepcopy(table) for name, table in tables.items()}
     outside = [path for text in overrides for path in override(raw, text, KNOWN, source)]
-    written = copy.deepcopy(raw)
+    written = {name: table if name in same else copy.deepcopy(table) for name, table in raw.items()}
     faults = _later(raw)
     axes, wrong = taken_axes(raw, outside, KEYS)
     numbers, unread = taken_numbers(raw, outside, KEYS, axes)
@@ -84,6 +92,9 @@ def read_tables(tables: Mapping[str, Any], overrides: Sequence[str], source: str
     faults += [Fault((name,), sentence, absent=True) for name, sentence in ABSENT.items() if name not in raw]
     sections: dict[str, list[Section]] = {}
     for name in KEYS:
+        if name in raw and name in same:
+            sections[name] = [*same[name]]
+            continue
         sections[name] = []
         for path, table in _tables(raw, name):
             if not isinstance(table, dict):
@@ -99,6 +110,14 @@ def read_tables(tables: Mapping[str, Any], overrides: Sequence[str], source: str
         return sentences(faults, written, lines, outside)
 
     return Draft(raw, sections, axes, numbers), faults, tell
+
+
+def overridden(tables: Mapping[str, Any], overrides: Sequence[str], source: str) -> dict[str, Any]:
+    """The tables of a scene file with overrides applied, as they were written."""
+    raw = copy.deepcopy(dict(tables))
+    for text in overrides:
+        override(raw, text, KNOWN, source)
+    return raw
 
 
 def _tables(raw: Mapping[str, Any], name: str) -> Iterator[tuple[KeyPath, Any]]:
@@ -123,15 +142,21 @@ def _with_table(section: Section, folder: Path) -> tuple[Section, list[Fault]]:
         return replace(section, values=others), [section.fault("table", sentence) for _, sentence in error.faults]
 
 
-def every_fault(draft: Draft, folder: Path) -> list[Fault]:
-    """What more than one key takes part in; ``folder`` is that of the scene file."""
+def untouched(draft: Draft, keys: Iterable[str]) -> Same:
+    """The sections of a scene in which nothing changes where keys of these addresses do."""
+    touched = {key.partition(".")[0] for key in keys}
+    return {name: sections for name, sections in draft.sections.items() if name not in touched}
+
+
+def every_fault(draft: Draft, folder: Path, same: Same = MappingProxyType({})) -> list[Fault]:
+    """What more than one key takes part in; ``folder`` is that of the scene file, ``same`` as in `read_tables`."""
     return [
         *building_checks(draft.tables("building"), draft.count("building", 2)),
         *interface_checks(draft),
         *effect_checks(draft),
         *record_checks(draft),
         *uncertain_checks(draft),
-        *missing_files(draft.raw, folder),
+        *(() if "records" in same else missing_files(draft.raw, folder)),
     ]
 
 

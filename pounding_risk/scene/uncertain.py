@@ -220,6 +220,13 @@ class UncertainNumbers:
             )
 
 
+def stated(uncertain: UncertainNumbers | None) -> tuple[str, ...]:
+    """What a call that runs the scene itself says of its uncertain numbers; nothing where it has none."""
+    if uncertain is None:
+        return ()
+    return (f"the uncertain numbers are at the values that the scene states: {', '.join(uncertain.keys)}",)
+
+
 def sample_axis(uncertain: UncertainNumbers, points: Any = None) -> SceneAxis:
     """The axis of a scan along which the uncertain numbers have their values at these points; at their own without."""
     values = uncertain.values_at(uncertain.points() if points is None else points)

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from pounding_risk.errors import SceneError
-from pounding_risk.scene.axes import keeping_axes, without_axes
 from pounding_risk.scene.axis_checks import unlike
-from pounding_risk.scene.scene import Scene, scene_of
+from pounding_risk.scene.scene import Scene, Scenes
 from pounding_risk.scene.scene_axis import SceneAxis, alone, count_of, overrides_at, shape_of_axes
 from pounding_risk.scene.toml import parse_toml
 
+NO_SAMPLES = "uncertain.samples=0"  # what `--set` takes for every uncertain number at its stated value
 MOST_KEPT = 20_000  # scenes, some kB each
 
 
@@ -25,8 +25,7 @@ class Variants:
     def __init__(self, study: Scene, axes: Sequence[SceneAxis] | None = None):
         self.study, self.axes = study, tuple(study.axes if axes is None else axes)
         self.shape, self.count = shape_of_axes(self.axes), count_of(self.axes)
-        self._tables = without_axes(parse_toml(study.text, study.source))
-        self._asked = keeping_axes(study.overrides)
+        self._made = Scenes(study, parse_toml(study.text, study.source), study.overrides)
         self._scenes: dict[int, Scene] = {}
 
     def places(self, number: int) -> tuple[int, ...]:
@@ -61,7 +60,7 @@ class Variants:
 
     def made(self, overrides: Sequence[str]) -> Scene:
         """The scene with these values set, and no axes."""
-        return scene_of(self._tables, self.study.source, (*self._asked, *overrides), text=self.study.text)
+        return self._made.made(overrides)
 
     def alone(self) -> Iterator[Scene]:
         """The scenes at places along each axis, the other keys as the scene has them."""
@@ -72,7 +71,11 @@ def check_one_scene(study: Scene, command: str) -> None:
     """Raise SceneError for a scene with axes in a command that runs one scene, with how to choose one."""
     if not study.axes:
         return
-    has = "; ".join(f"{', '.join(axis.keys)}: {axis.words()}" for axis in study.axes)
-    choice = " ".join(f"--set '{text}'" for axis in study.axes for text in axis.overrides(0))
+    has = "; ".join(
+        axis.words() if axis.dimension else f"{', '.join(axis.keys)}: {axis.words()}" for axis in study.axes
+    )
+    choices = (text for axis in study.axes for text in ((NO_SAMPLES,) if axis.dimension else axis.overrides(0)))
+    choice = " ".join(f"--set '{text}'" for text in choices)
     sentence = f"the scene varies along {has}; {command} runs one scene: choose with {choice}"
+    sentence += " for the values that the scene states" * (study.uncertain is not None)
     raise SceneError(study.source, [f"grid: {sentence} (in Python with scene.replace), which is then no axis"])

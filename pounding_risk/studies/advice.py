@@ -34,6 +34,7 @@ from pounding_risk.scene.interfaces import NO_RESTITUTION, GivenRestitution, kno
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.uncertain import stated
 from pounding_risk.studies.advice_stiffness import USUAL_FLOOR_LENGTH, StiffnessRange, ms, stiffness_range
 from pounding_risk.studies.compare import USUAL_TERMS, on_equal_terms, runnable, with_relation
 from pounding_risk.studies.impact import impact
@@ -240,7 +241,8 @@ def advise(
     runs = _varied(study, scanner, base, ranges, skipped) if touched.any() else []
     influences = tuple(one for run in runs for one in _influences(study, run, touched))
     walls = {one.wall for one in ranges}  # what moves a wall is next to nothing, however much of it
-    notes = [*skipped.values(), *_assumptions(study, ensemble, chosen, ranges), *_notes_on_runs(study, base, runs)]
+    assumed = *stated(study.uncertain), *_assumptions(study, ensemble, chosen, ranges)
+    notes = [*skipped.values(), *assumed, *_notes_on_runs(study, base, runs)]
     return Advice(
         scene=study.name,
         gap=_gap_words(study),

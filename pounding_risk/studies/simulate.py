@@ -21,6 +21,7 @@ from pounding_risk.results.run_labels import Case, run_dataset
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.uncertain import stated
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.studies.pair_trace import pair_trace
 from pounding_risk.studies.row_trace import row_trace
@@ -132,7 +133,7 @@ def _narrowed(study: Scene, gap: float | None, pga: float | None) -> Scene:
 
 def _notes(run: xr.Dataset, study: Scene, motion: Motion) -> str:
     """On unusual numbers of the scene, of this motion and of the run's contacts."""
-    return as_text([*of_input(study, (motion,)), *of_run(run, study)])
+    return as_text([*stated(study.uncertain), *of_input(study, (motion,)), *of_run(run, study)])
 
 
 def _chosen(noun: str, name: str | None, names: tuple[str, ...]) -> str:

@@ -21,7 +21,6 @@ from pounding_risk._common.progress import Progress
 from pounding_risk._jit.sources import source_digest
 from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.job import Job
-from pounding_risk.ensemble.replacing import check_replaceable
 from pounding_risk.ensemble.threads import Pending, Threads
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.effects import acts_on_buildings, acts_on_ground
@@ -32,7 +31,6 @@ from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.request import AS_RECORDED, POLARITIES, RecordRequest
 from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.attributes import as_text, versions
-from pounding_risk.results.files import check_target
 from pounding_risk.results.labels import CONVENTIONS
 from pounding_risk.results.provenance import text_digest
 from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
@@ -113,15 +111,6 @@ def damping_pair(damping: Any, stated: tuple[float, float] | None) -> tuple[floa
         raise PoundingError(f"damping: {counted(len(both), 'value')}; give one for both buildings, or left and right")
     ratios = [si(value, DAMPING, "damping") for value in both]
     return ratios[0], ratios[-1]
-
-
-def check_out(out: str | Path | None, new: bool) -> Path | None:
-    """The file of the dataset; raises PoundingError where it cannot be written or holds other results."""
-    if out is None:
-        return None
-    target = check_target(out)
-    check_replaceable(target, "spectra", new=new)
-    return target
 
 
 # ------------------------------------------------------------------------------------------------------ the motions

@@ -10,7 +10,9 @@ from scenes import BOTH, scene_text, single
 from scipy.special import ndtri
 
 import pounding_risk as pr
+from pounding_risk.assessment.options import read_criterion
 from pounding_risk.assessment.uncertain_samples import independent_points
+from pounding_risk.assessment.uncertain_words import words_of_number
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.uncertainty import uncertainty_figure
 from pounding_risk.scene.reader import parse_scene
@@ -57,6 +59,25 @@ def test_samples_together_are_the_assessments_of_each(scanned):
     assert float(together["required_gap_of_samples"].sel(percentile=80, sample_percentile=50)) == pytest.approx(apart)
     over = together["contact_probability"].sel(gap=0.05, method="nearest")
     assert float(over) == pytest.approx((np.array(closings) > float(over["gap"])).mean())
+
+
+def test_in_a_row_what_others_push_counts_as_in_each_assessment():
+    """Soft neighbours of a heavy block: contact on one side closes the other gap in some runs."""
+    buildings = (single("A", "900 t", "0.9 s"), single("B", "90 t", "0.4 s"), single("C", "600 t", "0.3 s"))
+    numbers = {"building.A.period": {"distribution": "uniform", "low": "0.7 s", "high": "1.1 s"}}
+    row = pr.scan(uncertain_scene(numbers, 3, buildings=buildings, gap="45 mm"))
+    together = pr.uncertainty(row)
+    pushed = 0
+    for number, name in enumerate(("A | B", "B | C")):
+        alone = [pr.assess(row.isel(sample=[sample])).interfaces[number] for sample in range(3)]
+        part = together.sel(interface=name)
+        shares = [one.contact_at_gap().probability for one in alone]
+        np.testing.assert_allclose(part["contact_probability_of_sample"], shares)
+        closings = np.concatenate([one.closing for one in alone])
+        assert float(part["required_gap"].sel(percentile=84)) == pytest.approx(np.percentile(closings, 84))
+        free = row["peak_closing_free"].isel(interface=number).transpose("sample", ...).values.ravel()
+        pushed += int((np.sort(closings) > np.sort(free)).sum())
+    assert pushed, "the row shows something that the motion without contact does not"
 
 
 def test_a_scene_without_contact_says_what_its_scan_says(scanned, of_scene):
@@ -189,6 +210,32 @@ def test_correlated_numbers_have_no_sobol_indices():
     np.testing.assert_allclose(right, np.exp(0.1 * ndtri([0.5, 0.5, 0.1])), rtol=1e-9)
 
 
+def test_nothing_stands_out_where_no_number_matters():
+    """A restitution changes no motion without contact."""
+    numbers = {"interface.restitution": {"distribution": "uniform", "low": 0.4, "high": 0.8}}
+    part = pr.uncertainty(uncertain_scene(numbers, 8, law="jankowski")).isel(interface=0)
+    assert part["narrowing"].item().startswith("Over the samples the required gap does not vary")
+    np.testing.assert_allclose(part["variance_share"].sel(component="parameters"), 0.0, atol=1e-12)
+
+
+def test_a_number_is_named_alone_only_where_its_bounds_say_so(of_scene):
+    part, criterion = of_scene.isel(interface=0), read_criterion()
+
+    def told(first, low, high):
+        shape = part["first_order"].shape
+        made = {"first_order": first, "first_order_low": low, "first_order_high": high}
+        arrays = {name: (part["first_order"].dims, np.broadcast_to(values, shape)) for name, values in made.items()}
+        return words_of_number(part.assign(arrays), criterion)
+
+    alone = told((0.75, 0.1), (0.6, 0.0), (0.9, 0.2))
+    deviation = float(part["output_deviation"].sel(output="contact_probability"))
+    assert alone.startswith(f"Knowing {LEFT} exactly would narrow P(contact) most: it has 75 % of the variance")
+    assert alone.endswith(f"would fall from {deviation:.2g} to {0.5 * deviation:.2g}.")
+    assert told((0.3, 0.4), (0.2, 0.3), (0.4, 0.5)).endswith(f"It is not told apart from {LEFT}.")
+    assert told((0.1, 0.2), (-0.1, -0.05), (0.3, 0.4)).startswith("No number stands out: the largest share")
+    assert told((np.nan, np.nan), (np.nan, np.nan), (np.nan, np.nan)).startswith("So few samples do not tell")
+
+
 def test_too_few_recordings_are_told():
     few = {"generated": PULSES[:1], "polarity": BOTH}
     dataset = pr.uncertainty(uncertain_scene(samples=8, records=few))
@@ -204,7 +251,7 @@ def test_the_figure_says_what_was_found(of_scene, scanned):
     figure = uncertainty_figure(of_scene)
     contact, indices, tornado = figure.axes
     share = float(of_scene["judged_probability"].item())
-    assert f"P(contact) at 80 mm is {100 * share:.0f} %" in figure.get_suptitle().replace("\n", " ")
+    assert f"P(contact) at 80 mm is {100 * share:.0f} %" in " ".join(figure.get_suptitle().split())
     total = next(line for line in contact.lines if line.get_label() == "samples and motions")
     np.testing.assert_allclose(total.get_ydata(), of_scene["contact_probability"][0])
     assert [label.get_text().replace("\n", ".") for label in tornado.get_yticklabels()][-1] in (LEFT, RIGHT)

@@ -7,6 +7,7 @@ import json
 import pytest
 from axes import AXES, pair_text
 from typer.testing import CliRunner
+from uncertain import uncertain_text
 
 from pounding_risk import cli
 
@@ -58,3 +59,26 @@ def test_a_figure_of_several_scenes_is_refused_before_the_scan(folder):
     told = run("scan", folder / "s.toml", "-o", folder / "q.nc", "--figure", folder / "f.png")
     assert told.exit_code == 2 and "--figure: shows one scene" in told.stderr
     assert not (folder / "q.nc").exists()
+
+
+def test_samples_are_counted_added_and_chosen(tmp_path):
+    scene, results = tmp_path / "s.toml", tmp_path / "r.nc"
+    scene.write_text(uncertain_text(), encoding="utf-8")
+    told = run("validate", scene)
+    assert told.exit_code == 0
+    assert "4, sobol, seed 1" in told.output and "lognormal, median 0.5 s, dispersion 0.2" in told.output
+    assert "3 samples are no power of two" in run("validate", scene, "--set", "uncertain.samples=3").output
+    assert "8 = 2 of sample × 2 polarities × 2 gaps" in run("scan", scene, "--plan", "--samples", "2").output
+    for count in ("2", "3"):
+        told = run("scan", scene, "--samples", count, "-o", results)
+        assert told.exit_code == 0, told.output
+    told = run("summary", results, "--select", "sample=2")
+    assert told.exit_code == 0 and "sample = 2" in told.output
+    refused = run("scan", scene, "--samples", "2", "-o", results)
+    assert refused.exit_code == 2 and "uncertain.samples: was 3, is 2" in refused.stderr
+    assert "the uncertain numbers are at the values that the scene states" in run("modes", scene).output
+
+
+def test_samples_of_a_scene_without_uncertain_numbers_are_refused(folder):
+    told = run("scan", folder / "s.toml", "--samples", "8", "-o", folder / "u.nc")
+    assert told.exit_code == 2 and "uncertain: no number is uncertain; write" in told.stderr

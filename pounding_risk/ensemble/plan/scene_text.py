@@ -254,7 +254,9 @@ def _grid(study: Scene) -> list[tuple[str, str]]:
     gaps = f"gaps of {study.gridded_interface}" if study.gridded_interface else "gaps"
     axes = {gaps: (study.grid.gaps, GAP), "yield forces": (study.grid.yield_forces, YIELD_FORCE)}
     rows = [(name, _span(values, quantity)) for name, (values, quantity) in axes.items() if len(values) > 1]
-    return [*(("axis", f"{', '.join(axis.keys)}: {axis.words()}") for axis in study.axes), *rows]
+    own = (("axis", f"{', '.join(axis.keys)}: {axis.words()}") for axis in study.axes if not axis.dimension)
+    drawn = () if study.uncertain is None else study.uncertain.described()
+    return [*own, *drawn, *rows]
 
 
 def _span(values: Sequence[float], quantity: Quantity) -> str:

@@ -1,0 +1,144 @@
+"""Samples of uncertain numbers that a finished dataset of the same scene has already: only the others are solved."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk.ensemble.chunks import Chunk
+from pounding_risk.ensemble.identity import difference
+from pounding_risk.ensemble.replacing import OTHER_NAME, comparable, read_finished, recorded_identity
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.along import at_places
+from pounding_risk.results.files import stream_results
+from pounding_risk.results.labels import MOTIONS
+from pounding_risk.results.layout import AXES, Template, scene_dims
+from pounding_risk.results.scene_axes import VARIANTS, axes_of
+from pounding_risk.scene.sampling import GROWING
+from pounding_risk.scene.scene_axis import SAMPLE, UNCERTAIN, SceneAxis
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+BYTES = 64e6  # of the samples that are read at once
+TABLES = ("scene", "records", "options", "program", "laws")  # of an identity, all of which a dataset must tell
+
+
+def samples_before(target: Path, identity: Mapping[str, Any]) -> int:
+    """How many samples a finished scan of the same scene, which asks for more, has under a name; 0 where there is none.
+
+    Raises PoundingError where none can be added to them.
+    """
+    asked = identity.get("scene", {}).get(UNCERTAIN, {})
+    if "samples" not in asked or not target.exists():
+        return 0
+    finished = read_finished(target)
+    recorded = recorded_identity(finished.attrs) if finished.command == "scan" else {}
+    before = recorded.get("scene", {}).get(UNCERTAIN, {})
+    count = before.get("samples", 0) if set(TABLES) <= set(recorded) else 0
+    if not isinstance(count, int) or not 0 < count < asked["samples"]:
+        return 0
+    scene = {**identity["scene"], UNCERTAIN: {**asked, "samples": count}}
+    if difference(recorded, {name: comparable({**identity, "scene": scene})[name] for name in TABLES}):
+        return 0
+    if asked["method"] not in GROWING:
+        raise PoundingError(
+            f"{target}: holds {count} samples of the same scene, to which none can be added: the points of a "
+            f'{asked["method"]} of {asked["samples"]} are others; write method = "{GROWING[0]}" in [uncertain] next '
+            f"time, and now {OTHER_NAME}, or replace it (--new, or new=True in Python)"
+        )
+    return count
+
+
+class KnownSamples:
+    """The cases of a finished dataset, by place along the axes of the scene; to be closed after use."""
+
+    def __init__(self, dataset: xr.Dataset):
+        self._dataset = dataset
+        self._axes = [axis.name for axis in axes_of(dataset)]
+        self._variants = dict((name, (along, values)) for name, along, values in self._listed("attributes"))
+        self.count = dataset.sizes[SAMPLE]
+        size = sum(variable.nbytes for variable in dataset.data_vars.values())
+        self._step = max(1, int(BYTES * self.count / max(size, 1)))
+        self._span = range(0)
+        self._arrays: dict[str, tuple[tuple[str, ...], np.ndarray]] = {}
+
+    def _listed(self, name: str) -> list[Any]:
+        listed: list[Any] = json.loads(self._dataset.attrs[VARIANTS])[name]
+        return listed
+
+    def has(self, places: Mapping[str, int]) -> bool:
+        """True for a place whose cases it has."""
+        return places[SAMPLE] < self.count
+
+    def cases(self, places: Mapping[str, int], template: Template) -> Chunk:
+        """Every case variable of the scene at a place: (batches, cases in a batch, own dimensions)."""
+        width = template.width
+        return {name: self._at(name, places).reshape(-1, width, *template.extra(name)) for name in template.cases}
+
+    def free(self, places: Mapping[str, int], names: Iterable[str]) -> dict[str, np.ndarray]:
+        """These variables of motions without contact: (record, polarity, amplitude, own dimensions)."""
+        whole = {name: self._at(name, places) for name in names}
+        if "pga" in self._dataset.dims:
+            return whole
+        return {name: np.expand_dims(values, MOTIONS.index("pga")) for name, values in whole.items()}
+
+    def attribute(self, name: str, places: Mapping[str, int]) -> Any:
+        """An attribute that differs from scene to scene; None where the dataset has none of this name."""
+        along, values = self._variants.get(name, ((), None))
+        return at_places(along, values, [places[axis] for axis in self._axes])
+
+    def _at(self, name: str, places: Mapping[str, int]) -> np.ndarray:
+        """The values of a variable at a place, whose neighbours along the samples are read with it."""
+        sample = places[SAMPLE]
+        if sample not in self._span:
+            start = sample - sample % self._step
+            self._span, self._arrays = range(start, min(start + self._step, self.count)), {}
+        if name not in self._arrays:
+            variable = self._dataset[name].variable
+            if SAMPLE in variable.dims:
+                variable = variable.isel({SAMPLE: slice(self._span.start, self._span.stop)})
+            self._arrays[name] = tuple(map(str, variable.dims)), np.asarray(variable.values)
+        dims, values = self._arrays[name]
+        inside = {**places, SAMPLE: sample - self._span.start}
+        return values[tuple(inside[dim] for dim in dims if dim in inside)]
+
+    def close(self) -> None:
+        """Close the dataset, so that it can be replaced."""
+        self._arrays, self._span = {}, range(0)
+        self._dataset.close()
+
+
+def known_samples(
+    target: Path, identity: Mapping[str, Any], axes: Iterable[SceneAxis], shape: tuple[int, ...]
+) -> KnownSamples | None:
+    """The samples of a finished scan of the same scene under a name; None where it has none, or not all that it tells.
+
+    ``axes`` are those of the scene, ``shape`` that of the grid at one place along them. Raises PoundingError where
+    no samples can be added to those that are there.
+    """
+    count = samples_before(target, identity)
+    if not count:
+        return None
+    dataset = stream_results(target)
+    if _is_whole(dataset, count, {axis.name: axis for axis in axes}, shape):
+        return KnownSamples(dataset)
+    dataset.close()
+    return None
+
+
+def _is_whole(dataset: xr.Dataset, count: int, axes: Mapping[str, SceneAxis], shape: tuple[int, ...]) -> bool:
+    """True for a dataset with every case of the scene's first samples, drawn at the same values."""
+    for axis in axes_of(dataset):
+        now, size = axes.get(axis.name), dataset.sizes.get(axis.name)
+        fewer = count if axis.name == SAMPLE else axis.size
+        if now is None or axis.size != fewer or size != fewer or axis.keys != now.keys:
+            return False
+        if any(tuple(was) != tuple(values)[:fewer] for was, values in zip(axis.values, now.values, strict=True)):
+            return False
+    sizes = tuple(dataset.sizes.get(axis, 1) for axis in AXES)
+    return sizes == shape and len(scene_dims(dataset)) == len(axes)

@@ -1,0 +1,120 @@
+"""Samples of uncertain numbers in a scan: each is the scene that `--set` makes."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from axes import equals_the_loop, row_text, same_scan
+from scenes import scene_text
+from uncertain import RESTITUTION, THREE, uncertain_text
+
+import pounding_risk as pr
+from pounding_risk.ensemble.plan.plan import plan, validate
+from pounding_risk.ensemble.scan import scan, scan_shard
+from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.results.files import open_results
+from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.scene_axes import axes_of, selected, settled
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.studies.rerun import rerun
+
+
+def test_a_scan_of_samples_equals_a_loop_of_set():
+    """Every variable, bit by bit, and the attributes: notes on the distributions are those of the whole alone."""
+    wide = {"interface.restitution": {"distribution": "normal", "mean": 0.65, "deviation": 0.3}}
+    whole = equals_the_loop(uncertain_text(THREE | wide, samples=3), check_fraction=0.3)
+    assert whole["impact_count"].dims[0] == "sample" and list(whole["sample"]) == [0, 1, 2]
+    assert whole["building.left.period"].dims == ("sample",) and whole["building.left.period"].attrs["units"] == "s"
+    notes = json.loads(whole.attrs["notes"])
+    assert any("which leaves out 13.7 % of it" in note for note in notes)
+    assert any("3 samples are no power of two" in note for note in notes)
+    assert "notes" not in settled(whole.isel(sample=1)).attrs
+    assert kind_of(whole) == "scan"
+
+
+def test_samples_stand_beside_axes_and_are_chosen_by_number():
+    text = uncertain_text(
+        {"building.left.damping": {"distribution": "uniform", "low": 0.02, "high": 0.1}},
+        samples=2,
+        axes={"interface.restitution": [0.5, 0.8]},
+    )
+    whole = equals_the_loop(text, check_fraction=0.0)
+    assert whole["impact_count"].dims[:2] == ("sample", "interface.restitution")  # damping changes the free motion
+    one = selected(whole, ["sample=1", "interface.restitution=0.8"])
+    same_scan(settled(one), settled(whole.isel(sample=1).sel({"interface.restitution": 0.8})))
+    with pytest.raises(PoundingError, match=r"--select sample: 2 is none of its values; it has 0, 1"):
+        selected(whole, ["sample=2"])
+    with pytest.raises(PoundingError, match=r"cases along sample: 0, 1; .* choose with --select 'sample=0'"):
+        pr.assess(whole)
+
+
+def test_gaps_that_are_drawn_equal_a_loop_of_set():
+    """The label of the gap is the stated one, beside that of each sample; of one sample it is its own."""
+    gap = '[uncertain]\nsamples = 3\n"interface.gap" = {distribution = "uniform", low = "8 mm", high = "12 mm"}\n'
+    apart = ("scene_resolved", "scene_sha256")  # in which the gap of the grid stands elsewhere
+    whole = equals_the_loop(scene_text(records={"window": ["0 s", "6 s"]}) + gap, apart, check_fraction=0.0)
+    assert list(whole["gap"]) == [0.01] and whole["interface_gap"].dims == ("sample", "gap", "interface")
+    assert np.array_equal(whole["interface_gap"].values.ravel(), whole["interface.gap"])
+    assert len(set(whole["peak_contact_force"].values.ravel())) > 1
+
+
+def test_gaps_of_a_row_that_are_drawn_equal_a_loop_of_set():
+    text = row_text({}).replace('gap = ["5 mm", "40 mm"]', "")
+    one = text[text.index("[[interface]]") : text.index("[records]")]
+    text = text.replace(one, one * 2)
+    gap = '{distribution = "uniform", low = "8 mm", high = "12 mm"}'
+    text += f"\n[uncertain]\nsamples = 2\n'interface.\"A | B\".gap' = {gap}\n"
+    whole = equals_the_loop(text, ("scene_resolved", "scene_sha256"), check_fraction=0.0)
+    assert whole["interface_gap"].dims == ("sample", "gap", "interface")
+
+
+@pytest.fixture(scope="module")
+def eight():
+    return scan(parse_scene(uncertain_text(samples=8)), check_fraction=0.1)
+
+
+def test_files_and_shards_have_the_same_bits_and_are_run_again(eight, tmp_path):
+    study, target = parse_scene(uncertain_text(samples=8)), tmp_path / "r.nc"
+    for number in (2, 1):
+        scan_shard(study, target, f"{number}/2", check_fraction=0.1)
+    same_scan(scan(study, target, check_fraction=0.1), eight)
+    assert axes_of(open_results(target)) == study.axes
+    assert rerun(target).same
+
+
+def test_a_plan_counts_the_samples_and_tells_the_distributions():
+    study = parse_scene(uncertain_text(THREE | {"method": "random", "seed": 4}, samples=300))
+    checked = validate(study)
+    assert checked.shape["sample"] == 300 and checked.cases == 300 * 2 * 2
+    words = dict(checked.summary())
+    assert words["samples"] == "300, random, seed 4"
+    assert words["interface.restitution"] == "uniform from 0.4 to 0.8"
+    assert "300 of sample" in words["cases"]
+    assert plan(parse_scene(uncertain_text(samples=8))).seconds > 0.0
+
+
+def test_calls_of_one_scene_say_how_they_take_the_stated_values():
+    study = parse_scene(uncertain_text())
+    (note,) = [note for note in json.loads(pr.simulate(study).attrs["notes"]) if "uncertain" in note]
+    assert note == (
+        "the uncertain numbers are at the values that the scene states: building.left.period, building.left.mass, "
+        "interface.restitution"
+    )
+    for call in (pr.compare, pr.effects, pr.accuracy):
+        with pytest.raises(
+            SceneError, match=r"4 samples of building\.left\.period, .* --set 'uncertain\.samples=0' for"
+        ):
+            call(study)
+
+
+def test_a_row_of_samples_counts_its_parts():
+    numbers = {"building.A.storey_stiffnesses": {"distribution": "lognormal", "dispersion": 0.2}}
+    numbers |= {"interface.restitution": RESTITUTION}
+    text = row_text({}) + "\n[uncertain]\nsamples = 2\n"
+    text += "\n".join(
+        f"'{key}' = {{{', '.join(f'{k} = {v!r}' for k, v in one.items())}}}" for key, one in numbers.items()
+    )
+    whole = equals_the_loop(text, check_fraction=0.0)
+    assert sum(json.loads(whole.attrs["parts"]).values()) > 0
