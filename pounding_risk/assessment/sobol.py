@@ -18,6 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.scene.sampling import SOBOL, points_of
+
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
@@ -54,10 +56,7 @@ def saltelli_points(numbers: int, num: int, seed: int) -> Array:
     seed : int
         Of the scrambling.
     """
-    from scipy.stats import qmc
-
-    # Open at both ends: the quantile at 0 or 1 of a distribution without ends is infinite.
-    both = np.clip(qmc.Sobol(2 * numbers, seed=np.random.default_rng(seed)).random(num), 1e-12, 1.0 - 1e-12)
+    both = points_of(SOBOL, num, 2 * numbers, seed)
     a, b = both[:, :numbers], both[:, numbers:]
     mixed = [np.where(np.arange(numbers) == column, b, a) for column in range(numbers)]
     return np.concatenate([a, b, *mixed])

@@ -18,6 +18,7 @@ from pounding_risk._common.progress import Progress
 from pounding_risk.assessment import uncertain_words as words
 from pounding_risk.assessment.crossed import Analysis, Components
 from pounding_risk.assessment.crossed_contact import CrossedClosings
+from pounding_risk.assessment.demands import record_doubts
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
 from pounding_risk.assessment.sobol import Indices, given_indices, sobol_indices
 from pounding_risk.assessment.uncertain_fragility import CURVES, Capacities
@@ -174,7 +175,7 @@ def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
             for key, values in zip(subject.keys, subject.values, strict=True)
         }
     )
-    told = [*subject.told, *words.of_few(closings[0], asked.criterion)]
+    told = [*subject.told, *words.of_few(closings[0], asked.criterion), *record_doubts(subject.place)]
     about = {
         "title": subject.title,
         "asked": asked.criterion.words,

@@ -35,7 +35,6 @@ class Capacities(NamedTuple):
     logs: Array | None
     recordings: NDArray[np.int64]
     intensity: str
-    factor: float  # of the motions to the median
     fault: str
 
     @classmethod
@@ -52,11 +51,13 @@ class Capacities(NamedTuple):
             intensity = "pga"
         fault = cls._fault(subject, index, closings, gap, place)
         if fault:
-            return cls(None, closings.recordings, intensity, nan, fault)
+            return cls(None, closings.recordings, intensity, fault)
         ims = data.intensities(place, intensity)
         ims = ims[:, min(subject.level(asked.level), ims.shape[1] - 1)][closings.order]
         reach = np.log(gap) - np.log(closings.closing)
-        return cls(np.log(ims) + reach, closings.recordings, intensity, float(np.exp(reach.mean())), "")
+        logs = np.log(ims) + reach
+        _, fault = curves.out_of_scale(curves.Fit(median=float(np.exp(logs.mean()))), np.exp([reach.mean()]))
+        return cls(None if fault else logs, closings.recordings, intensity, fault)
 
     @staticmethod
     def _fault(subject: Samples, index: int, closings: CrossedClosings, gap: float, place: Any) -> str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -23,6 +24,7 @@ from pounding_risk.assessment.sobol import QUANTILES, power_of_two, saltelli_poi
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.files import open_results
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.own_case import own_case, own_level, scene_gap
@@ -116,7 +118,7 @@ class Samples:
     moved_dataset: xr.Dataset | None = None
     design_dataset: xr.Dataset | None = None
 
-    @property
+    @cached_property
     def place(self) -> xr.Dataset:
         """The dataset of the first sample, for what is the same in all."""
         place = with_axes(self.dataset.isel({SAMPLE: [0]}))
@@ -335,7 +337,11 @@ def _told_of_dataset(dataset: xr.Dataset, keys: tuple[str, ...]) -> Iterator[str
         "The samples are counted as if they were drawn independently; those of a Latin hypercube or Sobol points are "
         "spread more evenly, so that bounds are wider than need be."
     )
-    yield "Every number but " + ", ".join(keys) + " is taken as known exactly."
+    yield f"Every number but {', '.join(keys)} is taken as known exactly."
+    yield from json.loads(dataset.attrs.get("notes", "[]"))
+    correlations = tables_of(str(dataset.attrs.get("scene_resolved", ""))).get("uncertain", {}).get("correlations", [])
+    if correlations:
+        yield _correlated(" and ".join(one["between"]) for one in correlations)
 
 
 def sampled_scene(
@@ -404,9 +410,12 @@ def _told_of_scene(uncertain: Any, free: xr.Dataset) -> Iterator[str]:
         )
     yield from uncertain.notes()
     if uncertain.correlations:
-        between = "; ".join(" and ".join(one.between) for one in uncertain.correlations)
-        yield (
-            f"{between} are correlated: indices of these share what the numbers have in common, and a tornado moves "
-            "each by itself, which they hardly do."
-        )
+        yield _correlated(" and ".join(one.between) for one in uncertain.correlations)
     yield from json.loads(free.attrs.get("notes", "[]"))
+
+
+def _correlated(pairs: Iterable[str]) -> str:
+    return (
+        f"{'; '.join(pairs)} are correlated: their indices share what they have in common, and a tornado moves each by "
+        "itself, which they hardly do."
+    )

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from pounding_risk.cli._common.files import announce, draw
-from pounding_risk.cli._common.notes import print_notes
+from pounding_risk.cli._common.notes import print_flags, print_left_out, print_notes
 from pounding_risk.cli._common.options import (
     NONE,
     Amplitude,
@@ -109,6 +109,8 @@ def print_uncertainty(dataset: Any, tornado: bool = False) -> None:
         if tornado:
             _print_tornado(part)
     print_notes(json.loads(dataset.attrs["told"]))
+    print_left_out(json.loads(dataset.attrs.get("left_out", "[]")))
+    print_flags(json.loads(dataset.attrs.get("flags", "{}")))
 
 
 def _samples_words(part: Any) -> str:

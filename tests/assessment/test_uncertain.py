@@ -61,6 +61,25 @@ def test_samples_together_are_the_assessments_of_each(scanned):
     assert float(over) == pytest.approx((np.array(closings) > float(over["gap"])).mean())
 
 
+def test_in_a_row_what_others_push_counts_as_in_each_assessment():
+    """Soft neighbours of a heavy block: contact on one side closes the other gap in some runs."""
+    buildings = (single("A", "900 t", "0.9 s"), single("B", "90 t", "0.4 s"), single("C", "600 t", "0.3 s"))
+    numbers = {"building.A.period": {"distribution": "uniform", "low": "0.7 s", "high": "1.1 s"}}
+    row = pr.scan(uncertain_scene(numbers, 3, buildings=buildings, gap="45 mm"))
+    together = pr.uncertainty(row)
+    pushed = 0
+    for number, name in enumerate(("A | B", "B | C")):
+        alone = [pr.assess(row.isel(sample=[sample])).interfaces[number] for sample in range(3)]
+        part = together.sel(interface=name)
+        shares = [one.contact_at_gap().probability for one in alone]
+        np.testing.assert_allclose(part["contact_probability_of_sample"], shares)
+        closings = np.concatenate([one.closing for one in alone])
+        assert float(part["required_gap"].sel(percentile=84)) == pytest.approx(np.percentile(closings, 84))
+        free = row["peak_closing_free"].isel(interface=number).transpose("sample", ...).values.ravel()
+        pushed += int((np.sort(closings) > np.sort(free)).sum())
+    assert pushed, "the row shows something that the motion without contact does not"
+
+
 def test_a_scene_without_contact_says_what_its_scan_says(scanned, of_scene):
     of_scan = pr.uncertainty(scanned)
     assert of_scene["verdict"].item() == of_scan["verdict"].item()
@@ -214,7 +233,7 @@ def test_a_number_is_named_alone_only_where_its_bounds_say_so(of_scene):
     assert alone.endswith(f"would fall from {deviation:.2g} to {0.5 * deviation:.2g}.")
     assert told((0.3, 0.4), (0.2, 0.3), (0.4, 0.5)).endswith(f"It is not told apart from {LEFT}.")
     assert told((0.1, 0.2), (-0.1, -0.05), (0.3, 0.4)).startswith("No number stands out: the largest share")
-    assert told((np.nan, np.nan), (np.nan, np.nan), (np.nan, np.nan)).startswith("Over the samples P(contact) does not")
+    assert told((np.nan, np.nan), (np.nan, np.nan), (np.nan, np.nan)).startswith("So few samples do not tell")
 
 
 def test_too_few_recordings_are_told():
