@@ -169,7 +169,7 @@ def to_mean_spectral_acceleration(
 def mean_spectral_factor(
     motion: Motion, target: float, periods: tuple[float, float], damping: float
 ) -> tuple[float, str]:
-    """Factor to a mean Sa [m/s²] over periods [s], and that aim in words; as `to_mean_spectral_acceleration`."""
+    """The factor to Sa_avg [m/s²] over periods [s], and that aim; raises as `to_mean_spectral_acceleration`."""
     low, high = periods
     mean = float(mean_spectral_accelerations([motion], periods, damping)[0])
     aim = f"mean Sa({low:g} to {high:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
