@@ -80,8 +80,8 @@ def _add_discrete(function: Xml.Element, curve: Curve, imt: str, state: str) -> 
 def _description(found: Curves) -> str:
     """What the curves are, each with its median and dispersion, and the motions that they are from."""
     each = "; ".join(
-        f"{curve.identifier}: {curve.words}, median {curve.median:.4g} {found.measure.unit} (standard error of its logarithm "
-        f"{curve.errors[0]:.2g}), dispersion {curve.dispersion:.3g} ({curve.errors[1]:.2g}), "
+        f"{curve.identifier}: {curve.words}, median {curve.median:.4g} {found.measure.unit} (standard error of "
+        f"its logarithm {curve.errors[0]:.2g}), dispersion {curve.dispersion:.3g} ({curve.errors[1]:.2g}), "
         f"{sum(runs for *_, runs in curve.seen)} runs"
         for curve in found.curves
     )
