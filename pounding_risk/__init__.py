@@ -50,6 +50,7 @@ _HOMES = {
     "code_table": "assessment.separations.table",
     "Site": "assessment.separations.rules",
     "spectra": "assessment.spectra",
+    "amplification": "assessment.amplification",
     "assess": "assessment.assess",
     "assess_along": "assessment.along",
     "row_case": "assessment.row",

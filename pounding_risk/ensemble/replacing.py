@@ -21,6 +21,7 @@ MARKS = {
     "accuracy": "time_to_reach",
     "effects": "time_ratio",
     "spectra": "left_period",
+    "amplification": "period_ratio",
     "histories": "sample",
     "simulate": "time",
     "scan": "impact_count",
