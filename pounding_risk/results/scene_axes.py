@@ -9,6 +9,8 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from copy import deepcopy
 from hashlib import sha256
 from math import inf, isclose
 from typing import TYPE_CHECKING, Any
@@ -16,13 +18,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.words import nearest
-from pounding_risk.errors import PoundingError
+from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.results.along import at_places
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.variables import described
-from pounding_risk.scene.overrides import address_of, parts_of
-from pounding_risk.scene.scene_axis import SceneAxis, overrides_at
+from pounding_risk.scene.overrides import address_of, override, parts_of
+from pounding_risk.scene.scene_axis import SceneAxis, labels_of, overrides_at
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.units import Quantity, QuantityError, parse, shown
 
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
 VARIANTS = "scene_variants"  # the attribute that holds what else differs along the axes
 NEAR = 1e-9  # relative: a value that was written down and read again
 FEW = 8  # values of an axis that a sentence lists
+CHECKED = ("simulated", "sensitive")  # of how a case was found, not of what came of it
 
 
 def axis_text(axes: Sequence[SceneAxis]) -> str:
@@ -68,9 +71,63 @@ def open_axes(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
     return tuple(axis for axis in axes_of(dataset) if dataset.sizes.get(axis.name, 1) > 1)
 
 
-def along_words(dataset: xr.Dataset) -> list[str]:
-    """Each axis with more than one place in words: "building.frame.period: 50 from 0.2 s to 2 s"."""
-    return [f"{key}: {_listed(dataset, key)}" for axis in open_axes(dataset) for key in axis.keys]
+def own_places(dataset: xr.Dataset) -> dict[str, int]:
+    """Along each axis with several places, the one that has the scene's own values; not of axes that have none."""
+    places = {}
+    tables = tomllib.loads(str(dataset.attrs.get("scene_resolved", "")))
+    known = {section: _keys_of(value) for section, value in tables.items()}
+    for axis in open_axes(dataset):
+        own: dict[str, Any] = {}
+        with suppress(SceneError, LookupError, TypeError):
+            for key in axis.keys:
+                (path, *_) = override(deepcopy(tables), f"{key}=0", known, "")
+                own[key] = labels_of([_get(tables, path)]).values[0]
+        labels = {key: _values(dataset, key) for key in own}
+        for place in range(dataset.sizes[axis.name] if len(own) == len(axis.keys) else 0):
+            if all(type(labels[key][place]) is type(own[key]) and _equal(labels[key][place], own[key]) for key in own):
+                places[axis.name] = place
+                break
+    return places
+
+
+def _keys_of(section: Any) -> set[str]:
+    """The keys of a section, or of all its tables."""
+    return {key for table in (section if isinstance(section, list) else [section]) for key in table}
+
+
+def _get(tables: Any, path: Sequence[Any]) -> Any:
+    """A value in nested tables by its path."""
+    for key in path:
+        tables = tables[key]
+    return tables
+
+
+def without_effect(dataset: xr.Dataset) -> tuple[str, ...]:
+    """The axes along which no output of any case changes, by name; other draws for the tolerance check do not count."""
+    outputs = [name for name in dataset.data_vars if name not in CHECKED and not str(name).startswith("change_")]
+    return tuple(axis.name for axis in open_axes(dataset) if _is_idle(dataset, axis.name, outputs))
+
+
+def _is_idle(dataset: xr.Dataset, axis: str, outputs: Iterable[Any]) -> bool:
+    """Whether these variables are the same at all places along an axis; read until the first that is not."""
+    for name in outputs:
+        if axis not in dataset[name].dims:
+            continue
+        first = dataset[name].isel({axis: 0}).values
+        for place in range(1, dataset.sizes[axis]):
+            other = dataset[name].isel({axis: place}).values
+            if not np.array_equal(first, other, equal_nan=first.dtype.kind == "f"):
+                return False
+    return True
+
+
+def along_words(dataset: xr.Dataset, together: bool = False) -> list[str]:
+    """Each key with more than one value in words: "building.frame.period: 50 from 0.2 s to 2 s".
+
+    With ``together`` one sentence for each axis, of its first key.
+    """
+    axes = open_axes(dataset)
+    return [f"{key}: {_listed(dataset, key)}" for axis in axes for key in axis.keys[: 1 if together else None]]
 
 
 def check_settled(dataset: xr.Dataset, source: str = "the dataset") -> None:
