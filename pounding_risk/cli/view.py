@@ -27,5 +27,6 @@ def view(
     from pounding_risk.units import PGA
 
     amplitudes = [read_option("--pga", text, PGA) for text in pga]
-    run(chosen_results(results, select), target, records=record, contact_models=contact_model, pgas=amplitudes)
+    chosen = chosen_results(results, select, partly=True)
+    run(chosen, target, records=record, contact_models=contact_model, pgas=amplitudes)
     typer.echo(f"written: {target} ({target.stat().st_size / 1e6:.1f} MB); open it in a browser")

@@ -276,7 +276,7 @@ def _values(dataset: xr.Dataset, key: str) -> list[Any]:
 def _listed(dataset: xr.Dataset, key: str, near: Any = None) -> str:
     """The values of an axis: all where they are few, otherwise how many, the ends, and those next to one."""
     values = _values(dataset, key)
-    words = [_written(dataset, key, value) for value in values]
+    words = written_values(dataset, key)
     if len(words) <= FEW:
         return ", ".join(words)
     ends = f"{len(words)} from {words[0]} to {words[-1]}"
@@ -284,6 +284,11 @@ def _listed(dataset: xr.Dataset, key: str, near: Any = None) -> str:
         return ends
     beside = sorted(sorted(range(len(values)), key=lambda place: abs(values[place] - near))[:2])
     return f"{ends} (next to it are {', '.join(words[place] for place in beside)})"
+
+
+def written_values(dataset: xr.Dataset, key: str) -> list[str]:
+    """The values of a key along its axis, with their unit."""
+    return [_written(dataset, key, value) for value in _values(dataset, key)]
 
 
 def _written(dataset: xr.Dataset, key: str, value: Any) -> str:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import re
 
+import numpy as np
 import pytest
 from axes import AXES, pair_text
+from explorer_page import embedded, unpacked
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -63,11 +65,29 @@ def test_assess_draws_along_the_axes_and_a_report_has_them_and_one_place(folder)
     assert "building.left.period = 0.5 s, interface.restitution = 0.5: the scene&#39;s own values, and of" in page
 
 
-@pytest.mark.parametrize("words", [["view"], ["separations"], ["assess", "--hazard", "h.csv"]])
+@pytest.mark.parametrize("words", [["draw", "--elevation", "e.png"], ["separations"], ["assess", "--hazard", "h.csv"]])
 def test_commands_that_take_one_place_say_so(folder, words):
     told = run(words[0], folder / "r.nc", *words[1:])
     assert told.exit_code == 2
     assert "--select 'building.left.period=0.3 s'" in told.stderr
+
+
+def test_view_lets_the_reader_choose_the_place(folder):
+    told = run("view", folder / "r.nc", "-o", folder / "v.html", *PLACE[4:])
+    assert told.exit_code == 0, told.output
+    model = embedded(folder / "v.html")
+    assert model["pickers"][:3] == ["building.left.period", "interface.restitution", "building.left.mass"]
+    assert model["start"]["building.left.period"] == 1
+    labels = {axis["name"]: axis["labels"] for axis in model["axes"]}
+    assert labels["building.left.period"] == ["0.3 s", "0.5 s", "0.7 s"]
+    assert labels["building.left.mass"] == ["600000 kg"] and labels["interface.restitution"] == ["0.5", "0.8"]
+    whole = pr.open_results(folder / "r.nc").sel({"building.left.mass": [6e5]}).squeeze("interface")
+    outputs = {variable["name"]: variable for variable in model["outputs"]}
+    for name in ("peak_contact_force", "peak_displacement", "peak_displacement_free"):
+        kept = whole[name].transpose(*outputs[name]["dims"])
+        np.testing.assert_array_equal(unpacked(model, outputs[name]), kept.values.astype("f4"), err_msg=name)
+    assert "building.left.period" in outputs["peak_displacement_free"]["dims"]
+    assert "interface.restitution" not in outputs["peak_displacement_free"]["dims"]
 
 
 def test_separations_of_one_place(folder):

@@ -14,6 +14,7 @@ import pounding_risk as pr
 from pounding_risk.assessment.along import along_finding
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.along import along_figure
+from pounding_risk.reports.explorer import page_model
 from pounding_risk.reports.sections import axes as section
 from pounding_risk.scene.reader import parse_scene
 
@@ -109,6 +110,9 @@ def test_the_interface_of_a_row_is_told_and_may_be_chosen():
     assert f"at {worst}" in words_of(along_figure(assessed)).replace("\n", " ")
     left = along_figure(assessed, other).axes[0]
     np.testing.assert_array_equal(left.get_lines()[0].get_ydata(), assessed["contact_probability"].sel(interface=other))
+    page = page_model(row)
+    assert page["pickers"][0] == "building.B.period" and page["profiles"] is not None
+    assert any("drawings of the row are left out" in fact for fact in page["facts"])
     with pytest.raises(PoundingError, match=r'interface: "A \| C" is none'):
         along_figure(assessed, "A | C")
     with pytest.raises(PoundingError, match="this is no dataset of `assess_along`"):

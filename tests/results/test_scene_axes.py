@@ -74,7 +74,6 @@ def test_calls_of_one_scene_refuse_several_and_say_how_to_choose(whole, tmp_path
     path = pr.save(whole, tmp_path / "r.nc")
     calls = (
         lambda: pr.assess(whole),
-        lambda: pr.view(path, tmp_path / "v.html"),
         lambda: pr.draw(path, elevation=tmp_path / "e.png"),
         lambda: pr.histories(path, tmp_path / "h.nc"),
         lambda: pr.figures.results_figure(whole, "scan"),
