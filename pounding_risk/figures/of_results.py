@@ -26,7 +26,7 @@ from pounding_risk.figures.simulate import simulation_figure
 from pounding_risk.figures.spectra import gap_spectra_figure
 from pounding_risk.figures.storey_profiles import profiles_figure
 from pounding_risk.results.kinds import kind_of
-from pounding_risk.results.scene_axes import open_axes
+from pounding_risk.results.scene_axes import is_drawn_along
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import shown
 
@@ -99,7 +99,7 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     if not kinds:
         subject = f"a dataset of {made_by}" if made_by else "a dataset that pounding_risk did not make"
         raise PoundingError(f"{subject} has no figure here; draw its variables with their own method plot")
-    several = bool(made_by == "scan" and open_axes(results))
+    several = made_by == "scan" and is_drawn_along(results)
     usual = ALONG if several else kinds[0]
     name = usual if kind is None else kind
     if name not in kinds:

@@ -22,7 +22,7 @@ from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.files import open_results
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.own_case import scene_force, scene_model
-from pounding_risk.results.scene_axes import open_axes
+from pounding_risk.results.scene_axes import is_drawn_along
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import shown
 
@@ -195,7 +195,7 @@ def opened(results: xr.Dataset | str | Path, options: Mapping[str, Any]) -> tupl
     source = str(results) if isinstance(results, str | Path) else "the dataset"
     whole = open_results(results) if isinstance(results, str | Path) else results
     along = None
-    if kind_of(whole) == "scan" and open_axes(whole):
+    if kind_of(whole) == "scan" and is_drawn_along(whole):
         known = ("gap", "confidence", "percentile", "target", "pga")
         assessed = assess_along(whole, **{name: value for name, value in options.items() if name in known})
         along = Along(assessed, usual_place(assessed))

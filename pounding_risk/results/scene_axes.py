@@ -31,6 +31,7 @@ from pounding_risk.units import Quantity, QuantityError, parse, shown
 if TYPE_CHECKING:
     import xarray as xr
 
+ASSESSED_APART = ("sample",)  # axes along which nothing is drawn or reported place by place
 VARIANTS = "scene_variants"  # the attribute that holds what else differs along the axes
 NEAR = 1e-9  # relative: a value that was written down and read again
 FEW = 8  # values of an axis that a sentence lists
@@ -121,13 +122,15 @@ def _is_idle(dataset: xr.Dataset, axis: str, outputs: Iterable[Any]) -> bool:
     return True
 
 
-def along_words(dataset: xr.Dataset, together: bool = False) -> list[str]:
-    """Each key with more than one value in words: "building.frame.period: 50 from 0.2 s to 2 s".
+def along_words(dataset: xr.Dataset) -> list[str]:
+    """Each axis with more than one place in words: "building.frame.period: 50 from 0.2 s to 2 s"."""
+    return [f"{key}: {words_of_values(dataset, key)}" for axis in open_axes(dataset) for key in axis.keys]
 
-    With ``together`` one sentence for each axis, of its first key.
-    """
-    axes = open_axes(dataset)
-    return [f"{key}: {_listed(dataset, key)}" for axis in axes for key in axis.keys[: 1 if together else None]]
+
+def is_drawn_along(dataset: xr.Dataset) -> bool:
+    """Whether there are several places along axes, none of which has an assessment of its own."""
+    several = open_axes(dataset)
+    return bool(several) and not any(axis.name in ASSESSED_APART for axis in several)
 
 
 def check_settled(dataset: xr.Dataset, source: str = "the dataset") -> None:
@@ -263,7 +266,9 @@ def _place(dataset: xr.Dataset, key: str, text: str) -> int:
                 raise PoundingError(f"--select {key}: {error}") from None
     places = [place for place, known in enumerate(values) if _equal(known, value)]
     if not places:
-        raise PoundingError(f"--select {key}: {text} is none of its values; it has {_listed(dataset, key, value)}")
+        raise PoundingError(
+            f"--select {key}: {text} is none of its values; it has {words_of_values(dataset, key, value)}"
+        )
     if len(places) > 1:
         raise PoundingError(f"--select {key}: {len(places)} places have {text}; choose by another key of the axis")
     return places[0]
@@ -273,7 +278,7 @@ def _values(dataset: xr.Dataset, key: str) -> list[Any]:
     return np.atleast_1d(dataset[key].values).tolist()
 
 
-def _listed(dataset: xr.Dataset, key: str, near: Any = None) -> str:
+def words_of_values(dataset: xr.Dataset, key: str, near: Any = None) -> str:
     """The values of an axis: all where they are few, otherwise how many, the ends, and those next to one."""
     values = _values(dataset, key)
     words = written_values(dataset, key)

@@ -21,7 +21,7 @@ from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import reading, stream_results
 from pounding_risk.results.layout import Template, blocks, streamed, template_of, values_at
-from pounding_risk.results.scene_axes import along_words, open_axes, without_effect
+from pounding_risk.results.scene_axes import open_axes, without_effect, words_of_values
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.tolerance_check import findings
 
@@ -108,14 +108,17 @@ def _summary(dataset: xr.Dataset, whose: str) -> Summary:
 def _along(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Each axis with several places: its values, in how many cases there is contact, and whether any output changes."""
     idle = without_effect(dataset)
-    for axis, words in zip(open_axes(dataset), along_words(dataset, together=True), strict=True):
-        name, _, values = words.partition(": ")
+    for axis in open_axes(dataset):
+        values = words_of_values(dataset, axis.name)
         shares = [
             float((dataset["impact_count"].isel({axis.name: place}) > 0).any("interface").mean())
             for place in range(dataset.sizes[axis.name])
         ]
         ends = " to ".join(dict.fromkeys(f"{100.0 * end:.3g} %" for end in (min(shares), max(shares))))
-        yield name, f"{values}; " + ("no output depends on it" if axis.name in idle else f"contact in {ends} of cases")
+        yield (
+            axis.name,
+            f"{values}; " + ("no output depends on it" if axis.name in idle else f"contact in {ends} of cases"),
+        )
 
 
 def counted(dataset: xr.Dataset) -> dict[str, int]:

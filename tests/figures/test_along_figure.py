@@ -16,6 +16,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.figures.along import along_figure
 from pounding_risk.reports.explorer import page_model
 from pounding_risk.reports.sections import axes as section
+from pounding_risk.results import scene_axes
 from pounding_risk.scene.reader import parse_scene
 
 PERIOD, DAMPING, MASS = "building.left.period", "building.right.damping", "building.left.mass"
@@ -117,6 +118,15 @@ def test_the_interface_of_a_row_is_told_and_may_be_chosen():
         along_figure(assessed, "A | C")
     with pytest.raises(PoundingError, match="this is no dataset of `assess_along`"):
         along_figure(row)
+
+
+def test_an_axis_with_an_assessment_of_its_own_is_not_drawn_or_reported(whole, monkeypatch, tmp_path):
+    """As of samples of uncertain numbers: which place is meant must be chosen."""
+    monkeypatch.setattr(scene_axes, "ASSESSED_APART", (DAMPING,))
+    few = whole.isel({PERIOD: [0, 2]})
+    for call in (few.pounding.figure, lambda: pr.report(few, tmp_path / "r.html")):
+        with pytest.raises(PoundingError, match="this is of one value of each: choose with --select"):
+            call()
 
 
 def test_a_report_of_several_places_is_that_of_one_and_a_section_along_them(whole, assessed, tmp_path):
