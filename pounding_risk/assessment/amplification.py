@@ -141,8 +141,9 @@ def amplification(
     if gaps is not None and gap_shares is not None:
         raise PoundingError("gaps and gap_shares are both given; shares are gaps too: leave one out")
     ratio_values = closings.rising_axis(ratios, num, spacing, "ratios", study.RATIO)
+    shares = GAP_SHARES if gap_shares is None else gap_shares
     gap_axis = (
-        ("gap_share", closings.rising_axis(gap_shares or GAP_SHARES, num_gaps, "linear", "gap_shares", study.SHARE))
+        ("gap_share", closings.rising_axis(shares, num_gaps, "linear", "gap_shares", study.SHARE))
         if gaps is None
         else ("gap", closings.rising_axis(gaps, num_gaps, "linear", "gaps", GAP))
     )

@@ -91,13 +91,14 @@ def assess(
 
 def _assess_along(results: Any, out: Path | None, figure: Path | None, **options: Any) -> None:
     """Print, write and draw contact and required gap at every place along the axes."""
-    from pounding_risk.assessment.along import along_finding, assess_along, idle_words
+    from pounding_risk.assessment.along import IDLE, OWN, along_finding, assess_along, idle_words
 
     assessed = assess_along(results, **options)
     table = assessed.to_dataframe().reset_index()
     if out is not None:
         rows = table.astype(object).where(table.notna(), None).to_dict("records")
-        write_text(out, json.dumps(dict(assessed.attrs) | {"places": rows}, ensure_ascii=False, indent=1) + "\n")
+        facts = dict(assessed.attrs) | {name: json.loads(assessed.attrs[name]) for name in (OWN, IDLE)}
+        write_text(out, json.dumps(facts | {"places": rows}, ensure_ascii=False, indent=1) + "\n")
     draw(figure, "along.along_figure", assessed)
     print(f"{assessed.attrs['title']}\n{assessed.attrs['asked']}\n{along_finding(assessed)}.")
     idle = idle_words(assessed)

@@ -92,7 +92,7 @@ def pair_scene(source: Any, mass_ratio: Any) -> Scene:
     """
     if isinstance(source, Scene):
         if mass_ratio is not None:
-            raise PoundingError("mass_ratio: the scene has the masses of its buildings; change them there, or with set")
+            raise PoundingError("mass_ratio: the scene has the masses of its buildings; change them there")
         check_one_scene(source, "amplification")
         return source
     if not isinstance(source, Records | RecordRequest):

@@ -37,6 +37,8 @@ def test_assess_prints_and_writes_every_place_and_select_the_whole_assessment(fo
     assert "building.left.period" in told.output and "P(contact)" in told.output
     written = json.loads((folder / "a.json").read_text(encoding="utf-8"))
     assert len(written["places"]) == 12 and written["places"][0]["building.left.period"] == 0.3
+    assert written["idle_axes"] == ["interface.restitution", "building.left.mass"]
+    assert written["own_places"] == {"building.left.period": 1, "building.left.mass": 0}
     one = run("assess", folder / "r.nc", *PLACE)
     assert one.exit_code == 0 and "building.left.period = 0.5 s" in one.output and "left | right" in one.output
 
