@@ -74,8 +74,10 @@ def along_caption(assessed: xr.Dataset, part: xr.Dataset | None = None) -> str:
     held = [value_words(part.expand_dims(others), axis, 0) for axis in others]
     parts = [
         f"{assessed.attrs['title']}, motions {assessed.attrs['motions']}",
-        f"the gap required is that of {float(assessed.attrs['percentile']):g} % of the motions, "
-        f"bounds of {percent_words(float(assessed.attrs['confidence']))} by recording",
+        f"the gap required is that of {float(assessed.attrs['percentile']):g} % of the motions",
+        f"shaded: bounds of {percent_words(float(assessed.attrs['confidence']))} by recording"
+        if len(part.dims) == 1
+        else "bounds are not drawn",
         *([f"at {part['interface'].item()}"] if assessed.sizes["interface"] > 1 else []),
         *([f"drawn where {', '.join(held)}"] if held else []),
         *filter(None, [idle_words(assessed)]),

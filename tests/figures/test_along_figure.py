@@ -52,7 +52,7 @@ def test_along_one_axis_lines_with_their_bounds(whole):
     widest = int(one["required_gap"].isel(interface=0).values.argmax())
     words = words_of(figure).replace("\n", " ")
     assert f"(the most where {PERIOD} = {float(one[PERIOD][widest]):.6g} s)" in words
-    assert "bounds of 95 % by recording" in words
+    assert "shaded: bounds of 95 % by recording" in words
 
 
 def test_along_two_axes_maps_and_what_is_not_drawn_is_told(assessed):
@@ -62,7 +62,7 @@ def test_along_two_axes_maps_and_what_is_not_drawn_is_told(assessed):
     np.testing.assert_array_equal(np.asarray(maps[0].get_array()).ravel(), part["contact_probability"].values.ravel())
     np.testing.assert_allclose(np.asarray(maps[1].get_array()).ravel(), 1e3 * part["required_gap"].values.ravel())
     words = words_of(figure).replace("\n", " ")
-    assert f"drawn where {MASS} = 500 t" in words
+    assert f"drawn where {MASS} = 500 t" in words and "bounds are not drawn" in words
     assert f"neither P(contact) nor the gap required depends on {MASS}" in words
     assert along_finding(assessed) == along_finding(assessed.isel({MASS: [0]}))
 
