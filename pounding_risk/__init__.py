@@ -53,6 +53,7 @@ _HOMES = {
     "code_table": "assessment.separations.table",
     "Site": "assessment.separations.rules",
     "spectra": "assessment.spectra",
+    "amplification": "assessment.amplification",
     "assess": "assessment.assess",
     "uncertainty": "assessment.uncertain",
     "assess_along": "assessment.along",

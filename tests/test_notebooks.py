@@ -17,6 +17,12 @@ FEWER = {
     ],
     "comparing_models": [('["RSN6-180", "RSN753-000", "NAPA-HNE"]', '["RSN6-180"]'), ("num = 13", "num = 7")],
     "gap_adequacy": [('stop = "120 mm", num = 25', 'stop = "120 mm", num = 7')],
+    "pounding_spectra": [
+        ('     "RSN1690-090", "RSN1690-360", "CCC-HN1", "CCC-HN2", "NAPA-HNE", "NAPA-HNN"],', "    ],"),
+        ("num=60", "num=12"),
+        ("num=21", "num=9"),
+        ("num=15", "num=7"),
+    ],
     "paper": [("(0.02, 0.05, 0.10)", "(0.02, 0.10)")],
     "rows_study": [
         ("horizontal_records()[:: 2 if QUICK else 1]", "horizontal_records()[:1]"),

@@ -16,6 +16,7 @@ FIRST = (
     "paper",
     "gap_adequacy",
     "uncertain_buildings",
+    "pounding_spectra",
     "comparing_models",
     "city_block",
     "rows_study",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -14,14 +15,15 @@ from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import level_asked
 from pounding_risk.results.files import open_results
-from pounding_risk.results.scene_axes import open_axes
+from pounding_risk.results.scene_axes import open_axes, own_places
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
-from pounding_risk.units import GAP, si
+from pounding_risk.units import GAP, SHOWN, say, si
 
 if TYPE_CHECKING:
     import xarray as xr
 
+OWN, IDLE = "own_places", "idle_axes"  # attributes: where the scene's own values stand, and axes without influence
 # What is known at each place and interface, with its unit and words.
 OUTPUTS = {
     "assessed_gap": ("m", "gap that is assessed"),
@@ -67,7 +69,9 @@ def assess_along(
     -------
     xarray.Dataset
         Along the axes and ``interface``: ``assessed_gap`` [m], ``contact_probability`` and ``required_gap`` [m], the
-        last two with bounds by recording (``..._low``, ``..._high``). The attribute ``asked`` says what was asked.
+        last two with bounds by recording (``..._low``, ``..._high``). The attribute ``asked`` says what was asked,
+        ``own_places`` at which place of each axis the scene's own value stands, ``idle_axes`` which axes change nothing
+        here (both as JSON).
 
     Raises
     ------
@@ -112,4 +116,92 @@ def assess_along(
         {name: coordinate.variable for name, coordinate in coords.items()},
     )
     about = criterion._asdict() | {"title": str(whole.attrs.get("title", "")), "asked": criterion.words, "motions": at}
+    about |= {OWN: json.dumps(own_places(whole)), IDLE: json.dumps(_idle(assessed))}
     return assessed.assign_attrs(about)
+
+
+def _idle(assessed: xr.Dataset) -> list[str]:
+    """The axes along which neither the probability of contact nor the required gap changes."""
+    judged = [assessed[name] for name in ("contact_probability", "required_gap", "assessed_gap")]
+    return [
+        str(dim)
+        for dim in assessed.dims
+        if dim != "interface" and all((values == values.isel({dim: [0]}).values).all() for values in judged)
+    ]
+
+
+def is_along(assessed: Any) -> bool:
+    """Whether a dataset is one of `assess_along`."""
+    return set(OUTPUTS) <= set(getattr(assessed, "data_vars", ())) and OWN in assessed.attrs
+
+
+class Place(NamedTuple):
+    """A place along the axes of a dataset at which the whole assessment stands."""
+
+    places: dict[str, int]  # by axis
+    words: str  # "building.left.period = 0.5 s"
+    why: str  # "the scene's own values", "those that need the widest gap"
+
+
+def usual_place(assessed: xr.Dataset) -> Place:
+    """The place of the scene's own values; along axes without them, that which needs the widest gap."""
+    axes = [str(dim) for dim in assessed.dims if dim != "interface"]
+    own = {name: int(place) for name, place in json.loads(assessed.attrs[OWN]).items() if name in axes}
+    others = [axis for axis in axes if axis not in own]
+    places = dict(own)
+    if others:
+        needed = assessed["required_gap"].isel(own).transpose(*others, "interface").max("interface").values
+        found = np.unravel_index(int(needed.argmax()), needed.shape)
+        places |= {axis: int(place) for axis, place in zip(others, found, strict=True)}
+    widest = "those that need the widest gap"
+    why = f"the scene's own values{f', and of {_listed(others)} {widest}' if others else ''}" if own else widest
+    return Place(places, ", ".join(value_words(assessed, axis, places[axis]) for axis in axes), why)
+
+
+def _listed(names: list[str]) -> str:
+    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+
+
+def value_words(assessed: xr.Dataset, axis: str, place: int) -> str:
+    """The value along an axis at a place, and those that move with it: "building.frame.mass = 500 t"."""
+    words = []
+    for key, coordinate in assessed.coords.items():
+        if coordinate.dims != (axis,):
+            continue
+        value, unit = coordinate.values[place], str(coordinate.attrs.get("units", "1"))
+        shown, factor = SHOWN.get(unit, (unit, 1.0))
+        number = str(value) if coordinate.dtype.kind not in "if" else f"{float(value) * factor:.6g} {shown}".strip()
+        words.append(f"{key} = {number}")
+    return ", ".join(words)
+
+
+def along_finding(assessed: xr.Dataset) -> str:
+    """Sentence on how far the probability of contact and the required gap change along the axes, and where most."""
+    share, needed = assessed["contact_probability"], assessed["required_gap"]
+    axes = [str(dim) for dim in assessed.dims if dim != "interface"]
+    order = needed.transpose(*axes, "interface")
+    found = np.unravel_index(int(order.values.argmax()), order.shape)
+    idle = json.loads(assessed.attrs[IDLE])
+    where = ", ".join(
+        value_words(assessed, axis, int(place)) for axis, place in zip(axes, found, strict=False) if axis not in idle
+    )
+    several = f" at {assessed['interface'].values[found[-1]]}" if assessed.sizes["interface"] > 1 else ""
+    gap = assessed["assessed_gap"].values
+    one = f" of {say(float(gap.flat[0]), GAP, 6)}" if np.ptp(gap) == 0.0 else ""
+    shares = [f"{100 * float(end):.3g} %" for end in (share.min(), share.max())]
+    ends = [say(float(end), GAP, 3) for end in (needed.min(), needed.max())]
+    most = f" (the most where {where}{several})" if where else several
+    return f"The gap required {_range(ends)}{most}; P(contact){one} {_range(shares)}"
+
+
+def _range(ends: list[str]) -> str:
+    """Both ends of a range, or the one value."""
+    return f"is {ends[0]}" if ends[0] == ends[1] else f"lies from {ends[0]} to {ends[1]}"
+
+
+def idle_words(assessed: xr.Dataset) -> str:
+    """Sentence on the axes that make no difference; "" where all do."""
+    idle = json.loads(assessed.attrs[IDLE])
+    if not idle:
+        return ""
+    return f"neither P(contact) nor the gap required depends on {', '.join(idle)}"

@@ -18,7 +18,7 @@ from pounding_risk.assessment.separations.rules import RULES, Case, Site
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.variables import described
-from pounding_risk.units import share, shown
+from pounding_risk.units import PERIOD, share, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -112,8 +112,8 @@ def spectra(
 
     target = check_out(out, "spectra", new)
     asked = read_percentiles(percentiles)
-    left = study.period_axis(periods, num, spacing, "periods")
-    right = left if right_periods is None else study.period_axis(right_periods, num, spacing, "right_periods")
+    left = study.rising_axis(periods, num, spacing, "periods", PERIOD)
+    right = left if right_periods is None else study.rising_axis(right_periods, num, spacing, "right_periods", PERIOD)
     subject = study.opened(source)
     ratios = study.damping_pair(damping, study.stated_damping(subject))
     sides = study.Oscillators(left, ratios[0]), study.Oscillators(right, ratios[1])

@@ -82,11 +82,11 @@ def assess(
             chosen, out, figure, gap=judged[0], pga=judged[1], intensity=intensity, **criterion._asdict()
         )
     if not isinstance(chosen, Path) and open_axes(chosen):
-        if figure is not None or hazard is not None or intensity is not None:
+        if hazard is not None or intensity is not None:
             check_settled(chosen, str(results))
         judged = read_optional("--gap", gap, GAP), read_optional("--pga", pga, PGA)
         amplitude = {"pga": judged[1], "intensity_level": intensity_level}
-        return _assess_along(chosen, out, gap=judged[0], **amplitude, **criterion._asdict())
+        return _assess_along(chosen, out, figure, gap=judged[0], **amplitude, **criterion._asdict())
     assessment = run(
         chosen,
         gap=read_optional("--gap", gap, GAP),
@@ -119,16 +119,20 @@ def _assess_samples(results: Any, out: Path | None, figure: Path | None, **optio
     print("`pounding-risk uncertainty` has more of this; `--select sample=0` gives the whole assessment of one sample")
 
 
-def _assess_along(results: Any, out: Path | None, **options: Any) -> None:
-    """Print and write contact and required gap at every place along the axes."""
-    from pounding_risk.assessment.along import assess_along
+def _assess_along(results: Any, out: Path | None, figure: Path | None, **options: Any) -> None:
+    """Print, write and draw contact and required gap at every place along the axes."""
+    from pounding_risk.assessment.along import IDLE, OWN, along_finding, assess_along, idle_words
 
     assessed = assess_along(results, **options)
     table = assessed.to_dataframe().reset_index()
     if out is not None:
         rows = table.astype(object).where(table.notna(), None).to_dict("records")
-        write_text(out, json.dumps(dict(assessed.attrs) | {"places": rows}, ensure_ascii=False, indent=1) + "\n")
-    print(f"{assessed.attrs['title']}\n{assessed.attrs['asked']}\n")
+        facts = dict(assessed.attrs) | {name: json.loads(assessed.attrs[name]) for name in (OWN, IDLE)}
+        write_text(out, json.dumps(facts | {"places": rows}, ensure_ascii=False, indent=1) + "\n")
+    draw(figure, "along.along_figure", assessed)
+    print(f"{assessed.attrs['title']}\n{assessed.attrs['asked']}\n{along_finding(assessed)}.")
+    idle = idle_words(assessed)
+    print(f"{idle[0].upper()}{idle[1:]}.\n" if idle else "")
     keys = [str(name) for name in assessed.coords if name != "interface"]
     several = assessed.sizes["interface"] > 1
     heads = (*keys, *(["interface"] if several else []), "gap", "P(contact)", "bounds", "gap required", "bounds")

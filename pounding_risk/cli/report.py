@@ -62,7 +62,7 @@ def report(
     criterion = read_criterion(target, percentile, confidence, prefix="--")
     rate = read_target_rate(target_rate, hazard is not None, prefix="--")
     report_file = run(
-        chosen_results(results, select),
+        chosen_results(results, select, partly=True),
         file,
         hazard=hazard,
         also=others,

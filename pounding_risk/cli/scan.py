@@ -79,11 +79,6 @@ def scan(
     from pounding_risk.scene.reader import read_scene
 
     study = read_scene(scene, overrides)
-    if study.axes and figure is not None:
-        raise PoundingError(
-            f"--figure: shows one scene, and this one varies along {', '.join(axis.name for axis in study.axes)}; "
-            "leave it out, and draw what `--select` of assess or report chooses"
-        )
     with ProgressDisplay("scan" if shard is None else f"shard {shard}", resumes=True) as progress:
         choices: dict[str, Any] = {
             "screening": screening,
@@ -98,7 +93,7 @@ def scan(
         start = perf_counter()
         dataset = run(study, target, new=new, **choices)
     print_scan(dataset, perf_counter() - start, target, progress.n_earlier)
-    draw(figure, "scan.scan_figure", dataset)
+    draw(figure, "of_results.results_figure", dataset)
     if strict and failures(dataset):
         raise typer.Exit(RUN_FAILED)
 

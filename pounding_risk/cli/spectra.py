@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -12,22 +12,19 @@ from pounding_risk.cli._common.files import announce, draw
 from pounding_risk.cli._common.notes import print_flags, print_left_out
 from pounding_risk.cli._common.options import NONE, Dataset, Figure, New, Overrides, Workers, option, read_option
 from pounding_risk.cli._common.progress import ProgressDisplay
+from pounding_risk.cli._common.subjects import SOURCE, read_subject
 from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
 from pounding_risk.cli.records import _options as options
 from pounding_risk.errors import PoundingError
 
-if TYPE_CHECKING:
-    from pounding_risk.motions.request import RecordRequest
-
 ORDER = 125
-SCENE = ".toml"
 SIDES = "left, then right"
 
 
 def spectra(
     source: Annotated[
         list[str],
-        typer.Argument(metavar="SOURCE...", help=f"A scene file (TOML); or {options.WORDS}, or a record set."),
+        typer.Argument(metavar="SOURCE...", help=SOURCE),
     ],
     out: Dataset = None,
     overrides: Overrides = NONE,
@@ -59,8 +56,7 @@ def spectra(
     """The gap required over the periods of two buildings."""
     from pounding_risk.assessment.spectra import CHARTED, JUDGED, PERCENTILES, read_percentiles
     from pounding_risk.assessment.spectra import spectra as run
-    from pounding_risk.scene.reader import read_scene
-    from pounding_risk.units import PERIOD, TAIL
+    from pounding_risk.units import PERIOD
 
     ranges = {"periods": periods, "right_periods": right_periods}
     asked: dict[str, Any] = {
@@ -69,21 +65,11 @@ def spectra(
     }
     shares = read_percentiles(percentile or PERCENTILES, "--percentile")
     _check_rules(rule, CHARTED)
-    given = {
-        "--pga": pga, "--scale": scale, "--sa": sa, "--processing": processing, "--window": window,
-        "--direction": direction, "--tail": tail, "--unit": unit, "--dt": dt,
+    treatment = {
+        "pga": pga, "scale": scale, "sa": sa, "processing": processing, "window": window, "direction": direction,
+        "tail": tail, "unit": unit, "dt": dt,
     }  # fmt: skip
-    subject: Any
-    if source[0].lower().endswith(SCENE):
-        _refuse_beside_scene(source, [name for name, value in given.items() if value is not None])
-        subject = read_scene(source[0], overrides)
-    else:
-        if overrides:
-            raise PoundingError("--set: changes a value of a scene, and records are named; leave it out")
-        request = options.record_request(processing, (), window, pga, scale, sa, direction)
-        facts = options.stated_facts(unit, dt)
-        seconds = 0.0 if tail is None else read_option("--tail", tail, TAIL)
-        subject = _of_words(source, request._replace(unit=facts["unit"] or "", dt=facts["dt"], tail=seconds))
+    subject = read_subject(source, overrides, treatment)
     with ProgressDisplay("spectra", "records") as progress:
         dataset = run(
             subject, out, **asked, num=num, spacing=spacing, damping=damping or None, percentiles=shares,
@@ -105,43 +91,6 @@ def _check_rules(rules: Sequence[str], known: Sequence[str]) -> None:
             )
     if rules and len(set(rules)) != 2:
         raise PoundingError("--rule: the figure shows two rules; name two, such as --rule srss --rule eurocode8")
-
-
-def _refuse_beside_scene(source: Sequence[str], given: Sequence[str]) -> None:
-    """Raise PoundingError for further words and for options of records beside a scene."""
-    if len(source) > 1:
-        raise PoundingError(f"{source[1]}: stands beside the scene {source[0]}, which names its records; leave one out")
-    if given:
-        example = "--set records.pga='0.5 g'"
-        raise PoundingError(
-            f"{given[0]}: is of records, and {source[0]} states how its own are treated; write {example}"
-        )
-
-
-def _of_words(words: Sequence[str], request: RecordRequest) -> RecordRequest:
-    """The request with the records that the words name, in both polarities."""
-    from pathlib import Path
-
-    from pounding_risk.motions.catalogue import entries
-    from pounding_risk.motions.generated import is_recipe, recipe_of
-    from pounding_risk.motions.record_sets import SETS
-    from pounding_risk.motions.request import POLARITIES, matching
-    from pounding_risk.motions.source import open_source
-
-    sets = [word for word in words if word in SETS]
-    if sets and len(words) > 1:
-        other = next(word for word in words if word != sets[0]) if len(set(words)) > 1 else sets[0]
-        raise PoundingError(f"{other}: stands beside the record set {sets[0]}, which is used alone; leave one out")
-    if sets:
-        return request._replace(set=sets[0], polarities=POLARITIES)
-    ids = {entry.id for entry in entries()}
-    names = tuple(word for word in words if word in ids)
-    recipes = tuple(recipe_of(word) for word in words if word not in ids and is_recipe(word))
-    files = tuple(word for word in words if word not in ids and not is_recipe(word))
-    for word in files:
-        if not (Path(word).is_dir() or matching(Path(), word)):
-            open_source(word)  # raises, with what the word may have meant
-    return request._replace(names=names, files=files, generated=recipes, polarities=POLARITIES)
 
 
 def print_spectra(dataset: Any) -> None:

@@ -27,7 +27,7 @@ def print_summary(summary: Summary) -> None:
     from pounding_risk.results.summary import IN_RECHECKS
 
     counts = [(name, str(count)) for name, count in summary.counts.items() if name not in IN_RECHECKS]
-    print_pairs([("title", summary.title), *counts, *summary.rechecks.items()])
+    print_pairs([("title", summary.title), *summary.along, *counts, *summary.rechecks.items()])
     print()
     rows = [
         (

@@ -29,7 +29,7 @@ def view(
 
     amplitudes = [read_option("--pga", text, PGA) for text in pga]
     run(
-        chosen_results(results, select),
+        chosen_results(results, select, partly=True),
         target,
         records=record,
         contact_models=contact_model,

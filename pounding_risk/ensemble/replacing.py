@@ -21,6 +21,7 @@ MARKS = {
     "accuracy": {"time_to_reach"},
     "effects": {"time_ratio"},
     "spectra": {"left_period"},
+    "amplification": {"period_ratio"},
     "uncertainty": {"uncertain_number"},
     "histories": {"sample", "time"},
     "simulate": {"time"},

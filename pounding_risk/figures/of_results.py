@@ -7,11 +7,14 @@ from inspect import signature
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk._common.words import nearest
+from pounding_risk.assessment.along import assess_along
 from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.accuracy import accuracy_figure
+from pounding_risk.figures.along import along_figure
+from pounding_risk.figures.amplification import amplification_figure
 from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.figures.compare import agreement_figure, reference_figure
 from pounding_risk.figures.effects import effects_figure
@@ -24,6 +27,7 @@ from pounding_risk.figures.spectra import gap_spectra_figure
 from pounding_risk.figures.storey_profiles import profiles_figure
 from pounding_risk.figures.uncertainty import uncertainty_figure
 from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.scene_axes import is_drawn_along
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import shown
 
@@ -50,6 +54,7 @@ KINDS = {
     "effects": Kind(("effects",), effects_figure),
     "gap_spectra": Kind(("spectra",), gap_spectra_figure),
     "uncertainty": Kind(("uncertainty",), uncertainty_figure),
+    "amplification": Kind(("amplification",), amplification_figure),
     "ratio": Kind(("scan", "compare"), ratio_figure),
     "window": Kind(("scan",), window_figure),
     "assessment": Kind(("scan",), assessment_figure, assess),
@@ -57,7 +62,9 @@ KINDS = {
     "elevation": Kind(("scan",), elevation_figure, row_case),
     "plan": Kind(("scan",), plan_figure, row_case),
     "profiles": Kind(("scan",), profiles_figure, row_case),
+    "along": Kind(("scan",), along_figure, assess_along),
 }
+ALONG = "along"  # the figure of a scan with several places along axes of numbers of its scene; all others take one
 
 
 def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = "", **options: Any) -> Figure:
@@ -66,16 +73,19 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     Parameters
     ----------
     results : xarray.Dataset
-        A dataset of `scan`, `simulate`, `compare`, `accuracy`, `effects`, `spectra` or `uncertainty`.
+        A dataset of `scan`, `simulate`, `compare`, `accuracy`, `effects`, `spectra`, `amplification` or
+        `uncertainty`.
     kind : str, optional
-        Of a scan "scan", "ratio", "window", "assessment", "separations", "elevation", "plan" or "profiles"; of a run
-        "simulation"; of a comparison "agreement", "reference", "scan" or "ratio"; "accuracy", "effects",
-        "gap_spectra" and "uncertainty". By default the first of these.
+        Of a scan "scan", "ratio", "window", "assessment", "separations", "elevation", "plan" or "profiles", and with
+        several values along axes of numbers of its scene "along"; of a run "simulation"; of a comparison "agreement",
+        "reference", "scan" or "ratio"; "accuracy", "effects", "gap_spectra", "amplification" and "uncertainty". By
+        default the first of these that the dataset has.
     note : str
         Added to the caption.
     **options
         Those of the figure's own function, which has the name with ``_figure``, and of what makes its subject:
-        of `assess` for an assessment, of `code_table` for separations, of `row_case` for elevation, plan and profiles.
+        of `assess` for an assessment, of `assess_along` for what lies along axes, of `code_table` for separations, of
+        `row_case` for elevation, plan and profiles.
 
     Returns
     -------
@@ -92,7 +102,9 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     if not kinds:
         subject = f"a dataset of {made_by}" if made_by else "a dataset that pounding_risk did not make"
         raise PoundingError(f"{subject} has no figure here; draw its variables with their own method plot")
-    name = kinds[0] if kind is None else kind
+    several = made_by == "scan" and is_drawn_along(results)
+    usual = ALONG if several else kinds[0]
+    name = usual if kind is None else kind
     if name not in kinds:
         meant = nearest(str(name), kinds)
         raise PoundingError(f"figure: {shown(name)} is none of this dataset{meant}; it has {', '.join(kinds)}")
@@ -100,7 +112,7 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     draw_options = {key: value for key, value in options.items() if key in _options(figure.draw)}
     other_options = {key: value for key, value in options.items() if key not in draw_options}
     _check_options(name, other_options, () if figure.made_by is None else _options(figure.made_by))
-    dataset = with_axes(results) if made_by == "scan" else results
+    dataset = with_axes(results) if made_by == "scan" and name != ALONG else results
     return figure.draw(
         dataset if figure.made_by is None else figure.made_by(dataset, **other_options), note=note, **draw_options
     )

@@ -28,7 +28,9 @@ def report(
 ) -> Path:
     """Write the report of a scan, as one HTML file or as PDF by the suffix of ``out``.
 
-    The same dataset gives the same bytes.
+    The same dataset gives the same bytes. Of a dataset with several values along axes of numbers of its scene a section
+    shows contact and the gap required along them; the others are of the scene's own values where they are among them,
+    otherwise of those that need the widest gap.
 
     Parameters
     ----------
@@ -69,9 +71,9 @@ def report(
 
     target = check_target(out, SUFFIXES)
     signature = signed(project, author, revision, date)
-    dataset, checksum = opened(results)
+    dataset, checksum, along = opened(results, options)
     others = companions(also)
-    model = build(ReportData(dataset, assess(dataset, hazard=hazard, **options), others, checksum, signature))
+    model = build(ReportData(dataset, assess(dataset, hazard=hazard, **options), others, checksum, signature, along))
     if target.suffix.lower() == ".pdf":
         from pounding_risk.reports.pdf import document
 

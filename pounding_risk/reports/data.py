@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk._common.files import checksum
-from pounding_risk.assessment.demands import interfaces, open_dataset
+from pounding_risk.assessment.along import Place, assess_along, usual_place
+from pounding_risk.assessment.demands import interfaces
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
@@ -22,6 +23,8 @@ from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.files import open_results
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.own_case import scene_force, scene_model
+from pounding_risk.results.scene_axes import is_drawn_along
+from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:
@@ -79,6 +82,13 @@ def at_amplitude(results: Any, amplitude: float | None) -> Any:
     return results.isel({axis: int(np.abs(results[axis].values - amplitude).argmin())})
 
 
+class Along(NamedTuple):
+    """What lies along the axes of numbers of the scene, and the place that the other sections of a report are of."""
+
+    assessed: xr.Dataset
+    place: Place
+
+
 @dataclass(frozen=True)
 class ReportData:
     """A dataset, its assessment, and datasets of `compare`, `accuracy` and `effects` by the command's name."""
@@ -88,6 +98,7 @@ class ReportData:
     others: Mapping[str, xr.Dataset]
     checksum: str = ""  # of the results file
     signature: Signature = NOT_SIGNED
+    along: Along | None = None
 
     @cached_property
     def pairs(self) -> tuple[Pair, ...]:
@@ -183,14 +194,25 @@ def signed(project: str = "", author: str = "", revision: str = "", date: str = 
     return Signature(*(words.strip() for words in signature))
 
 
-def opened(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
-    """A scan's dataset, and the checksum of its file where it is one.
+def opened(results: xr.Dataset | str | Path, options: Mapping[str, Any]) -> tuple[xr.Dataset, str, Along | None]:
+    """A scan's dataset, the checksum of its file where it is one, and what lies along axes of numbers of its scene.
 
+    With several places along them the dataset is of one, which its title names; ``options`` are those of `assess`.
     Raises PoundingError for a file that cannot be read and for what is no dataset of `scan`.
     """
-    dataset, source = open_dataset(results)
+    source = str(results) if isinstance(results, str | Path) else "the dataset"
+    whole = open_results(results) if isinstance(results, str | Path) else results
+    along = None
+    if kind_of(whole) == "scan" and is_drawn_along(whole):
+        known = ("gap", "confidence", "percentile", "target", "pga")
+        assessed = assess_along(whole, **{name: value for name, value in options.items() if name in known})
+        along = Along(assessed, usual_place(assessed))
+        whole = whole.isel({axis: [place] for axis, place in along.place.places.items()})
+    dataset = with_axes(whole, source)
+    if along is not None:
+        dataset = dataset.assign_attrs(title=f"{dataset.attrs.get('title', '')} ({along.place.words})")
     _check(dataset, source)
-    return dataset, checksum(Path(results)) if isinstance(results, str | Path) else ""
+    return dataset, checksum(Path(results)) if isinstance(results, str | Path) else "", along
 
 
 def _check(dataset: xr.Dataset, whose: str) -> None:

@@ -15,20 +15,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.assessment.demands import open_dataset
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say_level
 from pounding_risk.reports.html import packed, script_page, write_page
 from pounding_risk.results import check as form
 from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of, axis_name, measure_of
-from pounding_risk.results.files import check_target
+from pounding_risk.results.files import check_target, open_results
 from pounding_risk.results.grid_values import axis_words
+from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.own_case import own_case
+from pounding_risk.results.scene_axes import axes_of, open_axes, own_places, written_values
+from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import SHOWN, STANDARD_GRAVITY, si
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from pounding_risk.scene.scene_axis import SceneAxis
 
 MOST_CASES = 200_000  # a page of more is slow to open
 MAP = ("gap", "yield_force")  # the axes of the heat map
@@ -37,6 +41,7 @@ STATES = ("status", "simulated", "sensitive")  # of each case; the page says the
 MOST_OF_STOREYS = 1_500_000  # numbers of storey profiles; a page leaves them out where there are more
 PROFILES = {"storey_drift": True, "storey_shear": True, "storey_acceleration": False, "storey_displacement": False}
 SHARES = ("contact", "yield_exceedance")  # 0 or 1; of several motions, a share
+OF_LEVELS = ("floor_level", "contact_point_level")
 NO_CASE = ("gap", "yield_force", "contact_model")  # what a quantity without contact does not depend on
 OPTIONS = {"record": "--record", "contact_model": "--contact-model", PGA_AXIS: "--pga", LEVEL_AXIS: "--intensity-level"}
 TITLES = {PGA_AXIS: "amplitude", "contact_model": "contact model", "yield_force": "yield force F_E"}
@@ -51,7 +56,7 @@ def view(
     pgas: Sequence[float | str] = (),
     intensity_levels: Sequence[float | str] = (),
 ) -> Path:
-    """Write a page to look around in a scan's results.
+    """Write a page to look around in a scan's results; a place along axes of numbers of its scene is chosen there.
 
     Parameters
     ----------
@@ -80,7 +85,7 @@ def view(
         where Plotly is missing, and for an ``out`` that cannot be written.
     """
     target = check_target(out, (".html",))
-    dataset, source = open_dataset(results)
+    dataset, source = _opened(results)
     check_scan(dataset, source)
     amplitudes = amplitudes_of(dataset)
     if pgas and (intensity_levels or amplitudes.axis != PGA_AXIS):
@@ -93,6 +98,14 @@ def view(
     part = chosen(dataset, {"record": records, "contact_model": contact_models, amplitudes.axis: levels}, source)
     _check_size(part, source)
     return write_page(target, page(page_model(part), row_pictures(part)))
+
+
+def _opened(results: str | Path | xr.Dataset) -> tuple[xr.Dataset, str]:
+    """A dataset and its name in errors; with all its places along axes of numbers of the scene, as it is."""
+    source = str(results) if isinstance(results, str | Path) else "the dataset"
+    whole = open_results(results) if isinstance(results, str | Path) else results
+    is_along = kind_of(whole) == "scan" and open_axes(whole)
+    return whole if is_along else with_axes(whole, source), source
 
 
 def check_scan(dataset: xr.Dataset, source: str) -> None:
@@ -151,7 +164,7 @@ def _check_size(dataset: xr.Dataset, source: str) -> None:
             label = label_words(axis_name(dataset, axis), dataset[axis].values[0])
             part.append(f'{option} "{label}"' if " " in label else f"{option} {label}")
             left //= dataset.sizes[axis]
-    hint = "scan fewer gaps or yield forces"
+    hint = "choose a place along an axis with --select" if open_axes(dataset) else "scan fewer gaps or yield forces"
     if left <= MOST_CASES:
         hint = f"choose a part with {' or '.join(several.values())}, such as {' '.join(part)} ({left:,} cases)"
     of_all = " of all interfaces" if dataset.sizes.get("interface", 1) > 1 else ""
@@ -173,7 +186,7 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
         "scene": str(dataset.attrs.get("scene", "")),
         "axes": [_axis(dataset, axis) for axis in axes],
         "pickers": pickers,
-        "start": own_case(dataset),
+        "start": own_case(dataset) | own_places(dataset),
         "together": [axis for axis in pickers if axis in MOTIONS],
         "statuses": _sentences(dataset["status"].attrs),
         "told": {name: _variable(dataset[name], axes) for name in STATES if name in dataset},
@@ -206,7 +219,9 @@ def _profiles(dataset: xr.Dataset, axes: Sequence[str]) -> dict[str, Any] | None
 
 
 def _has_profiles(dataset: xr.Dataset) -> bool:
-    """True for a row with storeys whose profiles are few enough."""
+    """True for a row with storeys whose profiles are few enough, and whose levels are the same at all places."""
+    if any(dim in dataset[name].dims for name in OF_LEVELS if name in dataset for dim in axes_by_name(dataset)):
+        return False
     names = [name for name in PROFILES if name in dataset]
     return bool(names) and sum(dataset[name].size for name in names) <= MOST_OF_STOREYS
 
@@ -272,9 +287,25 @@ def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
         "name": axis,
         "title": measure_of(dataset).words if axis == LEVEL_AXIS else TITLES.get(axis, axis.replace("_", " ")),
         "unit": units.get(axis, ""),
-        "labels": [label_words(axis_name(dataset, axis), label) for label in labels],
+        "labels": _place_words(dataset, axis) or [label_words(axis_name(dataset, axis), label) for label in labels],
         "notes": [str(note) for note in dataset["record_event"].values] if has_notes else [],
     }
+
+
+def axes_by_name(dataset: xr.Dataset) -> dict[str, SceneAxis]:
+    """The axes of numbers of the scene that the dataset has as dimensions."""
+    return {axis.name: axis for axis in axes_of(dataset) if axis.name in dataset.dims}
+
+
+def _place_words(dataset: xr.Dataset, axis: str) -> list[str]:
+    """The values along an axis of numbers of the scene, with those that move with it; none of another axis."""
+    known = axes_by_name(dataset).get(axis)
+    if known is None:
+        return []
+    first, *others = known.keys
+    labels = written_values(dataset, first)
+    moving = [[f", {key} {words}" for words in written_values(dataset, key)] for key in others]
+    return ["".join(parts) for parts in zip(labels, *moving, strict=True)]
 
 
 def label_words(axis: str, value: Any) -> str:
@@ -315,20 +346,30 @@ def _facts(dataset: xr.Dataset) -> list[str]:
 def _facts_of_places(dataset: xr.Dataset) -> list[str]:
     sentences = []
     if "interface_gap" in dataset.variables:
-        gaps = dataset["interface_gap"].transpose("gap", "interface").values
+        own = dataset["interface_gap"]
+        gaps = (
+            own.isel({dim: 0 for dim in axes_by_name(dataset) if dim in own.dims}).transpose("gap", "interface").values
+        )
         varied = [str(name) for name in dataset["interface"].values[np.ptp(gaps, axis=0) > 0.0]]
         whose = f"that of {varied[0]}; the others keep" if varied else "that of the first interface; each keeps"
         sentences.append(f"The gap is {whose} {'their' if varied else 'its'} own.")
     if any(name in dataset for name in PROFILES) and not _has_profiles(dataset):
         sentences.append(
             "Storey profiles are left out, there are too many; choose fewer records or models to see them."
+            if not open_axes(dataset)
+            else "Storey profiles are left out; choose one place with --select to see them."
         )
+    if "contact_point_impact_count" in dataset and open_axes(dataset):
+        sentences.append("The drawings of the row are left out; choose one place with --select to see them.")
     return sentences
 
 
 def row_pictures(dataset: xr.Dataset) -> str:
-    """The row in elevation and in plan, over all motions, as a part of the page; nothing without contact points."""
-    if "contact_point_impact_count" not in dataset:
+    """The row in elevation and in plan, over all motions, as a part of the page; nothing without contact points.
+
+    Nor with several places along axes of numbers of the scene.
+    """
+    if "contact_point_impact_count" not in dataset or open_axes(dataset):
         return ""
     from pounding_risk.assessment.row import row_case
     from pounding_risk.figures.elevation import elevation_figure

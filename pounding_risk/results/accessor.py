@@ -36,8 +36,9 @@ NEXT = {
     "effects": (".figure()", ".case(gap=...)"),
     "spectra": (".figure()", '.save("spectra.nc")'),
     "uncertainty": (".figure()", '.save("uncertainty.nc")'),
+    "amplification": (".figure()", '.save("amplification.nc")'),
 }
-REPAIR = "take what scan, simulate, compare, accuracy, effects, spectra or uncertainty returned, or open_results opened"
+REPAIR = "take what a call such as scan, simulate or spectra returned, or open_results opened"
 # Coordinates or attributes that have the value of a run: one for all, or one for each interface or contact point.
 LEVELS = {"pga": ("pga",), "gap": ("gap", "interface_gap"), "yield_force": ("yield_force", "contact_point_yield_force")}
 OF_RUN = ("record", "polarity", "contact_model", "status")  # attributes of a run that its display shows
@@ -95,7 +96,7 @@ class Pounding(ShortRepr):
 
     @property
     def kind(self) -> str:
-        """The call that made the dataset, such as scan or simulate; "" where none of this package did."""
+        """The call that made the dataset, such as scan, simulate or spectra; "" where none did."""
         return kind_of(self._dataset)
 
     def checked(self) -> xr.Dataset:

@@ -15,6 +15,7 @@ MARKS = {
     "effects": {"effects", "time_ratio"},
     "uncertainty": {"uncertain_number"},
     "spectra": {"left_period", "required_gap"},
+    "amplification": {"period_ratio"},
 }
 
 

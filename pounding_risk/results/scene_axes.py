@@ -9,6 +9,8 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from copy import deepcopy
 from hashlib import sha256
 from math import inf, isclose
 from typing import TYPE_CHECKING, Any
@@ -16,13 +18,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.words import nearest
-from pounding_risk.errors import PoundingError
+from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.results.along import at_places
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.variables import described
-from pounding_risk.scene.overrides import address_of, parts_of
-from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap, overrides_at
+from pounding_risk.scene.overrides import address_of, override, parts_of
+from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap, labels_of, overrides_at
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.units import GAP, Quantity, QuantityError, parse, shown
 
@@ -30,9 +32,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLES = "number of a sample of the uncertain numbers, from 0"  # what the coordinate `sample` is
+ASSESSED_APART = ("sample",)  # axes along which nothing is drawn or reported place by place
 VARIANTS = "scene_variants"  # the attribute that holds what else differs along the axes
 NEAR = 1e-9  # relative: a value that was written down and read again
 FEW = 8  # values of an axis that a sentence lists
+CHECKED = ("simulated", "sensitive")  # of how a case was found, not of what came of it
 
 
 def axis_text(axes: Sequence[SceneAxis]) -> str:
@@ -81,13 +85,69 @@ def open_axes(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
     return tuple(axis for axis in axes_of(dataset) if dataset.sizes.get(axis.name, 1) > 1)
 
 
+def own_places(dataset: xr.Dataset) -> dict[str, int]:
+    """Along each axis with several places, the one that has the scene's own values; not of axes that have none."""
+    places = {}
+    tables = tomllib.loads(str(dataset.attrs.get("scene_resolved", "")))
+    known = {section: _keys_of(value) for section, value in tables.items()}
+    for axis in open_axes(dataset):
+        own: dict[str, Any] = {}
+        with suppress(SceneError, LookupError, TypeError):
+            for key in axis.keys:
+                (path, *_) = override(deepcopy(tables), f"{key}=0", known, "")
+                own[key] = labels_of([_get(tables, path)]).values[0]
+        labels = {key: _values(dataset, key) for key in own}
+        for place in range(dataset.sizes[axis.name] if len(own) == len(axis.keys) else 0):
+            if all(type(labels[key][place]) is type(own[key]) and _equal(labels[key][place], own[key]) for key in own):
+                places[axis.name] = place
+                break
+    return places
+
+
+def _keys_of(section: Any) -> set[str]:
+    """The keys of a section, or of all its tables."""
+    return {key for table in (section if isinstance(section, list) else [section]) for key in table}
+
+
+def _get(tables: Any, path: Sequence[Any]) -> Any:
+    """A value in nested tables by its path."""
+    for key in path:
+        tables = tables[key]
+    return tables
+
+
+def without_effect(dataset: xr.Dataset) -> tuple[str, ...]:
+    """The axes along which no output of any case changes, by name; other draws for the tolerance check do not count."""
+    outputs = [name for name in dataset.data_vars if name not in CHECKED and not str(name).startswith("change_")]
+    return tuple(axis.name for axis in open_axes(dataset) if _is_idle(dataset, axis.name, outputs))
+
+
+def _is_idle(dataset: xr.Dataset, axis: str, outputs: Iterable[Any]) -> bool:
+    """Whether these variables are the same at all places along an axis; read until the first that is not."""
+    for name in outputs:
+        if axis not in dataset[name].dims:
+            continue
+        first = dataset[name].isel({axis: 0}).values
+        for place in range(1, dataset.sizes[axis]):
+            other = dataset[name].isel({axis: place}).values
+            if not np.array_equal(first, other, equal_nan=first.dtype.kind == "f"):
+                return False
+    return True
+
+
 def along_words(dataset: xr.Dataset) -> list[str]:
     """Each axis with more than one place in words: "building.frame.period: 50 from 0.2 s to 2 s"."""
     return [
-        f"{key}: {_listed(dataset, key)}"
+        f"{key}: {words_of_values(dataset, key)}"
         for axis in open_axes(dataset)
         for key in ((axis.name,) if axis.dimension else axis.keys)
     ]
+
+
+def is_drawn_along(dataset: xr.Dataset) -> bool:
+    """Whether there are several places along axes, none of which has an assessment of its own."""
+    several = open_axes(dataset)
+    return bool(several) and not any(axis.name in ASSESSED_APART for axis in several)
 
 
 def check_settled(dataset: xr.Dataset, source: str = "the dataset") -> None:
@@ -237,7 +297,9 @@ def _place(dataset: xr.Dataset, key: str, text: str) -> int:
                 raise PoundingError(f"--select {key}: {error}") from None
     places = [place for place, known in enumerate(values) if _equal(known, value)]
     if not places:
-        raise PoundingError(f"--select {key}: {text} is none of its values; it has {_listed(dataset, key, value)}")
+        raise PoundingError(
+            f"--select {key}: {text} is none of its values; it has {words_of_values(dataset, key, value)}"
+        )
     if len(places) > 1:
         raise PoundingError(f"--select {key}: {len(places)} places have {text}; choose by another key of the axis")
     return places[0]
@@ -247,10 +309,10 @@ def _values(dataset: xr.Dataset, key: str) -> list[Any]:
     return np.atleast_1d(dataset[key].values).tolist()
 
 
-def _listed(dataset: xr.Dataset, key: str, near: Any = None) -> str:
+def words_of_values(dataset: xr.Dataset, key: str, near: Any = None) -> str:
     """The values of an axis: all where they are few, otherwise how many, the ends, and those next to one."""
     values = _values(dataset, key)
-    words = [_written(dataset, key, value) for value in values]
+    words = written_values(dataset, key)
     if len(words) <= FEW:
         return ", ".join(words)
     ends = f"{len(words)} from {words[0]} to {words[-1]}"
@@ -258,6 +320,11 @@ def _listed(dataset: xr.Dataset, key: str, near: Any = None) -> str:
         return ends
     beside = sorted(sorted(range(len(values)), key=lambda place: abs(values[place] - near))[:2])
     return f"{ends} (next to it are {', '.join(words[place] for place in beside)})"
+
+
+def written_values(dataset: xr.Dataset, key: str) -> list[str]:
+    """The values of a key along its axis, with their unit."""
+    return [_written(dataset, key, value) for value in _values(dataset, key)]
 
 
 def _written(dataset: xr.Dataset, key: str, value: Any) -> str:

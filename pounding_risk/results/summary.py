@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import fsum, inf, nan
 from pathlib import Path
@@ -21,7 +21,7 @@ from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import reading, stream_results
 from pounding_risk.results.layout import Template, blocks, streamed, template_of, values_at
-from pounding_risk.results.scene_axes import open_axes
+from pounding_risk.results.scene_axes import open_axes, without_effect, words_of_values
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.tolerance_check import findings
 
@@ -53,10 +53,12 @@ class Summary(ShortRepr):
     units: dict[str, str]  # by variable
     spreads: dict[str, dict[str, Spread]]  # by variable and contact model
     notes: tuple[str, ...] = ()  # on unusual numbers of the input and of the contacts
+    along: tuple[tuple[str, str], ...] = ()  # each axis of numbers of the scene, and what is along it
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Scene, counts of cases, rechecks, the variables with a spread, and notes, as pairs of a name and words."""
         yield "scene", self.title
+        yield from self.along
         yield from ((name, f"{count:,}") for name, count in self.counts.items() if name not in IN_RECHECKS)
         yield from self.rechecks.items()
         yield "spreads", f"of {len(self.spreads)} outputs, {', '.join([*self.spreads][:SHOWN])} and so on"
@@ -99,7 +101,24 @@ def _summary(dataset: xr.Dataset, whose: str) -> Summary:
     spreads = _spreads(dataset, template)
     units = {name: str(template.cases[name].attrs.get("units", "1")) for name in spreads}
     title = str(dataset.attrs.get("title", ""))
-    return Summary(title, counted(dataset), dict(findings(dataset)), units, spreads, of_results(dataset))
+    notes, along = of_results(dataset), tuple(_along(dataset))
+    return Summary(title, counted(dataset), dict(findings(dataset)), units, spreads, notes, along)
+
+
+def _along(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """Each axis with several places: its values, in how many cases there is contact, and whether any output changes."""
+    idle = without_effect(dataset)
+    for axis in open_axes(dataset):
+        values = words_of_values(dataset, axis.name)
+        shares = [
+            float((dataset["impact_count"].isel({axis.name: place}) > 0).any("interface").mean())
+            for place in range(dataset.sizes[axis.name])
+        ]
+        ends = " to ".join(dict.fromkeys(f"{100.0 * end:.3g} %" for end in (min(shares), max(shares))))
+        yield (
+            axis.name,
+            f"{values}; " + ("no output depends on it" if axis.name in idle else f"contact in {ends} of cases"),
+        )
 
 
 def counted(dataset: xr.Dataset) -> dict[str, int]:

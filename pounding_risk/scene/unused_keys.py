@@ -22,6 +22,7 @@ from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.resolved_interfaces import ResolvedInterface
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.toml import KeyPath, key_name
+from pounding_risk.scene.variants import Variants
 from pounding_risk.units import YIELD_FORCE, parse, say
 
 Given = Mapping[KeyPath, Any]  # the keys of a scene and their values as written; tables of an array by index from 0
@@ -46,7 +47,14 @@ class Models(NamedTuple):
 
 
 def unused_keys(study: Scene) -> tuple[str, ...]:
-    """A sentence for each key that the scene gives without effect: "interface.restitution: no effect: ..."."""
+    """A sentence for each key that the scene gives without effect: "interface.restitution: no effect: ...".
+
+    Of a scene with axes of its numbers those that have none at both ends of all axes; an axis without effect is one.
+    """
+    if study.axes:
+        variants = Variants(study)
+        first, last = (unused_keys(variants.scene(number)) for number in (0, variants.count - 1))
+        return tuple(sentence for sentence in first if sentence in last)
     given = given_keys(study)
     tables = {
         "building": [{"name": building.name} for building in study.buildings],

@@ -41,7 +41,7 @@ from pounding_risk.scene.records import Records, records_of
 from pounding_risk.scene.scene import Scene, own_amplitude
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.solver.pair.closings import largest_closings
-from pounding_risk.units import DAMPING, PERIOD, shown, si
+from pounding_risk.units import DAMPING, Quantity, shown, si
 
 Array = NDArray[np.float64]
 Source = Scene | Mapping[str, Any] | str | Path | Records | RecordRequest | Sequence[Motion]
@@ -78,28 +78,31 @@ class Shaking(NamedTuple):
 # ---------------------------------------------------------------------------------------------- what is asked for
 
 
-def period_axis(periods: Any, num: int, spacing: str, name: str) -> Array:
-    """Periods [s] of one side, from the two ends of a range or as they are listed; raises PoundingError."""
-    if isinstance(periods, str) or np.ndim(periods) != 1 or len(periods) < 2:
+def rising_axis(values: Any, num: int, spacing: str, name: str, quantity: Quantity) -> Array:
+    """Values of an axis in SI, from the two ends of a range or as they are listed; raises PoundingError."""
+    unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+    what = name.rpartition("_")[2]  # periods of right_periods
+    if isinstance(values, str) or np.ndim(values) != 1 or len(values) < 2:
         raise PoundingError(
-            f'{name}: {shown(periods)} is no range; give its ends, such as "0.1 s" and "2 s", or a list of periods'
+            f'{name}: {shown(values)} is no range; give its ends, such as "0.1{unit}" and "2{unit}", or a list of '
+            f"{what}"
         )
-    values = np.array([si(period, PERIOD, name) for period in periods])
-    if (np.diff(values) <= 0.0).any():
-        first = int((np.diff(values) <= 0.0).argmax())
+    read = np.array([si(value, quantity, name) for value in values])
+    if (np.diff(read) <= 0.0).any():
+        first = int((np.diff(read) <= 0.0).argmax())
         raise PoundingError(
-            f"{name}: {values[first + 1]:g} s follows {values[first]:g} s; write periods in rising order"
+            f"{name}: {read[first + 1]:g}{unit} follows {read[first]:g}{unit}; write {what} in rising order"
         )
     if spacing not in SPACINGS:
         raise PoundingError(f"spacing: {shown(spacing)} is none; it may be {' or '.join(SPACINGS)}")
-    if values.size > 2:
-        return values
+    if read.size > 2:
+        return read
     if isinstance(num, bool) or not isinstance(num, int | np.integer) or not 2 <= num <= MOST_PERIODS:
         raise PoundingError(
-            f"num: {shown(num)} is not a number of periods; write a whole number from 2 to {MOST_PERIODS}"
+            f"num: {shown(num)} is not a number of {what}; write a whole number from 2 to {MOST_PERIODS}"
         )
     between = np.geomspace if spacing == "log" else np.linspace
-    return np.asarray(between(values[0], values[1], num))
+    return np.asarray(between(read[0], read[1], num))
 
 
 def damping_pair(damping: Any, stated: tuple[float, float] | None) -> tuple[float, float]:
@@ -332,13 +335,13 @@ def gap_dataset(
     level = shaking.level
     if level is not None:
         coords[level.measure.axis] = ((), level.value, measure_attributes(level.measure))
-    dataset = xr.Dataset(variables, coords, _attributes(shaking))
+    dataset = xr.Dataset(variables, coords, spectra_attributes(shaking))
     if "amplitude" not in dataset.attrs:
         dataset.attrs["amplitude"] = amplitude_words(dataset)
     return dataset
 
 
-def _attributes(shaking: Shaking) -> dict[str, Any]:
+def spectra_attributes(shaking: Shaking) -> dict[str, Any]:
     """What it takes to make the dataset again."""
     motions = shaking.motions
     return {

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 
+import numpy as np
 import pytest
 from axes import AXES, pair_text
+from explorer_page import embedded, unpacked
 from typer.testing import CliRunner
 from uncertain import uncertain_text
 
+import pounding_risk as pr
 from pounding_risk import cli
 
 PLACE = ["--select", "building.left.period=0.5 s", "--select", "interface.restitution=0.8"]
@@ -30,10 +34,12 @@ def run(*words):
 
 def test_assess_prints_and_writes_every_place_and_select_the_whole_assessment(folder):
     told = run("assess", folder / "r.nc", "--gap", "30 mm", "-o", folder / "a.json")
-    assert told.exit_code == 0 and told.output.count("30 mm") == 12
+    assert told.exit_code == 0 and told.output.count("30 mm") == 12 + 1  # a row for each place, and the finding
     assert "building.left.period" in told.output and "P(contact)" in told.output
     written = json.loads((folder / "a.json").read_text(encoding="utf-8"))
     assert len(written["places"]) == 12 and written["places"][0]["building.left.period"] == 0.3
+    assert written["idle_axes"] == ["interface.restitution", "building.left.mass"]
+    assert written["own_places"] == {"building.left.period": 1, "building.left.mass": 0}
     one = run("assess", folder / "r.nc", *PLACE)
     assert one.exit_code == 0 and "building.left.period = 0.5 s" in one.output and "left | right" in one.output
 
@@ -43,11 +49,48 @@ def test_summary_of_some_places(folder):
     assert "(building.left.period = 0.5 s)" in run("summary", folder / "r.nc", *PLACE[:2]).output
 
 
-@pytest.mark.parametrize("words", [["report"], ["view"], ["separations"], ["assess", "--figure", "f.png"]])
+def test_summary_tells_what_lies_along_each_axis(folder):
+    told = run("summary", folder / "r.nc").output
+    assert re.search(r"^building\.left\.period +0\.3 s, 0\.5 s, 0\.7 s; contact in 100 % of cases$", told, re.MULTILINE)
+
+
+def test_assess_draws_along_the_axes_and_a_report_has_them_and_one_place(folder):
+    told = run("assess", folder / "r.nc", "--gap", "30 mm", "--figure", folder / "f.svg")
+    assert told.exit_code == 0 and (folder / "f.svg").stat().st_size > 1000
+    assert "The gap required lies from" in told.output
+    assert (
+        "Neither P(contact) nor the gap required depends on interface.restitution, building.left.mass." in told.output
+    )
+    told = run("report", folder / "r.nc", "-o", folder / "r.html", "--gap", "30 mm", *PLACE[4:])
+    assert told.exit_code == 0, told.output
+    page = (folder / "r.html").read_text(encoding="utf-8")
+    assert "Along the axes of the scene" in page
+    assert "building.left.period = 0.5 s, interface.restitution = 0.5: the scene&#39;s own values, and of" in page
+
+
+@pytest.mark.parametrize("words", [["draw", "--elevation", "e.png"], ["separations"], ["assess", "--hazard", "h.csv"]])
 def test_commands_that_take_one_place_say_so(folder, words):
     told = run(words[0], folder / "r.nc", *words[1:])
     assert told.exit_code == 2
     assert "--select 'building.left.period=0.3 s'" in told.stderr
+
+
+def test_view_lets_the_reader_choose_the_place(folder):
+    told = run("view", folder / "r.nc", "-o", folder / "v.html", *PLACE[4:])
+    assert told.exit_code == 0, told.output
+    model = embedded(folder / "v.html")
+    assert model["pickers"][:3] == ["building.left.period", "interface.restitution", "building.left.mass"]
+    assert model["start"]["building.left.period"] == 1
+    labels = {axis["name"]: axis["labels"] for axis in model["axes"]}
+    assert labels["building.left.period"] == ["0.3 s", "0.5 s", "0.7 s"]
+    assert labels["building.left.mass"] == ["600000 kg"] and labels["interface.restitution"] == ["0.5", "0.8"]
+    whole = pr.open_results(folder / "r.nc").sel({"building.left.mass": [6e5]}).squeeze("interface")
+    outputs = {variable["name"]: variable for variable in model["outputs"]}
+    for name in ("peak_contact_force", "peak_displacement", "peak_displacement_free"):
+        kept = whole[name].transpose(*outputs[name]["dims"])
+        np.testing.assert_array_equal(unpacked(model, outputs[name]), kept.values.astype("f4"), err_msg=name)
+    assert "building.left.period" in outputs["peak_displacement_free"]["dims"]
+    assert "interface.restitution" not in outputs["peak_displacement_free"]["dims"]
 
 
 def test_separations_of_one_place(folder):
@@ -55,10 +98,15 @@ def test_separations_of_one_place(folder):
     assert told.exit_code == 0, told.output
 
 
-def test_a_figure_of_several_scenes_is_refused_before_the_scan(folder):
-    told = run("scan", folder / "s.toml", "-o", folder / "q.nc", "--figure", folder / "f.png")
-    assert told.exit_code == 2 and "--figure: shows one scene" in told.stderr
-    assert not (folder / "q.nc").exists()
+def test_the_figure_of_a_scan_of_several_scenes_is_along_the_axes(folder):
+    (folder / "q.toml").write_text(pair_text({"building.left.period": ["0.3 s", "0.6 s"]}), encoding="utf-8")
+    told = run("scan", folder / "q.toml", "-o", folder / "q.nc", "--figure", folder / "q.svg")
+    assert told.exit_code == 0, told.output
+    from pounding_risk.figures.along import along_figure
+    from pounding_risk.figures.style import write
+
+    write(along_figure(pr.assess_along(folder / "q.nc")), folder / "own.svg")
+    assert (folder / "q.svg").read_bytes() == (folder / "own.svg").read_bytes()
 
 
 def test_samples_are_counted_added_and_chosen(tmp_path):

@@ -148,6 +148,7 @@ def test_every_command_s_file_is_known(tmp_path):
     waves = '[effects]\nwave_passage = {velocity = "500 m/s", distance = "9 m"}\n'
     pr.effects(parse_scene(text + waves), files["effects"], repeats=1)
     pr.spectra(study, out=files["spectra"], periods=(0.3, 0.6), num=2)
+    pr.amplification(study, out=files["amplification"], num=2, num_gaps=2)
     drawn = '[uncertain]\nsamples = 2\nbuilding.left.period = {distribution = "lognormal", dispersion = 0.2}\n'
     pr.uncertainty(parse_scene(text + drawn), files["uncertainty"])
     assert {name: read_finished(file).command for name, file in files.items()} == {name: name for name in MARKS}

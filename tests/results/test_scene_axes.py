@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 import numpy as np
@@ -9,14 +10,15 @@ import pytest
 from axes import AXES, pair_text, same_scan
 
 import pounding_risk as pr
-from pounding_risk.assessment.along import OUTPUTS
+from pounding_risk.assessment.along import OUTPUTS, usual_place
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.figures.scan import scan_figure
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import open_results
-from pounding_risk.results.scene_axes import open_axes, selected, settled
+from pounding_risk.results.scene_axes import open_axes, own_places, selected, settled, without_effect
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.unused_keys import unused_keys
 
 PLACE = {"building.left.period": 0.5, "interface.restitution": 0.8, "building.left.mass": 6e5}
 CHOICE = ["building.left.period=0.5 s", "interface.restitution=0.8", "building.left.mass=600 t"]
@@ -72,11 +74,9 @@ def test_calls_of_one_scene_refuse_several_and_say_how_to_choose(whole, tmp_path
     path = pr.save(whole, tmp_path / "r.nc")
     calls = (
         lambda: pr.assess(whole),
-        lambda: pr.report(path, tmp_path / "r.html"),
-        lambda: pr.view(path, tmp_path / "v.html"),
         lambda: pr.draw(path, elevation=tmp_path / "e.png"),
         lambda: pr.histories(path, tmp_path / "h.nc"),
-        lambda: pr.figures.results_figure(whole),
+        lambda: pr.figures.results_figure(whole, "scan"),
         lambda: scan_figure(whole),
         lambda: whole.pounding.case(gap="10 mm"),
         lambda: pr.row_case(whole),
@@ -114,6 +114,7 @@ def test_a_summary_counts_all_places_and_of_some_only_these(whole):
     assert pr.summary(whole).counts["cases"] == 12 * 4
     assert pr.summary(selected(whole, CHOICE[:1])).counts["cases"] == 4 * 4
     assert pr.summary(whole.sel(PLACE)).counts["cases"] == 4
+    assert pr.summary(whole.sel(PLACE)).along == ()
     assert ("building.left.period", "0.3 s, 0.5 s, 0.7 s") in list(whole.pounding.facts())
 
 
@@ -135,6 +136,37 @@ def test_contact_along_axes_is_that_of_assess_at_each_place(whole):
         assert float(here["contact_probability_high"]) == share.high_recordings
         assert [float(here[f"required_gap{end}"]) for end in ("", "_low", "_high")] == [need.gap, need.low, need.high]
     assert along["required_gap"].max() > along["required_gap"].min()
+
+
+def test_the_scene_s_own_place_is_known(whole):
+    """Of the period and the mass, whose own values are among those of the axes; not of the restitution."""
+    assert own_places(whole) == {"building.left.period": 1, "building.left.mass": 0}
+    part = whole.isel({"building.left.period": [0, 2], "building.left.mass": [0]})
+    assert own_places(part) == {}
+    along = pr.assess_along(whole, gap="30 mm")
+    assert json.loads(along.attrs["own_places"]) == own_places(whole)
+    assert json.loads(along.attrs["idle_axes"]) == ["interface.restitution", "building.left.mass"]
+    place = usual_place(along)
+    assert place.places == {"building.left.period": 1, "building.left.mass": 0, "interface.restitution": 0}
+    assert place.why == "the scene's own values, and of interface.restitution those that need the widest gap"
+    widest = usual_place(pr.assess_along(part, gap="30 mm"))
+    needed = along["required_gap"].isel({"building.left.mass": 0, "interface.restitution": 0, "interface": 0})
+    assert widest.places["building.left.period"] == int(needed.values[[0, 2]].argmax())
+    assert widest.why == "those that need the widest gap"
+
+
+def test_an_axis_without_effect_is_told():
+    """By the scan, as of any key without effect, and by the summary of what was computed."""
+    study = parse_scene(pair_text({"building.left.height": ["3 m", "6 m"], "building.left.period": ["0.3 s", "0.5 s"]}))
+    dataset = pr.scan(study, check_fraction=0.0)
+    (sentence,) = unused_keys(study)
+    assert sentence.startswith("building.left.height: no effect: two single masses meet mass to mass")
+    assert json.loads(dataset.attrs["unused_keys"]) == [sentence]
+    assert without_effect(dataset) == ("building.left.height",)
+    assert dict(pr.summary(dataset).along)["building.left.height"] == "3 m, 6 m; no output depends on it"
+    one = dataset.copy(deep=True)
+    one["peak_closing"][{"building.left.height": 1, "gap": 0}] += 1e-12
+    assert without_effect(one) == ()
 
 
 def test_contact_along_axes_needs_axes(alone):

@@ -1,0 +1,374 @@
+"""Peaks of two single masses with and without contact over the ratio of their periods and the gap.
+
+`assessment.amplification.amplification` is the call that users make.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from os import cpu_count
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from pounding_risk._common.counted import counted
+from pounding_risk._common.progress import Progress
+from pounding_risk.ensemble.chunks import Chunk, joined
+from pounding_risk.ensemble.job import Job, ScanInput
+from pounding_risk.ensemble.limits import check_memory
+from pounding_risk.ensemble.pair_job import PairJob
+from pounding_risk.ensemble.plausibility import of_input
+from pounding_risk.ensemble.threads import Pending, Threads
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact.impulsive import is_instant
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.request import RecordRequest
+from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.results.attributes import as_text
+from pounding_risk.results.variables import described
+from pounding_risk.scene.interfaces import known_law
+from pounding_risk.scene.records import Records, records_of
+from pounding_risk.scene.scene import Scene, scene_of
+from pounding_risk.scene.variants import check_one_scene
+from pounding_risk.studies.spectra import Shaking, spectra_attributes
+from pounding_risk.units import MASS, PERIOD, Quantity, exact, shown, si
+
+Array = NDArray[np.float64]
+
+RATIO = Quantity("1", 0.0, np.inf, "period ratio", open_low=True, open_high=True, example="0.5")
+SHARE = Quantity("1", 0.0, np.inf, "gap share", open_high=True, example="0.5")
+MASS_RATIO = Quantity("1", 0.0, np.inf, "mass ratio", open_low=True, open_high=True, example="2")
+SIDES = ("left", "right")
+USUAL_PERIOD = 0.5  # s, of the building that stays, where records are named and no scene
+USUAL_MASS = 1e6  # kg: jumps in velocity depend on the ratio of the masses alone
+USUAL_MODEL, USUAL_RESTITUTION = "stereomechanical", 0.65  # of records: it takes no stiffness
+MOST_BYTES = 4e9  # of the peaks of all runs while their percentiles are taken
+COPIES = 6  # of the peaks of one output at that time
+# Outputs by the word in the names of the dataset: the peak of a run, and whether a jump in velocity leaves it finite.
+PEAKS = {"displacement": "peak_displacement", "acceleration": "peak_floor_acceleration"}
+JUMPS_LACK = ("acceleration",)
+
+
+class Pair(NamedTuple):
+    """The gaps [m], rising, at which a pair with these periods [s] runs."""
+
+    periods: tuple[float, float]
+    gaps: Array
+
+
+class Chart(NamedTuple):
+    """What the axes of a dataset are."""
+
+    periods: Array  # s, of the building that stays
+    ratios: Array  # of the other's period to it, rising
+    stays: int  # the building that stays, 0 or 1
+    gap_axis: tuple[str, Array]  # its name, "gap" [m] or "gap_share" [1], and values
+    gaps: Array  # m, by period, ratio and gap
+    reference: Array  # m, by period and ratio: the gap that shares are of
+    reference_words: str
+
+    def periods_of(self) -> Array:
+        """Periods [s] of both buildings, by period, ratio and building."""
+        varied = self.periods[:, None] * self.ratios
+        both = np.stack([varied, np.broadcast_to(self.periods[:, None], varied.shape)], axis=-1)
+        return both if self.stays == 1 else both[..., ::-1]
+
+    def pairs(self) -> list[Pair]:
+        """Every pair of periods with its gaps, the ratio fastest."""
+        periods = self.periods_of().reshape(-1, 2)
+        gaps = self.gaps.reshape(len(periods), -1)
+        return [Pair((float(left), float(right)), own) for (left, right), own in zip(periods, gaps, strict=True)]
+
+
+# ---------------------------------------------------------------------------------------------- what is asked for
+
+
+def pair_scene(source: Any, mass_ratio: Any) -> Scene:
+    """The scene of a pair; of records two masses of this ratio whose velocities jump at a touch.
+
+    Raises PoundingError for motions that were read already, and for a mass ratio beside a scene.
+    """
+    if isinstance(source, Scene):
+        if mass_ratio is not None:
+            raise PoundingError("mass_ratio: the scene has the masses of its buildings; change them there")
+        check_one_scene(source, "amplification")
+        return source
+    if not isinstance(source, Records | RecordRequest):
+        raise PoundingError(f"{shown(source)} is neither a scene nor records; give a scene or pr.Records")
+    request = source.request() if isinstance(source, Records) else source
+    ratio = 1.0 if mass_ratio is None else si(mass_ratio, MASS_RATIO, "mass_ratio")
+    masses = ratio * USUAL_MASS, USUAL_MASS
+    return scene_of(
+        {
+            "scene": {"name": "Two single masses"},
+            "building": [
+                {"name": side, "mass": exact(mass, MASS), "period": exact(USUAL_PERIOD, PERIOD)}
+                for side, mass in zip(SIDES, masses, strict=True)
+            ],
+            "interface": [{"gap": "10 mm", "contact_model": USUAL_MODEL, "restitution": USUAL_RESTITUTION}],
+            "records": records_of(request).written(),
+        }
+    )
+
+
+def staying(name: str, study: Scene) -> int:
+    """Which building of a pair stays as it is, by "left", "right" or its name; raises PoundingError."""
+    names = [building.name for building in study.buildings]
+    for known in (names, list(SIDES)):
+        if name in known:
+            return known.index(name)
+    listed = ", ".join(dict.fromkeys([*SIDES, *names]))
+    raise PoundingError(f"fixed: {shown(name)} is no building of the pair; it may be {listed}")
+
+
+def staying_periods(periods: Any, own: float) -> Array:
+    """Periods [s] of the building that stays: its own, one, or several; raises PoundingError."""
+    given: Any = own if periods is None else periods
+    listed = [given] if isinstance(given, str) or np.ndim(given) == 0 else list(given)
+    values = [si(value, PERIOD, "periods") for value in listed]
+    if not values or len(set(values)) < len(values):
+        raise PoundingError(f"periods: {shown(periods)}; give one period or more, each once")
+    return np.array(values)
+
+
+# ------------------------------------------------------------------------------------------------------ the runs
+
+
+class PairsJob:
+    """The grids of several pairs under the same motions, one after the other, as the threads of a scan take them."""
+
+    def __init__(self, scenes: Sequence[Scene], motions: tuple[Motion, ...]):
+        self.jobs: list[PairJob] = []
+        peaks: dict[Any, Any] = {}
+        for number, scene in enumerate(scenes):
+            job = PairJob(ScanInput(scene, motions))
+            job.number, job.free_key, job.peaks = number, PairJob.alone_key(scene), peaks
+            if self.jobs:
+                job.held, job.own_kernels = self.jobs[0].held, self.jobs[0].own_kernels
+            else:
+                job.own_kernels = job.worth_kernels(len(scenes))
+            self.jobs.append(job)
+        self.each = self.jobs[0].batches
+        self.batches = self.each * len(self.jobs)
+        self.bytes_per_batch = self.jobs[0].bytes_per_batch
+
+    def pieces(self, batches: range) -> Iterator[tuple[PairJob, range]]:
+        """The batches by pair: its job, and which of its own batches they are."""
+        start = batches.start
+        while start < batches.stop:
+            number, first = divmod(start, self.each)
+            count = min(self.each - first, batches.stop - start)
+            yield self.jobs[number], range(first, first + count)
+            start += count
+
+    def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None:
+        """Peaks of both buildings, touches and status of these batches; None where it was stopped."""
+        chunks: list[Chunk] = []
+        for job, own in self.pieces(batches):
+            chunk = job.solve(own, stop)
+            if chunk is None:
+                return None
+            values = job.writer().values(own, chunk)
+            chunks.append({name: values[name][:, 0] for name in (*PEAKS.values(), "impact_count", "status")})
+        return joined(chunks)
+
+
+class Responses(NamedTuple):
+    """Peaks of all runs; every array is by pair of periods, record, polarity and gap."""
+
+    struck: dict[str, Array]  # by the words of `PEAKS`, and building
+    free: dict[str, Array]  # without contact; its gap has one place
+    touched: NDArray[np.bool_]
+    failed: NDArray[np.bool_]
+
+
+def responses(
+    study: Scene,
+    shaking: Shaking,
+    pairs: Sequence[Pair],
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Responses:
+    """Run every pair of periods at its gaps under every motion, as a scan of a scene with these numbers.
+
+    Raises PoundingError where the peaks take more than `MOST_BYTES`, and as a scan.
+    """
+    scenes = [_at(study, pair) for pair in pairs]
+    gaps, motions = pairs[0].gaps.size, shaking.motions
+    shape = (len(pairs), len(motions), len(shaking.polarities), gaps)
+    cases = int(np.prod(shape))
+    if (needed := 8 * 2 * (len(PEAKS) + COPIES) * cases) > MOST_BYTES:
+        raise PoundingError(
+            f"num: {cases:,} runs take {needed / 1e9:.1f} GB of memory, more than {MOST_BYTES / 1e9:g} GB; take fewer "
+            "ratios, gaps, periods or records"
+        )
+    check_memory(min(scenes, key=lambda scene: min(one.period for one in scene.pair)), motions)
+    job = PairsJob(scenes, motions)
+    chunks: dict[int, Chunk] = {}
+    done = [0]
+
+    def keep(batches: range, chunk: Chunk, seconds: float) -> None:
+        chunks[batches.start] = chunk
+        done[0] += len(batches)
+        if progress is not None:
+            progress(done[0], job.batches)
+
+    pending = Pending([range(job.batches)], lambda _: 0, bytes_per_batch=job.bytes_per_batch)
+    Threads(workers or cpu_count() or 1).run(cast(Job, job), pending, keep)
+    whole = joined([chunks[start] for start in sorted(chunks)])
+    alone = [one.free_values() for one in job.jobs]
+    free_shape = (*shape[:-1], 1, 2)
+    return Responses(
+        {word: whole[name].reshape(*shape, 2) for word, name in PEAKS.items()},
+        {word: np.stack([one[name] for one in alone]).reshape(free_shape) for word, name in PEAKS.items()},
+        whole["impact_count"].reshape(shape) > 0,
+        whole["status"].reshape(shape) != 0,
+    )
+
+
+def _at(study: Scene, pair: Pair) -> Scene:
+    """The scene with these periods and gaps, its own contact model and yield force, under motions as they are."""
+    between = study.interfaces[0]
+    grid = study.grid._replace(
+        gaps=tuple(pair.gaps.tolist()),
+        yield_forces=(between.yield_force,),
+        contact_models=(between.contact_model,),
+        amplitudes=(None,),
+    )
+    buildings = (one._replace(period=period) for one, period in zip(study.pair, pair.periods, strict=True))
+    return study.updated(buildings=tuple(buildings), grid=grid)
+
+
+def raised(peaks: Responses, word: str) -> Array:
+    """Peak with contact over the peak without: 1 where nothing touches, NaN where a run failed."""
+    struck, free = peaks.struck[word], peaks.free[word]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = struck / free
+    ratio = np.where(peaks.touched[..., None], ratio, 1.0)
+    return np.where(peaks.failed[..., None], np.nan, ratio)
+
+
+# ---------------------------------------------------------------------------------------------------- the dataset
+
+
+def outputs_of(study: Scene) -> tuple[str, ...]:
+    """The words of `PEAKS` that a scene has: a model whose velocities jump has no finite acceleration."""
+    jumps = is_instant(known_law(study.interfaces[0].contact_model))
+    return tuple(word for word in PEAKS if not (jumps and word in JUMPS_LACK))
+
+
+def amplification_dataset(
+    study: Scene, shaking: Shaking, chart: Chart, peaks: Responses, percentiles: Sequence[float], keep_motions: bool
+) -> xr.Dataset:
+    """The dataset of all runs: percentiles [%] over records and polarities; with ``keep_motions`` each one's too."""
+    name, values = chart.gap_axis
+    places = (chart.periods.size, chart.ratios.size)
+    of_pair = ("fixed_period", "period_ratio", name)
+    dims = (*of_pair, "building")
+    count = counted(len(shaking.motions) * len(shaking.polarities), "motion")
+    variables: dict[str, Any] = {}
+    for word in outputs_of(study):
+        ratio = raised(peaks, word)  # pair, record, polarity, gap, building
+        flat = np.moveaxis(ratio.reshape(len(ratio), -1, *ratio.shape[3:]), 1, 0).reshape(-1, *places, values.size, 2)
+        what = f"peak {word} with contact over that without"
+        known = np.isfinite(flat)
+        with np.errstate(invalid="ignore"):
+            several = _percentiles(flat, percentiles)
+            amplified = np.where(known.any(axis=0), (flat > 1.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1), np.nan)
+        variables |= {
+            f"{word}_amplification": (
+                ("percentile", *dims),
+                several,
+                described("1", f"{what}, percentile over {count}; 1 where nothing touches"),
+            ),
+            f"{word}_amplification_largest": (dims, _largest(flat), described("1", f"{what}, largest of {count}")),
+            f"{word}_amplified": (dims, amplified, described("1", "share of the motions in which contact raises it")),
+        }
+        if keep_motions:
+            each = np.moveaxis(ratio, 0, 2).reshape(*ratio.shape[1:3], *places, values.size, 2)
+            variables[f"{word}_amplification_of_motion"] = (
+                ("record", "polarity", *dims),
+                each,
+                described("1", f"{what}, in each motion"),
+            )
+    touched = peaks.touched.reshape(*places, -1, values.size).mean(axis=2)
+    variables["contact_share"] = (of_pair, touched, described("1", "share of the motions in which they touch"))
+    dataset = xr.Dataset(variables, _coordinates(study, shaking, chart, percentiles), _attributes(study, shaking))
+    dataset.attrs["failed_runs"] = int(peaks.failed.sum())
+    if "amplitude" not in dataset.attrs:
+        dataset.attrs["amplitude"] = amplitude_words(dataset)
+    return dataset
+
+
+def _percentiles(flat: Array, percentiles: Sequence[float]) -> Array:
+    """Percentiles over the first axis, of the values that are known; NaN where none is."""
+    if np.isfinite(flat).all():
+        return np.percentile(flat, percentiles, axis=0)
+    unknown = ~np.isfinite(flat).any(axis=0)
+    return np.where(unknown, np.nan, np.nanpercentile(np.where(unknown, 1.0, flat), percentiles, axis=0))
+
+
+def _largest(flat: Array) -> Array:
+    """The largest over the first axis, of the values that are known; NaN where none is."""
+    largest = np.where(np.isfinite(flat), flat, -np.inf).max(axis=0)
+    return np.where(np.isfinite(largest), largest, np.nan)
+
+
+def _coordinates(study: Scene, shaking: Shaking, chart: Chart, percentiles: Sequence[float]) -> dict[str, Any]:
+    name, values = chart.gap_axis
+    pair = study.pair
+    names = [one.name for one in pair]
+    stays, varies = names[chart.stays], names[1 - chart.stays]
+    coords: dict[str, Any] = {
+        "percentile": ("percentile", list(percentiles), described("%", "share of the motions that have no more")),
+        "fixed_period": ("fixed_period", chart.periods, described("s", f"period of {stays}, which stays")),
+        "period_ratio": ("period_ratio", chart.ratios, described("1", f"period of {varies} over that of {stays}")),
+        "building": ("building", names, {"long_name": "building, left to right"}),
+        "building_period": (
+            ("fixed_period", "period_ratio", "building"),
+            chart.periods_of(),
+            described("s", "period of each building"),
+        ),
+        "building_mass": ("building", [one.mass for one in pair], described("kg", "mass of the building")),
+        "building_damping": (
+            "building",
+            [one.damping for one in pair],
+            described("1", "damping ratio of the building"),
+        ),
+        "reference_gap": (
+            ("fixed_period", "period_ratio"),
+            chart.reference,
+            described("m", chart.reference_words),
+        ),
+        "record": ("record", [motion.name for motion in shaking.motions], {"long_name": "ground motion"}),
+        "polarity": ("polarity", list(shaking.polarities), {"long_name": "sign of the ground motion"}),
+        "record_pga": (
+            "record",
+            [motion.pga for motion in shaking.motions],
+            described("m/s2", "peak ground acceleration that the buildings felt"),
+        ),
+    }
+    if name == "gap":
+        coords["gap"] = ("gap", values, described("m", "clear distance at rest"))
+    else:
+        coords[name] = (name, values, described("1", f"gap over the {chart.reference_words}"))
+        coords["gap"] = (("fixed_period", "period_ratio", name), chart.gaps, described("m", "clear distance at rest"))
+    level = shaking.level
+    if level is not None:
+        coords[level.measure.axis] = ((), level.value, measure_attributes(level.measure))
+    return coords
+
+
+def _attributes(study: Scene, shaking: Shaking) -> dict[str, Any]:
+    """What it takes to make the dataset again, and what is told of the input."""
+    notes = of_input(study, shaking.motions)
+    between = study.interfaces[0]
+    return {
+        **spectra_attributes(shaking),
+        "title": "Amplification of two buildings by pounding over the ratio of their periods and the gap",
+        "source": "pounding_risk: runs of a pair with and without contact",
+        "contact_model": between.contact_model,
+        **({"notes": as_text(list(notes))} if notes else {}),
+    }

@@ -1,0 +1,151 @@
+"""The figure along axes of numbers of a scene, and the section of a report: every number is that of `assess_along`."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from axes import PULSE, pair_text, row_text
+from figure_words import words_of
+from scenes import scene_text
+
+import pounding_risk as pr
+from pounding_risk.assessment.along import along_finding
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures.along import along_figure
+from pounding_risk.reports.explorer import page_model
+from pounding_risk.reports.sections import axes as section
+from pounding_risk.results import scene_axes
+from pounding_risk.scene.reader import parse_scene
+
+PERIOD, DAMPING, MASS = "building.left.period", "building.right.damping", "building.left.mass"
+
+
+@pytest.fixture(scope="module")
+def whole():
+    """Six periods, five damping ratios and two masses, which change no motion without contact."""
+    axes = {PERIOD: {"start": "0.3 s", "stop": "1.3 s", "num": 6}, MASS: ["500 t", "600 t"]}
+    return pr.scan(
+        parse_scene(pair_text(axes | {DAMPING: [0.02, 0.04, 0.06, 0.08, 0.1]}, {"gap": ["10 mm", "140 mm"]})),
+        check_fraction=0.0,
+    )
+
+
+@pytest.fixture(scope="module")
+def assessed(whole):
+    return pr.assess_along(whole, gap="60 mm")
+
+
+def test_along_one_axis_lines_with_their_bounds(whole):
+    one = pr.assess_along(whole.isel({DAMPING: [2], MASS: [0]}), gap="60 mm")
+    figure = along_figure(one)
+    left, right = figure.axes
+    share, need = left.get_lines()[0], right.get_lines()[0]
+    np.testing.assert_allclose(share.get_xdata(), one[PERIOD])
+    np.testing.assert_array_equal(share.get_ydata(), one["contact_probability"].isel(interface=0))
+    np.testing.assert_allclose(need.get_ydata(), 1e3 * one["required_gap"].isel(interface=0), rtol=1e-15)
+    (band,) = right.collections
+    heights = band.get_paths()[0].vertices[:, 1]
+    assert heights.max() == pytest.approx(1e3 * float(one["required_gap_high"].max()))
+    assert left.get_xlabel() == f"{PERIOD} [s]"
+    widest = int(one["required_gap"].isel(interface=0).values.argmax())
+    words = words_of(figure).replace("\n", " ")
+    assert f"(the most where {PERIOD} = {float(one[PERIOD][widest]):.6g} s)" in words
+    assert "shaded: bounds of 95 % by recording" in words
+
+
+def test_along_two_axes_maps_and_what_is_not_drawn_is_told(assessed):
+    figure = along_figure(assessed)
+    maps = [next(one for one in axis.collections if one.get_array() is not None) for axis in figure.axes[:2]]
+    part = assessed.isel({MASS: 0, "interface": 0}).transpose(DAMPING, PERIOD)
+    np.testing.assert_array_equal(np.asarray(maps[0].get_array()).ravel(), part["contact_probability"].values.ravel())
+    np.testing.assert_allclose(np.asarray(maps[1].get_array()).ravel(), 1e3 * part["required_gap"].values.ravel())
+    words = words_of(figure).replace("\n", " ")
+    assert f"drawn where {MASS} = 500 t" in words and "bounds are not drawn" in words
+    assert f"neither P(contact) nor the gap required depends on {MASS}" in words
+    assert along_finding(assessed) == along_finding(assessed.isel({MASS: [0]}))
+
+
+def test_a_summary_tells_in_how_many_cases_there_is_contact(whole):
+    struck = whole["impact_count"] > 0
+    shares = [100.0 * float(struck.isel({PERIOD: place}).mean()) for place in range(6)]
+    assert min(shares) < max(shares)
+    told = dict(pr.summary(whole).along)[PERIOD]
+    assert (
+        told
+        == f"0.3 s, 0.5 s, 0.7 s, 0.9 s, 1.1 s, 1.3 s; contact in {min(shares):.3g} % to {max(shares):.3g} % of cases"
+    )
+
+
+def test_few_values_of_a_second_axis_are_lines(assessed):
+    few = assessed.isel({DAMPING: [0, 4]})
+    left, right = along_figure(few).axes
+    names = [text.get_text() for text in left.get_legend().get_texts()]
+    assert names[:2] == [f"{DAMPING} = 0.02", f"{DAMPING} = 0.1"] and not right.collections
+    np.testing.assert_allclose(
+        right.get_lines()[1].get_ydata(), 1e3 * few["required_gap"].isel({DAMPING: 1, MASS: 0, "interface": 0})
+    )
+
+
+def test_axes_of_texts_and_of_numbers_that_move_together():
+    """Names along an axis stand below their marks; the others of `zip` are named with the first."""
+    axes = {PERIOD: ["0.3 s", "0.6 s", "0.9 s"], "building.right.period": ["0.5 s", "0.8 s", "1.1 s"]}
+    zipped = pr.scan(parse_scene(pair_text(axes | {"zip": [[PERIOD, "building.right.period"]]})), check_fraction=0.0)
+    figure = zipped.pounding.figure(gap="60 mm")
+    assert figure.axes[0].get_xlabel() == f"{PERIOD}, with building.right.period [s]"
+    assert re.search(rf"{PERIOD} = \S+ s, building.right.period = \S+ s", words_of(figure).replace("\n", " "))
+    named = scene_text(records=PULSE, grid={"gap": ["10 mm"], "interface.restitution": ["concrete", 0.4]})
+    dataset = pr.scan(parse_scene(named), check_fraction=0.0)
+    left = along_figure(pr.assess_along(dataset)).axes[0]
+    assert [text.get_text() for text in left.get_xticklabels()] == ["concrete", "0.4"]
+
+
+def test_the_interface_of_a_row_is_told_and_may_be_chosen():
+    row = pr.scan(parse_scene(row_text({"building.B.period": ["0.3 s", "0.5 s"]})), check_fraction=0.0)
+    assessed = pr.assess_along(row, gap="10 mm")
+    needed = assessed["required_gap"].max("building.B.period")
+    worst, other = (
+        str(assessed["interface"].values[at]) for at in (int(needed.values.argmax()), needed.values.argmin())
+    )
+    assert f"at {worst}" in words_of(along_figure(assessed)).replace("\n", " ")
+    left = along_figure(assessed, other).axes[0]
+    np.testing.assert_array_equal(left.get_lines()[0].get_ydata(), assessed["contact_probability"].sel(interface=other))
+    page = page_model(row)
+    assert page["pickers"][0] == "building.B.period" and page["profiles"] is not None
+    assert any("drawings of the row are left out" in fact for fact in page["facts"])
+    with pytest.raises(PoundingError, match=r'interface: "A \| C" is none'):
+        along_figure(assessed, "A | C")
+    with pytest.raises(PoundingError, match="this is no dataset of `assess_along`"):
+        along_figure(row)
+
+
+def test_an_axis_with_an_assessment_of_its_own_is_not_drawn_or_reported(whole, monkeypatch, tmp_path):
+    """As of samples of uncertain numbers: which place is meant must be chosen."""
+    monkeypatch.setattr(scene_axes, "ASSESSED_APART", (DAMPING,))
+    few = whole.isel({PERIOD: [0, 2]})
+    for call in (few.pounding.figure, lambda: pr.report(few, tmp_path / "r.html")):
+        with pytest.raises(PoundingError, match="this is of one value of each: choose with --select"):
+            call()
+
+
+def test_a_report_of_several_places_is_that_of_one_and_a_section_along_them(whole, assessed, tmp_path):
+    from pounding_risk.reports.data import ReportData, opened
+
+    few = whole.isel({DAMPING: [0, 2], PERIOD: [0, 1, 5]})
+    dataset, _, along = opened(few, {"gap": "60 mm"})
+    place = along.place.places
+    one = few.isel({axis: [at] for axis, at in place.items()})
+    assert dataset.attrs["scene_resolved"] == opened(one, {})[0].attrs["scene_resolved"]
+    assert dataset.attrs["title"].endswith(f"({along.place.words})")
+    text, figure, table = section.write(ReportData(dataset, pr.assess(dataset, gap="60 mm"), {}, along=along))
+    assert along.place.why in text["text"] and figure["kind"] == "figure"
+    assert len(table["rows"]) == 3 * 2 * 2 and len(table["heads"]) == len(table["rows"][0]) == 8
+    needs = along.assessed["required_gap"].values.ravel()
+    np.testing.assert_array_equal([row[-2]["raw"] for row in table["rows"]], needs)
+    shares = along.assessed["contact_probability"].values.ravel()
+    np.testing.assert_array_equal([row[-4]["raw"] for row in table["rows"]], shares)
+    assert needs[table["keep"]].min() >= np.delete(needs, table["keep"]).max(initial=0.0)
+    page = pr.report(few, tmp_path / "r.html", gap="60 mm").read_text(encoding="utf-8")
+    assert "Along the axes of the scene" in page and along.place.words in page
+    assert section.write(ReportData(dataset, pr.assess(one, gap="60 mm"), {})) == []
