@@ -14,6 +14,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.figures.accuracy import accuracy_figure
 from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.figures.compare import agreement_figure, reference_figure
+from pounding_risk.figures.damage import damage_figure, ida_figure
 from pounding_risk.figures.effects import effects_figure
 from pounding_risk.figures.elevation import elevation_figure
 from pounding_risk.figures.plan_view import plan_figure
@@ -48,6 +49,8 @@ KINDS = {
     "accuracy": Kind(("accuracy",), accuracy_figure),
     "effects": Kind(("effects",), effects_figure),
     "gap_spectra": Kind(("spectra",), gap_spectra_figure),
+    "damage": Kind(("damage",), damage_figure),
+    "ida": Kind(("damage",), ida_figure),
     "ratio": Kind(("scan", "compare"), ratio_figure),
     "window": Kind(("scan",), window_figure),
     "assessment": Kind(("scan",), assessment_figure, assess),
@@ -64,11 +67,11 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     Parameters
     ----------
     results : xarray.Dataset
-        A dataset of `scan`, `simulate`, `compare`, `accuracy`, `effects` or `spectra`.
+        A dataset of `scan`, `simulate`, `compare`, `accuracy`, `effects`, `spectra` or `damage`.
     kind : str, optional
         Of a scan "scan", "ratio", "window", "assessment", "separations", "elevation", "plan" or "profiles"; of a run
         "simulation"; of a comparison "agreement", "reference", "scan" or "ratio"; "accuracy", "effects" and
-        "gap_spectra". By default the first of these.
+        "gap_spectra"; of damage states "damage" or "ida". By default the first of these.
     note : str
         Added to the caption.
     **options

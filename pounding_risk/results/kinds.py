@@ -14,6 +14,7 @@ MARKS = {
     "accuracy": {"setting", "time_to_reach"},
     "effects": {"effects", "time_ratio"},
     "spectra": {"left_period", "required_gap"},
+    "damage": {"demand_ratio", "median_ratio"},
 }
 
 
