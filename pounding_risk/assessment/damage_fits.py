@@ -32,7 +32,7 @@ BELOW, KNOWN, ABOVE, NONE = -1, 0, 1, 2  # where a capacity is, of the tested le
 MOST_STEPS, CLOSE = 60, 1e-10  # Newton steps, and the decrement of the likelihood at which they end
 FULL_STEP = 0.25  # a decrement, by run, from which on steps are shortened
 CELLS = 2e6  # of the arrays that many samples are fitted with at once
-FEWEST = 3  # runs of a cloud
+FEWEST, LINE = 3, 1e-6  # runs of a cloud, and the deviation below which they lie on one line
 
 
 class Observed(NamedTuple):
@@ -261,7 +261,7 @@ def fit_cloud(seen: Observed) -> Fit:
     if b <= 0.0 or sigma >= FLAT * b:
         trend = "fall" if b <= 0.0 else "hardly grow"
         return Fit(fault=f"the demands {trend} with the intensity: this measure does not govern them")
-    if sigma <= 1e-9:
+    if sigma <= LINE:
         return Fit(fault="the demands lie on one line: they have no dispersion")
     rest = y - a - b * x
     scores = np.stack([rest, rest * x, rest**2 / sigma - sigma], axis=1) / sigma**2
@@ -305,7 +305,7 @@ def drawn_cloud(seen: Observed, weights: Array) -> Array:
         [part.sum(axis=1) for part in (known, x * known, y * known, x * x * known, x * y * known, y * y * known)]
     )
     a, b, sigma = _regression(weights @ sums.T).T
-    b = np.where((b > 0.0) & (sigma < FLAT * b), b, np.nan)
+    b = np.where((b > 0.0) & (sigma < FLAT * b) & (sigma > LINE), b, np.nan)
     return np.stack([-a / b, sigma / b], axis=1)
 
 

@@ -30,7 +30,7 @@ from pounding_risk.scene.keys import (
     text,
 )
 from pounding_risk.scene.toml import Fault, key_lines, parse_toml, read_text, sentences
-from pounding_risk.units import Quantity, say, shown
+from pounding_risk.units import Quantity, article, say, shown
 
 OF_BUILDINGS, OF_INTERFACES = ("building", "storey"), ("interface", "contact_point")  # keys that say where
 LARGEST_DRIFT = 0.3  # of a storey's height: 0.5 was meant as 0.5 %
@@ -263,8 +263,8 @@ def _of_one_demand(keys: Section) -> Iterator[Fault]:
         if place in keys and place not in asked[0].places:
             yield keys.fault(
                 place,
-                f"{asked[0].key} is no demand on a {place.replace('_', ' ')}; write {' or '.join(asked[0].places)}, or "
-                f"remove {place}",
+                f"{asked[0].key} is no demand on {article(place.replace('_', ' '))}; write "
+                f"{' or '.join(asked[0].places)}, or remove {place}",
             )
 
 
