@@ -3,7 +3,7 @@
 The FEMA P-695 far-field set at 20 levels of Sa(0.5 s), through the public `scan` on two threads and the public `damage`:
 fragilities of four damage states with pounding and without. Beside them stand fits that share no line with the
 package: capacities by NumPy's interpolation, fitted by SciPy's `lognorm.fit` of censored data, and stripes by SciPy's
-minimiser. Kernels are compiled before. ``--records`` and ``--levels`` take fewer.
+minimiser. Kernels are compiled before. ``--levels`` takes fewer, ``--records`` some of the catalogue instead.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from scipy.optimize import minimize
 import pounding_risk as pr
 
 SET, COMPONENTS, LEVELS, THREADS = "fema-p695-farfield", 44, 20, 2
+PERIOD, RANGE = "0.5 s", (0.1, 2.0)  # of Sa, and its lowest and highest level [g]
+SHIPPED = ["RSN6-180", "RSN77-164", "RSN753-000", "RSN1690-090", "CCC-HN1", "NAPA-HNE"]
 SCENE = """
 [scene]
 name = "Two five-storey frames"
@@ -77,9 +79,10 @@ acceleration = "1 g"
 def scene(records: int, levels: int) -> pr.Scene:
     """The two frames under the first records of the set."""
     tables = tomllib.loads(SCENE)
-    values = [f"{value:.6g} g" for value in np.linspace(0.05, 1.0, levels)]
-    tables["records"] = {"set": SET}
-    tables["grid"] = {"pga": values}
+    values = [f"{value:.6g} g" for value in np.linspace(*RANGE, levels)]
+    levels_of_sa = {"measure": "sa", "period": PERIOD, "levels": values}
+    names = {"set": SET} if records == COMPONENTS else {"names": SHIPPED[:records]}
+    tables["records"] = {**names, "intensity": levels_of_sa}
     return pr.read_scene(tables)
 
 
@@ -118,7 +121,9 @@ def fit_by_scipy(results: xr.Dataset, state: str, side: str, method: str) -> tup
 def print_curves(results: xr.Dataset) -> None:
     """A row for each curve, beside SciPy's fit of the same runs."""
     method = results.attrs["method"]
-    print(f"\n| state | pounding | reached in | median [g] | dispersion | SciPy's median, dispersion ({method}) | ratio |")
+    print(
+        f"\n| state | pounding | reached in | median [g] | dispersion | SciPy's median, dispersion ({method}) | ratio |"
+    )
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: |")
     for state in map(str, results["state"].values):
         for side in ("with", "without"):
@@ -140,7 +145,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--folder", type=Path, help="where to write the datasets and figures")
     parser.add_argument("--levels", type=int, default=LEVELS)
-    parser.add_argument("--records", type=int, default=COMPONENTS)
+    parser.add_argument("--records", type=int, default=COMPONENTS, help="fewer are records of the catalogue")
     options = parser.parse_args()
     study = scene(options.records, options.levels)
     warm = scene(1, 2)

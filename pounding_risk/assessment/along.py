@@ -12,11 +12,12 @@ from pounding_risk.assessment.assess import Options, contact_of
 from pounding_risk.assessment.demands import check_dataset, interfaces
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
 from pounding_risk.errors import PoundingError
+from pounding_risk.results.amplitudes import level_asked
 from pounding_risk.results.files import open_results
 from pounding_risk.results.scene_axes import open_axes
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
-from pounding_risk.units import GAP, PGA, si
+from pounding_risk.units import GAP, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,6 +42,7 @@ def assess_along(
     percentile: float | str | None = None,
     target: float | str | None = None,
     pga: float | str | None = None,
+    intensity_level: float | str | None = None,
 ) -> xr.Dataset:
     """Assess contact at every place along the axes of other numbers of the scene, by the rules of `assess`.
 
@@ -58,6 +60,8 @@ def assess_along(
         Accepted probability of contact; what the percentile leaves by default.
     pga : float or str, optional
         Amplitude of the grid to assess [m/s2, or text with a unit]; as of `assess`.
+    intensity_level : float or str, optional
+        The same for a grid of any measure; as of `assess`.
 
     Returns
     -------
@@ -83,7 +87,7 @@ def assess_along(
         None,
         criterion,
         "pga",
-        None if pga is None else si(pga, PGA, "pga"),
+        level_asked(whole, pga, intensity_level),
         None,
     )
     sizes = tuple(whole.sizes[axis.name] for axis in axes)

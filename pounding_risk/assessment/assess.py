@@ -42,11 +42,20 @@ from pounding_risk.assessment.sensitivity import (
 from pounding_risk.assessment.separations.table import Comparison, code_table
 from pounding_risk.assessment.verdict import AssessedGap, Observations, Verdict, judge
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.amplitudes import amplitude_words, intensity_words, own, spectral, usual_intensity
+from pounding_risk.motions.levels import read_measure
+from pounding_risk.results.amplitudes import (
+    amplitude_words,
+    amplitudes_of,
+    intensity_quantity,
+    intensity_words,
+    level_asked,
+    spectral,
+    usual_intensity,
+)
 from pounding_risk.results.attributes import told
 from pounding_risk.results.contact_notes import of_results
-from pounding_risk.results.own_case import own_amplitude, own_level, scene_force, scene_gap, scene_model
-from pounding_risk.units import GAP, PGA, say, si
+from pounding_risk.results.own_case import at_level, own_amplitude, own_level, scene_force, scene_gap, scene_model
+from pounding_risk.units import GAP, say, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,13 +75,14 @@ __all__ = ["Assessment", "InterfaceAssessment", "assess", "interfaces"]
 class InterfaceAssessment(ShortRepr):
     """Assessment of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
 
-    ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid (None where the grid
-    has none; ``at`` says it in words), as is ``closing``, what each motion closes, in rising order. ``yielding`` is at
-    every gap of the grid. ``fragility`` of contact is at these and the assessed one, of yielding at ``yield_gap``, the
-    grid's nearest, as is ``response``, what the motions do under each contact model and F_E. ``own_force`` is the
-    grid's F_E that is nearest to the scene's own, ``own_model`` the scene's contact model. ``rates`` go with
-    ``fragility``, where a hazard curve is given; ``gaps_for_rates`` are then the gaps that keep contact to usual rates
-    and to the target rate, which ``rate_verdict`` is on. ``separations`` are those of codes, beside the motions.
+    ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid [SI] (None where the
+    grid has none; ``intensity`` is its measure, ``at`` says it in words), as is ``closing``, what each motion closes,
+    in rising order. ``yielding`` is at every gap of the grid. ``fragility`` of contact is at these and the assessed
+    one, of yielding at the grid's nearest, ``yield_gap``, as is ``response``, what the motions do under each contact
+    model and F_E. ``own_force`` is the grid's F_E that is nearest to the scene's own, ``own_model`` the scene's
+    contact model. ``rates`` go with ``fragility``, where a hazard curve is given; ``gaps_for_rates`` are then the
+    gaps that keep contact to usual rates and to the target rate, which ``rate_verdict`` is on. ``separations`` are
+    those of codes, beside the motions.
     """
 
     name: str
@@ -95,6 +105,7 @@ class InterfaceAssessment(ShortRepr):
     separations: tuple[Comparison, ...]
     verdict: Verdict
     rate_verdict: RateVerdict | None = None
+    intensity: str = "pga"  # of ``amplitude``, as an assessment takes it
 
     def required_at(self, percentile: float) -> RequiredGap:
         """The gap required by a percentile [%] that was asked for, 50, 84 or 95."""
@@ -120,7 +131,7 @@ class Assessment(ShortRepr):
     """Assessment of every interface of a dataset, with its criterion and the runs that it rests on.
 
     ``confidence`` and ``target`` are fractions, ``percentile`` is in %; ``asked`` says in words how they were read.
-    ``hazard`` names the hazard curve; ``hazard_rows`` are its rows, intensity [m/s2] and annual rate [1/year], and
+    ``hazard`` names the hazard curve; ``hazard_rows`` are its rows, intensity [SI] and annual rate [1/year], and
     ``hazard_reading`` says how the table was read. ``target_rate`` is the accepted rate of contact [1/year], and
     ``target_rate_words`` how it was given. ``unused_keys`` are the keys of the scene that change nothing in it, and
     why.
@@ -172,7 +183,7 @@ class Options(NamedTuple):
     hazard: Hazard | None
     criterion: Criterion
     intensity: str
-    pga: float | None
+    level: int | None  # index of the amplitude that is asked for
     target_rate: AnnualRate | None
 
 
@@ -186,6 +197,7 @@ def assess(
     intensity: str | None = None,
     target: float | str | None = None,
     pga: float | str | None = None,
+    intensity_level: float | str | None = None,
     target_rate: AnnualRate | float | str | None = None,
 ) -> Assessment:
     """Assess the gaps of a dataset of `scan`: probabilities of contact, gaps required, fragilities and a verdict.
@@ -210,7 +222,8 @@ def assess(
     intensity : str, optional
         Intensity of the fragilities: "pga"; "sa(left)", "sa(right)" or "sa(NAME)", the pseudo-spectral acceleration at
         a building's period; "sa(longer)", "sa(shorter)" or "sa(mean)", that of 5 % damping at the longest, the shortest
-        and the geometric mean of the buildings' periods; or "sa(0.62 s)" at any period. By default that of the hazard
+        and the geometric mean of the buildings' periods; "sa(0.62 s)" at any period; "sa_avg(0.2-2 s)", the geometric
+        mean over a range of periods; "pgv"; or "scale", the factors of a grid of them. By default that of the hazard
         curve; of hazard spectra, and without a hazard, the one that the scene scales its motions to, else "sa(longer)"
         with spectra and PGA without.
     target : float or str, optional
@@ -219,6 +232,8 @@ def assess(
     pga : float or str, optional
         Amplitude of the grid to assess [m/s2, or text with a unit]; the scene's own by default where the grid has it,
         else the largest.
+    intensity_level : float or str, optional
+        The same for a grid of any measure: the level to assess [SI, or text with a unit]; the largest by default.
     target_rate : AnnualRate, float or str, optional
         Accepted rate of contact under the hazard curve: "1 % in 50 years", a return period such as "2475 years", or a
         rate such as "4e-4 a year", which may be a plain number.
@@ -236,12 +251,12 @@ def assess(
     """
     results, whose = data.open_dataset(results)
     gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
-    pga = None if pga is None else si(pga, PGA, "pga")
     data.check_dataset(results, whose)
+    level = level_asked(results, pga, intensity_level)
     rate = read_target_rate(target_rate, hazard is not None)
     criterion = read_criterion(target, percentile, confidence)
     intensity, curve, reading = intensity_and_hazard(results, hazard, intensity)
-    options = Options(gap, curve, criterion, intensity, pga, rate)
+    options = Options(gap, curve, criterion, intensity, level, rate)
     counts = data.run_counts(results)
     assessed = tuple(_interface(name, part, index, options) for index, (name, part) in enumerate(interfaces(results)))
     return Assessment(
@@ -295,7 +310,10 @@ def _usual_intensity(results: xr.Dataset, hazard: Hazard | HazardSpectrum | None
     if hazard is None:
         return usual
     one = spectral(hazard.name[3:-1]) if hazard.name.startswith("sa(") else None
-    return "pga" if hazard.name == "pga" else usual if one is None else one.intensity
+    if one is None:
+        measure = read_measure(hazard.name)
+        return usual if measure is None else measure.intensity
+    return one.intensity
 
 
 class Contact(NamedTuple):
@@ -326,7 +344,7 @@ def contact_of(results: xr.Dataset, index: int, options: Options) -> Contact:
     gap = scene_gap(results, index) if options.gap is None else options.gap
     criterion = options.criterion
     every = data.motions_of(results)
-    level = _level(results, every.amplitudes, options.pga)
+    level = own_level(results) if options.level is None else options.level
     motions = _at_level(every, level)
     closing = motions.closing[:, 0]
     independent = independent_motions(_logs(closing), motions.recordings)
@@ -363,7 +381,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
     )
     own_force, own_model = scene_force(results), scene_model(results)
     sensitivity += yield_influences(about, own_force, criterion.target) if own_force in about.forces else ()
-    response = responses_at(_one_amplitude(results, level), yield_gap)
+    response = responses_at(at_level(results, level), yield_gap)
     sensitivity += response_influences(response, own_model, own_force)
     touching = _contact_motions(results, every, options)
     fragility = (
@@ -404,11 +422,12 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
         gaps_for_rates=gaps_for_rates,
         sensitivity=sensitivity,
         what_matters=what_matters(sensitivity),
-        separations=code_table(_one_amplitude(results, level), criterion.percentile).rules,
+        separations=code_table(at_level(results, level), criterion.percentile).rules,
         verdict=_with_rate(
-            _with_notes(judge(AssessedGap(gap, criterion), observed), results, name, options.pga), rate_verdict
+            _with_notes(judge(AssessedGap(gap, criterion), observed), results, name, options.level), rate_verdict
         ),
         rate_verdict=rate_verdict,
+        intensity=amplitudes_of(results).name,
     )
 
 
@@ -434,37 +453,20 @@ def _with_rate(verdict: Verdict, by_rate: RateVerdict | None) -> Verdict:
     return verdict if by_rate is None else replace(verdict, conclusion=(*verdict.conclusion, *by_rate.conclusion))
 
 
-def _with_notes(verdict: Verdict, results: xr.Dataset, name: str, asked_pga: float | None) -> Verdict:
+def _with_notes(verdict: Verdict, results: xr.Dataset, name: str, asked: int | None) -> Verdict:
     """The verdict, extended by which amplitude it is of and by the dataset's notes on this interface."""
-    notes = [_amplitude_note(results) if asked_pga is None else "", told(results, "level_notes", {}).get(name, "")]
+    notes = [_amplitude_note(results) if asked is None else "", told(results, "level_notes", {}).get(name, "")]
     return replace(verdict, evidence=(*verdict.evidence, *(str(note) for note in notes if note)))
 
 
 def _amplitude_note(results: xr.Dataset) -> str:
     """Sentence on which of several amplitudes is assessed where none is asked for, and why."""
-    if results.sizes.get("pga", 1) < 2:
+    amplitudes = amplitudes_of(results)
+    if len(amplitudes.values) < 2:
         return ""
-    levels = [own(float(pga), PGA) for pga in results["pga"].values]
+    levels = [amplitudes.words(value) for value in amplitudes.values if value is not None]
     why = "the largest" if own_amplitude(results) is None else "the scene's own"
     return f"Of the amplitudes {', '.join(levels)}, {levels[own_level(results)]} is assessed: {why}."
-
-
-def _level(results: xr.Dataset, amplitudes: tuple[float | None, ...], asked: float | None) -> int:
-    """Index of the assessed amplitude; raises PoundingError for one that the grid has not."""
-    if asked is None:
-        return own_level(results)
-    for level, amplitude in enumerate(amplitudes):
-        if amplitude is not None and abs(amplitude - asked) <= 1e-9 * amplitude:
-            return level
-    known = (
-        ", ".join(own(known_pga, PGA) for known_pga in amplitudes if known_pga is not None)
-        or "none: its motions have no amplitudes of a grid"
-    )
-    raise PoundingError(f"pga {own(asked, PGA)} is not in the dataset, which has {known}")
-
-
-def _one_amplitude(results: xr.Dataset, level: int) -> xr.Dataset:
-    return results.isel(pga=level) if "pga" in results.dims else results
 
 
 def _at_level(motions: Motions, level: int) -> Motions:
@@ -525,7 +527,7 @@ def _contact_motions(results: xr.Dataset, motions: Motions, options: Options) ->
     # What is pushed across a gap by others does not grow with the motion.
     pushed = motions.alone is not None and bool((motions.closing > motions.alone)[motions.finite].any())
     linear = data.is_linear(results) and not pushed
-    return ContactMotions(options.intensity, _method(motions, options), ims, closing, recordings, linear)
+    return ContactMotions(options.intensity, _method(results, options), ims, closing, recordings, linear)
 
 
 def _yield_curves(
@@ -542,9 +544,9 @@ def _yield_curves(
             if not known.any():
                 continue
             im, reached = ims.ravel()[known], failed[known] > 0.0
-            fit = curves.fit(im, reached, _numbered(who[known]))
+            fit = curves.fit(im, reached, _numbered(who[known]), intensity_quantity(options.intensity))
             about: dict[str, Any] = {"what": "yield", "gap": gap, "yield_force": float(force), "contact_model": model}
-            about |= {"intensity": options.intensity, "method": _method(motions, options), "note": ""}
+            about |= {"intensity": options.intensity, "method": _method(results, options), "note": ""}
             yield Fragility(**about, **asdict(fit), stripes=curves.stripes_of(im, reached))
 
 
@@ -553,8 +555,10 @@ def _numbered(recordings: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.unique(recordings, return_inverse=True)[1].astype(np.int64)
 
 
-def _method(motions: Motions, options: Options) -> str:
-    return curves.STRIPES if options.intensity == "pga" and len(motions.amplitudes) > 1 else curves.OWN
+def _method(results: xr.Dataset, options: Options) -> str:
+    amplitudes, asked = amplitudes_of(results), read_measure(options.intensity)
+    is_own = asked is not None and amplitudes.measure.is_same(asked)
+    return curves.STRIPES if is_own and len(amplitudes.values) > 1 else curves.OWN
 
 
 def _plain(value: Any) -> Any:

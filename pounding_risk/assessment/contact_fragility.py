@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pounding_risk.assessment import fragility as curves
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.assessment.proportions import independent_motions
+from pounding_risk.results.amplitudes import intensity_quantity
 
 Array = NDArray[np.float64]
 
@@ -27,7 +28,7 @@ class ContactMotions(NamedTuple):
 
     intensity: str
     method: str  # of fits to the scanned intensities, `fragility.STRIPES` or `fragility.OWN`
-    ims: Array  # (motions, amplitudes) [m/s2]
+    ims: Array  # (motions, amplitudes) [SI]
     closing: Array  # (motions, amplitudes) [m]
     recordings: NDArray[np.int64]  # (motions,) from 0 without gaps
     linear: bool
@@ -35,7 +36,8 @@ class ContactMotions(NamedTuple):
     def curve(self, gap: float) -> Fragility:
         """The fragility of contact at a gap [m]; its ``fault`` says why there is none."""
         im, touching = self.ims.ravel(), (self.closing > gap).ravel()
-        curve = curves.fit(im, touching, np.repeat(self.recordings, self.ims.shape[1]))
+        who = np.repeat(self.recordings, self.ims.shape[1])
+        curve = curves.fit(im, touching, who, intensity_quantity(self.intensity))
         method, note, factor, independent = self.method, "", np.nan, np.nan
         if self.linear:
             scaled, times = self._by_scaling(gap)
@@ -49,7 +51,7 @@ class ContactMotions(NamedTuple):
 
     @property
     def unit_capacities(self) -> Array:
-        """The intensity [m/s2] at which each motion closes a metre, (motions,); inf where it closes nothing."""
+        """The intensity [SI] at which each motion closes a metre, (motions,); inf where it closes nothing."""
         reach = np.divide(1.0, self.closing, where=self.closing > 0.0, out=np.full(self.closing.shape, np.inf))
         return np.asarray((self.ims * reach)[:, 0])
 
@@ -64,5 +66,6 @@ class ContactMotions(NamedTuple):
         fitted = curves.fit_capacities((self.ims * reach)[:, 0], self.recordings)
         if fitted.fault:
             return fitted, np.nan
-        factor, fault = curves.out_of_scale(fitted, np.exp(np.log(reach).mean(axis=0)))
+        quantity = intensity_quantity(self.intensity)
+        factor, fault = curves.out_of_scale(fitted, np.exp(np.log(reach).mean(axis=0)), quantity)
         return (curves.Fit(fault=fault), np.nan) if fault else (fitted, factor)

@@ -23,12 +23,12 @@ from pounding_risk.assessment.damage_words import finding, told_of
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.assessment.options import USUAL_CONFIDENCE
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.amplitudes import amplitude_words, intensity_words
+from pounding_risk.results.amplitudes import amplitude_words, intensity_quantity
 from pounding_risk.results.attributes import as_text, tables_of
 from pounding_risk.results.grid_values import place_of
 from pounding_risk.results.own_case import own_case
 from pounding_risk.scene.damage import read_states
-from pounding_risk.units import PGA, share, shown, si
+from pounding_risk.units import share, shown, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,7 +108,7 @@ def damage(
         _method(method, motions),
         share(confidence, "confidence", low=0.5),
         curve,
-        None if at is None else si(at, PGA._replace(words=intensity_words(word)), "at"),
+        None if at is None else si(at, intensity_quantity(word), "at"),
     )
     weights = bootstrap_weights(motions.recordings, DRAWS, SEED)
     found = [curves_of(case, state, motions, options, weights) for state in asked]

@@ -13,6 +13,7 @@ from pounding_risk.assessment.damage_demands import demands_of
 from pounding_risk.assessment.damage_fits import METHODS, Capacities, Observed, capacities
 from pounding_risk.assessment.fragility import Fit, fragility_curve, of_one_intensity
 from pounding_risk.assessment.hazard import Hazard
+from pounding_risk.results.amplitudes import intensity_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,7 +104,9 @@ def curves_of(case: xr.Dataset, state: Any, motions: Motions, options: Options, 
     known = np.isfinite(motions.ims) & np.isfinite(demands.with_contact) & np.isfinite(demands.without)
     ratios = [np.where(known, values, np.nan) for values in demands]
     method = METHODS[options.method]
-    seen = [Observed(motions.ims, values, motions.recordings) for values in ratios]
+    seen = [
+        Observed(motions.ims, values, motions.recordings, intensity_quantity(options.intensity)) for values in ratios
+    ]
     fits = [method.fit(one) for one in seen]
     nothing = np.full((len(weights), 2), np.nan)
     drawn = [nothing if fit.fault else method.drawn(one, weights) for fit, one in zip(fits, seen, strict=True)]

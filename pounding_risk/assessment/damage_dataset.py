@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pounding_risk.assessment.damage_curves import POUNDING, Curves, Motions, Options
 from pounding_risk.assessment.fragility import Fit, Fragility, fragility_curve
 from pounding_risk.assessment.hazard import Rate, annual_rate, rate_of
-from pounding_risk.results.amplitudes import intensity_words
+from pounding_risk.results.amplitudes import intensity_unit, intensity_words
 from pounding_risk.results.variables import described
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def dataset_of(found: Sequence[Curves], motions: Motions, options: Options, case
     """The dataset of all states."""
     import xarray as xr
 
-    unit, words = "m/s2", intensity_words(options.intensity)
+    unit, words = intensity_unit(options.intensity), intensity_words(options.intensity)
     tested = motions.ims[np.isfinite(motions.ims)]
     im = np.geomspace(tested.min(), tested.max(), POINTS) if np.ptp(tested) > 0.0 else tested[:1]
     common = motions.levels
@@ -71,7 +71,7 @@ def dataset_of(found: Sequence[Curves], motions: Motions, options: Options, case
         said = "the logarithm of the median" if place == 0 else "the dispersion"
         values = np.array([[pair[place] for pair in side] for side in errors]).T
         variables[name] = (both, values, described("1", f"standard error of {said}, by recording or by motion"))
-    variables |= _of_motions(found, motions, common is not None)
+    variables |= _of_motions(found, motions, unit, common is not None)
     variables |= _compared(found, im, options, (unit, words))
     variables |= _rates(found, options)
     return xr.Dataset(variables, coords=labels, attrs={"intensity": options.intensity, "method": options.method})
@@ -87,7 +87,7 @@ def _by_record(values: NDArray[Any], motions: Motions) -> NDArray[Any]:
     return values.reshape(len(motions.records), len(motions.polarities), *values.shape[1:])
 
 
-def _of_motions(found: Sequence[Curves], motions: Motions, has_common_levels: bool) -> dict[str, Any]:
+def _of_motions(found: Sequence[Curves], motions: Motions, unit: str, has_common_levels: bool) -> dict[str, Any]:
     """Demands, capacities and counts of the motions."""
     by_level = ("state", "pounding", "level")
     ratios = np.array([one.ratios for one in found])  # state, pounding, motion, level
@@ -110,7 +110,7 @@ def _of_motions(found: Sequence[Curves], motions: Motions, has_common_levels: bo
             spread["demand_ratio"],
             described("1", "demand over the threshold of the state"),
         ),
-        "capacity": (("state", "pounding", *of_motions), spread["capacity"], described("m/s2", capacity)),
+        "capacity": (("state", "pounding", *of_motions), spread["capacity"], described(unit, capacity)),
         "capacity_status": (("state", "pounding", *of_motions), spread["capacity_status"], where),
         "runs": (by_level, known.sum(axis=2).astype(np.int32), described("1", "runs that did not fail")),
         "reached": (

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.demands import by_motion
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-AMPLITUDES = ("pga", "intensity")  # names that the axis of amplitudes may have
 POINT = "contact_point_"
 
 
@@ -132,7 +132,7 @@ def _of_interfaces(case: xr.Dataset, state: Any, without: bool) -> Array:
 
 def _by_motion(values: xr.DataArray, places: list[str]) -> Array:
     """Values as (motions, levels, places), whether or not there is an axis of amplitudes."""
-    levels = [axis for axis in AMPLITUDES if axis in values.dims]
+    levels = [axis for axis in (PGA_AXIS, LEVEL_AXIS) if axis in values.dims]
     found = by_motion(values, [*levels, *places])
     return found if levels else found[:, None]
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.assessment import fragility as curves
 from pounding_risk.assessment.fragility import ALONE, FLAT, Fit
+from pounding_risk.units import PGA, Quantity
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -41,6 +42,7 @@ class Observed(NamedTuple):
     ims: Array
     ratios: Array  # NaN where a run failed
     recordings: Labels  # (motions,) from 0 without gaps
+    quantity: Quantity = PGA  # of the intensities, for sentences
 
 
 class Capacities(NamedTuple):
@@ -91,7 +93,7 @@ def fit_stripes(seen: Observed) -> Fit:
     if not known.any():
         return Fit(fault="no run is known")
     who = np.broadcast_to(seen.recordings[:, None], known.shape)[known]
-    return curves.fit(seen.ims[known], seen.ratios[known] >= 1.0, _numbered(who))
+    return curves.fit(seen.ims[known], seen.ratios[known] >= 1.0, _numbered(who), seen.quantity)
 
 
 def drawn_stripes(seen: Observed, weights: Array) -> Array:
@@ -173,7 +175,7 @@ def fit_ida(seen: Observed) -> Fit:
     spread = inverse @ curves.by_recording(scores, labels)
     fitted = curves.fit_of(middle + scale * delta / gamma, scale / gamma, inverse @ turn.T, spread)
     tested = seen.ims[np.isfinite(seen.ratios)]
-    return curves.unless(fitted, curves.not_carried(fitted, tested) or curves.outside(fitted.median, tested))
+    return curves.unless(fitted, _refusal(fitted, tested, seen.quantity))
 
 
 def _no_capacities(values: Array, status: NDArray[np.int8], seen: Observed, labels: Labels) -> str:
@@ -271,7 +273,7 @@ def fit_cloud(seen: Observed) -> Fit:
     inverse = turn @ np.linalg.inv(curvature)
     fitted = curves.fit_of(-a / b, sigma / b, inverse @ turn.T, inverse @ curves.by_recording(scores, labels))
     tested = np.exp(x)
-    return curves.unless(fitted, curves.not_carried(fitted, tested) or curves.outside(fitted.median, tested))
+    return curves.unless(fitted, _refusal(fitted, tested, seen.quantity))
 
 
 def _cloud(seen: Observed) -> tuple[Array, Array, Labels]:
@@ -347,6 +349,11 @@ def bootstrap_weights(recordings: Labels, draws: int, seed: int) -> Array:
     groups = int(recordings.max(initial=-1)) + 1
     counts = np.random.default_rng(seed).multinomial(groups, np.full(groups, 1.0 / groups), size=draws)
     return np.asarray(counts[:, recordings], dtype=float)
+
+
+def _refusal(fitted: Fit, tested: Array, quantity: Quantity) -> str:
+    """Sentence on why a fit is refused; "" where it is not."""
+    return curves.not_carried(fitted, tested, quantity) or curves.outside(fitted.median, tested, quantity)
 
 
 def _numbered(recordings: Labels) -> Labels:

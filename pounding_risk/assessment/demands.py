@@ -16,15 +16,20 @@ from numpy.typing import NDArray
 
 from pounding_risk.assessment.proportions import labels
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, PGA_AXIS, Measure, read_measure
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
 from pounding_risk.motions.record import recording
+from pounding_risk.motions.scaling import mean_periods
 from pounding_risk.results.amplitudes import (
     Spectral,
+    amplitudes_of,
     has_spectrum_at,
+    intensity_unit,
     intensity_words,
     scaled_to,
     spectral,
     spectral_range,
+    usual_intensity,
 )
 from pounding_risk.results.attributes import tables_of, told
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
@@ -38,6 +43,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+AMPLITUDE_AXES = (PGA_AXIS, LEVEL_AXIS)  # of which a dataset has one at most
+MOTION_AXES = ("record", "polarity", *AMPLITUDE_AXES)
 NEEDED = ("peak_closing_free", "yield_exceedance", "impact_count", "status", "peak_displacement_free")
 # They leave the free motion linear. inelastic_storeys does not: twice the motion is not twice the closing.
 LINEAR = {"permanent_set", "unloading_stiffness", "strain_rate", "wave_passage", "p_delta", "soil_flexibility"}
@@ -52,7 +59,7 @@ class Motions(NamedTuple):
     records: tuple[str, ...]  # by motion
     polarities: tuple[str, ...]
     recordings: NDArray[np.int64]  # numbers, equal for the components and polarities of one recording
-    amplitudes: tuple[float | None, ...]  # m/s2, of the grid; None for motions as recorded
+    amplitudes: tuple[float | None, ...]  # SI, of the grid in its measure; None for motions as recorded
     closing: Array  # (motions, amplitudes) [m]
     finite: NDArray[np.bool_]  # (motions,) False where a closing is not finite at some amplitude, or the record is dead
     alone: Array | None = None  # of one interface of several: closing without contact anywhere, at most ``closing``
@@ -119,9 +126,6 @@ def motions_of(results: xr.Dataset) -> Motions:
     ``closing`` is then the most that is closed, with the penetration, in such a run under any contact model and F_E.
     """
     records, polarities = (list(map(str, results[axis].values)) for axis in ("record", "polarity"))
-    amplitudes: tuple[float | None, ...] = (None,)
-    if "pga" in results.coords:
-        amplitudes = tuple(float(pga) for pga in np.atleast_1d(results["pga"].values))
     alone = _by_amplitude(results["peak_closing_free"])
     closing = np.fmax(alone, _pushed(results)) if is_pushed(results) else alone
     turns = len(polarities)
@@ -129,7 +133,7 @@ def motions_of(results: xr.Dataset) -> Motions:
         tuple(name for name in records for _ in polarities),
         tuple(polarities) * len(records),
         np.repeat(numbered_recordings(results, records), turns),
-        amplitudes,
+        amplitudes_of(results).values,
         closing,
         np.atleast_1d(np.isfinite(alone).all(axis=1)) & np.repeat(is_shaking(results), turns),
         alone if is_pushed(results) else None,
@@ -181,7 +185,7 @@ def _pushed(results: xr.Dataset) -> Array:
     """Largest closing of each motion in runs that touch at a gap which it leaves open alone; NaN without such runs."""
     opened = results["peak_closing_free"] <= results["gap"]
     reach = results["peak_closing"].where((results["impact_count"] > 0) & opened)
-    return _by_amplitude(reach.max([axis for axis in reach.dims if axis not in ("record", "polarity", "pga")]))
+    return _by_amplitude(reach.max([axis for axis in reach.dims if axis not in MOTION_AXES]))
 
 
 def held_apart(results: xr.Dataset, gap: float) -> NDArray[np.bool_]:
@@ -194,7 +198,7 @@ def held_apart(results: xr.Dataset, gap: float) -> NDArray[np.bool_]:
     if not at.size:
         return np.zeros_like(_by_amplitude(results["peak_closing_free"]), dtype=bool)
     counts = results["impact_count"].isel(gap=at)
-    touches = (counts != 0).any([axis for axis in counts.dims if axis not in ("record", "polarity", "pga")])
+    touches = (counts != 0).any([axis for axis in counts.dims if axis not in MOTION_AXES])
     return np.asarray((_by_amplitude(results["peak_closing_free"]) > gap) & (_by_amplitude(touches) == 0))
 
 
@@ -210,8 +214,9 @@ def by_motion(values: xr.DataArray, rest: Sequence[str] = ()) -> Array:
 
 def _by_amplitude(values: xr.DataArray) -> Array:
     """Values as (motions, amplitudes), whether or not there is an axis of amplitudes."""
-    flat = by_motion(values, [axis for axis in ("pga",) if axis in values.dims])
-    return flat.reshape(len(flat), values.sizes.get("pga", 1))
+    axes = [axis for axis in AMPLITUDE_AXES if axis in values.dims]
+    flat = by_motion(values, axes)
+    return flat.reshape(len(flat), -1)
 
 
 def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:
@@ -222,9 +227,9 @@ def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:
     gaps = results["gap"].values
     nearest = int(np.abs(gaps - gap).argmin())
     one = results["yield_exceedance"].isel(gap=nearest, yield_force=_may_yield(results))
-    rest = [axis for axis in ("pga", "contact_model", "yield_force") if axis in one.dims]
+    rest = [axis for axis in (*AMPLITUDE_AXES, "contact_model", "yield_force") if axis in one.dims]
     values = by_motion(one, rest)
-    values = values if "pga" in rest else values[:, None]
+    values = values if set(AMPLITUDE_AXES) & set(rest) else values[:, None]
     return float(gaps[nearest]), np.where(values == UNDEFINED, np.nan, values.astype(float))
 
 
@@ -243,22 +248,61 @@ def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(own.set_dims(sizes).transpose(*sizes).values).any(axis=1))
 
 
-def intensities(results: xr.Dataset, intensity: str) -> Array:
-    """Intensities of the motions [m/s2], (motions, amplitudes).
+class MotionIntensities(NamedTuple):
+    """Intensities of the motions of a dataset, and what they are."""
 
-    That is "pga", or "sa(left)", "sa(right)" or by name, or "sa(0.62 s)" at any period. Sa of a single mass is its
+    values: Array  # SI, (motions, amplitudes)
+    intensity: str  # the word that an assessment takes, with periods: "pga", "pgv", "sa(0.5 s)", "sa_avg(0.2-2 s)"
+    words: str  # in sentences: "PGA", "Sa(0.5 s)"
+    unit: str  # SI as datasets write it: "m/s2", of PGV "m/s", of a factor "1"
+
+
+def intensities_of(results: xr.Dataset, intensity: str | None = None) -> MotionIntensities:
+    """Intensities of the motions of a dataset in any measure.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A dataset of `scan`; motions are in the order of `motions_of`.
+    intensity : str, optional
+        As of `assess`; by default what the scene scales its motions to (`amplitudes.usual_intensity`), PGA without.
+
+    Returns
+    -------
+    MotionIntensities
+        The values (motions, amplitudes), with the measure's word, words and unit.
+
+    Raises
+    ------
+    PoundingError
+        As `intensities`.
+    """
+    word = resolved_intensity(results, usual_intensity(results) if intensity is None else intensity)
+    return MotionIntensities(intensities(results, word), word, intensity_words(word), intensity_unit(word))
+
+
+def intensities(results: xr.Dataset, intensity: str) -> Array:
+    """Intensities of the motions [SI], (motions, amplitudes).
+
+    That is "pga", "pgv", "sa_avg(0.2-2 s)", the factor "scale" of a dataset whose axis it is, or "sa(left)",
+    "sa(right)" or by name, or "sa(0.62 s)" at any period. What the dataset's motions are scaled to has the values of
+    its axis. Sa of a single mass is its
     pseudo-spectral acceleration at its own period and damping, (2π/T)² times its largest displacement without contact;
     of a building with storeys, that of the record at its first period. Sa at a period is what the scene scales its
     motions to where that is the same, or is read from the dataset's spectra, of 5 % damping, by straight lines in
     the logarithms. Raises PoundingError for another word, for a rigid building, and where the dataset has no such
     spectrum.
     """
-    if intensity == "pga":
-        polarities = results.sizes["polarity"]
-        peaks = results["pga"].values if "pga" in results.coords else None
-        if peaks is None:
-            return np.repeat(results["record_pga"].values, polarities)[:, None]
-        return np.tile(np.atleast_1d(peaks), (results.sizes["record"] * polarities, 1))
+    asked = read_measure(intensity)
+    amplitudes = amplitudes_of(results)
+    if asked is not None and amplitudes.axis in results.coords and amplitudes.measure.is_same(asked):
+        motions = results.sizes["record"] * results.sizes["polarity"]
+        return np.tile(np.array(amplitudes.values, dtype=float), (motions, 1))
+    if asked is not None and asked.name != "sa":
+        felt = _felt(results)
+        if asked.name != "pga":
+            felt = _before_scaling(results, asked, intensity)[:, None] * _grown(results, felt)
+        return np.repeat(felt, results.sizes["polarity"], axis=0)
     one = _spectral_of(results, intensity)
     side = _side(results, intensity)
     if side is None or _has_storeys(results, side):
@@ -272,22 +316,71 @@ def _of_records(results: xr.Dataset, asked: Spectral, intensity: str) -> Array:
     known = scaled_to(results)
     if known is not None and known.value is not None and known.is_at(asked):
         return np.full((results.sizes["record"] * results.sizes["polarity"], 1), known.value)
-    if not has_spectrum_at(results, asked):
-        span = spectral_range(results)
-        if span is None:
-            raise PoundingError(
-                f"intensity {intensity!r}: the dataset has no spectra of its records, an older version wrote it; run "
-                "it again with `pounding-risk rerun`, or write pga"
-            )
-        raise PoundingError(
-            f"intensity {intensity!r}: the dataset has spectra of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s; "
-            "write a period among them, or pga"
-        )
-    spectra, periods = results["record_spectral_acceleration"].transpose("record", "period").values, results["period"]
-    at = [np.exp(np.interp(np.log(asked.period), np.log(periods.values), np.log(spectrum))) for spectrum in spectra]
-    scaled = np.array(at)[:, None] / results["record_pga"].values[:, None]
+    _check_spectra(results, (asked,), intensity)
+    at = np.exp(_log_spectra(results, np.array([asked.period]))[:, 0])
+    scaled = at[:, None] / results["record_pga"].values[:, None]
     peaks = np.repeat(scaled, results.sizes["polarity"], axis=0)
     return np.asarray(peaks * intensities(results, "pga"))
+
+
+def _check_spectra(results: xr.Dataset, asked: Sequence[Spectral], intensity: str) -> None:
+    """Raise PoundingError where the dataset has no Sa of its records at these periods and damping."""
+    if all(has_spectrum_at(results, one) for one in asked):
+        return
+    span = spectral_range(results)
+    if span is None:
+        raise PoundingError(
+            f"intensity {intensity!r}: the dataset has no spectra of its records, an older version wrote it; run "
+            "it again with `pounding-risk rerun`, or write pga"
+        )
+    periods = "a period" if len(asked) == 1 else "periods"
+    raise PoundingError(
+        f"intensity {intensity!r}: the dataset has spectra of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s; "
+        f"write {periods} among them, or pga"
+    )
+
+
+def _log_spectra(results: xr.Dataset, at: NDArray[Any]) -> Array:
+    """Logarithms of Sa of the records before the amplitude of the grid at these periods, (records, periods)."""
+    spectra, periods = results["record_spectral_acceleration"].transpose("record", "period").values, results["period"]
+    return np.array([np.interp(np.log(at), np.log(periods.values), np.log(spectrum)) for spectrum in spectra])
+
+
+def _before_scaling(results: xr.Dataset, asked: Measure, intensity: str) -> Array:
+    """PGV or mean Sa of the records before the amplitude of the grid, (records,) [SI]."""
+    if asked.name == FACTOR:
+        raise PoundingError(
+            "intensity 'scale': the motions of the dataset are not scaled by factors; write what they are scaled to, "
+            f"{usual_intensity(results)}, or pga"
+        )
+    if asked.name == "pgv":
+        if "record_pgv" not in results.coords:
+            raise PoundingError(
+                "intensity 'pgv': the dataset has no PGV of its records, an older version wrote it; run it again with "
+                "`pounding-risk rerun`, or write pga"
+            )
+        return np.asarray(results["record_pgv"].values)
+    periods = mean_periods(asked.periods[0], asked.periods[-1])
+    # The ends as they are written: what a power and a logarithm make of them may lie outside the spectra.
+    periods[[0, -1]] = asked.periods
+    _check_spectra(results, [Spectral(float(period), asked.damping) for period in periods], intensity)
+    return np.exp(_log_spectra(results, periods).mean(axis=1))
+
+
+def _felt(results: xr.Dataset) -> Array:
+    """PGA of the records at every amplitude [m/s2], (records, amplitudes)."""
+    before = np.asarray(results["record_pga"].values)
+    if PGA_AXIS in results.coords:
+        return np.tile(np.atleast_1d(results[PGA_AXIS].values), (before.size, 1))
+    if LEVEL_AXIS in results.coords:
+        return np.asarray(results["record_pga_felt"].transpose("record", ...).values.reshape(before.size, -1))
+    return before[:, None]
+
+
+def _grown(results: xr.Dataset, felt: Array) -> Array:
+    """Factors from the records before the amplitude of the grid to ``felt``; 1 of still ground."""
+    before = results["record_pga"].values[:, None]
+    return np.divide(felt, before, out=np.ones_like(felt), where=before > 0.0)
 
 
 def _spectral_of(results: xr.Dataset, intensity: str) -> Spectral:
@@ -326,8 +419,9 @@ def resolved_intensity(results: xr.Dataset, intensity: str) -> str:
 
 
 def spectral_intensity(results: xr.Dataset, intensity: str) -> str:
-    """An intensity by its period: "sa(0.5 s)" of "sa(left)", and "pga"."""
-    return intensity if intensity == "pga" else _spectral_of(results, intensity).intensity
+    """An intensity by its period: "sa(0.5 s)" of "sa(left)"; another measure as it is."""
+    measure = read_measure(intensity)
+    return intensity if measure is not None else _spectral_of(results, intensity).intensity
 
 
 def check_intensity(results: xr.Dataset, intensity: str, curve: str) -> None:
@@ -335,15 +429,20 @@ def check_intensity(results: xr.Dataset, intensity: str, curve: str) -> None:
 
     A curve of Sa that names a period, as "sa(1.0 s)", must name that of the intensity, and its damping be the same.
     """
-    kind = re.match(r"[a-z]*", curve)
+    kind = re.match(r"[a-z_]*", curve)
     if kind is None or kind[0] != intensity.partition("(")[0]:
-        repair = f", such as --intensity {shlex.quote(curve)}" if curve == "pga" or spectral(curve[3:-1]) else ""
+        known = read_measure(curve) is not None or spectral(curve[3:-1])
+        repair = f", such as --intensity {shlex.quote(curve)}" if known else ""
         raise PoundingError(
             f"the hazard curve is one of {curve}, the fragility one against {intensity_words(intensity)}; write the "
             f"intensity that the curve is of{repair}"
         )
+    own_measure, of_hazard = read_measure(intensity), read_measure(curve)
+    if own_measure is not None and own_measure.name == "sa_avg":
+        _check_range(own_measure, of_hazard, curve)
+        return
     named = re.search(r"\d*\.?\d+", curve)
-    if intensity == "pga" or named is None:
+    if (own_measure is not None and own_measure.name != "sa") or named is None:
         return
     own, of_curve = _spectral_of(results, intensity), spectral(curve[3:-1])
     period = own.period
@@ -361,6 +460,21 @@ def check_intensity(results: xr.Dataset, intensity: str, curve: str) -> None:
         )
 
 
+def _check_range(own: Measure, of_curve: Measure | None, curve: str) -> None:
+    """Raise PoundingError where a hazard curve is of no mean Sa over the same periods, at the same damping."""
+    if of_curve is None:
+        raise PoundingError(
+            f"the hazard curve is one of {curve}, whose periods cannot be read, the fragility one against {own.words}; "
+            f"write the head {own.intensity} [g]"
+        )
+    pairs = [*zip(own.periods, of_curve.periods, strict=True), (own.damping, of_curve.damping)]
+    if any(abs(one - other) > NEAR * one for one, other in pairs):
+        raise PoundingError(
+            f"the hazard curve is one of {of_curve.words}, the fragility one against {own.words}; take the curve of "
+            f"these periods and damping, or write --intensity {shlex.quote(of_curve.intensity)}"
+        )
+
+
 def _side(results: xr.Dataset, intensity: str) -> int | None:
     """Index of the building whose Sa is asked for; None for the Sa at a period. Raises PoundingError for neither."""
     names = [str(name) for name in results["building"].values]
@@ -373,8 +487,8 @@ def _side(results: xr.Dataset, intensity: str) -> int | None:
         return None
     listed = ", ".join(f"sa({name})" for name in names)
     raise PoundingError(
-        f"intensity {intensity!r} is not known; write pga, sa(left), sa(right), by name {listed}, or a period such as "
-        "sa(0.5 s)"
+        f"intensity {intensity!r} is not known; write pga, pgv, sa_avg(0.2-2 s) over a range of periods, sa(left), "
+        f"sa(right), by name {listed}, or a period such as sa(0.5 s)"
     )
 
 

@@ -17,7 +17,9 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.units import PGA, say
+from pounding_risk.motions.levels import say_level
+from pounding_risk.results.amplitudes import intensity_unit
+from pounding_risk.units import PGA, Quantity
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -36,7 +38,7 @@ ALONE = "one recording has no dispersion between recordings: give more records"
 
 @dataclass(frozen=True)
 class Stripe:
-    """Number of motions at one intensity [m/s2], and how many of them fail."""
+    """Number of motions at one intensity [SI], and how many of them fail."""
 
     im: float
     count: int
@@ -66,7 +68,7 @@ class Fit:
 class Fragility:
     """P(``what`` | intensity) at one gap [m], and for yielding at one F_E [N] and contact model.
 
-    ``median`` and the ``stripes`` have the unit of the intensity, m/s2; for the rest see `Fit`. ``note`` says why the
+    ``median`` and the ``stripes`` are in the `unit` of the intensity; for the rest see `Fit`. ``note`` says why the
     scanned intensities give no curve of their own where the motions are scaled, and ``factor`` by how much the nearest
     scanned motions are scaled to the median; NaN otherwise. ``independent`` is the number of independent motions that a
     curve of scaled motions is from; NaN of the others.
@@ -90,6 +92,11 @@ class Fragility:
     stripes: tuple[Stripe, ...] = field(repr=False)
     factor: float = nan
     independent: float = nan
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the intensity, as datasets write it: "m/s2", of PGV "m/s"."""
+        return intensity_unit(self.intensity)
 
     @property
     def errors(self) -> tuple[float, float]:
@@ -124,7 +131,7 @@ def stripes_of(im: Array, failed: NDArray[np.bool_]) -> tuple[Stripe, ...]:
     return tuple(Stripe(float(a), int(k), int(n)) for a, k, n in zip(values, counts, runs, strict=True))
 
 
-def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels) -> Fit:
+def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels, quantity: Quantity = PGA) -> Fit:
     """Median and dispersion by maximum likelihood from failures and their intensities.
 
     In ln im this is a probit regression, whose likelihood is concave: Newton's steps find its one maximum. It has none
@@ -135,13 +142,15 @@ def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels) -> Fit:
     Parameters
     ----------
     im : array, shape (runs,)
-        Intensity of each run [m/s2].
+        Intensity of each run [SI].
     failed : array of bool, shape (runs,)
         Who fails.
     recordings : array of int, shape (runs,)
         Numbers from 0, equal for the runs of one recording.
+    quantity : Quantity
+        What the intensities are, for sentences.
     """
-    fault = unfit(im, failed) or (ALONE if np.ptp(recordings) == 0 else "")
+    fault = unfit(im, failed, quantity) or (ALONE if np.ptp(recordings) == 0 else "")
     if fault:
         return Fit(fault=fault)
     logs = np.log(im)
@@ -155,7 +164,7 @@ def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels) -> Fit:
     turn = np.array([[-scale / b, scale * a / b**2], [0.0, -scale / b**2]])
     inverse = turn @ np.linalg.inv(curvature)
     fitted = fit_of(middle - scale * a / b, scale / b, inverse @ turn.T, inverse @ by_recording(scores, recordings))
-    return unless(fitted, not_carried(fitted, im) or outside(fitted.median, im))
+    return unless(fitted, not_carried(fitted, im, quantity) or outside(fitted.median, im, quantity))
 
 
 def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
@@ -179,11 +188,11 @@ def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
     return fit_of(middle, spread, inverse, inverse @ by_recording(scores, recordings))
 
 
-def unfit(im: Array, failed: NDArray[np.bool_]) -> str:
+def unfit(im: Array, failed: NDArray[np.bool_], quantity: Quantity = PGA) -> str:
     """Sentence on why no curve can be fitted; "" where one can."""
     if of_one_intensity(im):
-        one = say(float(np.median(im)), PGA)
-        repair = "scan the motions as recorded, or at several values of grid.pga"
+        one = say_level(float(np.median(im)), quantity, 4)
+        repair = "scan the motions as recorded, or at several values of grid.pga or levels of records.intensity"
         return f"all motions have one intensity, {one}: a curve needs several; {repair}"
     count = int(failed.sum())
     if count in (0, failed.size):
@@ -194,33 +203,33 @@ def unfit(im: Array, failed: NDArray[np.bool_]) -> str:
 
 
 def of_one_intensity(im: Array) -> bool:
-    """True where intensities [m/s2] differ by no more than scaling and solving leave them apart (`ALIKE`)."""
+    """True where intensities differ by no more than scaling and solving leave them apart (`ALIKE`)."""
     return bool(np.ptp(im) <= ALIKE * im.max(initial=0.0))
 
 
-def not_carried(fitted: Fit, im: Array) -> str:
+def not_carried(fitted: Fit, im: Array, quantity: Quantity = PGA) -> str:
     """Sentence on why the motions do not determine the fitted dispersion; "" where they do."""
     error = max(fitted.se_dispersion, fitted.se_dispersion_recordings)
     if error * CARRIED < fitted.dispersion:
         return ""
     return (
-        f"so few motions, between {_span(im)}, carry no dispersion: it would be {fitted.dispersion:.2g} with a "
-        f"standard error of {error:.2g}; scan more records, or amplitudes further apart"
+        f"so few motions, between {_span(im, quantity)}, carry no dispersion: it would be {fitted.dispersion:.2g} "
+        f"with a standard error of {error:.2g}; scan more records, or amplitudes further apart"
     )
 
 
-def outside(median: float, im: Array) -> str:
-    """Sentence on why a median [m/s2] outside the tested intensities is refused; "" where it lies among them."""
+def outside(median: float, im: Array, quantity: Quantity = PGA) -> str:
+    """Sentence on why a median outside the tested intensities is refused; "" where it lies among them."""
     if im.min() <= median <= im.max():
         return ""
     side, repair = ("above", "stronger") if median > im.max() else ("below", "weaker")
     return (
-        f"the median of the fit, {say(median, PGA, 3)}, lies {side} the intensities that were tested, between "
-        f"{_span(im)}: scan {repair} motions"
+        f"the median of the fit, {say_level(median, quantity, 3)}, lies {side} the intensities that were tested, "
+        f"between {_span(im, quantity)}: scan {repair} motions"
     )
 
 
-def out_of_scale(fitted: Fit, factors: Array) -> tuple[float, str]:
+def out_of_scale(fitted: Fit, factors: Array, quantity: Quantity = PGA) -> tuple[float, str]:
     """Factor of the nearest scanned motions to the median, and a sentence on why it is too large or "".
 
     ``factors`` (amplitudes,) are those from each scanned amplitude to the median. Linear buildings scale exactly; a
@@ -235,14 +244,14 @@ def out_of_scale(fitted: Fit, factors: Array) -> tuple[float, str]:
         return nearest, ""
     repair = "stronger" if nearest > high else "weaker"
     return nearest, (
-        f"the median by scaling, {say(fitted.median, PGA, 3)}, takes the motions that were tested times {nearest:.3g}, "
-        f"outside {low:g} to {high:g}: scan {repair} motions"
+        f"the median by scaling, {say_level(fitted.median, quantity, 3)}, takes the motions that were tested times "
+        f"{nearest:.3g}, outside {low:g} to {high:g}: scan {repair} motions"
     )
 
 
-def _span(im: Array) -> str:
+def _span(im: Array, quantity: Quantity) -> str:
     """Lowest and highest intensity, in words."""
-    return f"{say(float(im.min()), PGA, 3)} and {say(float(im.max()), PGA, 3)}"
+    return f"{say_level(float(im.min()), quantity, 3)} and {say_level(float(im.max()), quantity, 3)}"
 
 
 def unless(fitted: Fit, fault: str) -> Fit:

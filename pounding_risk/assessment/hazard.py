@@ -28,10 +28,10 @@ COVERED = 0.05  # the share of the failures that a table may leave out and its r
 
 @dataclass(frozen=True)
 class Hazard:
-    """Annual rate [1/year] at which each intensity [m/s2] is exceeded; between rows it is a power of the intensity.
+    """Annual rate [1/year] at which each intensity [SI] is exceeded; between rows it is a power of the intensity.
 
-    ``name`` is the intensity, "pga" or "sa(0.5 s)". ``reading`` are sentences on how the table was read: conversions to
-    annual rates, and interpolation between periods.
+    ``name`` is the intensity, "pga", "pgv", "sa(0.5 s)" or "sa_avg(0.2-2 s)". ``reading`` are sentences on how the
+    table was read: conversions to annual rates, and interpolation between periods.
     """
 
     name: str
@@ -67,7 +67,7 @@ class HazardSpectrum:
             if self.pga is None:
                 raise PoundingError(f"{self.source}: has no column of pga; {self._repair}")
             return Hazard("pga", self.pga, self.rate, self.source, self.reading)
-        asked = spectral(intensity[3:-1])
+        asked = spectral(intensity[3:-1]) if intensity.startswith("sa(") else None
         if asked is None:
             raise PoundingError(f"{self.source}: has no curve of {intensity}; {self._repair}")
         if not asked.is_at(Spectral(asked.period, self.damping)):

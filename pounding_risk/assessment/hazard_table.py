@@ -2,7 +2,8 @@
 
 Four shapes are read, told apart by the first line:
 
-- ``pga [g],annual rate [1/year]``: a row for each intensity of one curve;
+- ``pga [g],annual rate [1/year]``: a row for each intensity of one curve; it may be ``pgv [cm/s]``, ``sa(0.5 s) [g]``
+  or ``sa_avg(0.2-2 s) [g]`` too;
 - ``return period [years],pga [g],sa(0.2 s) [g],sa(1 s) [g]``: a row for each return period, a uniform hazard spectrum;
 - ``period [s],475 years [g],2475 years [g]``: a row for each period of vibration, 0 for PGA;
 - ``sa [g],annual rate at 0.2 s [1/year],annual rate at 1 s [1/year]``: a row for each intensity of several curves.
@@ -26,8 +27,9 @@ from numpy.typing import NDArray
 from pounding_risk.assessment.annual_rates import AnnualRate, rate_of_probability, read_rate
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.amplitudes import Spectral, spectral
-from pounding_risk.units import PERIOD, PGA, Quantity, QuantityError, parse
+from pounding_risk.motions.levels import read_measure
+from pounding_risk.results.amplitudes import Spectral, intensity_quantity, spectral
+from pounding_risk.units import PERIOD, Quantity, QuantityError, parse
 
 Array = NDArray[np.float64]
 
@@ -107,6 +109,11 @@ class Column(NamedTuple):
     name: str
     unit: str
 
+    @property
+    def quantity(self) -> Quantity:
+        """What its intensities are."""
+        return intensity_quantity(self.name)
+
 
 def read_hazard(path: str | Path) -> Hazard | HazardSpectrum:
     """Read a hazard curve, or hazard spectra, from a CSV file.
@@ -122,7 +129,7 @@ def read_hazard(path: str | Path) -> Hazard | HazardSpectrum:
     Returns
     -------
     Hazard or HazardSpectrum
-        Intensities [m/s2] in rising order and annual rates [1/year]; a spectrum where the table has several periods.
+        Intensities [SI] in rising order and annual rates [1/year]; a spectrum where the table has several periods.
 
     Raises
     ------
@@ -194,7 +201,7 @@ def _how(head: str) -> str:
 
 
 def _row(line: Line, column: Column, stated: Statement) -> tuple[float, float]:
-    """Intensity [m/s2] and annual rate [1/year] of one row."""
+    """Intensity [SI] and annual rate [1/year] of one row."""
     cells = line.cells
     if len(cells) != 2:
         words = f"the intensity and its {stated.kind}"
@@ -215,7 +222,7 @@ def _rate(line: Line, cell: str, stated: Statement) -> float:
 
 def _intensity(line: Line, cell: str, column: Column) -> float:
     try:
-        return parse(f"{cell} {column.unit}", PGA)
+        return parse(f"{cell} {column.unit}", column.quantity)
     except QuantityError as error:
         raise line.fault(f"{line.shown} is no row of the table ({error}); {HEAD}") from None
 
@@ -392,12 +399,15 @@ def _column(head: Line, cell: str) -> Column | None:
     if match is None:
         return None
     name = match[1].lower()
-    if re.match(r"pg[vd]\b", name):
+    if re.match(r"pgd\b", name):
         raise head.fault(
-            f"the hazard is one of {name}, which datasets do not hold for their motions; take a curve of pga, or of sa "
-            "at a period such as sa(0.5 s)"
+            f"the hazard is one of {name}, which datasets do not hold for their motions; take a curve of pga or pgv, "
+            "or of sa at a period such as sa(0.5 s)"
         )
-    return Column(name, match[2])
+    measure = read_measure(name)
+    if name.startswith("sa_avg") and measure is None:
+        raise head.fault(f"{_shown(cell)} names no range of periods; write sa_avg(0.2-2 s) [g]")
+    return Column(name if measure is None or measure.name != "sa_avg" else measure.intensity, match[2])
 
 
 def _shown(text: str) -> str:

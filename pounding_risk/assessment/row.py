@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from pounding_risk.assessment.demands import check_dataset
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import LEVEL_AXIS
+from pounding_risk.results.amplitudes import amplitudes_of, level_asked
 from pounding_risk.results.own_case import own_gaps, own_level, scene_force, scene_model, scene_place
 from pounding_risk.results.scene_axes import settled
-from pounding_risk.units import GAP, PGA, YIELD_FORCE, say_in, si
+from pounding_risk.units import GAP, YIELD_FORCE, say_in, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,6 +89,7 @@ def row_case(
     contact_model: str | None = None,
     yield_force: float | str | None = None,
     pga: float | str | None = None,
+    intensity_level: float | str | None = None,
 ) -> RowCase:
     """One cell of the grid: the nearest to what is asked, by default the scene's own.
 
@@ -102,6 +105,8 @@ def row_case(
         Yield force F_E [N, or text with a unit].
     pga : float or str, optional
         Amplitude of the motions [m/s2, or text with a unit].
+    intensity_level : float or str, optional
+        The same in the measure of the grid [SI, or text with a unit], where that may be another than PGA.
 
     Returns
     -------
@@ -117,7 +122,11 @@ def row_case(
     check_dataset(results)
     gap = None if gap is None else si(gap, GAP, "gap")
     yield_force = None if yield_force is None else si(yield_force, YIELD_FORCE, "yield_force")
-    pga = None if pga is None else si(pga, PGA, "pga")
+    amplitudes = amplitudes_of(results)
+    if pga is not None and amplitudes.axis == LEVEL_AXIS:
+        level_asked(results, pga)  # tells that there is none
+    asked = pga if intensity_level is None else intensity_level
+    level = None if asked is None else si(asked, amplitudes.measure.quantity, "pga" if pga else "intensity_level")
     cell = {
         "gap": scene_place(results) if gap is None else _nearest(results["gap"].values, gap),
         "yield_force": _nearest(
@@ -125,9 +134,8 @@ def row_case(
         ),
         "contact_model": _model(results, contact_model),
     }
-    if "pga" in results.dims:
-        amplitudes = results["pga"].values
-        cell["pga"] = own_level(results) if pga is None else _nearest(amplitudes, pga)
+    if amplitudes.axis in results.dims:
+        cell[amplitudes.axis] = own_level(results) if level is None else _nearest(np.array(amplitudes.values), level)
     gaps = own_gaps(results).isel(gap=cell["gap"]).values
     shown = results.isel(cell)
     return RowCase(shown, building_shapes(shown), tuple(gaps.tolist()), _points(shown), _touches(shown, "interface"))

@@ -17,6 +17,7 @@ from pounding_risk.cli._common.options import (
     Figure,
     Hazard,
     Intensity,
+    IntensityLevel,
     JudgedGap,
     Percentile,
     Results,
@@ -52,6 +53,7 @@ def assess(
     target: Target = None,
     intensity: Intensity = None,
     pga: Amplitude = None,
+    intensity_level: IntensityLevel = None,
     hazard: Hazard = None,
     target_rate: TargetRate = None,
     select: Select = NONE,
@@ -72,7 +74,8 @@ def assess(
         if figure is not None or hazard is not None or intensity is not None:
             check_settled(chosen, str(results))
         judged = read_optional("--gap", gap, GAP), read_optional("--pga", pga, PGA)
-        return _assess_along(chosen, out, gap=judged[0], pga=judged[1], **criterion._asdict())
+        amplitude = {"pga": judged[1], "intensity_level": intensity_level}
+        return _assess_along(chosen, out, gap=judged[0], **amplitude, **criterion._asdict())
     assessment = run(
         chosen,
         gap=read_optional("--gap", gap, GAP),
@@ -80,6 +83,7 @@ def assess(
         **criterion._asdict(),
         intensity=intensity,
         pga=read_optional("--pga", pga, PGA),
+        intensity_level=intensity_level,
         target_rate=rate,
     )
     # Files first: a reader of the first lines alone, such as `head`, ends the printing.
@@ -303,7 +307,7 @@ def _curve_cells(curve: Fragility) -> tuple[str, ...]:
         _event(curve),
         _given_length(curve.gap),
         _force(curve.yield_force),
-        engineering(curve.median, "m/s2"),
+        engineering(curve.median, curve.unit),
         f"{curve.dispersion:.3f}",
         f"{curve.se_median:.3f}, {curve.se_median_recordings:.3f}",
         f"{curve.se_dispersion:.3f}, {curve.se_dispersion_recordings:.3f}",
@@ -312,13 +316,16 @@ def _curve_cells(curve: Fragility) -> tuple[str, ...]:
 
 
 def _print_rates(interface: InterfaceAssessment, assessment: Assessment) -> None:
+    from pounding_risk.results.amplitudes import intensity_unit
+
     curves = {curve for curve in _shown_curves(interface) if not curve.fault}
     if not interface.rates or not curves:
         return
     heads = ("rate of", "gap", "F_E", "a year", "bounds", "in 50 years", "left out", "P at the weakest")
     rates = [rate for curve, rate in zip(interface.fragility, interface.rates, strict=True) if curve in curves]
     hazard = assessment.hazard_rows
-    weakest, strongest = (engineering(intensity, "m/s2") for intensity in (hazard[0][0], hazard[-1][0]))
+    unit = intensity_unit(assessment.intensity)
+    weakest, strongest = (engineering(intensity, unit) for intensity in (hazard[0][0], hazard[-1][0]))
     print(f"Annual rates by motions from {weakest} to {strongest}, the range of {assessment.hazard}")
     print(f"{assessment.hazard_reading}\n".lstrip())
     print_table(heads, [_rate_cells(rate) for rate in rates], "lrrrrrrr")

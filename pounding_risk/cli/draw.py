@@ -9,6 +9,7 @@ from pounding_risk.cli._common.files import FIGURES, announce
 from pounding_risk.cli._common.options import (
     NONE,
     Amplitude,
+    IntensityLevel,
     Select,
     argument,
     chosen_results,
@@ -32,6 +33,7 @@ def draw(
     contact_model: Annotated[str | None, option("Of the grid.", "the scene's")] = None,
     yield_force: Annotated[str | None, option("F_E of the grid.", "the scene's")] = None,
     pga: Amplitude = None,
+    intensity_level: IntensityLevel = None,
     select: Select = NONE,
 ) -> None:
     """Draw a row: elevation, plan, storeys, animation."""
@@ -50,5 +52,6 @@ def draw(
         contact_model=contact_model,
         yield_force=read_optional("--yield-force", yield_force, YIELD_FORCE),
         pga=read_optional("--pga", pga, PGA),
+        intensity_level=intensity_level,
     )
     announce(*files)

@@ -14,6 +14,7 @@ from pounding_risk.cli._common.options import (
     Confidence,
     Hazard,
     Intensity,
+    IntensityLevel,
     JudgedGap,
     Percentile,
     Select,
@@ -39,6 +40,7 @@ def report(
     target: Target = None,
     intensity: Intensity = None,
     pga: Amplitude = None,
+    intensity_level: IntensityLevel = None,
     hazard: Hazard = None,
     target_rate: TargetRate = None,
     others: Annotated[
@@ -72,6 +74,7 @@ def report(
         **criterion._asdict(),
         intensity=intensity,
         pga=read_optional("--pga", pga, PGA),
+        intensity_level=intensity_level,
         target_rate=rate,
     )
     announce(report_file)

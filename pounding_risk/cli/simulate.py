@@ -57,6 +57,7 @@ def simulate(
     gap: Annotated[str | None, option("Clear distance at rest.", "the interface's")] = None,
     yield_force: Annotated[str | None, option("F_E, or inf.", "the interface's")] = None,
     pga: Annotated[str | None, option("Peak ground acceleration.", "the first")] = None,
+    intensity_level: Annotated[str | None, option("Level of records.intensity.", "the first")] = None,
     out: Annotated[Path | None, out_option("Write histories", ".nc")] = None,
     figure: Figure = None,
     absolute: Annotated[bool, typer.Option("--absolute", help="The figure has displacements in space too.")] = False,
@@ -80,7 +81,7 @@ def simulate(
     study = read_scene(scene, overrides)
     if out is not None:
         check_replaceable(out, "simulate", choice=OTHER_NAME)
-    dataset = run(study, record=record, polarity=polarity, law=law, **values)
+    dataset = run(study, record=record, polarity=polarity, law=law, intensity_level=intensity_level, **values)
     print_run(dataset)
     if out is not None:
         save(dataset, out)

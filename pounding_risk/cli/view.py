@@ -20,6 +20,7 @@ def view(
     record: Annotated[list[str], option("Only this record; repeat for several.", "all")] = NONE,
     contact_model: Annotated[list[str], option("Only this contact model; repeat for several.", "all")] = NONE,
     pga: Annotated[list[str], option('Only this amplitude, such as "0.5 g"; repeat for several.', "all")] = NONE,
+    intensity_level: Annotated[list[str], option("Only this level of intensity; repeat for several.", "all")] = NONE,
 ) -> None:
     """Write a page to look around in a scan's results, offline."""
     target = out_or(out, f"{results.stem}-view.html")
@@ -27,5 +28,12 @@ def view(
     from pounding_risk.units import PGA
 
     amplitudes = [read_option("--pga", text, PGA) for text in pga]
-    run(chosen_results(results, select), target, records=record, contact_models=contact_model, pgas=amplitudes)
+    run(
+        chosen_results(results, select),
+        target,
+        records=record,
+        contact_models=contact_model,
+        pgas=amplitudes,
+        intensity_levels=intensity_level,
+    )
     typer.echo(f"written: {target} ({target.stat().st_size / 1e6:.1f} MB); open it in a browser")

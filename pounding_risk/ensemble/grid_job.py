@@ -20,7 +20,8 @@ from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.job import Job, ScanInput, never
 from pounding_risk.ensemble.tolerance_check import check_variables, drawn, made_again, not_made_again
 from pounding_risk.models.ground import accelerations
-from pounding_risk.motions.motion import Motion, driven
+from pounding_risk.motions.levels import driven
+from pounding_risk.motions.motion import Motion
 from pounding_risk.results.labels import (
     OUTCOME,
     attributes,
@@ -30,7 +31,7 @@ from pounding_risk.results.labels import (
     places_of,
     skeleton,
 )
-from pounding_risk.results.layout import AXES, CaseVariable, Slab, Template, bytes_per_case, slabs
+from pounding_risk.results.layout import AMPLITUDE, AXES, CaseVariable, Slab, Template, bytes_per_case, slabs
 from pounding_risk.results.tolerance_check import tighter
 from pounding_risk.results.variables import own_dims
 from pounding_risk.scene.scene import Scene
@@ -53,8 +54,7 @@ class Sizes(NamedTuple):
     def of(self, shape: Mapping[str, int]) -> int:
         """Size of a dataset with so many values along each of its axes."""
         # Along an axis of another number of the scene the motion without contact may change.
-        along = prod(size for axis, size in shape.items() if axis not in AXES)
-        motions = along * shape["record"] * shape["polarity"] * shape["pga"]
+        motions = prod(size for axis, size in shape.items() if axis not in AXES[AMPLITUDE + 1 :])
         return self.case * prod(shape.values()) + self.motion * motions + self.record * shape["record"]
 
 
@@ -76,7 +76,7 @@ class GridJob(Job):
         study = self.study = scan_input.study
         self.scan_input, self._laws, self._places = scan_input, laws, places
         grid, motions = study.grid, len(scan_input.motions)
-        self.motions_shape = (motions, len(study.records.polarities), len(grid.pgas))
+        self.motions_shape = (motions, len(study.records.polarities), len(grid.amplitudes))
         self.shape = (*self.motions_shape, len(laws), len(grid.gaps), len(grid.yield_forces))
         self.batches, self.width = int(np.prod(self.shape[:-1])), self.shape[-1]
         self.bytes_per_batch = self.width * self.sizes(study).chunk
@@ -149,7 +149,8 @@ class GridJob(Job):
         """A motion of the grid in its polarity and amplitude."""
         record, polarity, amplitude = motion
         study = self.study
-        return driven(self.scan_input.motions[record], study.records.polarities[polarity], study.grid.pgas[amplitude])
+        level = study.grid.amplitudes[amplitude]
+        return driven(self.scan_input.motions[record], study.records.polarities[polarity], level)
 
     def peaks_under(self) -> Array:
         """The peak of a_g under each building, by motion of the grid (record, polarity, amplitude, building) [m/s²]."""

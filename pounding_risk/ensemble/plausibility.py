@@ -15,12 +15,12 @@ import numpy as np
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quantity
 from pounding_risk.models.ground import SHARED
-from pounding_risk.motions.motion import driven
+from pounding_risk.motions.levels import PEAK, Level, driven
 from pounding_risk.motions.request import AS_RECORDED
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
 from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import known_law
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.scene import Axes, Scene
 from pounding_risk.units import (
     FLOOR_MASS,
     GAP,
@@ -77,6 +77,7 @@ USUAL = {
         "cm/s² read as mm/s², or a weak record?",
         "m/s² read as g?",
     ),
+    "PGA after scaling": Usual(PGA, 0.0, 2.0 * STANDARD_GRAVITY, "few records exceed 2 g", "", "levels too high?"),
     "PGA asked for": Usual(PGA, 0.0, 2.0 * STANDARD_GRAVITY, "few records exceed 2 g", "", "m/s² or % written as g?"),
 }
 SPEED = 0.5  # m/s, a usual approach speed; the duration of a Hertz contact varies with its power −0.2
@@ -194,7 +195,11 @@ def contact_duration(stiffness: float, unit: str, mass: float, speed: float = SP
 def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
     """Notes on the peaks of motions as recorded, and on the amplitudes that the scene asks for."""
     request = study.records
-    amplitudes = [pga for pga in (*study.grid.pgas, request.pga) if pga is not None]
+    grid = study.grid
+    if grid.measure != PEAK:
+        yield from _of_levels(grid, motions)
+        return
+    amplitudes = [pga for pga in (*grid.levels, request.pga) if pga is not None]
     if amplitudes:
         yield from _unusual("PGA asked for", {"the scene": max(amplitudes)})
         return
@@ -210,11 +215,26 @@ def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
             yield from _unusual("PGA as recorded", {f"{name}{others}": unusual[name]})
 
 
+def _of_levels(grid: Axes, motions: tuple[Motion, ...]) -> Iterator[str]:
+    """A note on the strongest PGA of motions that are scaled to levels of another measure."""
+    values = grid.measure.of(motions)
+    largest = max(level for level in grid.levels if level is not None)
+    at = Level(grid.measure, largest).words
+    peaks = {
+        f"{motion.name} at {at}": motion.pga * largest / value
+        for motion, value in zip(motions, values, strict=True)
+        if value > 0.0
+    }
+    if peaks:
+        name = max(peaks, key=peaks.__getitem__)
+        yield from _unusual("PGA after scaling", {name: peaks[name]})
+
+
 def _of_grounds(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
     """A note on the interface whose grounds part most: that displacement is part of what closes and opens the gap."""
     if not any(building.support != SHARED for building in study.buildings):
         return
-    asked = study.grid.pgas[-1]
+    asked = study.grid.amplitudes[-1]
     driving = [driven(motion, AS_RECORDED, None if motion.pga == 0.0 else asked) for motion in motions]
     partings = [parting(study, motion) for motion in driving]
     sizes = np.array([each.largest for each in partings])

@@ -24,7 +24,7 @@ from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.along import Stack, leaves_of
 from pounding_risk.results.attributes import as_text
-from pounding_risk.results.labels import MOTIONS, flags_of, made_from
+from pounding_risk.results.labels import axes_of_motions, flags_of, made_from
 from pounding_risk.results.layout import SCENE_AXES, Template
 from pounding_risk.results.scene_axes import VARIANTS, axis_coordinates, axis_text
 from pounding_risk.results.variables import own_dims
@@ -123,9 +123,10 @@ class VariantJob(Job):
         base, gathered = self._first.template, self._gathered()
         names = tuple(axis.name for axis in self.variants.axes)
         skeleton = base.skeleton.assign_coords(axis_coordinates(self.variants.axes))
-        one_amplitude = {} if "pga" in skeleton.sizes else {"pga": 0}  # which is no dimension
+        motions = axes_of_motions(self.study)
+        one_amplitude = {} if motions[-1] in skeleton.sizes else {motions[-1]: 0}  # which is no dimension
         for name, (along, values) in gathered.free.differing().items():
-            dims = (*(names[axis] for axis in along), *MOTIONS, *own_dims(name))
+            dims = (*(names[axis] for axis in along), *motions, *own_dims(name))
             variable = Variable(dims, values, base.skeleton[name].attrs).isel(one_amplitude)
             skeleton = skeleton.assign({name: variable})
         own = self._first.coordinates(whole=True)
@@ -147,7 +148,7 @@ class VariantJob(Job):
             gathered.tables.add(number, {_path_text(path): leaf for path, leaf in leaves_of(job.study.resolved())})
             notes = of_input(job.study, job.scan_input.motions)
             told = {"notes": as_text(list(notes))} if notes else {}
-            gathered.attributes.add(number, job.numbers() | flags_of(job.scan_input.motions) | told)
+            gathered.attributes.add(number, job.numbers() | flags_of(job.study, job.scan_input.motions) | told)
             gathered.notes.update(dict.fromkeys(notes))
             for motion in job.scan_input.motions:
                 gathered.flags.setdefault(motion.name, {}).update(dict.fromkeys(motion.flags))

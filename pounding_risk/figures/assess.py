@@ -13,8 +13,9 @@ from pounding_risk.assessment.gap_for_rate import rate_lines
 from pounding_risk.assessment.proportions import exact_bounds
 from pounding_risk.assessment.separations.table import COMBINATIONS
 from pounding_risk.figures.style import QUIET, STYLES, blank, law_words, title
-from pounding_risk.results.amplitudes import intensity_words, own
-from pounding_risk.units import GAP, STANDARD_GRAVITY, YIELD_FORCE, say_in
+from pounding_risk.motions.levels import say_level
+from pounding_risk.results.amplitudes import intensity_label, intensity_quantity, intensity_shown, own
+from pounding_risk.units import GAP, YIELD_FORCE, say_in
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -158,7 +159,7 @@ def _fragilities(axis: Any, interface: InterfaceAssessment, assessment: Assessme
     if yields:
         axis.set_title(_yield_words(yields, interface), fontsize=9.5)
     drawn = [curve for curve in (contact, *yields) if not curve.fault]
-    axis.set(xlabel=f"{intensity_words(assessment.intensity)} [g]", ylabel="P(failure) [1]", ylim=(-0.03, 1.12))
+    axis.set(xlabel=intensity_label(assessment.intensity), ylabel="P(failure) [1]", ylim=(-0.03, 1.12))
     if not drawn:
         from textwrap import fill
 
@@ -171,7 +172,7 @@ def _fragilities(axis: Any, interface: InterfaceAssessment, assessment: Assessme
         _curve(axis, im, curve, (colour, dash))
     _capacities(axis, interface, contact)
     _hazard(axis, interface, assessment)
-    axis.set_xlim(0.0, most / STANDARD_GRAVITY)
+    axis.set_xlim(0.0, most * intensity_shown(assessment.intensity)[1])
     _legend(axis, 1)
 
 
@@ -186,10 +187,11 @@ def _hazard(axis: Any, interface: InterfaceAssessment, assessment: Assessment) -
     """Draw the range of the hazard curve, with the probability of contact in 50 years by motions of that range."""
     if not assessment.hazard_rows:
         return
-    ends = [assessment.hazard_rows[end][0] / STANDARD_GRAVITY for end in (0, -1)]
+    unit, size = intensity_shown(assessment.intensity)
+    ends = [assessment.hazard_rows[end][0] * size for end in (0, -1)]
     pairs = zip(interface.fragility, interface.rates, strict=True)
     here = [rate for curve, rate in pairs if curve.what == "contact" and curve.gap == interface.gap and not rate.fault]
-    words = f"hazard curve, {ends[0]:.3g} to {ends[1]:.3g} g"
+    words = f"hazard curve, {ends[0]:.3g} to {ends[1]:.3g} {unit}".rstrip()
     for rate in here:
         least = "at least " if rate.at_least else ""
         words += f": contact in 50 years {least}{100.0 * rate.fifty_years:.2g} %"
@@ -257,14 +259,16 @@ def _curve(axis: Any, im: Array, curve: Fragility, look: tuple[str, str]) -> Non
     colour, dash = look
     about = "contact" if curve.yield_force is None else f"$F_E$ {_force(curve.yield_force)}"
     about += f", gap {own(curve.gap, GAP)}"
-    label = f"{about}: median {say_in(curve.median, 'g', 3)}, dispersion {curve.dispersion:.2f}"
+    _, size = intensity_shown(curve.intensity)
+    median = say_level(curve.median, intensity_quantity(curve.intensity), 3)
+    label = f"{about}: median {median}, dispersion {curve.dispersion:.2f}"
     label += f" ({SCALED}, times {curve.factor:.2g})" if curve.method == SCALED else ""
-    axis.plot(im / STANDARD_GRAVITY, curve.probability(im), color=colour, linestyle=dash, linewidth=1.8, label=label)
+    axis.plot(im * size, curve.probability(im), color=colour, linestyle=dash, linewidth=1.8, label=label)
     if curve.what == "contact":
         low, high = _band(im, curve)
-        axis.fill_between(im / STANDARD_GRAVITY, low, high, color=colour, alpha=0.15, linewidth=0.0, label=BAND)
+        axis.fill_between(im * size, low, high, color=colour, alpha=0.15, linewidth=0.0, label=BAND)
     if curve.method != SCALED:
-        where = [stripe.im / STANDARD_GRAVITY for stripe in curve.stripes]
+        where = [stripe.im * size for stripe in curve.stripes]
         shares = [stripe.count / stripe.runs for stripe in curve.stripes]
         sizes = [12.0 + 40.0 * stripe.runs / max(other.runs for other in curve.stripes) for stripe in curve.stripes]
         axis.scatter(where, shares, sizes, color=colour, alpha=0.55, linewidths=0.0, zorder=3)
@@ -287,8 +291,10 @@ def _band(im: Array, curve: Fragility) -> tuple[Array, Array]:
 
 def _capacities(axis: Any, interface: InterfaceAssessment, contact: Fragility) -> None:
     """Draw the intensities at which scaled motions close the gap, as a step curve, where the curve is from scaling."""
-    if contact.method != SCALED or contact.fault or contact.intensity != "pga" or interface.amplitude is None:
+    is_own = contact.intensity == interface.intensity  # in which the amplitude is stated
+    if contact.method != SCALED or contact.fault or not is_own or interface.amplitude is None:
         return
-    reach = np.sort(interface.amplitude * interface.gap / np.array(interface.closing)) / STANDARD_GRAVITY
+    _, size = intensity_shown(contact.intensity)
+    reach = np.sort(interface.amplitude * interface.gap / np.array(interface.closing)) * size
     shares = np.arange(1, reach.size + 1) / reach.size
     axis.plot(reach, shares, ".", color=BLUE, markersize=6, label="motions, scaled until they close the gap")

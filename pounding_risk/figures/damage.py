@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.damage_words import METHOD_WORDS, case_words, check_damage, finding, measure_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import QUIET, blank, plain, styles, title
+from pounding_risk.results.amplitudes import intensity_label, intensity_shown
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
@@ -45,8 +47,7 @@ def damage_figure(results: xr.Dataset, note: str = "") -> Figure:
         For a dataset of another call.
     """
     check_damage(results)
-    measure, unit = measure_words(results)
-    name, factor = SHOWN[unit]
+    _, factor = intensity_shown(results.attrs["intensity"])
     figure, axes = blank(2, 1, (8.5, 8.4), sharex=True, height_ratios=[3, 2])
     im = factor * results["im"].values
     for place, (state, (colour, _)) in enumerate(
@@ -64,7 +65,7 @@ def damage_figure(results: xr.Dataset, note: str = "") -> Figure:
     axes[0, 0].set(ylabel="probability of the state [1]", ylim=(-0.02, 1.02))
     axes[0, 0].legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, frameon=False)
     axes[1, 0].axhline(1.0, color="black", linewidth=0.9)
-    axes[1, 0].set(yscale="log", xlabel=f"{measure} [{name}]" if name else measure, ylabel="P with over P without [1]")
+    axes[1, 0].set(yscale="log", xlabel=intensity_label(results.attrs["intensity"]), ylabel="P with over P without [1]")
     _ratio_axis(axes[1, 0])
     if im[-1] > 3.0 * im[0]:
         axes[1, 0].set_xscale("log")
@@ -150,11 +151,14 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
     groups = _groups(results)
     drawn = groups[:MOST_PANELS]
     figure, axes = blank(len(drawn), 2, (10.0, 0.9 + 4.0 * len(drawn)), sharey=True)
-    measure, unit = measure_words(results)
-    name, factor = SHOWN[unit]
+    _, factor = intensity_shown(results.attrs["intensity"])
+    colours = {
+        str(state): colour
+        for state, (colour, _) in zip(results["state"].values, styles(results.sizes["state"]), strict=True)
+    }
     for row, group in enumerate(drawn):
-        _demands(axes[row], results.sel(state=group), factor)
-        axes[row, 0].set_ylabel(f"{measure} [{name}]" if name else measure)
+        _demands(axes[row], results.sel(state=group), factor, [colours[state] for state in group])
+        axes[row, 0].set_ylabel(intensity_label(results.attrs["intensity"]))
     left_out = f"; {counted(len(groups) - len(drawn), 'more demand')} not drawn" if len(groups) > len(drawn) else ""
     lines = "thin: single motions; thick: 16, 50 and 84 % of the motions; dotted: thresholds"
     title(figure, _medians(results), f"{case_words(results)}; {lines}{left_out}", note)
@@ -170,7 +174,7 @@ def _groups(results: xr.Dataset) -> list[list[str]]:
     return list(groups.values())
 
 
-def _demands(panels: Any, group: xr.Dataset, factor: float) -> None:
+def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[str]) -> None:
     """Draw one demand with pounding on the left, and without on the right."""
     first = group.isel(state=0)
     threshold, unit = float(first["state_threshold"]), str(first["state_unit"].item())
@@ -183,16 +187,14 @@ def _demands(panels: Any, group: xr.Dataset, factor: float) -> None:
         ims = factor * part["motion_intensity"].values.reshape(-1, group.sizes["level"])
         values = size * threshold * part["demand_ratio"].values.reshape(ims.shape)
         for im, value in list(zip(ims, values, strict=True))[:: max(1, len(ims) // LINES)]:
-            axis.plot(np.append(0.0, value), np.append(0.0, im), color="#0072B2", alpha=0.25, linewidth=0.7)
+            axis.plot(np.append(0.0, value), np.append(0.0, im), color=QUIET, alpha=0.3, linewidth=0.6)
         if "demand_percentile" in part:
             for percentile, dash in zip(part["percentile"].values, ("--", "-", "-."), strict=True):
                 middle = size * threshold * part["demand_percentile"].sel(percentile=percentile).values
                 label = f"{percentile:g} %"
                 axis.plot(middle, factor * part["level"].values, dash, color="black", linewidth=2.0, label=label)
                 most = max(most, float(np.nanmax(middle, initial=0.0)))
-        for place, (state, (colour, _)) in enumerate(
-            zip(group["state"].values, styles(group.sizes["state"] + 1)[1:], strict=True)
-        ):
+        for place, (state, colour) in enumerate(zip(group["state"].values, colours, strict=True)):
             limit = size * float(group["state_threshold"].isel(state=place))
             axis.axvline(limit, color=colour, linestyle=":", linewidth=1.8, label=plain(str(state)))
         axis.set_title(f"{side} pounding", fontsize=9.5)
@@ -205,8 +207,8 @@ def _demands(panels: Any, group: xr.Dataset, factor: float) -> None:
 
 def _medians(results: xr.Dataset) -> str:
     """Sentence on the intensity at which half of the motions reach each state."""
-    measure, unit = measure_words(results)
-    name, factor = SHOWN[unit]
+    measure, _ = measure_words(results)
+    name, factor = intensity_shown(results.attrs["intensity"])
     clauses = []
     for state in map(str, results["state"].values):
         medians = factor * results["median"].sel(state=state)

@@ -21,8 +21,9 @@ from pounding_risk.figures.style import (
     share_bar,
     title,
 )
-from pounding_risk.results.amplitudes import own
-from pounding_risk.units import PGA, say_in
+from pounding_risk.motions.levels import PEAK
+from pounding_risk.results.amplitudes import amplitudes_of
+from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -131,8 +132,10 @@ def where_words(case: RowCase) -> str:
         law_words(str(results["contact_model"].values)),
         f"{case.motions} motion{'s' if case.motions > 1 else ''}",
     ]
-    if "pga" in results.coords and np.isfinite(float(results["pga"])):
-        words.append(own(float(results["pga"]), PGA))
+    amplitudes = amplitudes_of(results)
+    if amplitudes.values[0] is not None and np.isfinite(amplitudes.values[0]):
+        measured = "" if amplitudes.measure == PEAK else f"{amplitudes.measure.words} "
+        words.append(measured + amplitudes.words(amplitudes.values[0]))
     return ", ".join(words)
 
 

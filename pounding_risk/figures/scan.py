@@ -10,6 +10,7 @@ import numpy as np
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import QUIET, blank, law_words, styles, title
 from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.own_case import own_case, own_gaps
 from pounding_risk.results.scene_axes import settled
 
@@ -110,7 +111,9 @@ def _one_law(results: xr.Dataset) -> xr.Dataset:
     Of several interfaces the one whose gap alone the grid varies, or the largest of all.
     """
     case = own_case(results)
-    chosen = results.isel({axis: case.get(axis, -1) for axis in ("pga", "contact_model") if axis in results.dims})
+    chosen = results.isel(
+        {axis: case.get(axis, -1) for axis in (amplitude_axis(results), "contact_model") if axis in results.dims}
+    )
     outputs = chosen[["peak_relative_displacement", "impact_count", "yield_exceedance"]]
     if "interface" in outputs.dims:
         at = _varied(results)

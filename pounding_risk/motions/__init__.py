@@ -23,7 +23,10 @@ _HOMES = {
         *("measure", "response_spectra", "rotated_spectra"),
         *("husid_curve", "cumulative_absolute_velocity", "significant_duration"),
     ),
-    "scaling": ("by_factor", "to_pga", "to_spectral_acceleration", "to_mean_spectral_acceleration", "to_median"),
+    "scaling": (
+        *("by_factor", "to_pga", "to_pgv"),
+        *("to_spectral_acceleration", "to_mean_spectral_acceleration", "to_median"),
+    ),
     "rotation": ("rotated",),
     "target_spectra": ("Target", "read_target", "asce7", "eurocode8"),
     "selection": ("select",),

@@ -128,6 +128,24 @@ def measure(acceleration: ArrayLike, dt: float) -> Measures:
     )
 
 
+def peak_ground_velocity(acceleration: ArrayLike, dt: float) -> float:
+    """Compute the peak ground velocity max|v|, from rest.
+
+    Parameters
+    ----------
+    acceleration : array_like, shape (n,)
+        Ground acceleration [m/s²].
+    dt : float
+        Time step [s].
+
+    Returns
+    -------
+    float
+        PGV [m/s], exact for linear a: crests between samples count. Raises as `measure`.
+    """
+    return _peaks_of_motion(_checked(acceleration, dt), dt)[0]
+
+
 def husid_curve(acceleration: ArrayLike, dt: float) -> Samples:
     """Compute the Arias intensity up to each sample, π / (2 g) ∫ a² dt.
 

@@ -157,12 +157,6 @@ class Motion(ShortRepr):
         return replace(self, flags=tuple(dict.fromkeys((*self.flags, *flags))))
 
 
-def driven(motion: Motion, polarity: str, pga: float | None) -> Motion:
-    """A motion in one polarity, scaled to one amplitude of the grid [m/s²]; ``pga`` None keeps the amplitude."""
-    turned = motion.reversed() if polarity == REVERSED else motion
-    return turned if pga is None else turned.scaled_to(pga)
-
-
 def after_cut(record: dict[str, Any], seconds: float) -> dict[str, Any]:
     """The facts of a record after so many ``seconds`` were cut from its start."""
     if not seconds:

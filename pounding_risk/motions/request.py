@@ -20,6 +20,7 @@ MOST_ENTRIES = 100_000  # files and folders that a pattern "**" may walk through
 MEDIANS = ("pga", "pgv")  # what records can be brought to the ensemble's median of, beside Sa at a period
 SOURCES = ("names", "files", "set", "manifest", "generated")  # a request has one of them
 AMPLITUDES = ("manifest", "pga", "sa", "to_median")  # what sets the amplitude: one of them at most
+INTENSITY = "intensity"  # levels of the grid, which a request does not hold; they set it too
 
 
 class StepTable(Mapping[str, Any]):
@@ -92,15 +93,17 @@ class RecordRequest(NamedTuple):
         return tuple(key for key in keys if getattr(self, key) not in (None, "", ()))
 
 
-def conflicts(keys: Collection[str], *, grid_pga: bool = False) -> Iterator[tuple[str, str]]:
+def conflicts(keys: Collection[str], *, grid_pga: bool = False, is_factor: bool = False) -> Iterator[tuple[str, str]]:
     """Keys of [records] that exclude each other: the key that is to go, and a sentence.
 
     Parameters
     ----------
-    given : collection of str
-        The keys that are given, in a scene file or in a call.
+    keys : collection of str
+        The keys that are given, in a scene file or in a call; `INTENSITY` where the grid has levels of intensity.
     grid_pga : bool
         Whether the grid has amplitudes of its own.
+    is_factor : bool
+        Whether the levels of intensity are factors, which act as ``scale`` does.
     """
     sources = [key for key in SOURCES if key in keys]
     if len(sources) > 1:
@@ -110,17 +113,21 @@ def conflicts(keys: Collection[str], *, grid_pga: bool = False) -> Iterator[tupl
         yield "direction", "a manifest names single components; remove direction, or name the files"
     if "generated" in keys and "direction" in keys:
         yield "direction", "a generated motion has one component, along the row; remove direction"
-    amplitudes = [key for key in AMPLITUDES if key in keys]
+    factor = INTENSITY if is_factor else "scale"
+    amplitudes = [key for key in (*AMPLITUDES, *([] if is_factor else [INTENSITY])) if key in keys]
     if len(amplitudes) > 1:
         several = "both" if len(amplitudes) == 2 else "all"
         words = " and ".join(amplitudes)
         yield amplitudes[-1], f"{words} are {several} given, and each sets the amplitude; keep one"
     # A common factor may follow the median or a choice: that is how a normalised set is scaled.
-    rivals = [key for key in amplitudes if key in ("pga", "sa")]
-    if rivals and "scale" in keys:
-        yield "scale", f"{rivals[0]} and scale are both given, and each sets the amplitude; remove one"
+    rivals = [key for key in amplitudes if key in ("pga", "sa", INTENSITY)]
+    both = "are both given, and each sets the amplitude; remove one"
+    if INTENSITY in keys and "scale" in keys:
+        yield "scale", f"{INTENSITY} and scale {both}"
+    elif rivals and factor in keys:
+        yield factor, f"{rivals[0]} and {factor} {both}"
     elif grid_pga:
-        for key in ("scale", "sa", "to_median", "manifest"):
+        for key in ("scale", "sa", "to_median", "manifest", INTENSITY):
             if key in keys:
                 yield key, f"the grid has a pga, which sets the amplitude; remove {key}, or pga from [grid]"
 

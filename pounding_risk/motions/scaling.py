@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Hashable, Sequence
-from math import exp, isfinite, log
+from math import exp, inf, isfinite, log
 from typing import Any
 
 import numpy as np
@@ -26,8 +26,9 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.amplitude import in_si, scale_samples, scale_samples_to
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.units import DAMPING, PERIOD, PGA, SCALE, STANDARD_GRAVITY, shown
+from pounding_risk.units import DAMPING, PERIOD, PGA, SCALE, STANDARD_GRAVITY, Quantity, shown
 
+PGV = Quantity("m/s", 0.0, inf, "peak ground velocity", open_low=True, open_high=True, example="0.3 m/s")
 MEAN_PERIODS = 10  # in the mean of Sa over a range, evenly in the logarithm
 # How a measure grows with the motion: Arias intensity with its square.
 POWERS = {"pga": 1.0, "pgv": 1.0, "pgd": 1.0, "cav": 1.0, "arias": 2.0}
@@ -72,6 +73,26 @@ def to_pga(motion: Motion, pga: float | str) -> Motion:
     return motion.after(scale_samples_to(motion.acceleration, in_si("pga", pga, PGA), motion.name))
 
 
+def to_pgv(motion: Motion, pgv: float | str) -> Motion:
+    """Scale a motion to a peak ground velocity.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    pgv : float or str
+        max|v| after scaling, the velocity from rest [m/s, or text such as "30 cm/s"].
+
+    Returns
+    -------
+    Motion
+        The motion times one factor. Raises RecordError for a motion of zeros.
+    """
+    target = in_si("pgv", pgv, PGV)
+    peak = float(peak_velocities([motion])[0])
+    return by_factor(motion, _ratio(target, peak, motion.name), f"PGV of {100.0 * target:.5g} cm/s")
+
+
 def to_spectral_acceleration(motion: Motion, value: float | str, period: float | str, damping: float = 0.05) -> Motion:
     """Scale a motion to a spectral acceleration at one period.
 
@@ -108,7 +129,7 @@ def to_mean_spectral_acceleration(
     """Scale a motion to a mean spectral acceleration over a range of periods.
 
     The mean is Sa_avg, geometric, over 10 periods evenly spaced in the logarithm, ends included (Baker and Cornell
-    2006; Eads, Miranda and Lignos 2015).
+    2006; Eads, Miranda and Lignos 2015; Kohrangi, Bazzurro, Vamvatsikos and Spillatura 2017).
 
     Parameters
     ----------
@@ -134,8 +155,8 @@ def to_mean_spectral_acceleration(
     target = in_si("value", value, PGA)
     low, high = period_range(periods)
     aim = f"mean Sa({low:g} to {high:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
-    spectra = spectral_accelerations([motion], np.geomspace(low, high, MEAN_PERIODS), damping)[0]
-    return by_factor(motion, _ratio(target, _geometric_mean(spectra), motion.name), aim)
+    mean = float(mean_spectral_accelerations([motion], (low, high), damping)[0])
+    return by_factor(motion, _ratio(target, mean, motion.name), aim)
 
 
 def to_median(
@@ -218,6 +239,25 @@ def spectral_accelerations(motions: Sequence[Motion], periods: Any, damping: flo
         raise RecordError(f"damping: {damping:g} is no damping ratio; write one from 0 to below 1, such as 0.05")
     samples = [motion.acceleration for motion in motions]
     return response_spectra(samples, [motion.dt for motion in motions], periods, damping).pseudo_acceleration
+
+
+def mean_spectral_accelerations(motions: Sequence[Motion], periods: Sequence[float], damping: float = 0.05) -> Samples:
+    """Sa_avg [m/s²] of each motion over a range of periods [s], as `to_mean_spectral_acceleration` has it."""
+    spectra = spectral_accelerations(motions, mean_periods(*periods), damping)
+    # Of still ground there is no logarithm.
+    return np.array([_geometric_mean(row) if (row > 0.0).all() else 0.0 for row in spectra])
+
+
+def mean_periods(low: float, high: float) -> Samples:
+    """The periods [s] over which a mean of Sa is taken, evenly in the logarithm, ends included."""
+    return np.geomspace(low, high, MEAN_PERIODS)
+
+
+def peak_velocities(motions: Sequence[Motion]) -> Samples:
+    """Peak ground velocity [m/s] of each motion, from rest."""
+    from pounding_risk.motions.intensity import peak_ground_velocity
+
+    return np.array([peak_ground_velocity(motion.acceleration, motion.dt) for motion in motions])
 
 
 def period_range(periods: Any) -> tuple[float, float]:

@@ -16,6 +16,7 @@ from pounding_risk.assessment.demands import interfaces, open_dataset
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.attributes import told
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.files import open_results
@@ -70,6 +71,14 @@ class Pair(NamedTuple):
         return float(gaps[np.abs(gaps - self.assessed.gap).argmin()])
 
 
+def at_amplitude(results: Any, amplitude: float | None) -> Any:
+    """A dataset, or a variable of one, at its amplitude that is nearest to an assessed one [SI]."""
+    axis = next((name for name in (PGA_AXIS, LEVEL_AXIS) if name in results.dims), None)
+    if axis is None:
+        return results
+    return results.isel({axis: int(np.abs(results[axis].values - amplitude).argmin())})
+
+
 @dataclass(frozen=True)
 class ReportData:
     """A dataset, its assessment, and datasets of `compare`, `accuracy` and `effects` by the command's name."""
@@ -87,8 +96,7 @@ class ReportData:
         return tuple(self._pair(number, assessed, part) for number, (assessed, (_, part)) in enumerate(parts, start=1))
 
     def _pair(self, number: int, assessed: InterfaceAssessment, results: xr.Dataset) -> Pair:
-        if "pga" in results.dims:
-            results = results.isel(pga=int(np.abs(results["pga"].values - assessed.amplitude).argmin()))
+        results = at_amplitude(results, assessed.amplitude)
         codes = code_table(results, self.assessment.percentile)
         return Pair(assessed.name, f"interface-{number}", assessed, codes, results, f", motions {assessed.at}")
 
@@ -111,7 +119,7 @@ class ReportData:
             gap=gaps.pop() if len(gaps) == 1 else None,
             contact_model=self.law,
             yield_force=self.yield_force,
-            pga=self.assessment.interfaces[0].amplitude,
+            intensity_level=self.assessment.interfaces[0].amplitude,
         )
 
     @cached_property

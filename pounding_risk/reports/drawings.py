@@ -34,6 +34,7 @@ def draw(
     contact_model: str | None = None,
     yield_force: float | str | None = None,
     pga: float | str | None = None,
+    intensity_level: float | str | None = None,
 ) -> tuple[Path, ...]:
     """Write drawings of a row: elevation, plan and storey profiles (.png, .svg or .pdf), and an animation (.html).
 
@@ -56,6 +57,8 @@ def draw(
         Yield force F_E of that cell [N, or text with a unit].
     pga : float or str, optional
         Amplitude of that cell [m/s2, or text with a unit].
+    intensity_level : float or str, optional
+        The same in the measure of the grid [SI, or text with a unit], where that may be another than PGA.
 
     Returns
     -------
@@ -79,7 +82,8 @@ def draw(
     written = () if moving is None else (_animated(opened[0], moving),)
     if not targets:
         return written
-    options = {"gap": gap, "contact_model": contact_model, "yield_force": yield_force, "pga": pga}
+    options = {"gap": gap, "contact_model": contact_model, "yield_force": yield_force}
+    options |= {"pga": pga, "intensity_level": intensity_level}
     cases = [row_case(dataset, **options) for dataset in opened]  # type: ignore[arg-type]
     drawn = {name: _figure(name, cases, street, building) for name in targets}
     from pounding_risk.figures.style import write

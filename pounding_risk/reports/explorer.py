@@ -17,12 +17,15 @@ import numpy as np
 
 from pounding_risk.assessment.demands import open_dataset
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say_level
 from pounding_risk.reports.html import packed, script_page, write_page
 from pounding_risk.results import check as form
-from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of, axis_name, measure_of
 from pounding_risk.results.files import check_target
+from pounding_risk.results.grid_values import axis_words
+from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.own_case import own_case
-from pounding_risk.units import PGA, SHOWN, STANDARD_GRAVITY, si
+from pounding_risk.units import SHOWN, STANDARD_GRAVITY, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,8 +38,8 @@ MOST_OF_STOREYS = 1_500_000  # numbers of storey profiles; a page leaves them ou
 PROFILES = {"storey_drift": True, "storey_shear": True, "storey_acceleration": False, "storey_displacement": False}
 SHARES = ("contact", "yield_exceedance")  # 0 or 1; of several motions, a share
 NO_CASE = ("gap", "yield_force", "contact_model")  # what a quantity without contact does not depend on
-OPTIONS = {"record": "--record", "contact_model": "--contact-model", "pga": "--pga"}
-TITLES = {"pga": "amplitude", "contact_model": "contact model", "yield_force": "yield force F_E"}
+OPTIONS = {"record": "--record", "contact_model": "--contact-model", PGA_AXIS: "--pga", LEVEL_AXIS: "--intensity-level"}
+TITLES = {PGA_AXIS: "amplitude", "contact_model": "contact model", "yield_force": "yield force F_E"}
 
 
 def view(
@@ -46,6 +49,7 @@ def view(
     records: Sequence[str] = (),
     contact_models: Sequence[str] = (),
     pgas: Sequence[float | str] = (),
+    intensity_levels: Sequence[float | str] = (),
 ) -> Path:
     """Write a page to look around in a scan's results.
 
@@ -61,6 +65,8 @@ def view(
         Names of the contact models to show; all by default.
     pgas : sequence of float or str
         Amplitudes to show [m/s2, or text with a unit]; all by default.
+    intensity_levels : sequence of float or str
+        The same in the measure of the grid [SI, or text with a unit], where that may be another than PGA.
 
     Returns
     -------
@@ -76,8 +82,15 @@ def view(
     target = check_target(out, (".html",))
     dataset, source = open_dataset(results)
     check_scan(dataset, source)
-    amplitudes = [si(pga, PGA, "pgas") for pga in pgas]
-    part = chosen(dataset, {"record": records, "contact_model": contact_models, "pga": amplitudes}, source)
+    amplitudes = amplitudes_of(dataset)
+    if pgas and (intensity_levels or amplitudes.axis != PGA_AXIS):
+        raise PoundingError(
+            f"pgas: the motions are scaled to {amplitudes.measure.words}; choose by intensity_levels "
+            "(--intensity-level) alone"
+        )
+    name = "pgas" if pgas else "intensity_levels"
+    levels = [si(level, amplitudes.measure.quantity, name) for level in (*pgas, *intensity_levels)]
+    part = chosen(dataset, {"record": records, "contact_model": contact_models, amplitudes.axis: levels}, source)
     _check_size(part, source)
     return write_page(target, page(page_model(part), row_pictures(part)))
 
@@ -104,7 +117,7 @@ def chosen(dataset: xr.Dataset, selection: Mapping[str, Sequence[Any]], source: 
         if len(values) == 0:
             continue
         labels = np.atleast_1d(dataset[axis].values) if axis in dataset.coords else np.empty(0)
-        indices = [_place(axis, value, labels, source) for value in values]
+        indices = [_place(axis_name(dataset, axis), value, labels, source) for value in values]
         if axis in dataset.dims:
             dataset = dataset.isel({axis: sorted(set(indices))})
     return dataset
@@ -121,7 +134,9 @@ def _place(axis: str, value: Any, labels: np.ndarray, source: str) -> int:
     meant = f"; did you mean {near[0]}?" if near else ""
     there = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "") or "none"
     value_words = label_words(axis, value)
-    raise PoundingError(f"{source}: holds no {TITLES.get(axis, axis)} {value_words}; it holds {there}{meant}")
+    raise PoundingError(
+        f"{source}: holds no {TITLES.get(axis, axis_words(axis))} {value_words}; it holds {there}{meant}"
+    )
 
 
 def _check_size(dataset: xr.Dataset, source: str) -> None:
@@ -133,7 +148,7 @@ def _check_size(dataset: xr.Dataset, source: str) -> None:
     part = []
     for axis, option in several.items():
         if left > MOST_CASES:
-            label = label_words(axis, dataset[axis].values[0])
+            label = label_words(axis_name(dataset, axis), dataset[axis].values[0])
             part.append(f'{option} "{label}"' if " " in label else f"{option} {label}")
             left //= dataset.sizes[axis]
     hint = "scan fewer gaps or yield forces"
@@ -255,15 +270,18 @@ def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
     has_notes = axis == "record" and "record_event" in dataset.coords
     return {
         "name": axis,
-        "title": TITLES.get(axis, axis.replace("_", " ")),
+        "title": measure_of(dataset).words if axis == LEVEL_AXIS else TITLES.get(axis, axis.replace("_", " ")),
         "unit": units.get(axis, ""),
-        "labels": [label_words(axis, label) for label in labels],
+        "labels": [label_words(axis_name(dataset, axis), label) for label in labels],
         "notes": [str(note) for note in dataset["record_event"].values] if has_notes else [],
     }
 
 
 def label_words(axis: str, value: Any) -> str:
-    """Label of a value on an axis: gaps in mm, yield forces in kN or "none", amplitudes in g."""
+    """Label of a value on an axis: gaps in mm, yield forces in kN or "none", amplitudes in g.
+
+    Levels of another measure, whose axis goes by its word, have their unit.
+    """
     if not isinstance(value, float):
         return str(value)
     if axis == "yield_force":
@@ -272,14 +290,15 @@ def label_words(axis: str, value: Any) -> str:
         return f"{value * 1e3:.6g}"
     if axis == "pga":
         return "as recorded" if np.isnan(value) else f"{value / STANDARD_GRAVITY:.6g} g"
-    return f"{value:.6g}"
+    measure = read_measure(axis)
+    return f"{value:.6g}" if measure is None else say_level(value, measure.quantity)
 
 
 def _facts(dataset: xr.Dataset) -> list[str]:
     """Sentences at the head of the page on cases, failures and checks."""
     status = dataset["status"]
     facts = [f"{status.size:,} cases."]
-    if "pga" not in dataset.dims:
+    if amplitude_axis(dataset) not in dataset.dims:
         facts.append(f"Motions {amplitude_words(dataset)}.")
     if "rtol" in dataset.attrs:
         facts.append(f"Each case to a relative tolerance of {float(dataset.attrs['rtol']):g}.")

@@ -1,7 +1,7 @@
 """Amplitude of the motions of a dataset, in words, and the intensity that they are scaled to.
 
-The scene in the attributes of a dataset says in its table [records] how the motions are scaled; the coordinate ``pga``
-has the amplitudes of the grid.
+The scene in the attributes of a dataset says in its table [records] how the motions are scaled. The amplitudes of the
+grid are its axis ``pga``, or ``intensity`` for levels of another measure, whose attributes say which.
 """
 
 from __future__ import annotations
@@ -9,14 +9,28 @@ from __future__ import annotations
 from math import isclose, isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import (
+    DIGITS,
+    FACTOR,
+    LEVEL_AXIS,
+    PEAK,
+    PGA_AXIS,
+    USUAL_DAMPING,
+    Measure,
+    at_words,
+    read_measure,
+    say_level,
+)
 from pounding_risk.results.attributes import tables_of
-from pounding_risk.units import DAMPING, PERIOD, PGA, SCALE, QuantityError, parse, say
+from pounding_risk.results.layout import amplitude_axis
+from pounding_risk.units import DAMPING, PERIOD, PGA, SCALE, SHOWN, Quantity, QuantityError, parse, say, si
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DIGITS = 6  # of values that a user has stated, so that 0.125 g stays 0.125 g
-USUAL_DAMPING = 0.05  # of a spectral acceleration without a stated one
 SAME = 1e-9  # relative difference up to which two periods are equal
 
 
@@ -39,8 +53,7 @@ class Spectral(NamedTuple):
 
     @property
     def _at(self) -> str:
-        usual = isclose(self.damping, USUAL_DAMPING, rel_tol=SAME)
-        return f"{self.period:.{DIGITS}g} s" + ("" if usual else f", {100.0 * self.damping:.{DIGITS}g} %")
+        return at_words(f"{self.period:.{DIGITS}g} s", self.damping)
 
     def is_at(self, other: Spectral) -> bool:
         """True where both have the same period and damping."""
@@ -53,31 +66,106 @@ def own(value: float, quantity: Any) -> str:
     return say(value, quantity, DIGITS)
 
 
-def amplitude_words(results: xr.Dataset, pga: float | None = None) -> str:
+class Amplitudes(NamedTuple):
+    """The amplitudes of a dataset: its axis of them, their measure, and their values."""
+
+    axis: str  # its name, whether or not the dataset has several
+    measure: Measure
+    values: tuple[float | None, ...]  # SI; None for motions as recorded, or as [records] scales them
+
+    @property
+    def name(self) -> str:
+        """The axis by the word of its measure: "pga", "sa(0.5 s)"."""
+        return self.measure.intensity
+
+    def words(self, value: float) -> str:
+        """A value with its unit."""
+        return say_level(value, self.measure.quantity)
+
+    def place(self, asked: float | str | None) -> int | None:
+        """Index of a value that is asked for [SI, or text with a unit]; None of none.
+
+        Raises PoundingError for a value that is not there.
+        """
+        if asked is None:
+            return None
+        name = "pga" if self.measure == PEAK else self.measure.words
+        value = si(asked, self.measure.quantity, name)
+        for place, known in enumerate(self.values):
+            if known is not None and abs(known - value) <= SAME * known:
+                return place
+        has = ", ".join(map(self.words, filter(None, self.values))) or "none: its motions have no amplitudes of a grid"
+        raise PoundingError(f"{name} {self.words(value)} is not in the dataset, which has {has}")
+
+
+def amplitudes_of(results: xr.Dataset) -> Amplitudes:
+    """The amplitudes of a dataset: one that was selected or scanned alone counts too."""
+    axis = amplitude_axis(results)
+    if axis not in results.coords:
+        return Amplitudes(axis, PEAK, (None,))
+    values = tuple(float(value) for value in np.atleast_1d(results[axis].values))
+    return Amplitudes(axis, measure_of(results), values)
+
+
+def measure_of(results: xr.Dataset) -> Measure:
+    """The measure of the amplitudes of a dataset."""
+    if LEVEL_AXIS not in results.variables:
+        return PEAK
+    about = results[LEVEL_AXIS].attrs
+    periods = tuple(float(period) for period in np.atleast_1d(about.get("periods", ())))
+    return Measure(str(about["measure"]), periods, float(about.get("damping", USUAL_DAMPING)))
+
+
+def axis_name(results: xr.Dataset, axis: str) -> str:
+    """An axis of cases as sentences and readers of values take it: that of levels by the word of its measure."""
+    return measure_of(results).intensity if axis == LEVEL_AXIS else axis
+
+
+def level_asked(
+    results: xr.Dataset, pga: float | str | None = None, intensity_level: float | str | None = None
+) -> int | None:
+    """Index of the amplitude that a call names by one of its two options; None where it names none.
+
+    ``intensity_level`` is a value of whatever measure the dataset has, PGA too. Raises PoundingError where both are
+    given, for ``pga`` of a dataset of another measure, and for a value that the dataset has not.
+    """
+    amplitudes = amplitudes_of(results)
+    if pga is not None and intensity_level is not None:
+        raise PoundingError("pga and intensity_level both name the amplitude; give one of them")
+    if pga is not None and amplitudes.axis != PGA_AXIS:
+        known = ", ".join(amplitudes.words(value) for value in amplitudes.values if value is not None)
+        raise PoundingError(
+            f"pga: the motions of the dataset are scaled to {amplitudes.measure.words}; choose one of its levels, "
+            f"{known}, by intensity_level (--intensity-level)"
+        )
+    return amplitudes.place(pga if pga is not None else intensity_level)
+
+
+def amplitude_words(results: xr.Dataset, level: float | None = None) -> str:
     """The amplitude in words that follow "motions": "as recorded", "at Sa(0.62 s) = 0.7 g", "times 1.5".
 
     Parameters
     ----------
     results : xarray.Dataset
         A dataset of `scan`.
-    pga : float, optional
-        One amplitude of a grid that has several [m/s2]; all of them by default.
+    level : float, optional
+        One amplitude of a grid that has several [SI]; all of them by default.
 
     Returns
     -------
     str
         The words.
     """
-    if pga is None and "pga" in results.coords and "pga" not in results.dims:
-        pga = float(results["pga"].values)
-    if pga is None and "pga" in results.dims:
-        ends = [own(float(end), PGA) for end in (results["pga"].values.min(), results["pga"].values.max())]
-        return f"at PGA {' to '.join(dict.fromkeys(ends))}"
-    if pga is not None and isfinite(pga):
-        return f"at PGA {own(pga, PGA)}"
+    amplitudes = amplitudes_of(results)
+    measure, known = amplitudes.measure, [value for value in amplitudes.values if value is not None]
+    values = [value for value in (known if level is None else [level]) if isfinite(value)]
+    ends = " to ".join(dict.fromkeys(amplitudes.words(end) for end in (min(values), max(values)))) if values else ""
+    if ends and measure.name != FACTOR:
+        return f"at PGA {ends}" if measure == PEAK else f"at {measure.words} = {ends}"
     asked = _records(results)
     scale = asked.get("scale")
     factor = "" if scale is None else f"times {parse(scale, SCALE):.{DIGITS}g}"
+    factor = f"times {ends}" if ends else factor
     aim = _aim(asked)
     return " ".join(filter(None, (aim, factor))) or "as recorded"
 
@@ -107,9 +195,12 @@ def scaled_to(results: xr.Dataset) -> Spectral | None:
 def usual_intensity(results: xr.Dataset) -> str:
     """The intensity that the motions are scaled to: the default intensity of fragilities.
 
-    It is Sa at a period where the scene scales to it, or to the ensemble's median of it and the dataset has such a
-    spectrum; PGA elsewhere.
+    It is the measure of the levels where they are no factors; Sa at a period where the scene scales to it, or to the
+    ensemble's median of it and the dataset has such a spectrum; PGA elsewhere.
     """
+    measured = measure_of(results)
+    if measured.name != FACTOR and measured != PEAK:
+        return measured.intensity
     one = scaled_to(results)
     if one is not None:
         return one.intensity
@@ -146,8 +237,32 @@ def spectral(text: str) -> Spectral | None:
 
 
 def intensity_words(intensity: str) -> str:
-    """An intensity as text: PGA, Sa(left), Sa(0.62 s)."""
-    return "PGA" if intensity == "pga" else f"Sa{intensity.removeprefix('sa')}"
+    """An intensity as text: PGA, PGV, Sa(left), Sa(0.62 s), Sa_avg(0.2-2 s)."""
+    measure = read_measure(intensity)
+    return f"Sa{intensity.removeprefix('sa')}" if measure is None else measure.words
+
+
+def intensity_quantity(intensity: str) -> Quantity:
+    """What the values of an intensity are: accelerations, but of PGV and of factors."""
+    measure = read_measure(intensity)
+    return PGA if measure is None else measure.quantity
+
+
+def intensity_unit(intensity: str) -> str:
+    """The SI unit of an intensity as datasets write it: "m/s2", of PGV "m/s"."""
+    measure = read_measure(intensity)
+    return "m/s2" if measure is None else measure.unit
+
+
+def intensity_shown(intensity: str) -> tuple[str, float]:
+    """The unit in which figures show an intensity, "" of a factor, and what its values [SI] are multiplied by."""
+    return ("cm/s", 100.0) if intensity_unit(intensity) == "m/s" else SHOWN[intensity_unit(intensity)]
+
+
+def intensity_label(intensity: str) -> str:
+    """An intensity with its unit, as an axis of a figure has it: "Sa(0.5 s) [g]"."""
+    unit, _ = intensity_shown(intensity)
+    return f"{intensity_words(intensity)} [{unit or '1'}]"
 
 
 def _records(results: xr.Dataset) -> dict[str, Any]:

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.layout import scene_dims
+from pounding_risk.motions.levels import LEVEL_AXIS
+from pounding_risk.results.layout import dims_in, scene_dims
 from pounding_risk.results.variables import CHANGES, COORDINATES, NUMBER, TEXT, VARIABLES, WHOLE, Declared
 from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse
 
@@ -116,7 +117,7 @@ def _form_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 def _dims(dataset: xr.Dataset, declared: Declared) -> tuple[str, ...]:
     """The dimensions that a variable must have; an axis with one value selected is none."""
-    return tuple(dim for dim in declared.dims if not _is_selected(dataset, dim))
+    return tuple(dim for dim in dims_in(dataset, declared.dims) if not _is_selected(dataset, dim))
 
 
 def _is_selected(dataset: xr.Dataset, dim: str) -> bool:
@@ -180,15 +181,17 @@ def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:
         ("gap", lambda values: np.isfinite(values) & (values >= 0.0), "distances of 0 or more"),
         ("yield_force", lambda values: values > 0.0, "forces above 0"),
         ("pga", lambda values: np.isnan(values) | (np.isfinite(values) & (values > 0.0)), "accelerations above 0"),
+        (LEVEL_AXIS, lambda values: np.isfinite(values) & (values > 0.0), "numbers above 0"),
         ("period", lambda values: np.isfinite(values) & (values > 0.0), "periods above 0"),
         ("interface_gap", lambda values: np.isfinite(values) & (values >= 0.0), "distances of 0 or more"),
         ("record_pga", lambda values: np.isfinite(values) & (values >= 0.0), "accelerations of 0 or more"),
+        ("record_pgv", lambda values: np.isfinite(values) & (values >= 0.0), "speeds of 0 or more"),
         ("building_period", lambda values: np.isnan(values) | (values > 0.0), "periods above 0"),
     )
     for name, allowed, words in limits:
         if name in dataset.coords and not np.all(allowed(dataset[name].values)):
             yield f"the values of {name} are not {words}"
-    for name in ("gap", "yield_force", "pga", "period"):
+    for name in ("gap", "yield_force", "pga", LEVEL_AXIS, "period"):
         if name in dataset.dims and np.unique(dataset[name].values).size < dataset.sizes[name]:
             yield f"a value of the axis {name} stands there twice"
     yield from _place_faults(dataset)

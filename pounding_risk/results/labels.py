@@ -10,10 +10,13 @@ import numpy as np
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.effects import EFFECTS, acts_on_law, bare, references
 from pounding_risk.motions.intensity import LEAST_PERIOD, response_spectra
+from pounding_risk.motions.levels import PEAK, Measure
 from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.processing.amplitude import USUAL_FACTORS
 from pounding_risk.motions.record import recording_numbers
+from pounding_risk.motions.scaling import peak_velocities
 from pounding_risk.results.attributes import as_text, versions
-from pounding_risk.results.layout import AXES, CaseVariable
+from pounding_risk.results.layout import AMPLITUDE, CaseVariable, axes_by
 from pounding_risk.results.places import building_coordinates, place_coordinates
 from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
 from pounding_risk.results.variables import described, own_dims
@@ -27,7 +30,6 @@ from pounding_risk.solver.counters import STATUS_SENTENCES
 if TYPE_CHECKING:
     import xarray as xr
 
-MOTIONS = AXES[:3]
 PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra
 CONVENTIONS = "CF-1.11"  # that the datasets follow
 NEEDED = "gap that the motion needs: largest u_left - u_right of the continuous motion without contact"
@@ -49,7 +51,7 @@ def skeleton(
 
     variables: dict[str, Any] = {
         f"{name}_free": (
-            (*MOTIONS, *own_dims(f"{name}_free")),
+            (*axes_of_motions(study), *own_dims(f"{name}_free")),
             values,
             described(output.unit, NEEDED if name.endswith("peak_closing") else f"{output.words}; without contact"),
         )
@@ -82,8 +84,16 @@ def case_variable(name: str, output: Any) -> CaseVariable:
 
 
 def one_amplitude(dataset: xr.Dataset, study: Scene) -> xr.Dataset:
-    """Remove the axis ``pga`` of a scan of one amplitude; the amplitude stays as a label, where there is one."""
-    return dataset.squeeze("pga", drop=study.grid.pgas == (None,)) if len(study.grid.pgas) == 1 else dataset
+    """Remove the axis of amplitudes of a scan of one amplitude; it stays as a label, where there is one."""
+    grid = study.grid
+    if len(grid.amplitudes) > 1:
+        return dataset
+    return dataset.squeeze(grid.measure.axis, drop=grid.amplitudes == (None,))
+
+
+def axes_of_motions(study: Scene) -> tuple[str, ...]:
+    """The axes of the motions of a scan: record, polarity and amplitude."""
+    return axes_by(study.grid.measure.axis)[: AMPLITUDE + 1]
 
 
 def kept_as(whole: bool) -> np.dtype[Any]:
@@ -139,10 +149,10 @@ def case_coordinates(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
     return {
         "record": ("record", [motion.name for motion in motions], {"long_name": "ground motion"}),
         "polarity": ("polarity", list(study.records.polarities), {"long_name": "sign of the ground motion"}),
-        "pga": (
-            "pga",
-            [np.nan if pga is None else pga for pga in grid.pgas],
-            described("m/s2", "peak ground acceleration"),
+        grid.measure.axis: (
+            grid.measure.axis,
+            [np.nan if level is None else level for level in grid.levels],
+            measure_attributes(grid.measure),
         ),
         "contact_model": ("contact_model", list(grid.contact_models), {"long_name": "contact law"}),
         "gap": ("gap", list(grid.gaps), described("m", "clear distance at rest")),
@@ -161,6 +171,15 @@ def case_coordinates(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
     }
 
 
+def measure_attributes(measure: Measure) -> dict[str, Any]:
+    """What a dataset says of the measure of its amplitudes: unit, words, and, but of PGA, what it is read back from."""
+    about: dict[str, Any] = dict(described(measure.unit, measure.long_name))
+    if measure == PEAK:
+        return about
+    of_oscillators = {"periods": list(measure.periods), "damping": measure.damping} if measure.periods else {}
+    return about | {"measure": measure.name, **of_oscillators}
+
+
 def _known_of_records(motions: tuple[Motion, ...]) -> dict[str, Any]:
     """Magnitude, distance, vs30 and recording of each record; NaN where not known."""
     facts = {
@@ -177,7 +196,11 @@ def _known_of_records(motions: tuple[Motion, ...]) -> dict[str, Any]:
     }
     numbers = recording_numbers([motion.record for motion in motions], [motion.name for motion in motions])
     words = "number of the recording that the record is a component or a copy of, from 0"
-    return coords | {"record_recording": ("record", numbers, described("1", words))}
+    of_velocity = "peak ground velocity of the record, from rest, where `record_pga` is its peak acceleration"
+    return coords | {
+        "record_recording": ("record", numbers, described("1", words)),
+        "record_pgv": ("record", peak_velocities(motions), described("m/s", of_velocity)),
+    }
 
 
 def _number(value: Any) -> float:
@@ -186,12 +209,10 @@ def _number(value: Any) -> float:
 
 def _amplitudes_felt(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
     """PGA of each record before and after scaling to the grid's amplitude, and the factor of all scaling together."""
-    pgas = np.array([np.nan if pga is None else pga for pga in study.grid.pgas])
     peaks = np.array([motion.pga for motion in motions])
     factors = np.array([motion.record.get("factor", 1.0) for motion in motions])
-    felt = np.where(np.isnan(pgas), peaks[:, None], pgas)
-    # Still ground is not scaled.
-    grown = np.divide(felt, peaks[:, None], out=np.ones_like(felt), where=peaks[:, None] > 0.0)
+    felt, grown = _felt(study, motions, peaks)
+    axis = study.grid.measure.axis
     before = (
         "peak acceleration of the record after processing and scaling by the scene, before the amplitude of the grid"
     )
@@ -199,12 +220,24 @@ def _amplitudes_felt(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
     return {
         "record_pga": ("record", peaks, described("m/s2", before)),
         "record_pga_felt": (
-            ("record", "pga"),
+            ("record", axis),
             felt,
             described("m/s2", "peak ground acceleration that the buildings felt, after every scaling"),
         ),
-        "record_scale_factor": (("record", "pga"), factors[:, None] * grown, described("1", factor)),
+        "record_scale_factor": (("record", axis), factors[:, None] * grown, described("1", factor)),
     }
+
+
+def _felt(study: Scene, motions: tuple[Motion, ...], peaks: Array) -> tuple[Array, Array]:
+    """PGA [m/s²] of each motion at each amplitude of the grid, and the factor to it: (motions, amplitudes)."""
+    levels = np.array([np.nan if level is None else level for level in study.grid.levels])
+    if study.grid.measure == PEAK:
+        felt = np.where(np.isnan(levels), peaks[:, None], levels)
+        # Still ground is not scaled.
+        return felt, np.divide(felt, peaks[:, None], out=np.ones_like(felt), where=peaks[:, None] > 0.0)
+    values = study.grid.measure.of(motions)[:, None]
+    grown = np.divide(levels, values, out=np.ones((len(motions), levels.size)), where=values > 0.0)
+    return peaks[:, None] * grown, grown
 
 
 def grounds_apart(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
@@ -239,13 +272,35 @@ def attributes(study: Scene, motions: tuple[Motion, ...], laws: Laws, solver: st
         "source": f"pounding_risk: event-driven {solver} solver",
         **made_from(study, motions),
         **numbers_of(study, laws),
-        **flags_of(motions),
+        **flags_of(study, motions),
     }
 
 
-def flags_of(motions: Iterable[Motion]) -> dict[str, str]:
-    """The attribute of doubts about motions, some of which follow from the buildings."""
-    return {"flags": as_text({motion.name: list(motion.flags) for motion in motions if motion.flags})}
+def flags_of(study: Scene, motions: tuple[Motion, ...]) -> dict[str, str]:
+    """The attribute of doubts about motions, some of which follow from the buildings, and on factors to levels."""
+    flags = {motion.name: list(motion.flags) for motion in motions}
+    for name, doubt in _unusual_factors(study, motions).items():
+        flags[name].append(doubt)
+    return {"flags": as_text({name: doubts for name, doubts in flags.items() if doubts})}
+
+
+def _unusual_factors(study: Scene, motions: tuple[Motion, ...]) -> dict[str, str]:
+    """A flag for each motion that levels of intensity scale beyond the usual factors."""
+    measure = study.grid.measure
+    if measure == PEAK:
+        return {}
+    _, grown = _felt(study, motions, np.array([motion.pga for motion in motions]))
+    low, high = USUAL_FACTORS
+    outside = (grown < low) | (grown > high)
+    flags = {}
+    for motion, factors, wrong in zip(motions, grown, outside, strict=True):
+        if wrong.any():
+            ends = " to ".join(dict.fromkeys(f"{factor:.4g}" for factor in (factors.min(), factors.max())))
+            flags[motion.name] = (
+                f"the scale factors to the levels of {measure.words}, {ends}, are outside {low:g} to {high:g} at "
+                f"{int(wrong.sum())} of {wrong.size} levels"
+            )
+    return flags
 
 
 def numbers_of(study: Scene, laws: Laws) -> dict[str, str]:

@@ -14,13 +14,35 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 
 if TYPE_CHECKING:
     import xarray as xr
 
-AXES = ("record", "polarity", "pga", "contact_model", "gap", "yield_force")
+AXES = ("record", "polarity", PGA_AXIS, "contact_model", "gap", "yield_force")
+AMPLITUDE = AXES.index(PGA_AXIS)  # the place of the amplitudes, whose axis is `LEVEL_AXIS` where they are no PGA
 SCENE_AXES = "scene_axes"  # the attribute that holds the axes of other numbers of the scene, slowest first
 BLOCK_BYTES = 16e6  # of all variables of a block together: what writing keeps in memory
+
+
+def axes_by(amplitudes: str) -> tuple[str, ...]:
+    """The axes of the cases with the axis of the amplitudes, `PGA_AXIS` or `LEVEL_AXIS`."""
+    return (*AXES[:AMPLITUDE], amplitudes, *AXES[AMPLITUDE + 1 :])
+
+
+def amplitude_axis(dataset: xr.Dataset) -> str:
+    """The name that the axis of amplitudes has in a dataset, whether or not it has such an axis."""
+    return LEVEL_AXIS if LEVEL_AXIS in dataset.variables else PGA_AXIS
+
+
+def axes_of_cases(dataset: xr.Dataset) -> tuple[str, ...]:
+    """The axes of the cases of a dataset, in order."""
+    return axes_by(amplitude_axis(dataset))
+
+
+def dims_in(dataset: xr.Dataset, dims: Iterable[str]) -> tuple[str, ...]:
+    """Dimensions in terms of `AXES`, as a dataset calls them."""
+    return tuple(amplitude_axis(dataset) if dim == PGA_AXIS else dim for dim in dims)
 
 
 class CaseVariable(NamedTuple):
@@ -46,8 +68,8 @@ class Template(NamedTuple):
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """The axes of the cases: those of other numbers of the scene, then `AXES`."""
-        return (*self.of_scene, *AXES)
+        """The axes of the cases: those of other numbers of the scene, then the grid's."""
+        return (*self.of_scene, *axes_of_cases(self.skeleton))
 
     @property
     def batches(self) -> int:
@@ -138,7 +160,7 @@ def template_of(dataset: xr.Dataset) -> Template:
     A dataset without the axes of a scan has no case variables: all of it is the skeleton.
     """
     of_scene = scene_dims(dataset)
-    axes = (*of_scene, *AXES)
+    axes = (*of_scene, *axes_of_cases(dataset))
     dims = tuple(axis for axis in axes if axis in dataset.sizes)
     cases = {
         str(name): CaseVariable(

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.grid_values import QUANTITIES, axis_words, listed_values, place_of
+from pounding_risk.motions.levels import PEAK
+from pounding_risk.results.amplitudes import axis_name, measure_of
+from pounding_risk.results.grid_values import axis_words, listed_values, place_of, quantity_of
 from pounding_risk.results.kinds import kind_of
-from pounding_risk.results.layout import AXES
+from pounding_risk.results.layout import axes_of_cases
 from pounding_risk.results.own_case import own_values
 from pounding_risk.results.scene_axes import settled
 
@@ -25,6 +27,7 @@ def one_case(
     record: str | None = None,
     polarity: str | None = None,
     pga: float | str | None = None,
+    intensity_level: float | str | None = None,
     contact_model: str | None = None,
     gap: float | str | None = None,
     yield_force: float | str | None = None,
@@ -44,6 +47,8 @@ def one_case(
         Name of a polarity.
     pga : float or str, optional
         Amplitude of the grid [m/s2, or text with a unit].
+    intensity_level : float or str, optional
+        Amplitude of the grid in its own measure [SI, or text with a unit], where that may be another than PGA.
     contact_model : str, optional
         Name of a contact model.
     gap : float or str, optional
@@ -68,35 +73,40 @@ def one_case(
     if kind not in WITH_CASES:
         why = "is one case as it is" if kind == "simulate" else "has no grid of cases"
         raise PoundingError(f"the dataset of {kind or 'another program'} {why}; a case is selected from that of a scan")
-    given = (record, polarity, pga, contact_model, gap, yield_force)
+    if pga is not None and (intensity_level is not None or measure_of(results) != PEAK):
+        raise PoundingError(
+            f"pga: the amplitude is named by intensity_level, of {measure_of(results).words}; leave pga out"
+        )
+    given = (record, polarity, intensity_level if pga is None else pga, contact_model, gap, yield_force)
     own = {"record": None, "polarity": None} | own_values(results)
-    where = {axis: _place(results, axis, value, own) for axis, value in zip(AXES, given, strict=True)}
+    where = {axis: _place(results, axis, value, own) for axis, value in zip(axes_of_cases(results), given, strict=True)}
     return results.isel({axis: place for axis, place in where.items() if axis in results.dims})
 
 
 def _place(results: xr.Dataset, axis: str, value: Any, own: dict[str, Any]) -> int:
     """Index along an axis of the value that is asked for, or of the scene's own."""
+    name = axis_name(results, axis)
     if axis not in results.coords:
-        return 0 if value is None else place_of(axis, (None,), value)
+        return 0 if value is None else place_of(name, (None,), value)
     if results[axis].dims not in ((), (axis,)):
         if value is None:
             return 0
-        raise PoundingError(f"{axis_words(axis)}: of each contact model there is one case; select by contact_model")
+        raise PoundingError(f"{axis_words(name)}: of each contact model there is one case; select by contact_model")
     known = values_along(results, axis)
     if value is not None:
-        return place_of(axis, known, value)
+        return place_of(name, known, value)
     if len(known) == 1 or own.get(axis, "") is None:
         return 0
     if axis not in own:
-        has = listed_values(axis, known)
+        has = listed_values(name, known)
         raise PoundingError(f"{axis}: the scene has none of its own, and the grid has {has}; name one")
     try:
-        return place_of(axis, known, own[axis])
+        return place_of(name, known, own[axis])
     except PoundingError as error:
         raise PoundingError(f"{axis}: none is named, and the scene's own is not there: {error}; name one") from None
 
 
 def values_along(results: xr.Dataset, axis: str) -> tuple[Any, ...]:
     """The values of an axis of cases, one where it was selected: floats of a quantity, else names."""
-    kind = float if axis in QUANTITIES else str
+    kind = str if quantity_of(axis_name(results, axis)) is None else float
     return tuple(map(kind, np.atleast_1d(results[axis].values)))

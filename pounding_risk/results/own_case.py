@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.results.attributes import tables_of
+from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.units import GAP, PGA, YIELD_FORCE, parse
 
 if TYPE_CHECKING:
@@ -61,7 +62,10 @@ def scene_model(results: xr.Dataset) -> str:
 
 
 def own_amplitude(results: xr.Dataset) -> float | None:
-    """The scene's own peak ground acceleration [m/s²] where the grid has it; None where it has not."""
+    """The scene's own peak ground acceleration [m/s²] where the grid has it; None where it has not.
+
+    So it is where the grid has levels of another measure.
+    """
     own = _tables(results).get("records", {}).get("pga")
     if own is None or "pga" not in results.coords:
         return None
@@ -72,9 +76,10 @@ def own_amplitude(results: xr.Dataset) -> float | None:
 
 def own_level(results: xr.Dataset) -> int:
     """Index of the amplitude that is assessed unless another is asked for: the scene's own, or the grid's largest."""
-    if "pga" not in results.coords:
+    axis = amplitude_axis(results)
+    if axis not in results.coords:
         return 0
-    amplitudes, own = np.atleast_1d(results["pga"].values), own_amplitude(results)
+    amplitudes, own = np.atleast_1d(results[axis].values), own_amplitude(results)
     return int(np.argmax(amplitudes) if own is None else np.argmin(np.abs(amplitudes - own)))
 
 
@@ -92,9 +97,15 @@ def own_case(results: xr.Dataset) -> dict[str, int]:
         index["yield_force"] = int(np.flatnonzero(results["yield_force"].values == scene_force(results))[0])
     if "contact_model" in results.dims:
         index["contact_model"] = list(map(str, results["contact_model"].values)).index(scene_model(results))
-    if "pga" in results.dims:
-        index["pga"] = own_level(results)
+    if amplitude_axis(results) in results.dims:
+        index[amplitude_axis(results)] = own_level(results)
     return index
+
+
+def at_level(results: xr.Dataset, level: int | None = None) -> xr.Dataset:
+    """The dataset at one of its amplitudes, that of `own_level` by default; one without an axis of them as it is."""
+    axis = amplitude_axis(results)
+    return results.isel({axis: own_level(results) if level is None else level}) if axis in results.dims else results
 
 
 def _tables(results: xr.Dataset) -> dict[str, Any]:

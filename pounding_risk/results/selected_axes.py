@@ -7,12 +7,14 @@ interface of two buildings. Functions that read a dataset of `scan` rely on all 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.layout import AXES
+from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
+from pounding_risk.results.layout import AXES, axes_of_cases
 from pounding_risk.results.scene_axes import settled
 from pounding_risk.results.upgrade import MARK, scene_tables, upgrade
 from pounding_risk.results.variables import COORDINATES, PLACES, VARIABLES
@@ -21,7 +23,7 @@ from pounding_risk.units import shown
 if TYPE_CHECKING:
     import xarray as xr
 
-MAY_LACK = ("pga",)  # a scan of one amplitude has no such axis
+MAY_LACK = (PGA_AXIS, LEVEL_AXIS)  # a scan of one amplitude has no such axis
 
 
 def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
@@ -60,20 +62,23 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     dataset = settled(dataset, source)
     _check_buildings(dataset, source)
     dataset = upgrade(dataset, source)
-    lost = [axis for axis in AXES if axis not in {*dataset.dims, *dataset.coords} and axis not in MAY_LACK]
+    axes = axes_of_cases(dataset)
+    lost = [axis for axis in axes if axis not in {*dataset.dims, *dataset.coords} and axis not in MAY_LACK]
     if lost:
         raise PoundingError(
             f"{source}: has lost its {' and '.join(lost)}: select with a list, such as {lost[0]}=[...], or without "
             "drop=True, so that it is known what was selected"
         )
-    missing = [dim for dim in (*AXES, *PLACES) if dim not in dataset.dims and dim in dataset.coords]
+    missing = [dim for dim in (*axes, *PLACES) if dim not in dataset.dims and dim in dataset.coords]
     missing = [dim for dim in missing if dim not in MAY_LACK]
     if not missing:
         return _with_own_points(dataset)
     labels = {axis: dataset[axis].variable for axis in missing}
     bare = dataset.drop_vars(missing)
     changed: dict[Any, Any] = {
-        name: _expanded(variable, [dim for dim in missing if dim in dims_of(str(name), name in bare.coords)])
+        name: _expanded(
+            variable, [dim for dim in missing if dim in dims_of(str(name), name in bare.coords)], (*axes, *PLACES)
+        )
         for name, variable in bare.variables.items()
     }
     coords: dict[Any, Any] = {name: changed[name] for name in bare.coords if name not in bare.dims}
@@ -91,10 +96,10 @@ def dims_of(name: str, is_coordinate: bool) -> tuple[str, ...]:
     return AXES[:3] if name.endswith("_free") else AXES
 
 
-def _expanded(variable: xr.Variable, axes: list[str]) -> xr.Variable:
-    """The variable with these axes added, of length 1, and all axes in order."""
+def _expanded(variable: xr.Variable, axes: list[str], order: Sequence[str]) -> xr.Variable:
+    """The variable with these axes added, of length 1, and all axes in this order."""
     sizes: dict[Any, int] = dict.fromkeys(axes, 1) | dict(variable.sizes)
-    ordered = [dim for dim in (*AXES, *PLACES) if dim in sizes]
+    ordered = [dim for dim in order if dim in sizes]
     own = [dim for dim in variable.dims if dim not in ordered]
     return variable.set_dims({dim: sizes[dim] for dim in (*ordered, *own)}) if axes else variable
 

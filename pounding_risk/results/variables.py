@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from pounding_risk.motions.levels import LEVEL_AXIS
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE
 
@@ -72,10 +73,12 @@ COORDINATES |= {
     for axis, unit in {"pga": "m/s2", "gap": "m", "yield_force": "N", "period": "s"}.items()
 }
 COORDINATES |= {
+    LEVEL_AXIS: Declared((LEVEL_AXIS,)),  # in the unit of the measure
     "storey": Declared(("storey",), "1", WHOLE),
     **_declared(("record",), {"": "record_event record_sha256"}, TEXT),
     **_declared(
-        ("record",), {"m/s2": "record_pga", "1": "record_magnitude", "km": "record_distance", "m/s": "record_vs30"}
+        ("record",),
+        {"m/s2": "record_pga", "1": "record_magnitude", "km": "record_distance", "m/s": "record_vs30 record_pgv"},
     ),
     **_declared(("record",), {"1": "record_recording"}, WHOLE),
     **_declared(("record", "interface"), {"m": "record_ground_widening_largest record_ground_widening_end"}),

@@ -25,7 +25,10 @@ from pounding_risk.units import Quantity, parse, shown, si
 
 VARIED = ("building", "interface", "effects")  # sections whose numbers may be axes
 ELSEWHERE = {
-    "records": "records are read once for all cases; write pga = [...] in [grid], or run one scene for each",
+    "records": (
+        "records are read once for all cases; write levels in [records], such as "
+        'intensity = {measure = "scale", levels = [0.5, 1.0]}, or run one scene for each'
+    ),
     "solver": "all cases have one tolerance; run one scene for each",
 }
 AXES, ZIP = "axes", "zip"  # the keys of `Grid` that are written in words of their own

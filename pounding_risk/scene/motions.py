@@ -7,11 +7,12 @@ from copy import copy
 
 from pounding_risk.errors import SceneError
 from pounding_risk.motions.ensemble import MotionEnsemble, read_ensemble
+from pounding_risk.motions.levels import FACTOR, PEAK
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.own_grounds import read_own, set_beside
 from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.motions.record import STILL
-from pounding_risk.motions.request import conflicts
+from pounding_risk.motions.request import INTENSITY, conflicts
 from pounding_risk.motions.source import lowest_usable
 from pounding_risk.scene.scene import Scene
 from pounding_risk.units import shown
@@ -31,10 +32,13 @@ def gathered(study: Scene) -> MotionEnsemble:
     file is a record, where a building's own records are not as many as those of the scene, and where a record ends
     before it has reached all buildings.
     """
-    faults = conflicts(study.records.given(), grid_pga=study.grid.pgas != (None,) and study.records.pga is None)
+    grid, is_factor = study.grid, study.grid.measure.name == FACTOR
+    given = (*study.records.given(), *([INTENSITY] if grid.measure != PEAK else []))
+    has_pga = grid.measure == PEAK and grid.amplitudes != (None,)
+    faults = conflicts(given, grid_pga=has_pga and study.records.pga is None, is_factor=is_factor)
     if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
         raise SceneError(study.source, sentences)
-    ensemble = read_ensemble(study.records, study.folder, scaled=study.grid.pgas == (None,))
+    ensemble = read_ensemble(study.records, study.folder, scaled=grid.amplitudes == (None,) or is_factor)
     motions = for_buildings(_with_own(study, ensemble.motions), study)
     ensemble = ensemble._replace(motions=motions)
     if not ensemble.motions:

@@ -8,9 +8,11 @@ from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.catalogue import is_file
 from pounding_risk.motions.generated import Recipe, Unfit, known_kind, made, motion_kinds, takes
+from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, Level
 from pounding_risk.motions.processing import known_steps, read_steps
 from pounding_risk.motions.request import (
     AS_RECORDED,
+    INTENSITY,
     MEDIANS,
     POLARITIES,
     SOURCES,
@@ -20,6 +22,7 @@ from pounding_risk.motions.request import (
     conflicts,
     matching,
 )
+from pounding_risk.scene import levels
 from pounding_risk.scene.keys import (
     Draft,
     Key,
@@ -346,6 +349,18 @@ class Records(Table):
     scale: Annotated[
         float | None, measured(SCALE, "A factor on every motion, after any other scaling.", "1.5", "as recorded")
     ] = None
+    intensity: Annotated[
+        tuple[Level, ...],
+        Key(
+            "Levels of pga, pgv, sa, sa_avg or scale, to each of which every motion is scaled; a dimension of the "
+            "dataset.",
+            levels.read_levels,
+            levels.EXAMPLE,
+            "as recorded",
+            write=levels.written_levels,
+            schema=levels.SCHEMA,
+        ),
+    ] = ()
     polarity: Annotated[
         tuple[str, ...],
         Key(
@@ -383,12 +398,14 @@ class Records(Table):
 
     def request(self) -> RecordRequest:
         """The request of ground motions that `motions.ensemble.read_ensemble` takes, in SI."""
-        return RecordRequest(**{RENAMED.get(key, key): getattr(self, key) for key in type(self).model_fields})
+        own = [key for key in type(self).model_fields if key != INTENSITY]  # whose levels are the grid's
+        return RecordRequest(**{RENAMED.get(key, key): getattr(self, key) for key in own})
 
 
-def records_of(request: RecordRequest) -> Records:
-    """The table of a request, every value stated that is not absent."""
-    values = {key: getattr(request, RENAMED.get(key, key)) for key in Records.model_fields}
+def records_of(request: RecordRequest, amplitudes: tuple[Level | None, ...] = ()) -> Records:
+    """The table of a request, every value stated that is not absent; ``amplitudes`` are those of the grid."""
+    values = {key: getattr(request, RENAMED.get(key, key), None) for key in Records.model_fields}
+    values[INTENSITY] = tuple(level for level in amplitudes if level is not None and level.measure.axis == LEVEL_AXIS)
     return Records.made({key: value for key, value in values.items() if value not in (None, "", ())})
 
 
@@ -398,7 +415,9 @@ def record_checks(draft: Draft) -> Iterator[Fault]:
         if not any(key in keys for key in SOURCES):
             example = 'missing; write names = ["RSN6-180"], files = ["my/*.AT2"], or set = "fema-p695-farfield"'
             yield keys.fault("names", example, absent=True)
-        for key, sentence in conflicts(keys.raw, grid_pga="pga" in draft.table("grid")):
+        asked = keys.get(INTENSITY) or ()
+        is_factor = any(level.measure.name == FACTOR for level in asked)
+        for key, sentence in conflicts(keys.raw, grid_pga="pga" in draft.table("grid"), is_factor=is_factor):
             yield keys.fault(key, sentence)
 
 

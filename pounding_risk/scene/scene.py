@@ -27,6 +27,7 @@ from pounding_risk.models.structures.contact_points import COLUMN, FLOOR_DEPTH, 
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.motions.levels import PEAK, Level, Measure, at_pga
 from pounding_risk.motions.request import RecordRequest
 from pounding_risk.scene.axes import axes_in_text, keeping_axes, without_axes, written_axes
 from pounding_risk.scene.axis_checks import axis_faults
@@ -66,13 +67,23 @@ NO_STRENGTHS = (
 class Axes(NamedTuple):
     """The values of each dimension; one value, the scene's own, where the scene names no grid for it.
 
-    ``pgas`` is ``(None,)`` where the records keep their amplitude or are scaled by a factor.
+    ``amplitudes`` is ``(None,)`` where the records keep their amplitude, or have the one that [records] brings them to.
     """
 
     gaps: tuple[float, ...]  # m, ascending
     yield_forces: tuple[float, ...]  # N, ascending, inf last
     contact_models: tuple[str, ...]  # in the order written
-    pgas: tuple[float | None, ...]  # m/s², ascending
+    amplitudes: tuple[Level | None, ...]  # of one measure, ascending
+
+    @property
+    def measure(self) -> Measure:
+        """The measure of the amplitudes; PGA where there are none."""
+        return self.amplitudes[0].measure if self.amplitudes[0] is not None else PEAK
+
+    @property
+    def levels(self) -> tuple[float | None, ...]:
+        """The value of each amplitude in its measure [SI]."""
+        return tuple(None if level is None else level.value for level in self.amplitudes)
 
 
 class Origin(NamedTuple):
@@ -464,7 +475,7 @@ class Scene(ShortRepr):
             "building": buildings,
             "interface": interfaces,
             **({"effects": effects} if effects else {}),
-            "records": records_of(self.records).written(),
+            "records": records_of(self.records, self.grid.amplitudes).written(),
             "grid": self._grid().written() | written_axes(self.axes),
             "solver": Solver.made({"rtol": self.rtol}).written(),
             **({"damage": [state.written() for state in self.damage]} if self.damage else {}),
@@ -493,7 +504,7 @@ class Scene(ShortRepr):
             # A grid of one yield force would be that of every interface; where they differ, each keeps its own.
             "yield_force": forces if len(forces) > 1 or len(own) < 2 else (),
             "contact_model": self._gridded_models,
-            "pga": tuple(pga for pga in self.grid.pgas if pga is not None),
+            "pga": tuple(level.value for level in self.grid.amplitudes if level and level.measure == PEAK),
         }
         return Grid.made({key: value for key, value in values.items() if value})
 
@@ -616,7 +627,7 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
             grid.gap or (interfaces[0].gap,),
             grid.yield_force or (_first(draft).yield_force,),
             grid.contact_model or (tuple(laws) if len(laws) == 1 else (OF_EACH_INTERFACE,)),
-            grid.pga or (records.get("pga"),),
+            tuple(map(at_pga, grid.pga or ())) or records.get("intensity") or (at_pga(records.get("pga")),),
         ),
         "rtol": Solver.made(draft.table("solver").values).rtol,
         "effects": effects,
@@ -738,6 +749,12 @@ def _ends(values: Sequence[float], quantity: Quantity) -> str:
     if len(values) <= 3:
         return ", ".join(say(value, quantity) for value in values)
     return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"
+
+
+def own_amplitude(scene: Scene) -> Level | None:
+    """The amplitude of the grid that [records] gives too, or the largest; None where the grid has none."""
+    own = at_pga(scene.records.pga)
+    return own if own in scene.grid.amplitudes else scene.grid.amplitudes[-1]
 
 
 def own_laws(scene: Scene) -> dict[str, str]:

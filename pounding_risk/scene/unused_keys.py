@@ -17,6 +17,7 @@ from pounding_risk.models.structures.contact_points import COLUMN, FLOOR
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys
 from pounding_risk.motions.generated import motion_kinds
+from pounding_risk.motions.levels import FACTOR, PEAK, Measure
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.resolved_interfaces import ResolvedInterface
 from pounding_risk.scene.scene import Scene
@@ -238,6 +239,8 @@ def _of_generated(study: Scene, given: Given) -> Iterator[Unused]:
         yield Unused(("records", "dt"), "a generated motion has its own; write step in its [[records.generated]]")
         yield Unused(("records", "unit"), "a generated motion is in m/s^2")
     ruling = "grid.pga" if ("grid", "pga") in given else "records.pga" if asked.pga is not None else ""
+    if study.grid.measure not in (PEAK, Measure(FACTOR)):
+        ruling = "records.intensity"
     ruling = ruling or ("records.sa" if asked.sa is not None else "")
     for index, recipe in enumerate(asked.generated if ruling else ()):
         for key in motion_kinds()[recipe.kind].amplitude:

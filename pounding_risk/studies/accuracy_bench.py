@@ -11,7 +11,8 @@ import numpy as np
 from pounding_risk.models.ground import SHARED
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.mdof import Chain
-from pounding_risk.motions.motion import Motion, driven
+from pounding_risk.motions.levels import PEAK, driven
+from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.scene import Scene
 from pounding_risk.studies.accuracy_findings import OUTPUTS
@@ -110,11 +111,13 @@ class Driven(NamedTuple):
 def driven_motions(study: Scene) -> list[Driven]:
     """The motions of a study in each polarity and amplitude."""
     listed = []
-    axes = (motions_of(study), study.records.polarities, study.grid.pgas)
+    axes = (motions_of(study), study.records.polarities, study.grid.amplitudes)
     for indices in np.ndindex(tuple(len(axis) for axis in axes)):
-        motion, sense, pga = (axis[index] for axis, index in zip(axes, indices, strict=True))
-        name = f"{motion.name} {sense}" + ("" if pga is None else f" {pga:.4g} m/s2")
-        listed.append(Driven((indices[0], indices[1], indices[2]), driven(motion, sense, pga), name))
+        motion, sense, level = (axis[index] for axis, index in zip(axes, indices, strict=True))
+        at = "" if level is None else f" {level.value:.4g} m/s2" if level.measure == PEAK else f" {level.words}"
+        listed.append(
+            Driven((indices[0], indices[1], indices[2]), driven(motion, sense, level), f"{motion.name} {sense}{at}")
+        )
     return listed
 
 

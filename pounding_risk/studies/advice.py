@@ -33,7 +33,7 @@ from pounding_risk.results.summary import COMPLETE
 from pounding_risk.scene.interfaces import NO_RESTITUTION, GivenRestitution, known_law
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import as_scene
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.scene import Scene, own_amplitude
 from pounding_risk.studies.advice_stiffness import USUAL_FLOOR_LENGTH, StiffnessRange, ms, stiffness_range
 from pounding_risk.studies.compare import USUAL_TERMS, on_equal_terms, runnable, with_relation
 from pounding_risk.studies.impact import impact
@@ -304,14 +304,11 @@ def _one_case(study: Scene, gap: float | str | None) -> Scene:
         gaps = (first_interface.gap,)
     else:
         gaps = (si(gap, GAP, "advise: gap"),)
-    amplitudes = [pga for pga in study.grid.pgas if pga is not None]
-    scene_pga = study.records.pga
-    largest = scene_pga if scene_pga in amplitudes else max(amplitudes, default=None)
     axes = study.grid._replace(
         gaps=gaps,
         yield_forces=(first_interface.yield_force,),
         contact_models=(study.contact_model,),
-        pgas=(largest,),
+        amplitudes=(own_amplitude(study),),
     )
     if gap is not None:
         if study.gridded_interface is None:

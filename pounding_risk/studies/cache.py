@@ -124,7 +124,7 @@ def compile_for(study: Scene) -> None:
         path.write_text(_made_record(SHAKING + REST + lag), encoding="ascii")
         request = RecordRequest((), (str(path),), None, None, None, (AS_RECORDED,), "auto", 0.0)
         grid = study.grid
-        one = grid._replace(gaps=grid.gaps[:1], yield_forces=grid.yield_forces[:1], pgas=(None,))
+        one = grid._replace(gaps=grid.gaps[:1], yield_forces=grid.yield_forces[:1], amplitudes=(None,))
         buildings = tuple(map(_without_own_record, study.buildings))
         few = study.updated(records=request, grid=one, axes=(), buildings=buildings, text="", overrides=())
         scan(few, check_fraction=1.0, workers=1)

@@ -19,13 +19,15 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
 
-CASES = ("record", "polarity", "pga", "gap", "yield_force")
+MOTIONS = ("record", "polarity", PGA_AXIS, LEVEL_AXIS)  # a dataset has one of the two axes of amplitudes at most
+CASES = (*MOTIONS, "gap", "yield_force")
 RUN_OUTPUTS = {
     "peak_relative_displacement": "peak relative displacement",
     "peak_contact_force": "peak contact force",
@@ -172,7 +174,7 @@ def rank_agreement(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]
     The motions are ranked apart at each gap and yield force, where three or more of them lead to contact; NaN where
     a law or the baseline has the same value for all of them, for nothing is ranked then.
     """
-    motions = [axis for axis in ("record", "polarity", "pga") if axis in values.dims]
+    motions = [axis for axis in MOTIONS if axis in values.dims]
     ordered = values.transpose("contact_model", *motions, "gap", "yield_force").values
     shape = (len(ordered), -1, values.sizes["gap"] * values.sizes["yield_force"])
     table, used = ordered.reshape(shape), cases.reshape(shape[1:])

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.motions.motion import driven
+from pounding_risk.motions.levels import driven
 from pounding_risk.results.labels import described
 from pounding_risk.results.run_labels import Case
 from pounding_risk.scene.motions import motions_of
@@ -32,7 +32,8 @@ def histories_of_laws(study: Scene, shown: Shown, baseline: str) -> dict[str, An
     """
     case, grid, polarities = shown.case, study.grid, study.records.polarities
     gap, force = grid.gaps[case["gap"]], grid.yield_forces[case["yield_force"]]
-    motion = driven(motions_of(study)[case["record"]], polarities[case["polarity"]], grid.pgas[case.get("pga", 0)])
+    level = grid.amplitudes[case.get(grid.measure.axis, 0)]
+    motion = driven(motions_of(study)[case["record"]], polarities[case["polarity"]], level)
     gaps, forces = study.interface_gaps(gap), level_forces(study, force)
     samples = np.arange(len(motion.acceleration), dtype=np.float64) * motion.dt
     values = np.array(

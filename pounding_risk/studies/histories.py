@@ -25,7 +25,8 @@ from pounding_risk._common.words import nearest
 from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.motion import Motion, driven
+from pounding_risk.motions.levels import LEVEL_AXIS, PEAK, PGA_AXIS, driven
+from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import RESULTS, check_target, open_results
@@ -39,7 +40,7 @@ from pounding_risk.results.labels import (
     one_amplitude,
     places_of,
 )
-from pounding_risk.results.layout import AXES, CaseVariable, Template, blocks
+from pounding_risk.results.layout import AMPLITUDE, AXES, CaseVariable, Template, axes_by, axes_of_cases, blocks
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.results.run_labels import Case
 from pounding_risk.results.scene_axes import selected, settled
@@ -101,7 +102,7 @@ class Cases(NamedTuple):
     def motion(self, case: Sequence[int]) -> Motion:
         """The motion of a case, in its polarity and amplitude."""
         study = self.study
-        return driven(self.motions[case[0]], study.records.polarities[case[1]], study.grid.pgas[case[2]])
+        return driven(self.motions[case[0]], study.records.polarities[case[1]], study.grid.amplitudes[case[2]])
 
     def run(self, case: Sequence[int]) -> xr.Dataset:
         """Dataset of a case, as `simulate` returns it."""
@@ -144,6 +145,7 @@ def histories(
     records: Sequence[str] | None = None,
     polarities: Sequence[str] | None = None,
     pgas: Sequence[float] | None = None,
+    intensity_levels: Sequence[float | str] | None = None,
     laws: Sequence[str] | None = None,
     gaps: Sequence[float] | None = None,
     yield_forces: Sequence[float] | None = None,
@@ -170,6 +172,8 @@ def histories(
         Names of records and polarities.
     pgas : sequence of float, optional
         Peak ground accelerations [m/s²].
+    intensity_levels : sequence of float or str, optional
+        Levels of the measure that the scene scales its records to [SI, or text with a unit], in place of ``pgas``.
     laws : sequence of str, optional
         Names of contact models.
     gaps : sequence of float, optional
@@ -207,7 +211,7 @@ def histories(
     target = check_target(out, RESULTS)
     if not isinstance(source, Scene) and target.resolve() == Path(source).resolve():
         raise PoundingError(f"{out}: is what the histories are of, which stays as it is; write to another name")
-    wanted: Asked = {"record": records, "polarity": polarities, "pga": pgas}
+    wanted: Asked = {"record": records, "polarity": polarities, PGA_AXIS: pgas, LEVEL_AXIS: intensity_levels}
     wanted |= {"contact_model": laws, "gap": gaps, "yield_force": yield_forces}
     check_replaceable(target, "histories", choice=OTHER_NAME)
     cases = _chosen_cases(source, wanted, largest_of, folder, select)
@@ -235,18 +239,32 @@ def _chosen_cases(
         study = source if isinstance(source, Scene) else read_scene(source)
         check_one_scene(study, "histories")
         motions = motions_of(study)
-        choice = chosen(values_of(study, [motion.name for motion in motions]), wanted)
+        choice = chosen(values_of(study, [motion.name for motion in motions]), _by_measure(study, wanted))
     else:
         with open_results(source, lazy=True) as whole:
             results = settled(selected(whole, select, str(source)), str(source))
             study = recorded(results, Path(source), folder).study
             motions = motions_of(study)
             check_records(results, motions)
-            choice = chosen(values_of(study, [motion.name for motion in motions]), wanted)
+            choice = chosen(values_of(study, [motion.name for motion in motions]), _by_measure(study, wanted))
             if output is not None:
                 check_scan(results, str(source))
                 choice = largest(results, output, choice)
     return Cases(study, motions, choice)
+
+
+def _by_measure(study: Scene, wanted: Asked) -> Asked:
+    """What is asked for, the amplitudes by the word of their measure; raises PoundingError for PGA of other levels."""
+    measure, rest = study.grid.measure, dict(wanted)
+    pgas, levels = rest.pop(PGA_AXIS), rest.pop(LEVEL_AXIS)
+    if pgas is not None and levels is not None:
+        raise PoundingError("pgas and intensity_levels both choose the amplitudes; give one of them")
+    if pgas is not None and measure != PEAK:
+        raise PoundingError(
+            f"PGA: the scene scales its records to levels of {measure.words}; choose by intensity_levels "
+            "(--intensity-level)"
+        )
+    return rest | {measure.intensity: levels if pgas is None else pgas}
 
 
 def template_of(cases: Cases) -> Template:
@@ -274,13 +292,14 @@ def _skeleton(cases: Cases) -> xr.Dataset:
     labels |= places_of(study, gaps, np.array([level_forces(study, force) for force in study.grid.yield_forces]))
     whole = one_amplitude(xr.Dataset(coords=labels), study)
     along = "contact_model" if choice.by_law else "record"
-    indexers: dict[str, Any] = {axis: sorted(set(choice.places[:, place].tolist())) for place, axis in enumerate(AXES)}
+    axes = axes_by(study.grid.measure.axis)
+    indexers: dict[str, Any] = {axis: sorted(set(choice.places[:, place].tolist())) for place, axis in enumerate(axes)}
     if choice.by_law:
-        indexers = {axis: (along, choice.places[:, place]) for place, axis in enumerate(AXES)}
+        indexers = {axis: (along, choice.places[:, place]) for place, axis in enumerate(axes)}
     whole = whole.isel({axis: places for axis, places in indexers.items() if axis in whole.dims})
     records = choice.places[:, 0] if choice.by_law else choice.records
     times = _rows([cases.motions[place].times for place in records], samples)
-    motion_dims = tuple(dim for dim in AXES[:3] if dim in whole.dims)
+    motion_dims = tuple(dim for dim in axes[: AMPLITUDE + 1] if dim in whole.dims)
     driving = choice.places if choice.by_law else _motions_of(choice)
     ground = _rows([cases.motion(place).acceleration for place in driving], samples)
     dims = (along,) if choice.by_law else motion_dims
@@ -349,10 +368,13 @@ def _write(cases: Cases, template: Template, target: Path, workers: int, progres
 
 
 def values_of(study: Scene, records: Sequence[str]) -> dict[str, tuple[Any, ...]]:
-    """The values of a study's grid by axis, in the order of `AXES`; ``records`` are the names of its motions."""
+    """The values of a study's grid by axis, in order; ``records`` are the names of its motions.
+
+    The axis of levels goes by the word of their measure, as `grid_values` takes it.
+    """
     grid = study.grid
-    along = (tuple(records), study.records.polarities, grid.pgas, grid.contact_models, grid.gaps, grid.yield_forces)
-    return dict(zip(AXES, along, strict=True))
+    along = (tuple(records), study.records.polarities, grid.levels, grid.contact_models, grid.gaps, grid.yield_forces)
+    return dict(zip(axes_by(grid.measure.intensity), along, strict=True))
 
 
 def chosen(values: dict[str, tuple[Any, ...]], wanted: Asked) -> Choice:
@@ -361,7 +383,7 @@ def chosen(values: dict[str, tuple[Any, ...]], wanted: Asked) -> Choice:
     A number stands for the value of the grid that is as large, within 1e-9 of it. Raises PoundingError for what the
     grid does not have.
     """
-    picked = [_places(axis, values[axis], wanted.get(axis)) for axis in AXES]
+    picked = [_places(axis, known, wanted.get(axis)) for axis, known in values.items()]
     return Choice(np.array(list(product(*picked)), dtype=np.int64), tuple(map(len, picked)), False)
 
 
@@ -371,14 +393,15 @@ def largest(results: xr.Dataset, output: str, among: Choice) -> Choice:
     An output of interfaces, storeys or buildings counts with its largest value. Raises PoundingError for what is no
     output of a case, and where no case of a contact model has one.
     """
-    dims = [axis for axis in AXES if axis in results.dims]
+    axes = axes_of_cases(results)
+    dims = [axis for axis in axes if axis in results.dims]
     of_cases = [str(name) for name, variable in results.data_vars.items() if set(dims) <= set(variable.dims)]
     if output not in of_cases:
         raise PoundingError(
             f"{output} is no output of a case{nearest(output, of_cases)}; the results have {', '.join(of_cases)}"
         )
     array = results[output].transpose(*dims, ...)
-    whole = tuple(results.sizes.get(axis, 1) for axis in AXES)
+    whole = tuple(results.sizes.get(axis, 1) for axis in axes)
     values = array.values.astype(np.float64).reshape(*whole, -1)
     peaks = np.where(np.isnan(values), -np.inf, values).max(axis=-1)[tuple(among.places.T)]
     best = []

@@ -17,7 +17,7 @@ from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.attributes import told, versions
 from pounding_risk.results.files import open_results
-from pounding_risk.results.layout import AXES, scene_dims
+from pounding_risk.results.layout import axes_of_cases, scene_dims
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.scene.motions import motions_of
 
@@ -125,7 +125,7 @@ def compared(before: xr.Dataset, after: xr.Dataset, notes: list[str]) -> Rerun:
     if str(before.attrs.get("scene_sha256")) != str(after.attrs.get("scene_sha256")):
         notes = [*notes, "the scene resolves to other values than it did: another version reads it otherwise"]
     first, second = set(before.variables), set(after.variables)
-    axes = (*scene_dims(before), *AXES)
+    axes = (*scene_dims(before), *axes_of_cases(before))
     common = [name for name in before.variables if name in second]
     differences = (_difference(str(name), before[name], after[name], axes) for name in common)
     return Rerun(

@@ -13,7 +13,8 @@ from pounding_risk.ensemble.limits import check_memory
 from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import COLUMN
-from pounding_risk.motions.motion import Motion, driven
+from pounding_risk.motions.levels import PEAK, Level, at_pga, driven
+from pounding_risk.motions.motion import Motion
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.contact_notes import of_run
 from pounding_risk.results.labels import CONVENTIONS
@@ -38,6 +39,7 @@ def simulate(
     gap: float | str | None = None,
     yield_force: float | str | None = None,
     pga: float | str | None = None,
+    intensity_level: float | str | None = None,
 ) -> xr.Dataset:
     """Run one case of a scene and return its time histories.
 
@@ -57,6 +59,9 @@ def simulate(
         Yield force of the contact, a number in N or a text with a unit.
     pga : float or str, optional
         Peak ground acceleration to which the record is scaled, a number in m/s² or a text with a unit.
+    intensity_level : float or str, optional
+        Level of the measure of the scene's ``intensity`` to which the record is scaled, any number of its unit [SI] or
+        a text with a unit; the first of its levels by default.
 
     Returns
     -------
@@ -77,6 +82,8 @@ def simulate(
         None if value is None else si(value, quantity, f"simulate: {name}")
         for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA))
     )
+    asked = _asked(study, pga, intensity_level)
+    level = asked or study.grid.amplitudes[0]
     motions = {motion.name: motion for motion in motions_of(study)}
     name = _chosen("record", record, tuple(motions))
     sense = _chosen("polarity", polarity, study.records.polarities)
@@ -86,11 +93,13 @@ def simulate(
             "simulate: yield_force is that of floors, and in this row floors meet columns only; these yield at "
             "column_yield_force of their interface: change it in the scene (--set on the command line)"
         )
-    motion = driven(motions[name], sense, pga if pga is not None else study.grid.pgas[0])
+    motion = driven(motions[name], sense, level)
     run = run_of(study, case_of(study, motion, law or study.contact_model, gap, yield_force))
     keys = unused_keys(study)
     unused = {"unused_keys": as_text(keys)} if keys else {}
-    notes = _notes(run, _narrowed(study, gap, pga), motions[name])
+    notes = _notes(run, _narrowed(study, gap, asked), motions[name])
+    if level is not None and level.measure != PEAK:
+        run = run.assign_attrs(intensity=level.measure.intensity, intensity_level=level.value)
     return run.assign_attrs(record=name, polarity=sense, notes=notes, **unused, **about_run())
 
 
@@ -123,11 +132,21 @@ def about_run() -> dict[str, str]:
     return {"Conventions": CONVENTIONS, "source": source, **created("pounding_risk.simulate")}
 
 
-def _narrowed(study: Scene, gap: float | None, pga: float | None) -> Scene:
-    """The study with the gap [m] and the amplitude [m/s²] of one run for its grid, where they are asked for."""
+def _asked(study: Scene, pga: float | None, intensity_level: float | str | None) -> Level | None:
+    """The amplitude that is asked for; None where none is."""
+    measure = study.grid.measure
+    if intensity_level is None:
+        return at_pga(pga)
+    if pga is not None:
+        raise PoundingError("simulate: pga and intensity_level both set the amplitude; give one of them")
+    return Level(measure, si(intensity_level, measure.quantity, "simulate: intensity_level"))
+
+
+def _narrowed(study: Scene, gap: float | None, level: Level | None) -> Scene:
+    """The study with the gap [m] and the amplitude of one run for its grid, where they are asked for."""
     grid = study.grid
     gaps = (study.gap if gap is None else gap,)
-    return study.updated(grid=grid._replace(gaps=gaps, pgas=grid.pgas if pga is None else (pga,)))
+    return study.updated(grid=grid._replace(gaps=gaps, amplitudes=grid.amplitudes if level is None else (level,)))
 
 
 def _notes(run: xr.Dataset, study: Scene, motion: Motion) -> str:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from math import isfinite
 from os import cpu_count
 from pathlib import Path
 from typing import Any, NamedTuple, cast
@@ -28,19 +27,20 @@ from pounding_risk.models.effects import acts_on_buildings, acts_on_ground
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.intensity import LEAST_PERIOD
-from pounding_risk.motions.motion import Motion, driven
+from pounding_risk.motions.levels import Level, driven
+from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import AS_RECORDED, POLARITIES, RecordRequest
 from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.attributes import as_text, versions
 from pounding_risk.results.files import check_target
-from pounding_risk.results.labels import CONVENTIONS
+from pounding_risk.results.labels import CONVENTIONS, measure_attributes
 from pounding_risk.results.provenance import text_digest
 from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
 from pounding_risk.results.variables import described
 from pounding_risk.scene.motions import for_periods, gathered
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.records import Records, records_of
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.scene import Scene, own_amplitude
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.solver.pair.closings import largest_closings
 from pounding_risk.units import DAMPING, PERIOD, shown, si
@@ -74,7 +74,7 @@ class Shaking(NamedTuple):
     motions: tuple[Motion, ...]
     polarities: tuple[str, ...]
     attrs: dict[str, Any]
-    pga: float | None = None  # m/s², where the grid of a scene sets the amplitude
+    level: Level | None = None  # where the grid of a scene sets the amplitude
 
 
 # ---------------------------------------------------------------------------------------------- what is asked for
@@ -179,6 +179,10 @@ def shaking_of(source: Any, periods: Array) -> Shaking:
     if isinstance(source, Scene):
         return _of_scene(source, periods)
     if isinstance(source, Records | RecordRequest):
+        if isinstance(source, Records) and source.intensity:
+            raise PoundingError(
+                "intensity: records without a scene have one amplitude; give pga, sa or scale in place of intensity"
+            )
         request = source.request() if isinstance(source, Records) else source
         ensemble = read_ensemble(request, Path())
         motions = tuple(for_periods(motion, (periods.min(), periods.max())) for motion in ensemble.motions)
@@ -199,9 +203,8 @@ def _of_scene(study: Scene, periods: Array) -> Shaking:
     left, right = study.pair
     ends = left._replace(period=float(periods.min())), right._replace(period=float(periods.max()))
     ensemble = gathered(study.updated(buildings=ends))
-    pgas = study.grid.pgas
-    pga = study.records.pga if study.records.pga in pgas else pgas[-1]
-    motions = tuple(driven(motion, AS_RECORDED, pga) for motion in ensemble.motions)
+    level = own_amplitude(study)
+    motions = tuple(driven(motion, AS_RECORDED, level) for motion in ensemble.motions)
     text = study.to_toml()
     attrs = {
         "scene": study.text or text,
@@ -211,7 +214,7 @@ def _of_scene(study: Scene, periods: Array) -> Shaking:
         "overrides": as_text(list(study.overrides)),
         **({"left_out": as_text(list(ensemble.left_out))} if ensemble.left_out else {}),
     }
-    return _checked(Shaking(motions, study.records.polarities, attrs, pga))
+    return _checked(Shaking(motions, study.records.polarities, attrs, level))
 
 
 def _checked(shaking: Shaking) -> Shaking:
@@ -337,8 +340,9 @@ def gap_dataset(
         words = f"period of the {side} building"
         coords[f"{side}_period"] = (f"{side}_period", oscillators.periods, described("s", words))
         coords[f"{side}_damping"] = ((), oscillators.damping, described("1", f"damping ratio of the {side} building"))
-    if shaking.pga is not None and isfinite(shaking.pga):
-        coords["pga"] = ((), shaking.pga, described("m/s2", "peak ground acceleration"))
+    level = shaking.level
+    if level is not None:
+        coords[level.measure.axis] = ((), level.value, measure_attributes(level.measure))
     dataset = xr.Dataset(variables, coords, _attributes(shaking))
     if "amplitude" not in dataset.attrs:
         dataset.attrs["amplitude"] = amplitude_words(dataset)

@@ -195,10 +195,10 @@ def test_the_rate_of_a_row_is_a_bound():
 def test_a_few_lines_stand_for_all():
     study = parse_scene(SCENE, "scene.toml", LARGE)
     few, share = few_batches(study, 2)
-    batches = 2 * len(few.grid.gaps) * len(few.grid.pgas)
+    batches = 2 * len(few.grid.gaps) * len(few.grid.amplitudes)
     assert batches <= MOST_BATCHES and share == batches / (2 * 10_000 * 1000)
     assert (few.grid.gaps[0], few.grid.gaps[-1]) == (study.grid.gaps[0], study.grid.gaps[-1])
-    assert (few.grid.pgas[0], few.grid.pgas[-1]) == (study.grid.pgas[0], study.grid.pgas[-1])
+    assert (few.grid.amplitudes[0], few.grid.amplitudes[-1]) == (study.grid.amplitudes[0], study.grid.amplitudes[-1])
     small = parse_scene(SCENE, "scene.toml")
     assert few_batches(small, 2) == (small, 1.0)
     assert validate(small).share == 1.0

@@ -127,7 +127,7 @@ def test_the_scene_of_the_design():
     assert found.grid.gaps == tuple(number / 500 for number in range(51))
     assert found.grid.yield_forces == (200e3, 400e3, inf)
     assert found.grid.contact_models == ("jankowski", "viscous_elastoplastic")
-    assert found.grid.pgas == (1.96133, 4.903325)
+    assert found.grid.levels == (1.96133, 4.903325)
     assert found.rtol == 1e-6
     assert found.text == DESIGN
 

@@ -200,7 +200,8 @@ ALWAYS = {  # keys that act in every scene that may have them, with what would s
     "say which motions there are, and how large (test_gather, test_scaling)": (
         *("records.names", "records.files", "records.set", "records.manifest", "records.generated"),
         *("records.unit", "records.dt"),
-        *("records.direction", "records.sa", "records.to_median", "records.polarity", "records.processing"),
+        *("records.direction", "records.sa", "records.to_median", "records.intensity"),
+        *("records.polarity", "records.processing"),
     ),
     "are axes of the dataset (test_sweep, test_row_scan)": (
         *("grid.gap", "grid.interface", "grid.contact_model", "grid.pga", "grid.axes", "grid.zip"),

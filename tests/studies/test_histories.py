@@ -168,7 +168,7 @@ def test_what_is_not_there_is_refused_before_anything_is_written(results, study,
         (results, {"largest_of": "peak_force"}, "peak_force is no output of a case"),
         (results, {"largest_of": "first_yield_time", "yield_forces": [inf]}, "has a finite first_yield_time"),
         (study, {"largest_of": "impact_count"}, "is known from results; name those of a scan"),
-        (study.updated(grid=study.grid._replace(pgas=(None,))), {"pgas": [1.0]}, "scales its records to no PGA"),
+        (study.updated(grid=study.grid._replace(amplitudes=(None,))), {"pgas": [1.0]}, "scales its records to no PGA"),
     ):
         with pytest.raises(PoundingError, match=words):
             pr.histories(source, out, **asked)

@@ -43,9 +43,9 @@ from pounding_risk.assessment.separations.rules import (
     Site,
 )
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of
 from pounding_risk.results.attributes import has_own_grounds, tables_of
-from pounding_risk.results.own_case import own_level
+from pounding_risk.results.own_case import at_level
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import GAP, say
 
@@ -112,7 +112,7 @@ class CodeTable(ShortRepr):
     """Rules beside the gaps that the motions of a dataset need, at one amplitude."""
 
     buildings: tuple[str, str]
-    amplitude: float | None  # m/s², PGA; None where the grid has none
+    amplitude: float | None  # SI, of the grid: PGA, or the level of its measure; None where the grid has none
     at: str  # how strong the motions are, in words
     percentile: float  # %
     motions: int  # record and polarity, those with a demand
@@ -267,7 +267,7 @@ def code_table(
     percentile = percentile_of(percentile)
     results = with_axes(results)
     part = results if interface is None else _between(results, interface)
-    shown = _one_amplitude(_complete(part)).isel(interface=0, missing_dims="ignore")
+    shown = at_level(_complete(part)).isel(interface=0, missing_dims="ignore")
     left, right = (by_motion(at_contact(shown, side)).astype(float) for side in (0, 1))
     site = _known_site(shown, site)
     closing = by_motion(shown["peak_closing_free"]).astype(float)
@@ -285,10 +285,10 @@ def code_table(
     rows = separations(buildings, medians, periods, dampings, site)
     if has_own_grounds(tables_of(str(shown.attrs.get("scene_resolved", "")))):
         rows = tuple(replace(row, note="; ".join(filter(None, (row.note, ONE_GROUND)))) for row in rows)
-    amplitude = float(shown["pga"]) if "pga" in shown.coords else np.nan
+    amplitude = amplitudes_of(shown).values[0]
     return CodeTable(
         buildings=(buildings[0], buildings[1]),
-        amplitude=amplitude if isfinite(amplitude) else None,
+        amplitude=amplitude if amplitude is not None and isfinite(amplitude) else None,
         at=amplitude_words(shown),
         percentile=percentile,
         motions=int(moved.sum()),
@@ -352,11 +352,6 @@ def _complete(results: xr.Dataset) -> xr.Dataset:
             "isel(building=[0, 1])"
         )
     return results
-
-
-def _one_amplitude(results: xr.Dataset) -> xr.Dataset:
-    """The scene's own amplitude of a dataset that has several, or the largest."""
-    return results.isel(pga=own_level(results)) if "pga" in results.dims else results
 
 
 def _both(results: xr.Dataset, fact: str) -> tuple[float, float]:

@@ -69,14 +69,18 @@ Target = Annotated[
 Intensity = Annotated[
     str | None,
     option(
-        'Of fragilities: pga, sa(left), sa(right), sa(NAME), sa(longer), sa(shorter), sa(mean) or "sa(0.5 s)".',
+        'Of fragilities: pga, pgv, sa(left), sa(right), sa(NAME), sa(longer), sa(shorter), sa(mean), "sa(0.5 s)" or '
+        '"sa_avg(0.2-2 s)".',
         "the hazard's, what the motions are scaled to, or pga",
     ),
 ]
 Amplitude = Annotated[str | None, option("Amplitude of the grid.", "the scene's or largest")]
+IntensityLevel = Annotated[str | None, option('Level of a grid of any measure, "0.4 g".', "the scene's or largest")]
 Hazard = Annotated[
     Path | None,
-    option("Hazard (.csv): PGA or Sa with unit, and annual rate, return period or probability in years; or spectra."),
+    option(
+        "Hazard (.csv): PGA, PGV or Sa with unit, and annual rate, return period or probability in years; or spectra."
+    ),
 ]
 TargetRate = Annotated[
     str | None,

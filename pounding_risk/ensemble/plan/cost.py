@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from pounding_risk.ensemble.job import Job, ScanInput, never
 from pounding_risk.ensemble.job_choice import job_kind, job_of
 from pounding_risk.ensemble.plan.size import bytes_of
-from pounding_risk.motions.motion import Motion, driven
+from pounding_risk.motions.levels import driven
+from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.scene import Scene
 
 SECONDS = 1.0  # of solving batches to learn what they cost, over all contact models
@@ -37,10 +38,10 @@ class Alone(NamedTuple):
 def alone(study: Scene, motions: tuple[Motion, ...]) -> Alone:
     """How far the motion without contact closes the tightest gap, for each motion and gap; raises as `chain_of`."""
     respond = job_kind(study).closing(study)
-    shape = (len(motions), len(study.records.polarities), len(study.grid.pgas))
+    shape = (len(motions), len(study.records.polarities), len(study.grid.amplitudes))
     closed, size = np.zeros((*shape, len(study.grid.gaps))), 0
     for place in np.ndindex(shape):
-        motion = driven(motions[place[0]], study.records.polarities[place[1]], study.grid.pgas[place[2]])
+        motion = driven(motions[place[0]], study.records.polarities[place[1]], study.grid.amplitudes[place[2]])
         closed[place], held = respond(motion)
         size = max(size, bytes_of(held))
     return Alone(closed, size)
@@ -109,13 +110,13 @@ def few_batches(study: Scene, records: int) -> tuple[Scene, float]:
     """The study with `MOST_BATCHES` batches at most, of gaps and amplitudes evenly drawn, and the share of them."""
     grid, polarities = study.grid, len(study.records.polarities)
     rest = records * polarities * len(grid.contact_models)
-    if rest * len(grid.gaps) * len(grid.pgas) <= MOST_BATCHES:
+    if rest * len(grid.gaps) * len(grid.amplitudes) <= MOST_BATCHES:
         return study, 1.0
     room = max(1, MOST_BATCHES // rest)
-    gaps = _evenly(grid.gaps, max(1, room // min(len(grid.pgas), FEW)))
-    pgas = _evenly(grid.pgas, max(1, room // len(gaps)))
-    share = len(gaps) * len(pgas) / (len(grid.gaps) * len(grid.pgas))
-    return study.updated(grid=grid._replace(gaps=gaps, pgas=pgas)), share
+    gaps = _evenly(grid.gaps, max(1, room // min(len(grid.amplitudes), FEW)))
+    amplitudes = _evenly(grid.amplitudes, max(1, room // len(gaps)))
+    share = len(gaps) * len(amplitudes) / (len(grid.gaps) * len(grid.amplitudes))
+    return study.updated(grid=grid._replace(gaps=gaps, amplitudes=amplitudes)), share
 
 
 def _evenly(values: tuple[Any, ...], most: int) -> tuple[Any, ...]:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.plan.scene_text import scene_words
+from pounding_risk.motions.levels import LEVEL_AXIS
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.layout import AXES
 from pounding_risk.scene.scene import Scene
@@ -320,11 +321,9 @@ def _room(plan: Plan) -> str:
 
 
 def _cases(plan: Plan) -> str:
-    factors = [
-        f"{count} of {name}" if name not in AXES else f"{count} {name.replace('_', ' ')}s"
-        for name, count in plan.shape.items()
-        if count > 1
-    ]
+    levels = f"levels of {plan.study.grid.measure.words}"
+    names = {axis: f"{axis.replace('_', ' ')}s" for axis in AXES} | {LEVEL_AXIS: levels}
+    factors = [f"{count} {names.get(name, f'of {name}')}" for name, count in plan.shape.items() if count > 1]
     factors = [factor.replace("polaritys", "polarities") for factor in factors]
     return f"{plan.cases} = {' × '.join(factors)}" if len(factors) > 1 else str(plan.cases)
 

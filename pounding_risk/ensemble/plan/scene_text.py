@@ -14,6 +14,7 @@ from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, LevelRule
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.motions.levels import FACTOR, PEAK, say_level
 from pounding_risk.motions.request import Spectral
 from pounding_risk.scene.interfaces import known_law, said_restitution
 from pounding_risk.scene.level_notes import level_notes
@@ -226,7 +227,7 @@ def _effect(effect: Effect, given: Given) -> str:
 
 
 def _amplitude(study: Scene, count: int) -> str:
-    asked, pgas = study.records, study.grid.pgas
+    asked, grid = study.records, study.grid
     scaled = "as recorded" if asked.scale is None else f"times {asked.scale:g}"
     if asked.manifest:
         common = "" if asked.scale is None else f", then all times {asked.scale:g}"
@@ -237,8 +238,11 @@ def _amplitude(study: Scene, count: int) -> str:
         measure = asked.to_median.upper() if isinstance(asked.to_median, str) else _spectral(asked.to_median)
         common = "" if asked.scale is None else f", then all times {asked.scale:g}"
         scaled = f"each scaled to the median {measure}{common}"
-    if pgas != (None,):
-        scaled = "each scaled to " + _span([pga for pga in pgas if pga is not None], PGA)
+    if grid.amplitudes != (None,):
+        levels = _span([level for level in grid.levels if level is not None], grid.measure.quantity)
+        of = "" if grid.measure == PEAK else f"{grid.measure.words} of "
+        is_factor = grid.measure.name == FACTOR
+        scaled = f"{scaled}, then times {levels}" if is_factor else f"each scaled to {of}{levels}"
     part = f", {asked.window[0]:g} s to {asked.window[1]:g} s" if asked.window else ""
     tail = f", {say(asked.tail, TAIL)} of free vibration after" if asked.tail else ""
     turned = "" if asked.direction is None else f", in the direction {asked.direction:g}° from north"
@@ -260,5 +264,5 @@ def _grid(study: Scene) -> list[tuple[str, str]]:
 def _span(values: Sequence[float], quantity: Quantity) -> str:
     """All values where they are few, otherwise their number, the first and the last."""
     if len(values) <= 6:
-        return ", ".join(say(value, quantity) for value in values)
-    return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"
+        return ", ".join(say_level(value, quantity, 4) for value in values)
+    return f"{len(values)} from {say_level(values[0], quantity, 4)} to {say_level(values[-1], quantity, 4)}"

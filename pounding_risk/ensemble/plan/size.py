@@ -14,7 +14,7 @@ from pounding_risk.ensemble.grid_job import Sizes
 from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.threads import CHUNK_BYTES
 from pounding_risk.motions.motion import Motion
-from pounding_risk.results.layout import AXES, BLOCK_BYTES
+from pounding_risk.results.layout import AMPLITUDE, BLOCK_BYTES, axes_by
 from pounding_risk.scene.scene import Scene
 
 WRITER_BYTES = 40e6  # about, of the libraries that write a dataset, which a plan does not load
@@ -29,8 +29,8 @@ def sizes(study: Scene) -> Sizes:
 def shape_of(study: Scene, records: int) -> dict[str, int]:
     """Number of values along each dimension of the dataset, by its name, in order."""
     grid = study.grid
-    values = (records, len(study.records.polarities), *map(len, (grid.pgas, grid.contact_models)))
-    own = dict(zip(AXES, (*values, len(grid.gaps), len(grid.yield_forces)), strict=True))
+    values = (records, len(study.records.polarities), *map(len, (grid.amplitudes, grid.contact_models)))
+    own = dict(zip(axes_by(grid.measure.axis), (*values, len(grid.gaps), len(grid.yield_forces)), strict=True))
     return {axis.name: axis.size for axis in study.axes} | own
 
 
@@ -45,7 +45,8 @@ def memory(study: Scene, shape: Mapping[str, int], threads: int, motions: Iterab
     The sum of what this process holds now, the records, the responses without contact that are kept, a block of the
     dataset as it is written, and the chunks that the threads work at.
     """
-    held = job_kind(study).held_bytes(shape["record"] * shape["polarity"] * shape["pga"], free)
+    motions_axes = axes_by(study.grid.measure.axis)[: AMPLITUDE + 1]
+    held = job_kind(study).held_bytes(prod(shape[axis] for axis in motions_axes), free)
     per_case, cases = sizes(study), prod(shape.values())
     chunk = min(CHUNK_BYTES, per_case.chunk * cases)
     # A block is in memory as chunks and as variables.

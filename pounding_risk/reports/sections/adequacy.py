@@ -41,8 +41,8 @@ from pounding_risk.reports.blocks import (
     table,
 )
 from pounding_risk.reports.data import Pair, ReportData
-from pounding_risk.results.amplitudes import intensity_words
-from pounding_risk.units import STANDARD_GRAVITY, say_in
+from pounding_risk.results.amplitudes import intensity_label, intensity_shown, intensity_unit, intensity_words
+from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,7 +57,6 @@ ORDER = 40
 MOST_LINES = 5  # of one figure
 MOST_CURVES = 3  # of contact, and as many of yielding
 SHARES = [("motions", "r"), ("probability [%]", "r"), ("bounds [%]", "r"), ("bounds by recording [%]", "r")]
-ACCELERATION = "m/s2"
 FEW = 30  # gaps that are marked in a figure
 BAND = 0.16  # opacity of bounds
 WIDER = 1.15  # times the widest gap of a figure: where its axis ends
@@ -327,13 +326,17 @@ def _fragility(data: ReportData, pair: Pair) -> list[Block]:
     if not curves:
         return refused
     heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
-    heads += [(head("median", ACCELERATION), "r"), ("error of its ln; by recording", "r"), ("dispersion", "r")]
+    heads += [
+        (head("median", intensity_unit(data.assessment.intensity)), "r"),
+        ("error of its ln; by recording", "r"),
+        ("dispersion", "r"),
+    ]
     heads += [("its error; by recording", "r"), ("from", "l")]
     rows = [_curve_cells(curve) for curve in curves]
     words = intensity_words(data.assessment.intensity)
     drawn = _drawn_curves(curves, data.law, pair.assessed.gap)
     caption = f"{pair.name}: lognormal fragility against {words}; rings are shares of the motions"
-    drawing = svg_text(draw_fragility(drawn, f"{words} [g]"))
+    drawing = svg_text(draw_fragility(drawn, intensity_label(data.assessment.intensity)))
     keep = sorted(curves.index(curve) for curve in drawn)
     note = "those of the figure"
     return [
@@ -346,25 +349,22 @@ def _fragility(data: ReportData, pair: Pair) -> list[Block]:
 
 
 def draw_fragility(curves: Sequence[Fragility], words: str) -> Figure:
-    """Lognormal fragilities with the stripes that they were fitted to; intensities [m/s²] are drawn in g."""
+    """Lognormal fragilities with the stripes that they were fitted to; accelerations are drawn in g, PGV in cm/s."""
     drawn, axes = blank(1, 1, DRAWN)
     axis = axes[0, 0]
     widest = max(stripe.im for curve in curves for stripe in curve.stripes)
     im = np.linspace(1e-3, 1.1, 300) * widest
     of_contact = contact_styles(sum(curve.what == "contact" for curve in curves))
     of_yielding = strength_styles(len(curves) - len(of_contact))
+    _, size = intensity_shown(curves[0].intensity)
     for curve in curves:
         colour, dash = (of_contact if curve.what == "contact" else of_yielding).pop(0)
         look = {"color": colour, "linestyle": dash, "linewidth": 1.8}
-        axis.plot(im / STANDARD_GRAVITY, 100.0 * curve.probability(im), label=_curve_words(curve), **look)
-        points = [
-            (stripe.im / STANDARD_GRAVITY, 100.0 * stripe.count / stripe.runs)
-            for stripe in curve.stripes
-            if stripe.runs
-        ]
+        axis.plot(im * size, 100.0 * curve.probability(im), label=_curve_words(curve), **look)
+        points = [(stripe.im * size, 100.0 * stripe.count / stripe.runs) for stripe in curve.stripes if stripe.runs]
         axis.plot(*np.array(points).T, "o", color=colour, markersize=5, markerfacecolor="none")
     axis.set(xlabel=words, ylabel="probability [%]", ylim=(-3.0, 103.0))
-    axis.set_xlim(0.0, float(im[-1]) / STANDARD_GRAVITY)
+    axis.set_xlim(0.0, float(im[-1]) * size)
     axis.legend(fontsize=SMALL)
     return drawn
 
@@ -391,7 +391,7 @@ def _curve_cells(curve: Fragility) -> list[Cell | str]:
         number(curve.gap, "m"),
         _model(curve),
         strength(curve.yield_force),
-        number(curve.median, ACCELERATION),
+        number(curve.median, curve.unit),
         _error(curve.se_median, curve.se_median_recordings),
         number(curve.dispersion, digits=3),
         _error(curve.se_dispersion, curve.se_dispersion_recordings),

@@ -8,11 +8,12 @@ from typing import Any
 
 from pounding_risk.assessment.annual_rates import read_rate
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE, target_left_by
+from pounding_risk.motions.levels import PEAK
 from pounding_risk.reports.blocks import MISSING, Block, facts, head, heading, listing, number, paragraph, source, table
 from pounding_risk.reports.data import ReportData
-from pounding_risk.results.amplitudes import intensity_words, usual_intensity
+from pounding_risk.results.amplitudes import amplitudes_of, intensity_unit, intensity_words, usual_intensity
 from pounding_risk.results.own_case import own_level, scene_gap
-from pounding_risk.units import GAP, PGA, exact
+from pounding_risk.units import GAP, exact
 
 TITLE = "Provenance"
 ORDER = 110
@@ -40,8 +41,9 @@ def write(data: ReportData) -> list[Block]:
     ]
     assessment = data.assessment
     if assessment.hazard_rows:
-        heads = [(head(intensity_words(assessment.intensity), "m/s2"), "r"), ("exceeded a year", "r")]
-        rows = [[number(im, "m/s2"), number(rate)] for im, rate in assessment.hazard_rows]
+        unit = intensity_unit(assessment.intensity)
+        heads = [(head(intensity_words(assessment.intensity), unit), "r"), ("exceeded a year", "r")]
+        rows = [[number(im, unit), number(rate)] for im, rate in assessment.hazard_rows]
         blocks.append(table(f"The hazard curve {assessment.hazard}.", heads, rows))
         if assessment.hazard_reading:
             blocks.append(paragraph(assessment.hazard_reading))
@@ -95,8 +97,10 @@ def _asked(data: ReportData) -> list[str]:
         options += ["--target", repr(assessment.target)]
     if assessment.intensity != usual_intensity(data.results):
         options += ["--intensity", assessment.intensity]
-    if "pga" in data.results.dims and interface.amplitude != data.results["pga"].values[own_level(data.results)]:
-        options += ["--pga", str(exact(interface.amplitude or 0.0, PGA))]
+    amplitudes = amplitudes_of(data.results)
+    if len(amplitudes.values) > 1 and interface.amplitude != amplitudes.values[own_level(data.results)]:
+        option = "--pga" if amplitudes.measure == PEAK else "--intensity-level"
+        options += [option, str(exact(interface.amplitude or 0.0, amplitudes.measure.quantity))]
     for name, words in data.signature.lines:
         options += [f"--{name}", words]
     for other in data.others.values():

@@ -27,6 +27,7 @@ from pounding_risk.reports.blocks import (
     table,
 )
 from pounding_risk.reports.data import Pair, ReportData
+from pounding_risk.results.amplitudes import intensity_unit
 from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
 
 TITLE = "How often do they touch?"
 ORDER = 45
-ACCELERATION = "m/s2"
 
 
 def write(data: ReportData) -> list[Block]:
@@ -139,7 +139,9 @@ def _rates(data: ReportData, pair: Pair) -> list[Block]:
         for rate in rates
     ]
     source, curve = data.assessment.hazard, data.assessment.hazard_rows
-    weakest, strongest = (amount(im, ACCELERATION)["text"] for im in (curve[0][0], curve[-1][0]))
+    weakest, strongest = (
+        amount(im, intensity_unit(data.assessment.intensity))["text"] for im in (curve[0][0], curve[-1][0])
+    )
     stronger = number(curve[-1][1], digits=3)["text"]
     is_cut = any(rate.at_least for rate in rates)
     least = "Where a rate is at least so much, the curve ends where failures do not. " if is_cut else ""

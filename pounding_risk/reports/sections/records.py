@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.figures.style import MEANING, blank, plain, styles, svg_text
+from pounding_risk.motions.levels import FACTOR, PEAK
 from pounding_risk.reports.blocks import (
     DRAWN,
     KEPT,
@@ -22,7 +23,8 @@ from pounding_risk.reports.blocks import (
     number,
     table,
 )
-from pounding_risk.reports.data import ReportData
+from pounding_risk.reports.data import ReportData, at_amplitude
+from pounding_risk.results.amplitudes import amplitudes_of
 from pounding_risk.units import STANDARD_GRAVITY, rounded
 
 if TYPE_CHECKING:
@@ -104,10 +106,7 @@ def _is_felt_known(data: ReportData) -> bool:
 
 def _felt(data: ReportData, name: str) -> Any:
     """A coordinate of the records at the amplitude that is assessed."""
-    values = data.results[name]
-    if "pga" not in values.dims:
-        return values
-    return values.sel(pga=data.assessment.interfaces[0].amplitude, method="nearest")
+    return at_amplitude(data.results[name], data.assessment.interfaces[0].amplitude)
 
 
 def _spectra_felt(data: ReportData) -> Any:
@@ -122,8 +121,11 @@ def _as_felt(data: ReportData) -> str:
     """The amplitude at which records are shown, in words."""
     if not _is_felt_known(data):
         return "of the records before the grid's amplitude"
-    amplitude = data.assessment.interfaces[0].amplitude
-    at = "" if amplitude is None else f", scaled to a PGA of {amount(amplitude, 'm/s2')['text']}"
+    amplitude, amplitudes = data.assessment.interfaces[0].amplitude, amplitudes_of(data.results)
+    measure = "a PGA" if amplitudes.measure == PEAK else amplitudes.measure.words
+    at = "" if amplitude is None else f", scaled to {measure} of {amount(amplitude, amplitudes.measure.unit)['text']}"
+    if amplitude is not None and amplitudes.measure.name == FACTOR:
+        at = f", times {amplitudes.words(amplitude)}"
     return f"of the motions as the buildings felt them{at}"
 
 
@@ -137,9 +139,11 @@ def _records_table(data: ReportData) -> Block:
     needed = needed.max("interface")
     widest_of = "; of a row the widest that any two neighbours need" if data.several else ""
     at = ""
-    if "pga" in needed.dims:
-        needed = needed.sel(pga=data.assessment.interfaces[0].amplitude, method="nearest")
-        at = f" at {amount(needed['pga'], 'm/s2')['text']}"
+    amplitudes = amplitudes_of(results)
+    if amplitudes.axis in needed.dims:
+        needed = at_amplitude(needed, data.assessment.interfaces[0].amplitude)
+        measured = "" if amplitudes.measure == PEAK else f"{amplitudes.measure.words} of "
+        at = f" at {measured}{amount(needed[amplitudes.axis], amplitudes.measure.unit)['text']}"
     polarities = list(map(str, results["polarity"].values))
     heads = [(words, "l") for words in ("record", "earthquake", "date")]
     heads += [("M", "r"), ("station", "l"), ("as found", "l"), ("dt [s]", "r")]

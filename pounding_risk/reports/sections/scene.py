@@ -21,7 +21,7 @@ from pounding_risk.reports.blocks import (
     table,
 )
 from pounding_risk.reports.data import ReportData
-from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of
 from pounding_risk.results.attributes import has_own_grounds
 from pounding_risk.units import rounded
 
@@ -114,10 +114,12 @@ def _grid(data: ReportData) -> list[tuple[str, Cell | str]]:
     rows: list[tuple[str, Cell | str]] = [("cases", count(results["status"].size))]
     rows.append(("records", count(results.sizes["record"])))
     rows.append(("polarity", ", ".join(map(str, results["polarity"].values))))
-    if "pga" not in results.coords:
+    amplitudes = amplitudes_of(results)
+    if amplitudes.axis not in results.coords:
         rows.append(("amplitude", amplitude_words(results)))
     whose = "gap of the interface that varies, or of the first" if "interface_gap" in results.variables else "gap"
-    for name, words, unit in (("pga", "amplitude (PGA)", "m/s2"), ("gap", whose, "m"), ("yield_force", "F_E", "N")):
+    amplitude = amplitudes.axis, f"amplitude ({amplitudes.measure.words})", amplitudes.measure.unit
+    for name, words, unit in (amplitude, ("gap", whose, "m"), ("yield_force", "F_E", "N")):
         if name in results.coords:
             rows.append((words, _span(np.atleast_1d(results[name].values), unit)))
     rows.append(("contact models", ", ".join(map(name_of, data.laws))))

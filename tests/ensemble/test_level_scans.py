@@ -1,0 +1,300 @@
+"""Scans along levels of intensity: a loop of scans, and the calls that read such a dataset."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from scenes import BOTH, FOUR_IN_A_ROW, scene_text, single
+
+import pounding_risk as pr
+from pounding_risk.assessment.demands import intensities, intensities_of
+from pounding_risk.ensemble.plan.plan import plan as scan_plan
+from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import Measure
+from pounding_risk.motions.read import read_motion
+from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of, measure_of, usual_intensity
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.studies.rerun import rerun
+
+G = 9.80665
+RECORDS = {"names": ["RSN6-180", "RSN1690-090"], "window": ["0 s", "8 s"]}
+SA = {"measure": "sa", "period": "0.5 s", "levels": ["0.1 g", "0.4 g"]}
+MEASURES = {
+    "sa": SA,
+    "pgv": {"measure": "pgv", "levels": ["8 cm/s", "40 cm/s"]},
+    "sa_avg": {"measure": "sa_avg", "periods": ["0.2 s", "1 s"], "levels": ["0.1 g", "0.4 g"]},
+    "scale": {"measure": "scale", "levels": [0.5, 4.5]},
+}
+
+
+def scene(grid=None, **records):
+    text = scene_text(
+        single("left", "10 t", "0.5 s"),
+        single("right", "20 t", "0.3 s", damping=0.02),
+        records=RECORDS | {"polarity": BOTH} | records,
+        grid={"gap": ["5 mm", "20 mm"], "yield_force": ["40 kN", "inf"]} | (grid or {}),
+        law="linear",
+        gap="20 mm",
+        yield_force="40 kN",
+    )
+    return parse_scene(text, "scene.toml")
+
+
+@pytest.fixture(scope="module")
+def scanned() -> dict[str, xr.Dataset]:
+    """By measure a scan along two levels of it."""
+    return {name: pr.scan(scene(intensity=table), check_fraction=0.0) for name, table in MEASURES.items()}
+
+
+@pytest.fixture(scope="module")
+def along_sa(scanned) -> xr.Dataset:
+    return scanned["sa"]
+
+
+def of_cases(dataset: xr.Dataset) -> xr.Dataset:
+    """The outputs of cases and of motions without contact, and what the buildings felt."""
+    return dataset.reset_coords(["record_pga_felt", "record_scale_factor"]).drop_vars("record_spectral_acceleration")
+
+
+def assert_alike(dataset: xr.Dataset, other: xr.Dataset) -> None:
+    """Every output is the same to the last bit."""
+    first, second = of_cases(dataset), of_cases(other)
+    assert set(first.data_vars) == set(second.data_vars)
+    for name in first.data_vars:
+        np.testing.assert_array_equal(first[name].values, second[name].values, err_msg=str(name))
+
+
+# ------------------------------------------------------------------------------------------------ scanning
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_levels_of_sa_are_a_loop_of_scans(along_sa, place):
+    value = SA["levels"][place]
+    one = pr.scan(scene(sa={"value": value, "period": "0.5 s"}), check_fraction=0.0)
+    assert_alike(along_sa.isel(intensity=place), one)
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_factors_are_a_loop_of_scans(scanned, place):
+    one = pr.scan(scene(scale=MEASURES["scale"]["levels"][place]), check_fraction=0.0)
+    assert_alike(scanned["scale"].isel(intensity=place), one)
+
+
+@pytest.mark.parametrize("name", ["pgv", "sa_avg"])
+def test_levels_of_other_measures_are_scans_times_their_factors(scanned, name):
+    """Each record scaled alone by level over value; the product of the factor may round otherwise."""
+    measure, levels = amplitudes_of(scanned[name])[1:]
+    for record in RECORDS["names"]:
+        value = measure.of([read_motion(record).cut("0 s", "8 s")])[0]
+        one = pr.scan(scene(names=[record], scale=float(levels[1] / value)), check_fraction=0.0)
+        assert_alike(scanned[name].sel(record=[record]).isel(intensity=1), one)
+
+
+def test_levels_of_pga_are_the_grid_of_pga():
+    levels = ["0.1 g", "0.4 g"]
+    one = pr.scan(scene(intensity={"measure": "pga", "levels": levels}), check_fraction=0.0)
+    other = pr.scan(scene({"pga": levels}), check_fraction=0.0)
+    xr.testing.assert_identical(one.drop_attrs(), other.drop_attrs())
+    assert one.attrs["scene_resolved"] == other.attrs["scene_resolved"]
+
+
+def test_a_row_along_levels_is_a_loop_of_scans():
+    row = FOUR_IN_A_ROW.replace('pga = "0.5 g"\n', "").replace('["0.5 s", "5.5 s"]', '["0.5 s", "3.5 s"]')
+    table = 'intensity = {measure = "sa", period = "0.9 s", levels = ["0.1 g", "0.3 g"]}'
+    small = ['grid.gap=["5 mm", "40 mm"]', 'grid.yield_force=["inf"]', 'records.names=["RSN6-180"]']
+    along = pr.scan(
+        parse_scene(row.replace("[records]\n", f"[records]\n{table}\n"), "row.toml", small), check_fraction=0.0
+    )
+    one = [*small, 'records.sa={value = "0.3 g", period = "0.9 s"}']
+    assert_alike(along.isel(intensity=1), pr.scan(parse_scene(row, "row.toml", one), check_fraction=0.0))
+
+
+def test_the_dataset_says_what_its_levels_are(scanned):
+    for name, dataset in scanned.items():
+        assert dataset["peak_closing_free"].dims == ("record", "polarity", "intensity", "interface")
+        assert dataset["impact_count"].dims[:4] == ("record", "polarity", "intensity", "contact_model")
+        assert "pga" not in dataset.coords
+        assert measure_of(dataset).name == name
+    about = scanned["sa_avg"]["intensity"].attrs
+    assert about["units"] == "m/s2"
+    assert about["long_name"].startswith(
+        "geometric mean of the pseudo-spectral acceleration at 10 periods from 0.2 s to"
+    )
+    assert scanned["pgv"]["intensity"].attrs["units"] == "m/s"
+    assert scanned["scale"]["intensity"].values.tolist() == [0.5, 4.5]
+
+
+def test_factors_and_peaks_are_told_by_record(along_sa):
+    records = [read_motion(name).cut("0 s", "8 s") for name in RECORDS["names"]]
+    factors = np.array([[0.1 * G, 0.4 * G]]) / Measure("sa", (0.5,)).of(records)[:, None]
+    np.testing.assert_allclose(along_sa["record_scale_factor"], factors, rtol=1e-14)
+    peaks = np.array([[motion.pga] for motion in records])
+    np.testing.assert_allclose(along_sa["record_pga_felt"], factors * peaks, rtol=1e-14)
+    np.testing.assert_allclose(along_sa["record_pgv"], Measure("pgv").of(records), rtol=1e-14)
+
+
+def test_factors_outside_the_usual_range_are_flagged(scanned):
+    """0.5 is within 0.25 to 4, 4.5 is not."""
+    flags = scanned["scale"].attrs["flags"]
+    assert flags.count("the scale factors to the levels of factor, 0.5 to 4.5, are outside 0.25 to 4 at 1 of 2") == 2
+    assert "scale factors" not in pr.scan(scene(intensity={"measure": "scale", "levels": [1.0]})).attrs["flags"]
+
+
+def test_a_plan_counts_levels():
+    facts = dict(scan_plan(scene(intensity=SA)).facts())
+    assert "2 levels of Sa(0.5 s)" in facts["cases"]
+    assert facts["cases"].startswith("32 =")
+
+
+# ------------------------------------------------------------------------------------------------ reading
+
+
+def test_a_file_keeps_the_measure(scanned, tmp_path):
+    for name, dataset in scanned.items():
+        pr.save(dataset, tmp_path / f"{name}.nc")
+        again = pr.open_results(tmp_path / f"{name}.nc")
+        assert measure_of(again) == measure_of(dataset)
+        assert usual_intensity(again) == usual_intensity(dataset)
+    again = rerun(tmp_path / "pgv.nc")
+    assert again.differences == ()
+
+
+def test_amplitudes_in_words(scanned):
+    assert amplitude_words(scanned["sa"]) == "at Sa(0.5 s) = 0.1 g to 0.4 g"
+    assert amplitude_words(scanned["pgv"].isel(intensity=1)) == "at PGV = 40 cm/s"
+    assert amplitude_words(scanned["scale"]) == "times 0.5 to 4.5"
+
+
+@pytest.mark.parametrize("name", MEASURES)
+def test_intensities_are_the_levels(scanned, name):
+    """In the measure of the levels these; in every other one in proportion to the factors."""
+    dataset = scanned[name]
+    levels = dataset["intensity"].values
+    asked = intensities_of(dataset, "scale" if name == "scale" else None)
+    assert asked.intensity == measure_of(dataset).intensity
+    assert asked.unit == dataset["intensity"].attrs["units"]
+    np.testing.assert_array_equal(asked.values, np.tile(levels, (4, 1)))
+    for other in ("pga", "pgv", "sa(0.4 s)", "sa_avg(0.2-1.5 s)", "sa(left)"):
+        values = intensities(dataset, other)
+        assert values.shape == (4, 2)
+        np.testing.assert_allclose(values[:, 1] / values[:, 0], levels[1] / levels[0], rtol=1e-9)
+
+
+def test_intensities_in_another_measure_are_those_of_the_scaled_motions(along_sa):
+    """Read from the dataset alone, against the motions themselves; spectra are read between their periods."""
+    motions = [read_motion(name).cut("0 s", "8 s") for name in RECORDS["names"]]
+    factors = along_sa["record_scale_factor"].values
+    pairs = {"pgv": (Measure("pgv"), 1e-12), "sa_avg(0.2-1 s)": (Measure("sa_avg", (0.2, 1.0)), 0.03)}
+    for word, (measure, near) in pairs.items():
+        expected = np.repeat(measure.of(motions)[:, None] * factors, 2, axis=0)
+        np.testing.assert_allclose(intensities(along_sa, word), expected, rtol=near)
+
+
+def test_intensities_that_a_dataset_has_not_are_refused(along_sa):
+    with pytest.raises(PoundingError, match="intensity 'scale': the motions of the dataset are not scaled by factors"):
+        intensities(along_sa, "scale")
+    with pytest.raises(PoundingError, match=r"spectra of 5 % damping from .* write periods among them, or pga"):
+        intensities(along_sa, "sa_avg(0.2-9 s)")
+    with pytest.raises(PoundingError, match="has no PGV of its records, an older version wrote it"):
+        intensities(along_sa.drop_vars("record_pgv"), "pgv")
+
+
+@pytest.mark.parametrize("name", MEASURES)
+def test_one_run_is_that_of_the_scan(scanned, name):
+    table = MEASURES[name]
+    study = scene(intensity=table)
+    run = pr.simulate(study, record="RSN1690-090", intensity_level=table["levels"][1], gap="5 mm")
+    case = scanned[name].pounding.case(
+        record="RSN1690-090", intensity_level=table["levels"][1], gap="5 mm", yield_force="40 kN"
+    )
+    for output in ("peak_contact_force", "impact_count", "peak_closing"):
+        np.testing.assert_array_equal(run[output].values, case[output].values)
+    first = pr.simulate(study, record="RSN1690-090", gap="5 mm")
+    np.testing.assert_array_equal(
+        first["peak_closing"].values,
+        scanned[name]
+        .isel(intensity=0)
+        .sel(record="RSN1690-090", polarity="as recorded", gap=0.005)["peak_closing"][0, 0],
+    )
+
+
+def test_histories_are_of_the_levels_asked_for(tmp_path):
+    study = scene(intensity=SA)
+    out = pr.histories(study, tmp_path / "runs.nc", records=["RSN6-180"], intensity_levels=["0.4 g"], gaps=[0.005])
+    with xr.open_dataset(out) as runs:
+        assert runs["intensity"].values.tolist() == [0.4 * G]
+        run = pr.simulate(study, record="RSN6-180", intensity_level="0.4 g", gap="5 mm")
+        force = runs["contact_force"].sel(polarity="as recorded", yield_force=4e4).values
+        assert np.nanmax(force) <= run["peak_contact_force"].max()
+        assert np.nanmax(force) > 0.0
+    with pytest.raises(PoundingError, match=r"levels of Sa\(0.5 s\); choose by intensity_levels"):
+        pr.histories(study, tmp_path / "others.nc", pgas=[0.4 * G])
+    with pytest.raises(PoundingError, match=r"Sa\(0.5 s\) 0.3 g is not in the grid, which has 0.1 g, 0.4 g"):
+        pr.histories(study, tmp_path / "others.nc", intensity_levels=["0.3 g"])
+
+
+def test_the_verdict_is_at_one_level(along_sa):
+    strongest = pr.assess(along_sa).interfaces[0]
+    assert (strongest.amplitude, strongest.intensity, strongest.at) == (0.4 * G, "sa(0.5 s)", "at Sa(0.5 s) = 0.4 g")
+    assert "Of the amplitudes 0.1 g, 0.4 g, 0.4 g is assessed: the largest." in strongest.verdict.evidence
+    weakest = pr.assess(along_sa, intensity_level="0.1 g").interfaces[0]
+    assert weakest.amplitude == 0.1 * G
+    alone = pr.assess(along_sa.isel(intensity=0)).interfaces[0]
+    assert (alone.verdict.sentence, alone.closing) == (weakest.verdict.sentence, weakest.closing)
+    assert max(weakest.closing) < max(strongest.closing)
+    with pytest.raises(PoundingError, match=r"scaled to Sa\(0.5 s\); choose one of its levels, 0.1 g, 0.4 g"):
+        pr.assess(along_sa, pga="0.1 g")
+    with pytest.raises(PoundingError, match=r"Sa\(0.5 s\) 0.3 g is not in the dataset, which has 0.1 g, 0.4 g"):
+        pr.assess(along_sa, intensity_level="0.3 g")
+
+
+def test_a_level_of_a_grid_of_pga_is_its_pga():
+    dataset = pr.scan(scene({"pga": ["0.1 g", "0.4 g"]}), check_fraction=0.0)
+    assert pr.assess(dataset, intensity_level="0.1 g").as_dict() == pr.assess(dataset, pga="0.1 g").as_dict()
+    with pytest.raises(PoundingError, match="pga and intensity_level both name the amplitude"):
+        pr.assess(dataset, pga="0.1 g", intensity_level="0.1 g")
+
+
+def test_one_level_may_be_squeezed(along_sa):
+    one = pr.scan(scene(intensity=SA | {"levels": ["0.4 g"]}), check_fraction=0.0)
+    assert "intensity" not in one.dims
+    assert float(one["intensity"]) == 0.4 * G
+    selected = along_sa.sel(intensity=0.4 * G)
+    for dataset in (one, selected, selected.squeeze()):
+        assert pr.assess(dataset).interfaces[0].closing == pr.assess(along_sa).interfaces[0].closing
+        np.testing.assert_array_equal(intensities_of(dataset).values, np.full((4, 1), 0.4 * G))
+
+
+def test_other_calls_read_levels(along_sa, tmp_path):
+    """Summary, display, report, page and figure are made of such a dataset."""
+    assert pr.summary(along_sa).counts["cases"] == 32
+    assert "Sa(0.5 s)" in repr(along_sa.pounding)
+    page = pr.view(along_sa, tmp_path / "view.html", intensity_levels=["0.4 g"]).read_text(encoding="utf-8")
+    assert '"0.4 g"' in page
+    text = pr.report(along_sa, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "Sa(0.5 s) of 0.4 g" in text
+    assert "amplitude (Sa(0.5 s))" in text
+    assert along_sa.pounding.figure() is not None
+    with pytest.raises(PoundingError, match=r"scaled to Sa\(0.5 s\); choose by intensity_levels"):
+        pr.view(along_sa, tmp_path / "view.html", pgas=["0.4 g"])
+
+
+def test_compare_runs_along_levels():
+    study = scene({"gap": ["5 mm"], "yield_force": ["inf"]}, intensity=SA, names=["RSN6-180"])
+    dataset = pr.compare(study, laws=["linear", "hertz"])
+    assert dataset["impact_count"].sizes["intensity"] == 2
+    assert dataset["history"].attrs["record"] == "RSN6-180"
+
+
+def test_axes_of_numbers_stand_beside_levels():
+    periods = {'"building.left.period"': ["0.4 s", "0.6 s"]}
+    dataset = pr.scan(scene(periods, intensity=SA, names=["RSN6-180"]), check_fraction=0.0)
+    assert dataset["peak_closing_free"].dims[-4:] == ("record", "polarity", "intensity", "interface")
+    for value in (0.4, 0.6):
+        changed = scene(intensity=SA, names=["RSN6-180"]).replace(f'building.left.period="{value} s"')
+        one = pr.scan(changed, check_fraction=0.0)
+        place = dataset.sel({"building.left.period": value})
+        np.testing.assert_array_equal(place["peak_closing_free"], one["peak_closing_free"])
+        np.testing.assert_array_equal(place["impact_count"], one["impact_count"])
+        assert pr.assess(place).interfaces[0].closing == pr.assess(one).interfaces[0].closing
