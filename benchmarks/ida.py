@@ -1,7 +1,7 @@
 """Incremental dynamic analysis of two five-storey frames under 44 records: ``python benchmarks/ida.py [--folder F]``.
 
-The FEMA P-695 far-field set at 20 levels of Sa(0.5 s), through the public `scan` on two threads and the public `damage`:
-fragilities of four damage states with pounding and without. Beside them stand fits that share no line with the
+The FEMA P-695 far-field set at 20 levels of Sa(0.5 s), through the public `scan` on two threads and the public
+`damage`: fragilities of four damage states with pounding and without. Beside them stand fits that share no line with the
 package: capacities by NumPy's interpolation, fitted by SciPy's `lognorm.fit` of censored data, and stripes by SciPy's
 minimiser. Kernels are compiled before. ``--levels`` takes fewer, ``--records`` some of the catalogue instead.
 """
@@ -134,8 +134,9 @@ def print_curves(results: xr.Dataset) -> None:
             if side == "with":
                 low, high = (float(one[f"median_ratio_{end}"]) for end in ("low", "high"))
                 ratio = f"{float(one['median_ratio']):.3f} ({low:.3f} to {high:.3f})"
+            counts = f"{int(one['reached'].sum())} of {int(one['runs'].sum())}"
             print(
-                f"| {state} | {side} | {int(one['reached'].sum())} of {int(one['runs'].sum())} | {median / 9.80665:.4f} "
+                f"| {state} | {side} | {counts} | {median / 9.80665:.4f} "
                 f"| {dispersion:.4f} | {other[0] / 9.80665:.4f}, {other[1]:.4f} | {ratio} |"
             )
 
