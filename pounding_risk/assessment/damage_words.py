@@ -96,7 +96,7 @@ def _of_state(one: Curves, motions: Motions, options: Options) -> Iterator[str]:
         back = int(found.falls_back.sum())
         if back and options.method == "ida":
             what = counted(back, "motion")
-            yield f"{name}, {side} pounding: {what} reach it at a level and not at a higher one; the first counts."
+            yield f"{name}, {side} pounding: reached by {what} at a level and not at a higher one; the first counts."
         ends = int((np.abs(found.status) == 1).sum())
         if ends and options.method == "ida":
             what = f"of {int((found.status != NONE).sum())} capacities {ends}"

@@ -35,8 +35,9 @@ NEXT = {
     "accuracy": (".figure()",),
     "effects": (".figure()", ".case(gap=...)"),
     "spectra": (".figure()", '.save("spectra.nc")'),
+    "damage": (".figure()", '.figure("ida")', '.save("damage.nc")'),
 }
-REPAIR = "take what scan, simulate, compare, accuracy, effects or spectra returned, or open_results opened"
+REPAIR = "take what scan, simulate, compare, accuracy, effects, spectra or damage returned, or open_results opened"
 # Coordinates or attributes that have the value of a run: one for all, or one for each interface or contact point.
 LEVELS = {"pga": ("pga",), "gap": ("gap", "interface_gap"), "yield_force": ("yield_force", "contact_point_yield_force")}
 OF_RUN = ("record", "polarity", "contact_model", "status")  # attributes of a run that its display shows
@@ -78,6 +79,7 @@ class Pounding(ShortRepr):
     """
 
     assess = _Method("assess")
+    damage = _Method("damage")
     report = _Method("report")
     figure = _Method("figures.results_figure")
     case = _Method(one_case)
@@ -93,7 +95,7 @@ class Pounding(ShortRepr):
 
     @property
     def kind(self) -> str:
-        """The call that made the dataset: scan, simulate, histories, compare, accuracy, effects or spectra; "" else."""
+        """The call that made the dataset, such as "scan" or "damage"; "" where none did."""
         return kind_of(self._dataset)
 
     def checked(self) -> xr.Dataset:

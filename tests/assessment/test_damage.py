@@ -190,6 +190,25 @@ def test_a_cloud_of_motions_as_recorded():
     assert "Sa(0.6 s)" in found.attrs["finding"]
 
 
+def test_levels_of_a_measure_are_those_of_the_curves():
+    """Of PGV, whose unit is another; the capacity of a linear mass is again that of scaling."""
+    levels = [0.1, 0.2, 0.4, 0.8, 1.6]
+    asked = {"measure": "pgv", "levels": [f"{level} m/s" for level in levels]}
+    records = {"names": NAMES[:3], "window": ["0 s", "8 s"], "intensity": asked}
+    scan = pr.scan(tomllib.loads(scene_text(*MASSES, law="linear", records=records)), check_fraction=0.0)
+    found = pr.damage(
+        scan, states=[pr.DamageState("x", building="left", displacement="60 mm")], method="ida", at="50 cm/s"
+    )
+    assert found["level"].values.tolist() == levels and found.attrs["intensity"] == "pgv"
+    assert {found[name].attrs["units"] for name in ("level", "im", "median", "capacity", "at_intensity")} == {"m/s"}
+    assert found["at_intensity"].item() == 0.5 and "Median PGV" in found.attrs["finding"]
+    one = found.sel(state="x", pounding="without").squeeze("polarity")
+    peaks = scan["peak_displacement_free"].sel(building="left").squeeze("polarity").transpose("record", "intensity")
+    known = one["capacity_status"].values == 0
+    assert known.any()
+    np.testing.assert_allclose(one["capacity"][known], (0.1 * 0.06 / peaks[:, 0])[known], rtol=1e-6)
+
+
 def test_annual_rates_are_those_of_the_curves(scan):
     hazard = Hazard("pga", np.array([0.5, 2.0, 20.0]), np.array([0.1, 5e-3, 2e-5]))
     found = pr.damage(scan, states=STATES[:2], hazard=hazard, method="ida")
@@ -276,7 +295,8 @@ def test_states_of_the_scene_and_a_file_that_overrides_them(scan, tmp_path):
 
 
 def test_the_dataset_and_its_table(ida, tmp_path):
-    assert kind_of(ida) == "damage"
+    assert kind_of(ida) == "damage" == ida.pounding.kind
+    assert ida.attrs["finding"] in repr(ida.pounding).replace("\n", " ")
     pr.save(ida, tmp_path / "d.nc")
     again = pr.open_results(tmp_path / "d.nc")
     xr.testing.assert_allclose(again, ida)

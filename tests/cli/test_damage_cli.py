@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
+import numpy as np
 import pytest
 from figure_words import words_of
 from scenes import scene_text, single
@@ -135,3 +136,26 @@ def test_figures_say_the_finding(folder):
         damage_figure(pr.open_results(folder / "scan.nc"))
     with pytest.raises(PoundingError, match="have one level each; curves of demands need several"):
         ida_figure(results.isel(level=[0]))
+
+
+def test_a_report_has_a_section_on_the_states(folder):
+    """With the numbers of the command; none for a scene without states."""
+    from pounding_risk.assessment.assess import assess
+    from pounding_risk.reports.data import ReportData
+    from pounding_risk.reports.sections.damage import write
+
+    results = pr.open_results(folder / "scan.nc")
+    blocks = write(ReportData(results, assess(results), {}))
+    found = pr.damage(results)
+    assert [block["kind"] for block in blocks] == ["paragraph", "figure", "table", "table", "list"]
+    assert blocks[0]["text"] == f"{found.attrs['finding']}."
+    medians = [row[5]["raw"] for row in blocks[2]["rows"]]
+    expected = found["median"].values.ravel()
+    assert [np.nan if one is None else one for one in medians] == pytest.approx(expected, nan_ok=True)
+    bare = results.assign_attrs(scene_resolved=results.attrs["scene_resolved"].partition("[[damage]]")[0])
+    assert write(ReportData(bare, assess(results), {})) == []
+    other = results.assign_attrs(scene_resolved=results.attrs["scene_resolved"].replace("displacement", "ductility"))
+    other.attrs["scene_resolved"] = other.attrs["scene_resolved"].replace('0.02 m"', '2"')
+    del other.attrs["scene_sha256"]
+    (said,) = write(ReportData(other, assess(results), {}))
+    assert said["text"].startswith("The damage states of the scene have no fragilities: ")
