@@ -487,8 +487,8 @@ def _side(results: xr.Dataset, intensity: str) -> int | None:
         return None
     listed = ", ".join(f"sa({name})" for name in names)
     raise PoundingError(
-        f"intensity {intensity!r} is not known; write pga, pgv, sa_avg(0.2-2 s) over a range of periods, sa(left), "
-        f"sa(right), by name {listed}, or a period such as sa(0.5 s)"
+        f"intensity {intensity!r} is not known; write pga, sa(left), sa(right), by name {listed}, or a period such as "
+        "sa(0.5 s); also pgv, or a range of periods such as sa_avg(0.2-2 s)"
     )
 
 

@@ -107,16 +107,17 @@ class Measure(NamedTuple):
         return all(isclose(one, another, rel_tol=SAME) for one, another in zip(*values, strict=True))
 
     def of(self, motions: Sequence[Motion]) -> Samples:
-        """The value of each motion [SI]; 1 of the factor."""
+        """The value of each motion [SI], in its record and not in a tail of zeros; 1 of the factor."""
         if self.name == "pga":
             return np.array([motion.pga for motion in motions])
         if self.name == FACTOR:
             return np.ones(len(motions))
+        records = [motion.without_tail() for motion in motions]
         if self.name == "pgv":
-            return scaling.peak_velocities(motions)
+            return scaling.peak_velocities(records)
         if self.name == "sa":
-            return scaling.spectral_accelerations(motions, list(self.periods), self.damping)[:, 0]
-        return scaling.mean_spectral_accelerations(motions, self.periods, self.damping)
+            return scaling.spectral_accelerations(records, list(self.periods), self.damping)[:, 0]
+        return scaling.mean_spectral_accelerations(records, self.periods, self.damping)
 
     def written(self) -> dict[str, Any]:
         """The measure as a table of a scene file has it."""
@@ -141,12 +142,18 @@ class Level(NamedTuple):
             return motion.scaled_to(self.value)
         if measure.name == FACTOR:
             return scaling.by_factor(motion, self.value)
+        return scaling.by_factor(motion, *self._factor(motion.without_tail()))
+
+    def _factor(self, record: Motion) -> tuple[float, str]:
+        """The factor on a record, and its aim in words."""
+        measure = self.measure
         if measure.name == "pgv":
-            return scaling.to_pgv(motion, self.value)
+            return scaling.pgv_factor(record, self.value)
         if measure.name == "sa":
-            return scaling.to_spectral_acceleration(motion, self.value, measure.periods[0], measure.damping)
-        ends = measure.periods[0], measure.periods[-1]
-        return scaling.to_mean_spectral_acceleration(motion, self.value, ends, measure.damping)
+            return scaling.spectral_factor(record, self.value, measure.periods[0], measure.damping)
+        return scaling.mean_spectral_factor(
+            record, self.value, (measure.periods[0], measure.periods[-1]), measure.damping
+        )
 
     @property
     def words(self) -> str:

@@ -45,6 +45,8 @@ class Motion(ShortRepr):
     own_grounds : tuple of ndarray or None
         By building of a scene, samples at the same times [m/s²] of the record that it stands on in place of this
         motion, None where it stands on this one; empty where all do.
+    tail : int
+        Number of samples at the end that are zeros of `with_tail`, which are no part of the record.
 
     Raises
     ------
@@ -59,6 +61,7 @@ class Motion(ShortRepr):
     processing: tuple[str, ...] = ()
     flags: tuple[str, ...] = ()
     own_grounds: tuple[Samples | None, ...] = ()
+    tail: int = 0
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Where the motion is from, how long and how strong it is, for its display."""
@@ -122,7 +125,12 @@ class Motion(ShortRepr):
 
     def with_tail(self, seconds: float | str) -> Motion:
         """The motion followed by zeros of that duration [s], in which the buildings vibrate freely."""
-        return self.after(with_zeros(self.acceleration, self.dt, in_si("tail", seconds, TAIL)))
+        longer = self.after(with_zeros(self.acceleration, self.dt, in_si("tail", seconds, TAIL)))
+        return replace(longer, tail=self.tail + longer.acceleration.size - self.acceleration.size)
+
+    def without_tail(self) -> Motion:
+        """The motion without the zeros of `with_tail`."""
+        return self.first(self.acceleration.size - self.tail) if self.tail else self
 
     def velocity_displacement(self) -> tuple[Samples, Samples]:
         """Ground velocity [m/s] and displacement [m] from rest, by the trapezoidal rule, shape (n,)."""
@@ -143,14 +151,16 @@ class Motion(ShortRepr):
         own = self.own_grounds
         if done.factor != 1.0:
             own = tuple(None if samples is None else done.factor * samples for samples in own)
+        tail = self.tail if done.samples.size == self.acceleration.size else 0
         return replace(
-            self, acceleration=done.samples, dt=dt, record=record, processing=sentences, own_grounds=own
+            self, acceleration=done.samples, dt=dt, record=record, processing=sentences, own_grounds=own, tail=tail
         ).doubted(done.flags)
 
     def first(self, count: int) -> Motion:
         """Its first samples alone, so many of them."""
         own = tuple(None if samples is None else samples[:count] for samples in self.own_grounds)
-        return replace(self, acceleration=self.acceleration[:count], own_grounds=own)
+        tail = max(0, self.tail - (self.acceleration.size - count))
+        return replace(self, acceleration=self.acceleration[:count], own_grounds=own, tail=tail)
 
     def doubted(self, flags: Sequence[str]) -> Motion:
         """The motion with further flags; each sentence stands once."""

@@ -88,9 +88,13 @@ def to_pgv(motion: Motion, pgv: float | str) -> Motion:
     Motion
         The motion times one factor. Raises RecordError for a motion of zeros.
     """
-    target = in_si("pgv", pgv, PGV)
+    return by_factor(motion, *pgv_factor(motion, in_si("pgv", pgv, PGV)))
+
+
+def pgv_factor(motion: Motion, target: float) -> tuple[float, str]:
+    """The factor to a PGV [m/s], and that aim in words; raises as `to_pgv`."""
     peak = float(peak_velocities([motion])[0])
-    return by_factor(motion, _ratio(target, peak, motion.name), f"PGV of {100.0 * target:.5g} cm/s")
+    return _ratio(target, peak, motion.name), f"PGV of {100.0 * target:.5g} cm/s"
 
 
 def to_spectral_acceleration(motion: Motion, value: float | str, period: float | str, damping: float = 0.05) -> Motion:
@@ -118,9 +122,14 @@ def to_spectral_acceleration(motion: Motion, value: float | str, period: float |
         For a value, period or damping ratio out of range, and for a motion of zeros.
     """
     target, at = in_si("value", value, PGA), in_si("period", period, PERIOD)
-    aim = f"Sa({at:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
-    spectral = spectral_accelerations([motion], [at], damping)[0, 0]
-    return by_factor(motion, _ratio(target, spectral, motion.name), aim)
+    return by_factor(motion, *spectral_factor(motion, target, at, damping))
+
+
+def spectral_factor(motion: Motion, target: float, period: float, damping: float) -> tuple[float, str]:
+    """The factor to Sa [m/s²] at a period [s], and that aim in words; raises as `to_spectral_acceleration`."""
+    spectral = spectral_accelerations([motion], [period], damping)[0, 0]
+    aim = f"Sa({period:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
+    return _ratio(target, spectral, motion.name), aim
 
 
 def to_mean_spectral_acceleration(
@@ -154,9 +163,17 @@ def to_mean_spectral_acceleration(
     """
     target = in_si("value", value, PGA)
     low, high = period_range(periods)
+    return by_factor(motion, *mean_spectral_factor(motion, target, (low, high), damping))
+
+
+def mean_spectral_factor(
+    motion: Motion, target: float, periods: tuple[float, float], damping: float
+) -> tuple[float, str]:
+    """The factor to Sa_avg [m/s²] over periods [s], and that aim; raises as `to_mean_spectral_acceleration`."""
+    low, high = periods
+    mean = float(mean_spectral_accelerations([motion], periods, damping)[0])
     aim = f"mean Sa({low:g} to {high:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
-    mean = float(mean_spectral_accelerations([motion], (low, high), damping)[0])
-    return by_factor(motion, _ratio(target, mean, motion.name), aim)
+    return _ratio(target, mean, motion.name), aim
 
 
 def to_median(

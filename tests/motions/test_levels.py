@@ -77,6 +77,19 @@ def test_the_factor_is_level_over_value_whatever_the_polarity(record, measure):
         assert scaled.record["factor"] == pytest.approx(2.5, rel=1e-14)
 
 
+@pytest.mark.parametrize("measure", [Measure("pgv"), Measure("sa", (3.0,), 0.0), Measure("sa_avg", (2.0, 4.0), 0.0)])
+def test_a_tail_of_zeros_is_no_part_of_the_record(record, measure):
+    """An undamped oscillator of a long period moves most after the record, which `sa` of a scene does not count."""
+    short = record.cut("0 s", "3 s")
+    longer = short.with_tail("9 s")
+    assert measure.of([longer])[0] == measure.of([short])[0]
+    scaled, alone = Level(measure, 1.0).of(longer), Level(measure, 1.0).of(short)
+    np.testing.assert_array_equal(scaled.acceleration[: alone.acceleration.size], alone.acceleration)
+    assert scaled.tail == longer.tail == longer.acceleration.size - short.acceleration.size > 0
+    assert longer.first(short.acceleration.size + 5).tail == 5
+    np.testing.assert_array_equal(longer.without_tail().acceleration, short.acceleration)
+
+
 def test_a_factor_is_one_and_pga_is_as_before(record):
     np.testing.assert_array_equal(Level(Measure("scale"), 1.7).of(record).acceleration, 1.7 * record.acceleration)
     np.testing.assert_array_equal(Level(Measure(), 3.0).of(record).acceleration, record.scaled_to(3.0).acceleration)
