@@ -109,6 +109,7 @@ def damage(
         share(confidence, "confidence", low=0.5),
         curve,
         None if at is None else si(at, intensity_quantity(word), "at"),
+        int(motions.recordings.max(initial=0)) + 1,
     )
     weights = bootstrap_weights(motions.recordings, DRAWS, SEED)
     found = [curves_of(case, state, motions, options, weights) for state in asked]

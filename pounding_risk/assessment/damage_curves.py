@@ -49,12 +49,29 @@ class Options(NamedTuple):
     confidence: float
     hazard: Hazard | None
     at: float | None
+    recordings: int
 
     @property
     def tails(self) -> tuple[float, float]:
-        """The percentages between which the bounds lie."""
-        tail = 50.0 * (1.0 - self.confidence)
+        """The percentages between which the bounds lie, of a bootstrap of so many recordings."""
+        tail = 100.0 * expanded_tail(self.confidence, self.recordings)
         return tail, 100.0 - tail
+
+
+def expanded_tail(confidence: float, count: int) -> float:
+    """The share of the samples below the lower bound: Φ(−√(n/(n − 1)) t), t Student's quantile with n − 1 degrees.
+
+    The plain share, half of 1 − ``confidence``, makes bounds from few recordings too narrow: a bootstrap takes the
+    spread of n for that of all, and a normal tail for Student's (Hesterberg, The American Statistician 69 (2015)).
+
+    >>> round(expanded_tail(0.95, 22), 4)
+    0.0166
+    """
+    from scipy.special import ndtr, stdtrit
+
+    if count < 2:
+        return 0.5 * (1.0 - confidence)
+    return float(ndtr(-np.sqrt(count / (count - 1.0)) * stdtrit(count - 1.0, 0.5 * (1.0 + confidence))))
 
 
 @dataclass(frozen=True)
@@ -94,7 +111,10 @@ class Curves:
             return np.full(of_samples.shape[1:], np.nan), np.full(of_samples.shape[1:], np.nan)
         known = ~np.isnan(of_samples)
         enough = known.sum(axis=0) >= (1.0 - LOST) * len(self.drawn[0])
-        low, high = np.nanpercentile(np.where(enough, of_samples, 0.0), tails, axis=0)
+        shown = np.where(enough, of_samples, 0.0)
+        # Each bound is one sample's own value, as a ratio may be infinite.
+        low = np.nanpercentile(shown, tails[0], axis=0, method="lower")
+        high = np.nanpercentile(shown, tails[1], axis=0, method="higher")
         return np.where(enough, low, np.nan), np.where(enough, high, np.nan)
 
 

@@ -22,7 +22,7 @@ from pounding_risk.units import GAP, YIELD_FORCE, say
 if TYPE_CHECKING:
     import xarray as xr
 
-FEW = 10  # recordings, below which a bootstrap's bounds are told to be too narrow
+FEW = 6  # recordings, below which bounds are told to be too narrow
 METHOD_WORDS = {"stripes": "stripes", "ida": "incremental dynamic analysis", "cloud": "cloud"}
 
 
@@ -69,14 +69,14 @@ def _clause(one: xr.Dataset) -> str:
 
 def told_of(found: Sequence[Curves], motions: Motions, options: Options, results: xr.Dataset) -> Iterator[str]:
     """Sentences on what is assumed, left out and not known."""
-    count = int(motions.recordings.max(initial=0)) + 1
+    count = options.recordings
     yield f"Curves: {METHODS[options.method].words}. Without pounding: each building alone under the same motion."
     yield (
-        f"Bounds of ratios: {100.0 * options.confidence:g} % of {DRAWS} samples of the {counted(count, 'recording')}, "
-        f"drawn with replacement (seed {SEED}); each sample gives both curves."
+        f"Bounds of ratios: {100.0 * options.confidence:g} % by {DRAWS} samples of the {counted(count, 'recording')}, "
+        f"drawn with replacement (seed {SEED}), widened for so few (Hesterberg 2015); each sample gives both curves."
     )
     if count < FEW:
-        yield f"{counted(count, 'recording')} are few: bounds of a bootstrap are then too narrow."
+        yield f"{counted(count, 'recording')} are few: the bounds may be too narrow all the same."
     if "inelastic_storeys" not in tables_of(results.attrs["scene_resolved"]).get("effects", {}):
         yield "No storey yields in the runs: demands beyond yield are those of elastic buildings."
     for one in found:

@@ -9,7 +9,8 @@ import pytest
 from scipy import stats
 from scipy.optimize import minimize
 
-from pounding_risk.assessment import damage_fits
+from pounding_risk.assessment import damage_curves, damage_fits
+from pounding_risk.assessment.damage_curves import expanded_tail
 from pounding_risk.assessment.damage_fits import (
     ABOVE,
     BELOW,
@@ -53,7 +54,7 @@ def curvature_errors(lost, best: np.ndarray, step: float = 1e-4) -> np.ndarray:
 
 
 def test_examples_in_docstrings_are_right():
-    assert doctest.testmod(damage_fits).failed == 0
+    assert doctest.testmod(damage_fits).failed == doctest.testmod(damage_curves).failed == 0
 
 
 def test_first_crossings_by_hand():
@@ -143,6 +144,33 @@ def test_samples_are_of_whole_recordings():
     assert (weights[:, 0] == weights[:, 1]).all() and (weights[:, 3] == weights[:, 5]).all()
     assert (weights[:, [0, 2, 3]].sum(axis=1) == 3.0).all()  # as many recordings as there are
     np.testing.assert_array_equal(weights, bootstrap_weights(np.array([0, 0, 1, 2, 2, 2]), 200, 7))
+
+
+@pytest.mark.parametrize("groups", [7, 22])
+def test_bounds_of_a_ratio_hold_it_as_often_as_they_say(groups):
+    """150 made ensembles of recordings with two components each, whose true ratio of medians is 0.8."""
+    random, levels, truth = np.random.default_rng(0), np.geomspace(1.0, 12.0, 12), np.log(0.8)
+    recordings, tail = np.repeat(np.arange(groups), 2), 100.0 * expanded_tail(0.95, groups)
+    inside = []
+    for sample in range(150):
+        shared, changed = (np.repeat(random.standard_normal(groups), 2) for _ in range(2))
+        single, other = random.standard_normal((2, recordings.size))
+        without = np.log(4.0) + 0.35 * shared + 0.2 * single
+        both = (without + truth + 0.15 * changed + 0.1 * other, without)
+        ims = np.tile(levels, (recordings.size, 1))
+        weights = bootstrap_weights(recordings, 400, sample)
+        drawn = [METHODS["ida"].drawn(Observed(ims, ims / np.exp(one)[:, None], recordings), weights) for one in both]
+        low, high = np.nanpercentile(drawn[0][:, 0] - drawn[1][:, 0], (tail, 100.0 - tail))
+        inside.append(low <= truth <= high)
+    assert 0.89 < np.mean(inside) < 0.99  # three standard errors about 94 %
+
+
+def test_few_recordings_have_wider_tails():
+    """Of very many the share is the plain one; of three, Student's with two degrees by SciPy's own distribution."""
+    assert expanded_tail(0.95, 10**7) == pytest.approx(0.025, rel=1e-5)
+    student = np.sqrt(3.0 / 2.0) * stats.t.ppf(0.95, 2)
+    assert expanded_tail(0.9, 3) == pytest.approx(stats.norm.cdf(-student), rel=1e-12)
+    assert expanded_tail(0.9, 1) == pytest.approx(0.05)
 
 
 def test_samples_without_a_curve_are_told_from_others():
