@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 
+import pounding_risk as pr
 from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
@@ -127,3 +128,30 @@ def test_executors_are_timed(capsys):
     assert "| 3 shards, on disk | " in told
     assert "| in one call | 1 | " in told
     assert "By solving: chunks take " in told
+
+
+@pytest.mark.parametrize(("method", "curves"), [("ida", 8), ("stripes", 6)])
+def test_the_fits_beside_damage_states_agree(frames, method, curves):
+    """Capacities by NumPy and stripes, both fitted by SciPy."""
+    import ida
+
+    results = pr.damage(frames, method=method)
+    known = [
+        (state, side)
+        for state in map(str, results["state"].values)
+        for side in ("with", "without")
+        if np.isfinite(results["median"].sel(state=state, pounding=side))
+    ]
+    assert len(known) >= curves
+    for state, side in known:
+        one = results.sel(state=state, pounding=side)
+        own = float(one["median"]), float(one["dispersion"])
+        assert own == pytest.approx(ida.fit_by_scipy(results, state, side, method), rel=1e-3), (state, side)
+
+
+@pytest.fixture(scope="module")
+def frames(benchmarks):
+    """Two frames of five storeys under six records at six levels, six seconds of each."""
+    import ida
+
+    return pr.scan(ida.scene(6, 6).replace('records.window=["0 s", "6 s"]'), check_fraction=0.0)

@@ -254,11 +254,8 @@ def assess(
     data.check_dataset(results, whose)
     level = level_asked(results, pga, intensity_level)
     rate = read_target_rate(target_rate, hazard is not None)
-    asked = intensity
-    known = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
     criterion = read_criterion(target, percentile, confidence)
-    intensity = _usual_intensity(results, known) if intensity is None else data.resolved_intensity(results, intensity)
-    curve = known.at(data.spectral_intensity(results, intensity)) if isinstance(known, HazardSpectrum) else known
+    intensity, curve, reading = intensity_and_hazard(results, hazard, intensity)
     options = Options(gap, curve, criterion, intensity, level, rate)
     counts = data.run_counts(results)
     assessed = tuple(_interface(name, part, index, options) for index, (name, part) in enumerate(interfaces(results)))
@@ -275,10 +272,23 @@ def assess(
         interfaces=assessed,
         notes=of_results(results),
         unused_keys=tuple(map(str, data.told(results, "unused_keys", []))),
-        hazard_reading=_reading(results, isinstance(known, HazardSpectrum), curve, asked),
+        hazard_reading=reading,
         target_rate=rate.rate if rate else None,
         target_rate_words=rate.words if rate else "",
     )
+
+
+def intensity_and_hazard(
+    results: xr.Dataset, hazard: Hazard | HazardSpectrum | str | Path | None, asked: str | None
+) -> tuple[str, Hazard | None, str]:
+    """The intensity of fragilities, as it is asked for or as usual; its hazard curve, and how that was read.
+
+    Raises PoundingError for an intensity that the dataset or the hazard has not, and as `read_hazard`.
+    """
+    known = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
+    intensity = _usual_intensity(results, known) if asked is None else data.resolved_intensity(results, asked)
+    curve = known.at(data.spectral_intensity(results, intensity)) if isinstance(known, HazardSpectrum) else known
+    return intensity, curve, _reading(results, isinstance(known, HazardSpectrum), curve, asked)
 
 
 def _reading(results: xr.Dataset, is_spectrum: bool, curve: Hazard | None, asked: str | None) -> str:

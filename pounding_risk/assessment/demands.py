@@ -132,15 +132,15 @@ def motions_of(results: xr.Dataset) -> Motions:
     return Motions(
         tuple(name for name in records for _ in polarities),
         tuple(polarities) * len(records),
-        np.repeat(_recordings(results, records), turns),
+        np.repeat(numbered_recordings(results, records), turns),
         amplitudes_of(results).values,
         closing,
-        np.atleast_1d(np.isfinite(alone).all(axis=1)) & np.repeat(_is_shaking(results), turns),
+        np.atleast_1d(np.isfinite(alone).all(axis=1)) & np.repeat(is_shaking(results), turns),
         alone if is_pushed(results) else None,
     )
 
 
-def _recordings(results: xr.Dataset, records: Sequence[str]) -> NDArray[np.int64]:
+def numbered_recordings(results: xr.Dataset, records: Sequence[str]) -> NDArray[np.int64]:
     """The number of each record's recording; records whose motion is the same to the last bit are of one."""
     facts = {entry.get("name"): entry for entry in told(results, "records", [])}
     shared = [_hashable(recording(facts.get(name, {}), name)) for name in records]
@@ -164,12 +164,12 @@ def record_doubts(results: xr.Dataset) -> tuple[str, ...]:
         original = first.setdefault(digests.get(name, name), name)
         if original != name:
             twice.append(f"{name} holds the same motion as {original}: it counts twice in the shares, scan again")
-    dead = [name for name, shakes in zip(names, _is_shaking(results), strict=True) if not shakes]
+    dead = [name for name, shakes in zip(names, is_shaking(results), strict=True) if not shakes]
     still = [f"{name} holds no motion: it counts against the verdict, scan again without it" for name in dead]
     return (*told(results, "copies", []), *twice, *still)
 
 
-def _is_shaking(results: xr.Dataset) -> NDArray[np.bool_]:
+def is_shaking(results: xr.Dataset) -> NDArray[np.bool_]:
     """Whether each record holds a motion; datasets of older versions may have records that do not."""
     if "record_pga" not in results.coords:
         return np.ones(results.sizes["record"], dtype=bool)

@@ -163,8 +163,8 @@ def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels, quantity: Quan
     # ln θ and β from a + b x; the observed information goes with them, for the gradient is zero.
     turn = np.array([[-scale / b, scale * a / b**2], [0.0, -scale / b**2]])
     inverse = turn @ np.linalg.inv(curvature)
-    fitted = _fit_of(middle - scale * a / b, scale / b, inverse @ turn.T, inverse @ _by_recording(scores, recordings))
-    return _unless(fitted, not_carried(fitted, im, quantity) or outside(fitted.median, im, quantity))
+    fitted = fit_of(middle - scale * a / b, scale / b, inverse @ turn.T, inverse @ by_recording(scores, recordings))
+    return unless(fitted, not_carried(fitted, im, quantity) or outside(fitted.median, im, quantity))
 
 
 def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
@@ -185,7 +185,7 @@ def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
     z = (logs - middle) / spread
     scores = np.stack([z, z**2 - 1.0], axis=1) / spread
     inverse = np.diag([spread**2, 0.5 * spread**2]) / logs.size
-    return _fit_of(middle, spread, inverse, inverse @ _by_recording(scores, recordings))
+    return fit_of(middle, spread, inverse, inverse @ by_recording(scores, recordings))
 
 
 def unfit(im: Array, failed: NDArray[np.bool_], quantity: Quantity = PGA) -> str:
@@ -254,7 +254,7 @@ def _span(im: Array, quantity: Quantity) -> str:
     return f"{say_level(float(im.min()), quantity, 3)} and {say_level(float(im.max()), quantity, 3)}"
 
 
-def _unless(fitted: Fit, fault: str) -> Fit:
+def unless(fitted: Fit, fault: str) -> Fit:
     """The fit, or an empty one that carries the fault where there is one."""
     return Fit(fault=fault) if fault else fitted
 
@@ -289,14 +289,14 @@ def _slopes(x: Array, sign: Array, at: Array) -> tuple[Array, Array]:
     return ratio[:, None] * x, (x * weights[:, None]).T @ x
 
 
-def _by_recording(scores: Array, recordings: Labels) -> Array:
+def by_recording(scores: Array, recordings: Labels) -> Array:
     """R/(R − 1) Σ g gᵀ over recordings, g the sum of a recording's scores, as its root: (parameters, recordings)."""
     sums = np.stack([np.bincount(recordings, column) for column in scores.T])
     groups = sums.shape[1]
     return sums * np.sqrt(groups / (groups - 1.0))
 
 
-def _fit_of(log_median: float, dispersion: float, covariance: Array, root: Array) -> Fit:
+def fit_of(log_median: float, dispersion: float, covariance: Array, root: Array) -> Fit:
     """A fit from its two estimates, their covariance, and the root of that by recording."""
     plain = np.sqrt(np.diag(covariance))
     clustered = root @ root.T

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.results.attributes import versions
+from pounding_risk.scene.overrides import WITHOUT_RUNS
 
 if TYPE_CHECKING:
     from pounding_risk.ensemble.job import ScanInput
@@ -31,8 +32,8 @@ def identity(scan_input: ScanInput, prepared: str = "") -> dict[str, Any]:
     from pounding_risk.scene.scene import own_laws  # imports the models; the state of a scan is read without them
 
     tables = {
-        # A title changes no number.
-        "scene": {key: table for key, table in scan_input.study.resolved().items() if key != "scene"},
+        # A title changes no number, and neither do states of damage.
+        "scene": {key: table for key, table in scan_input.study.resolved().items() if key not in WITHOUT_RUNS},
         "records": [_record(motion) for motion in scan_input.motions],
         "options": {"screening": bool(scan_input.screening), "check_fraction": float(scan_input.check_fraction)},
         "program": _program(),

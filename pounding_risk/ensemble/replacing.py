@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pounding_risk.ensemble.identity import difference
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import head_of
+from pounding_risk.scene.overrides import WITHOUT_RUNS
 
 if TYPE_CHECKING:
     from pounding_risk.scene.scene import Scene
@@ -22,6 +23,7 @@ MARKS = {
     "effects": {"time_ratio"},
     "spectra": {"left_period"},
     "amplification": {"period_ratio"},
+    "damage": {"demand_ratio"},
     "uncertainty": {"uncertain_number"},
     "histories": {"sample", "time"},
     "simulate": {"time"},
@@ -78,7 +80,7 @@ def check_replaceable(
 
 def check_replaceable_scene(target: Path, command: str, study: Scene, new: bool = False) -> None:
     """Refuse to replace results of another scene or command: raises PoundingError."""
-    scene = {key: table for key, table in study.resolved().items() if key != "scene"}
+    scene = {key: table for key, table in study.resolved().items() if key not in WITHOUT_RUNS}
     check_replaceable(target, command, {"scene": scene}, new)
 
 
@@ -121,9 +123,9 @@ def _json(text: Any) -> Any:
 
 
 def _scene(text: Any) -> dict[str, Any] | None:
-    """The resolved scene without its title, which changes no number."""
+    """The resolved scene without its title and states of damage, which change no number."""
     try:
-        return {key: table for key, table in tomllib.loads(text).items() if key != "scene"}
+        return {key: table for key, table in tomllib.loads(text).items() if key not in WITHOUT_RUNS}
     except (TypeError, AttributeError, tomllib.TOMLDecodeError):
         return None
 

@@ -17,6 +17,7 @@ from pounding_risk.figures.along import along_figure
 from pounding_risk.figures.amplification import amplification_figure
 from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.figures.compare import agreement_figure, reference_figure
+from pounding_risk.figures.damage import damage_figure, ida_figure
 from pounding_risk.figures.effects import effects_figure
 from pounding_risk.figures.elevation import elevation_figure
 from pounding_risk.figures.plan_view import plan_figure
@@ -55,6 +56,8 @@ KINDS = {
     "gap_spectra": Kind(("spectra",), gap_spectra_figure),
     "uncertainty": Kind(("uncertainty",), uncertainty_figure),
     "amplification": Kind(("amplification",), amplification_figure),
+    "damage": Kind(("damage",), damage_figure),
+    "ida": Kind(("damage",), ida_figure),
     "ratio": Kind(("scan", "compare"), ratio_figure),
     "window": Kind(("scan",), window_figure),
     "assessment": Kind(("scan",), assessment_figure, assess),
@@ -73,13 +76,13 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     Parameters
     ----------
     results : xarray.Dataset
-        A dataset of `scan`, `simulate`, `compare`, `accuracy`, `effects`, `spectra`, `amplification` or
-        `uncertainty`.
+        A dataset of `scan`, `simulate`, `compare`, `accuracy`, `effects`, `spectra`, `amplification`,
+        `uncertainty` or `damage`.
     kind : str, optional
         Of a scan "scan", "ratio", "window", "assessment", "separations", "elevation", "plan" or "profiles", and with
         several values along axes of numbers of its scene "along"; of a run "simulation"; of a comparison "agreement",
-        "reference", "scan" or "ratio"; "accuracy", "effects", "gap_spectra", "amplification" and "uncertainty". By
-        default the first of these that the dataset has.
+        "reference", "scan" or "ratio"; "accuracy", "effects", "gap_spectra", "amplification" and "uncertainty"; of
+        damage states "damage" and "ida". By default the first of these that the dataset has.
     note : str
         Added to the caption.
     **options

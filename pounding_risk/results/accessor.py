@@ -37,6 +37,7 @@ NEXT = {
     "spectra": (".figure()", '.save("spectra.nc")'),
     "uncertainty": (".figure()", '.save("uncertainty.nc")'),
     "amplification": (".figure()", '.save("amplification.nc")'),
+    "damage": (".figure()", '.figure("ida")', '.save("damage.nc")'),
 }
 REPAIR = "take what a call such as scan, simulate or spectra returned, or open_results opened"
 # Coordinates or attributes that have the value of a run: one for all, or one for each interface or contact point.
@@ -81,6 +82,7 @@ class Pounding(ShortRepr):
 
     assess = _Method("assess")
     uncertainty = _Method("uncertainty")
+    damage = _Method("damage")
     report = _Method("report")
     figure = _Method("figures.results_figure")
     case = _Method(one_case)

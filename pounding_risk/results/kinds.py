@@ -16,6 +16,7 @@ MARKS = {
     "uncertainty": {"uncertain_number"},
     "spectra": {"left_period", "required_gap"},
     "amplification": {"period_ratio"},
+    "damage": {"demand_ratio", "median_ratio"},
 }
 
 

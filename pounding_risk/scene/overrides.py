@@ -12,7 +12,8 @@ from pounding_risk.errors import SceneError
 from pounding_risk.scene.toml import KeyPath, element_names, toml_key
 from pounding_risk.units import shown
 
-ARRAYS = ("building", "interface")
+ARRAYS = ("building", "interface", "damage")
+WITHOUT_RUNS = ("scene", "damage")  # sections that no run reads
 DEEPEST = 20  # parts of a path; a quoted name of a building may have dots of its own
 
 

@@ -33,6 +33,7 @@ from pounding_risk.motions.request import RecordRequest
 from pounding_risk.scene.axes import Placed, axes_in_text, keeping_axes, without_axes, written_axes
 from pounding_risk.scene.axis_checks import axis_faults
 from pounding_risk.scene.buildings import OF_GROUND, structure_of, table_of
+from pounding_risk.scene.damage import DamageState
 from pounding_risk.scene.interface_checks import is_row
 from pounding_risk.scene.interfaces import (
     EQUAL_TERMS,
@@ -60,7 +61,7 @@ from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say, shown
 OF_EACH_INTERFACE = "each interface's own"  # label of the contact models of a scene whose interfaces differ in theirs
 # The parts of a scene, and the sections of a scene file that they are.
 PARTS = {"buildings": "building", "interfaces": "interface"}
-PARTS |= {part: part for part in ("records", "grid", UNCERTAIN, "effects", "solver")} | {"name": "scene"}
+PARTS |= {part: part for part in ("records", "grid", UNCERTAIN, "effects", "solver", "damage")} | {"name": "scene"}
 NO_STRENGTHS = (
     "no storey of the scene has a yield shear, so that none would yield; write storey_strengths in a [[building]], or "
     "generate one from a typology, or remove inelastic_storeys"
@@ -126,6 +127,8 @@ class Scene(ShortRepr):
         Effects that act.
     solver : Solver, optional
         How exactly the runs are solved.
+    damage : list of DamageState or dict, optional
+        States of damage, which no run reads.
     name : str
         What reports and figures call the scene.
     folder : str or path
@@ -161,6 +164,7 @@ class Scene(ShortRepr):
     gridded_interface: str | None  # "left | right", the only one whose gap the grid varies; None for all
     axes: tuple[SceneAxis, ...]  # of other numbers of the scene, slowest first; see `scene.variants`
     uncertain: UncertainNumbers | None  # whose samples are the last of the axes
+    damage: tuple[Any, ...] = field(compare=False)  # `DamageState`
     text: str = field(compare=False)
     source: str = field(compare=False)
     overrides: tuple[str, ...] = field(compare=False)
@@ -185,6 +189,7 @@ class Scene(ShortRepr):
         uncertain: Any = None,
         effects: Any = (),
         solver: Any = None,
+        damage: Sequence[Any] = (),
         name: str = "",
         folder: str | Path = ".",
     ):
@@ -194,6 +199,7 @@ class Scene(ShortRepr):
             UNCERTAIN: uncertain,
             "effects": effects or None,
             "solver": solver,
+            "damage": damage or None,
             "name": name or None,
         }
         given = needed | {part: value for part, value in others.items() if value is not None}
@@ -302,6 +308,7 @@ class Scene(ShortRepr):
             grid=grid._replace(gaps=gaps, yield_forces=forces, contact_models=models),
             interfaces=(here._replace(points=tuple(point._replace(interface=0) for point in here.points)),),
             gridded_interface=None,
+            damage=(),
         )
 
     def interface_gaps(self, gap: float) -> tuple[float, ...]:
@@ -442,7 +449,8 @@ class Scene(ShortRepr):
         *overrides : str
             Keys by their paths, as ``--set`` of a command takes them: ``'building.frame.mass="50 t"'``.
         **values
-            ``buildings``, ``interfaces``, ``records``, ``grid``, ``effects``, ``solver`` or ``name`` as a whole; or
+            ``buildings``, ``interfaces``, ``records``, ``grid``, ``effects``, ``solver``, ``damage`` or ``name`` as a
+            whole; or
             a key of the grid (``gap``, ``yield_force``, ``contact_model``, ``pga``, ``interface``), whose single value
             counts as a list of one, or of the solver (``rtol``).
 
@@ -512,6 +520,7 @@ class Scene(ShortRepr):
             "grid": self._grid().written() | written_axes(self.axes),
             **({} if self.uncertain is None else {UNCERTAIN: table_of_numbers(self.uncertain)}),
             "solver": Solver.made({"rtol": self.rtol}).written(),
+            **({"damage": [state.written() for state in self.damage]} if self.damage else {}),
         }
 
     def to_toml(self, *, as_written: bool = False) -> str:
@@ -694,6 +703,7 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
         "gridded_interface": _gridded(grid, buildings, interfaces),
         "axes": (*(placed.axis for placed in draft.axes), *(() if uncertain is None else (uncertain.axis,))),
         "uncertain": uncertain,
+        "damage": tuple(DamageState.made(keys.values) for keys in draft.tables("damage")),
         "text": origin.text,
         "source": origin.source,
         "overrides": origin.overrides,

@@ -15,6 +15,7 @@ from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene import buildings
 from pounding_risk.scene.axes import ADDRESS, taken_axes
 from pounding_risk.scene.buildings import building_checks
+from pounding_risk.scene.damage import DamageState, damage_checks
 from pounding_risk.scene.force_tables import TableFile
 from pounding_risk.scene.interface_checks import interface_checks
 from pounding_risk.scene.interfaces import EqualTerms, Interface
@@ -37,6 +38,7 @@ KINDS: Mapping[str, type[Table]] = {
     "grid": Grid,
     UNCERTAIN: Uncertain,
     "solver": Solver,
+    "damage": DamageState,
 }
 # The declaration of every key, by section.
 KEYS: Mapping[str, Mapping[str, Key]] = {section: kind.keys() for section, kind in KINDS.items()} | {
@@ -156,6 +158,7 @@ def every_fault(draft: Draft, folder: Path, same: Same = MappingProxyType({})) -
         *effect_checks(draft),
         *record_checks(draft),
         *uncertain_checks(draft),
+        *damage_checks(draft.tables("damage"), [str(keys.get("name")) for keys in draft.tables("building")]),
         *(() if "records" in same else missing_files(draft.raw, folder)),
     ]
 
@@ -216,7 +219,7 @@ def schema() -> dict[str, Any]:
         The schema, as `json.dumps` takes it.
     """
     declared = {**KEYS, "equal_terms": EqualTerms.keys()}
-    required = {"building": ["name"], "equal_terms": EqualTerms.required()}
+    required = {"building": ["name"], "damage": ["name"], "equal_terms": EqualTerms.required()}
     tables = {
         _table_name(section): {
             "type": "object",

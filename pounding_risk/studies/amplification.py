@@ -27,6 +27,7 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import RecordRequest
 from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.attributes import as_text
+from pounding_risk.results.labels import measure_attributes
 from pounding_risk.results.variables import described
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.records import Records, records_of

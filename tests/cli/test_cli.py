@@ -166,7 +166,7 @@ def test_a_faulty_scene_is_told_whole_and_nothing_is_written(folder):
             '  - line 13, interface.contact_model: "hertzian" is not a contact model (did you mean "hertz"?); '
             f"it may be {LAWS}",
             '  - line 19, grit: unknown section (did you mean "grid"?); sections are scene, building, interface, '
-            "effects, records, grid, solver",
+            "effects, records, grid, solver, damage",
         ]
     assert sorted(path.name for path in folder.iterdir()) == before
 

@@ -49,6 +49,10 @@ def written_by(command: str, folder: Path) -> Path:
         pr.compare(study, file, laws=["linear", "viscous_elastoplastic"])
     elif name == "accuracy":
         pr.accuracy(study, file, cases=2, budget=0.2, scipy=False)
+    elif name == "damage":
+        scan = pr.scan(study, check_fraction=0.0)
+        states = [pr.DamageState("tiles", displacement="9 mm"), pr.DamageState("blow", contact_force="1 kN")]
+        save(pr.damage(scan, states=states, method="ida"), file)
     elif name == "effects":
         pr.effects(parse_scene(PAIR + WAVE), file, repeats=1)
     return file
@@ -64,6 +68,7 @@ COMMANDS = [
     "histories row",
     "scan pair",
     "simulate pair",
+    "damage pair",
     "histories pair",
     "effects",
     "accuracy",

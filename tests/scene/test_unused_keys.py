@@ -215,6 +215,7 @@ ALWAYS = {  # keys that act in every scene that may have them, with what would s
         *("effects.wave_passage.velocity", "effects.wave_passage.distance", "effects.wave_passage.towards"),
         *(f"effects.soil_flexibility.{option}" for option in EFFECTS["soil_flexibility"].options),
     ),
+    "are states of damage, which no run reads (test_damage_states)": tuple(f"damage.{key}" for key in KEYS["damage"]),
     "change every building that may have them": ("effects.p_delta", "effects.soil_flexibility"),
     "act on what permanent_set leaves, which is told": ("effects.unloading_stiffness", "effects.strain_rate"),
 }

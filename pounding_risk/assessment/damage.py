@@ -1,0 +1,163 @@
+"""Fragility of damage states with pounding and without, from a dataset of `scan`. Nothing is run.
+
+Both curves are of the same motions: that without pounding is from the motion of each building without any contact,
+which the dataset has for every motion. Their ratio has bounds from a bootstrap of whole recordings in which each sample
+gives both curves.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk._common.dates import created
+from pounding_risk._common.words import nearest
+from pounding_risk.assessment import demands as data
+from pounding_risk.assessment.assess import intensity_and_hazard
+from pounding_risk.assessment.damage_curves import DRAWS, SEED, Motions, Options, curves_of
+from pounding_risk.assessment.damage_dataset import dataset_of
+from pounding_risk.assessment.damage_fits import METHODS, bootstrap_weights
+from pounding_risk.assessment.damage_words import finding, told_of
+from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
+from pounding_risk.assessment.options import USUAL_CONFIDENCE
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.amplitudes import amplitude_words, intensity_quantity
+from pounding_risk.results.attributes import as_text, tables_of
+from pounding_risk.results.grid_values import place_of
+from pounding_risk.results.own_case import own_case
+from pounding_risk.scene.damage import read_states
+from pounding_risk.units import share, shown, si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+KEPT = ("scene", "scene_resolved", "records", "versions", "title", "unused_keys")  # attributes of the scan
+NO_STATES = (
+    'the scene has no [[damage]]; write a file of [[damage]] tables, name = "slight" and drift = "0.5 %" in each, '
+    "and give it as states (--states FILE)"
+)
+
+
+def damage(
+    results: xr.Dataset | str | Path,
+    *,
+    states: Any = None,
+    gap: float | str | None = None,
+    contact_model: str | None = None,
+    yield_force: float | str | None = None,
+    method: str | None = None,
+    intensity: str | None = None,
+    at: float | str | None = None,
+    hazard: Hazard | HazardSpectrum | str | Path | None = None,
+    confidence: float | str = USUAL_CONFIDENCE,
+) -> xr.Dataset:
+    """Fragility of each damage state with pounding and without, and what pounding changes.
+
+    Parameters
+    ----------
+    results : xarray.Dataset, str or Path
+        A dataset of `scan`, or the file it is in.
+    states : path, str, or sequence of DamageState or dict, optional
+        States in place of those of the scene: a TOML file of [[damage]] tables, or such tables.
+    gap : float or str, optional
+        One of the grid's [m, or text with a unit]; the one nearest to the scene's own by default.
+    contact_model : str, optional
+        One of the grid's; the scene's own by default.
+    yield_force : float or str, optional
+        One of the grid's [N, or text with a unit]; the one nearest to the scene's own by default.
+    method : {"stripes", "ida", "cloud"}, optional
+        How curves follow from demands; stripes of motions at several levels, a cloud of others by default.
+    intensity : str, optional
+        Intensity of the curves, as `assess` takes it.
+    at : float or str, optional
+        The intensity at which both probabilities are compared [SI, or text with a unit]; by default the one at which
+        half of the motions would reach the state without pounding.
+    hazard : Hazard, HazardSpectrum, str or Path, optional
+        A hazard curve, or spectra, as `assess` takes it; annual rates follow from it.
+    confidence : float or str
+        Confidence of all bounds, above 50 %.
+
+    Returns
+    -------
+    xarray.Dataset
+        By state and pounding ("with", "without"): ``median`` and ``dispersion`` with standard errors, ``probability``
+        along ``im``, ``reached`` of ``runs`` along ``level``, ``demand_ratio`` and ``capacity`` of each motion, and
+        percentiles of demands; ``median_ratio`` and ``probability_ratio`` are with over without. The attribute
+        ``finding`` is a sentence, ``told`` lists what is assumed and left out, as JSON.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset that is none of `scan`, one without states where none are given, a value that its grid has not,
+        and a demand or place of a state that it has not.
+    SceneError
+        For states with faults.
+    """
+    results, whose = data.open_dataset(results)
+    data.check_dataset(results, whose)
+    asked = _states(results, states, whose)
+    case = _case(results, {"gap": gap, "contact_model": contact_model, "yield_force": yield_force})
+    word, curve, reading = intensity_and_hazard(results, hazard, intensity)
+    if curve is not None:
+        data.check_intensity(results, word, curve.name)
+    motions = _motions(results, word)
+    options = Options(
+        word,
+        _method(method, motions),
+        share(confidence, "confidence", low=0.5),
+        curve,
+        None if at is None else si(at, intensity_quantity(word), "at"),
+        int(motions.recordings.max(initial=0)) + 1,
+    )
+    weights = bootstrap_weights(motions.recordings, DRAWS, SEED)
+    found = [curves_of(case, state, motions, options, weights) for state in asked]
+    dataset = dataset_of(found, motions, options, case)
+    dataset.attrs |= {
+        **{name: results.attrs[name] for name in KEPT if name in results.attrs},
+        "Conventions": "CF-1.11",
+        "source": "pounding_risk: fragility of damage states from runs with and without contact",
+        "amplitude": amplitude_words(results),
+        "finding": finding(dataset),
+        "told": as_text([*told_of(found, motions, options, results), *([reading] if reading else [])]),
+        **created("pounding_risk.damage"),
+    }
+    return dataset
+
+
+def _states(results: xr.Dataset, given: Any, whose: str) -> tuple[Any, ...]:
+    """The states that are given, or those of the scene."""
+    buildings = list(map(str, results["building"].values))
+    if given is None:
+        given = tables_of(results.attrs["scene_resolved"]).get("damage")
+        if not given:
+            raise PoundingError(f"{whose}: {NO_STATES}")
+    return read_states(given, buildings)
+
+
+def _case(results: xr.Dataset, asked: dict[str, Any]) -> xr.Dataset:
+    """The dataset at one gap, contact model and yield force: those asked for, or nearest to the scene's own."""
+    own = own_case(results)
+    places = {}
+    for axis, value in asked.items():
+        known = tuple(map(float if axis != "contact_model" else str, results[axis].values))
+        places[axis] = own[axis] if value is None else place_of(axis, known, value)
+    return results.isel(places)
+
+
+def _motions(results: xr.Dataset, intensity: str) -> Motions:
+    """The motions of a dataset, record by record and polarity by polarity; a record without motion has no intensity."""
+    records, polarities = (tuple(map(str, results[axis].values)) for axis in ("record", "polarity"))
+    numbers = np.repeat(data.numbered_recordings(results, records), len(polarities))
+    dead = np.repeat(~data.is_shaking(results), len(polarities))
+    ims = np.where(dead[:, None], np.nan, data.intensities(results, intensity))
+    return Motions(ims, np.unique(numbers, return_inverse=True)[1].astype(np.int64), records, polarities)
+
+
+def _method(asked: str | None, motions: Motions) -> str:
+    if asked is None:
+        return "stripes" if motions.ims.shape[1] > 1 else "cloud"
+    if asked not in METHODS:
+        raise PoundingError(f"method: {shown(asked)} is none{nearest(str(asked), METHODS)}; write {', '.join(METHODS)}")
+    return asked

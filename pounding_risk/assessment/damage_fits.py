@@ -1,0 +1,391 @@
+"""Fragility of a damage state from demands over its threshold, by stripes, incremental dynamic analysis or a cloud.
+
+All three give the median θ and the dispersion β of P(reached | im) = Φ(ln(im/θ)/β):
+
+- stripes: from who reaches the state at each intensity (Baker 2015, as `fragility.fit`);
+- ida: from the intensity at which each motion first reaches it, its capacity (Vamvatsikos and Cornell 2002). That of a
+  motion which does not reach it at the highest level is above that level, and one which reaches it at the lowest is not
+  above that; maximum likelihood counts both as such (Tobin 1958, Olsen 1978);
+- cloud: from the regression ln demand = a + b ln im + ε (Cornell et al. 2002, Jalayer 2003): θ is where the median
+  demand is the threshold, exp(−a/b) with demands over the threshold, and β = σ/b.
+
+Standard errors hold for recordings whose motions are not independent (sandwich by recording). `drawn` fits many
+weighted samples at once, for a bootstrap of recordings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.assessment import fragility as curves
+from pounding_risk.assessment.fragility import ALONE, FLAT, Fit
+from pounding_risk.units import PGA, Quantity
+
+Array = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
+BELOW, KNOWN, ABOVE, NONE = -1, 0, 1, 2  # where a capacity is, of the tested levels; NONE where no run is known
+MOST_STEPS, CLOSE = 60, 1e-10  # Newton steps, and the decrement of the likelihood at which they end
+FULL_STEP = 0.25  # a decrement, by run, from which on steps are shortened
+CELLS = 2e6  # of the arrays that many samples are fitted with at once
+FEWEST, LINE = 3, 1e-6  # runs of a cloud, and the deviation below which they lie on one line
+
+
+class Observed(NamedTuple):
+    """Intensities and demands over the threshold of a state, (motions, levels), and the motions' recordings."""
+
+    ims: Array
+    ratios: Array  # NaN where a run failed
+    recordings: Labels  # (motions,) from 0 without gaps
+    quantity: Quantity = PGA  # of the intensities, for sentences
+
+
+class Capacities(NamedTuple):
+    """The intensity at which each motion first reaches a state, and whether it is known."""
+
+    values: Array  # (motions,); of one that is not known the lowest or highest level, NaN where no run is known
+    status: NDArray[np.int8]  # BELOW, KNOWN, ABOVE or NONE
+    falls_back: NDArray[np.bool_]  # a higher level does not reach the state, though a lower one did
+
+
+def capacities(ims: Array, ratios: Array) -> Capacities:
+    """First crossings of the threshold, by straight lines between the levels of each motion.
+
+    Levels whose run failed are left out. Nothing is said between the lowest level and an intensity of 0.
+
+    >>> found = capacities(np.array([[1.0, 2.0, 3.0]]), np.array([[0.5, 0.9, 1.3]]))
+    >>> float(found.values[0].round(6)), int(found.status[0])
+    (2.25, 0)
+    """
+    values, status = np.full(len(ims), np.nan), np.full(len(ims), NONE, dtype=np.int8)
+    falls_back = np.zeros(len(ims), dtype=bool)
+    for motion, (all_ims, all_ratios) in enumerate(zip(ims, ratios, strict=True)):
+        known = np.flatnonzero(np.isfinite(all_ratios))
+        known = known[np.argsort(all_ims[known], kind="stable")]
+        im, ratio = all_ims[known], all_ratios[known]
+        reached = ratio >= 1.0
+        if not known.size:
+            continue
+        if not reached.any():
+            values[motion], status[motion] = im[-1], ABOVE
+            continue
+        first = int(reached.argmax())
+        falls_back[motion] = not reached[first:].all()
+        if first == 0:
+            values[motion], status[motion] = im[0], BELOW
+            continue
+        share = (1.0 - ratio[first - 1]) / (ratio[first] - ratio[first - 1])
+        values[motion], status[motion] = im[first - 1] + share * (im[first] - im[first - 1]), KNOWN
+    return Capacities(values, status, falls_back)
+
+
+# ------------------------------------------------------------------------------------------------ stripes
+
+
+def fit_stripes(seen: Observed) -> Fit:
+    """The fit to who reaches the state, over all runs that did not fail."""
+    known = np.isfinite(seen.ratios)
+    if not known.any():
+        return Fit(fault="no run is known")
+    who = np.broadcast_to(seen.recordings[:, None], known.shape)[known]
+    return curves.fit(seen.ims[known], seen.ratios[known] >= 1.0, _numbered(who), seen.quantity)
+
+
+def drawn_stripes(seen: Observed, weights: Array) -> Array:
+    """ln θ and β of each weighted sample, (samples, 2), by Newton's steps for all at once; NaN where there is none."""
+    from scipy.sparse import csr_matrix
+
+    motion, level = np.nonzero(np.isfinite(seen.ratios))
+    values, where = np.unique(seen.ims[motion, level], return_inverse=True)
+    reached = (seen.ratios[motion, level] >= 1.0).astype(float)
+    shape = (len(seen.ims), values.size)
+    runs = csr_matrix((np.ones(motion.size), (motion, where)), shape)
+    counts = csr_matrix((reached, (motion, where)), shape)
+    if values.size < 2:
+        return np.full((len(weights), 2), np.nan)
+    logs = np.log(values)
+    middle, scale = float(logs.mean()), float(logs.std())
+    found = []
+    for part in _parts(weights, values.size):
+        # (samples, intensities): runs at each intensity, and those that reach the state
+        of_runs, of_counts = (np.asarray((table.T @ part.T).T) for table in (runs, counts))
+        a, b = _probit((logs - middle) / scale, of_counts, of_runs - of_counts)
+        is_curve = b > scale / FLAT
+        b = np.where(is_curve, b, np.nan)
+        found.append(np.stack([middle - scale * a / b, scale / b], axis=1))
+    return np.concatenate(found)
+
+
+def _probit(x: Array, hits: Array, misses: Array) -> tuple[Array, Array]:
+    """Coefficients of P = Φ(a + b x) for counts (samples, x); NaN where the likelihood has no maximum."""
+    a, b = np.zeros(len(hits)), np.zeros(len(hits))
+    gain, total = np.full(len(hits), np.inf), (hits + misses).sum(axis=1)
+    for _ in range(MOST_STEPS):
+        line = a[:, None] + b[:, None] * x
+        up, down = _mills(line), _mills(-line)
+        score = hits * up - misses * down
+        weight = hits * up * (up + line) + misses * down * (down - line)
+        system = (weight.sum(axis=1), (weight * x).sum(axis=1), (weight * x * x).sum(axis=1))
+        step, gain = _step(system, (score.sum(axis=1), (score * x).sum(axis=1)), total)
+        a, b = a + step[0], b + step[1]
+        if (gain < CLOSE).all():
+            break
+    # Where all or none are hits there is no curve, and where hits and misses part the slope grows without end.
+    highest_miss = np.where(misses > 0.0, x, -np.inf).max(axis=1)
+    lowest_hit = np.where(hits > 0.0, x, np.inf).min(axis=1)
+    parted = ~(gain < CLOSE) | (highest_miss <= lowest_hit)
+    return np.where(parted, np.nan, a), np.where(parted, np.nan, b)
+
+
+# ------------------------------------------------------------------------------------------------ capacities
+
+
+def fit_ida(seen: Observed) -> Fit:
+    """The fit to capacities, of which those above the highest level and not above the lowest are known as such."""
+    found = capacities(seen.ims, seen.ratios)
+    known = found.status != NONE
+    values, status = found.values[known], found.status[known]
+    fault = _no_capacities(values, status, seen, _numbered(seen.recordings[known]))
+    if fault:
+        return Fit(fault=fault)
+    logs, labels = np.log(values), _numbered(seen.recordings[known])
+    middle, scale = float(logs.mean()), float(logs.std())
+    x = (logs - middle) / scale
+    (delta,), (gamma,) = _tobit(x, status, np.ones((1, x.size)))
+    if not np.isfinite(gamma):
+        return Fit(fault="the capacities determine no curve; scan more levels")
+    # ln θ and β from δ and γ, η = γ x − δ; the observed information goes with them, for the gradient is zero.
+    turn = np.array([[scale / gamma, -scale * delta / gamma**2], [0.0, -scale / gamma**2]])
+    line = gamma * x - delta
+    slope, weight = _of_capacities(line, status)
+    uncensored = status == KNOWN
+    scores = np.stack([-slope, slope * x + np.where(uncensored, 1.0 / gamma, 0.0)], axis=1)
+    curvature = np.array(
+        [
+            [weight.sum(), -(weight * x).sum()],
+            [-(weight * x).sum(), (weight * x * x).sum() + uncensored.sum() / gamma**2],
+        ]
+    )
+    inverse = turn @ np.linalg.inv(curvature)
+    spread = inverse @ curves.by_recording(scores, labels)
+    fitted = curves.fit_of(middle + scale * delta / gamma, scale / gamma, inverse @ turn.T, spread)
+    tested = seen.ims[np.isfinite(seen.ratios)]
+    return curves.unless(fitted, _refusal(fitted, tested, seen.quantity))
+
+
+def _no_capacities(values: Array, status: NDArray[np.int8], seen: Observed, labels: Labels) -> str:
+    """Sentence on why capacities give no curve; "" where they do."""
+    if seen.ims.shape[1] < 2:
+        return "each motion has one level: incremental dynamic analysis needs several; scan more, or take a cloud"
+    if not values.size:
+        return "no run is known"
+    if (status == ABOVE).all():
+        return "no motion reaches the state at the levels that were tested: scan stronger motions"
+    if (status == BELOW).all():
+        return "every motion reaches the state at its lowest level: scan weaker motions"
+    if np.ptp(labels) == 0:
+        return ALONE
+    if (status == KNOWN).sum() < 2 or curves.of_one_intensity(values[status == KNOWN]):
+        return "fewer than two motions reach the state between their levels: the dispersion cannot be told; scan more"
+    return ""
+
+
+def drawn_ida(seen: Observed, weights: Array) -> Array:
+    """As `drawn_stripes`, from the capacities."""
+    found = capacities(seen.ims, seen.ratios)
+    known = found.status != NONE
+    status, logs = found.status[known], np.log(found.values[known])
+    if (status == KNOWN).sum() < 2 or np.ptp(logs) == 0.0:
+        return np.full((len(weights), 2), np.nan)
+    middle, scale = float(logs.mean()), float(logs.std())
+    drawn = []
+    for part in _parts(weights[:, known], logs.size):
+        delta, gamma = _tobit((logs - middle) / scale, status, part)
+        drawn.append(np.stack([middle + scale * delta / gamma, scale / gamma], axis=1))
+    return np.concatenate(drawn)
+
+
+def _tobit(x: Array, status: NDArray[np.int8], weights: Array) -> tuple[Array, Array]:
+    """δ = μ/σ and γ = 1/σ of a normal x that is partly censored, by weighted sample; NaN without a maximum.
+
+    In these the likelihood is concave (Olsen 1978): Σ w (ln γ − η²/2) of the known, Σ w ln Φ(∓η) of the others.
+    """
+    uncensored = weights[:, status == KNOWN].sum(axis=1)
+    total = weights.sum(axis=1)
+    mean = weights @ x / total
+    deviation = np.sqrt(np.maximum(weights @ x**2 / total - mean**2, 1e-12))
+    gamma = 1.0 / deviation
+    delta = mean * gamma
+    gain = np.full(len(weights), np.inf)
+    with np.errstate(all="ignore"):  # samples that have no maximum leave the range, and are told so by their gain
+        for _ in range(MOST_STEPS):
+            line = gamma[:, None] * x - delta[:, None]
+            slope, weight = _of_capacities(line, status)
+            slope, weight = slope * weights, weight * weights
+            system = (
+                weight.sum(axis=1),
+                -(weight * x).sum(axis=1),
+                (weight * x * x).sum(axis=1) + uncensored / gamma**2,
+            )
+            score = (-slope.sum(axis=1), (slope * x).sum(axis=1) + uncensored / gamma)
+            step, gain = _step(system, score, total)
+            shorter = np.where(gamma + step[1] > 0.0, 1.0, 0.5 * gamma / np.abs(step[1]))
+            delta, gamma = delta + shorter * step[0], gamma + shorter * step[1]
+            if (gain < CLOSE).all():
+                break
+    lost = ~(gain < CLOSE) | (uncensored <= 0.0) | (gamma > 1e6)
+    return np.where(lost, np.nan, delta), np.where(lost, np.nan, gamma)
+
+
+def _of_capacities(line: Array, status: NDArray[np.int8]) -> tuple[Array, Array]:
+    """First derivative of the log-likelihood by η, and the second with its sign changed; status is by column."""
+    above, below = _mills(-line), _mills(line)
+    slope = np.where(status == KNOWN, -line, np.where(status == ABOVE, -above, below))
+    weight = np.where(status == KNOWN, 1.0, np.where(status == ABOVE, above * (above - line), below * (below + line)))
+    return slope, weight
+
+
+# ------------------------------------------------------------------------------------------------ cloud
+
+
+def fit_cloud(seen: Observed) -> Fit:
+    """The fit of the regression of ln demand on ln im over all runs that did not fail."""
+    x, y, labels = _cloud(seen)
+    fault = _no_cloud(x, y, labels)
+    if fault:
+        return Fit(fault=fault)
+    (a, b, sigma) = (float(value) for value in _regression(np.array([_moments(x, y)]))[0])
+    if b <= 0.0 or sigma >= FLAT * b:
+        trend = "fall" if b <= 0.0 else "hardly grow"
+        return Fit(fault=f"the demands {trend} with the intensity: this measure does not govern them")
+    if sigma <= LINE:
+        return Fit(fault="the demands lie on one line: they have no dispersion")
+    rest = y - a - b * x
+    scores = np.stack([rest, rest * x, rest**2 / sigma - sigma], axis=1) / sigma**2
+    total = float(x.size)
+    curvature = np.array([[total, x.sum(), 0.0], [x.sum(), (x * x).sum(), 0.0], [0.0, 0.0, 2.0 * total]]) / sigma**2
+    turn = np.array([[-1.0 / b, a / b**2, 0.0], [0.0, -sigma / b**2, 1.0 / b]])
+    inverse = turn @ np.linalg.inv(curvature)
+    fitted = curves.fit_of(-a / b, sigma / b, inverse @ turn.T, inverse @ curves.by_recording(scores, labels))
+    tested = np.exp(x)
+    return curves.unless(fitted, _refusal(fitted, tested, seen.quantity))
+
+
+def _cloud(seen: Observed) -> tuple[Array, Array, Labels]:
+    """ln im and ln demand of the runs that did not fail, and their recordings."""
+    known = np.isfinite(seen.ratios)
+    who = np.broadcast_to(seen.recordings[:, None], known.shape)[known]
+    with np.errstate(divide="ignore"):
+        return np.log(seen.ims[known]), np.log(seen.ratios[known]), _numbered(who)
+
+
+def _no_cloud(x: Array, y: Array, labels: Labels) -> str:
+    """Sentence on why a cloud gives no curve; "" where it does."""
+    if x.size < FEWEST:
+        return f"{x.size} runs are known: a cloud needs {FEWEST} at least"
+    none = int(np.isneginf(y).sum())
+    if none:
+        return f"the demand is 0 in {none} of {y.size} runs, which has no logarithm; take stripes"
+    if np.ptp(labels) == 0:
+        return ALONE
+    if curves.of_one_intensity(np.exp(x)):
+        return "all motions have one intensity: a cloud needs several; take the motions as recorded"
+    return ""
+
+
+def drawn_cloud(seen: Observed, weights: Array) -> Array:
+    """As `drawn_stripes`, from the regression."""
+    known = np.isfinite(seen.ratios) & (seen.ratios > 0.0)
+    x = np.log(np.where(known, seen.ims, 1.0))
+    y = np.log(np.where(known, seen.ratios, 1.0))
+    sums = np.stack(
+        [part.sum(axis=1) for part in (known, x * known, y * known, x * x * known, x * y * known, y * y * known)]
+    )
+    a, b, sigma = _regression(weights @ sums.T).T
+    b = np.where((b > 0.0) & (sigma < FLAT * b) & (sigma > LINE), b, np.nan)
+    return np.stack([-a / b, sigma / b], axis=1)
+
+
+def _moments(x: Array, y: Array) -> Array:
+    return np.array([x.size, x.sum(), y.sum(), (x * x).sum(), (x * y).sum(), (y * y).sum()])
+
+
+def _regression(moments: Array) -> Array:
+    """a, b and σ (n − 2) of y = a + b x from the moments of `_moments`, a row each."""
+    count, x, y, xx, xy, yy = moments.T
+    with np.errstate(all="ignore"):  # a sample of one intensity has no slope: NaN
+        over = xx - x * x / count
+        b = (xy - x * y / count) / over
+        rest = yy - y * y / count - b * (xy - x * y / count)
+        sigma = np.sqrt(np.maximum(rest, 0.0) / (count - 2.0))
+        return np.stack([(y - b * x) / count, b, sigma], axis=1)
+
+
+# ------------------------------------------------------------------------------------------------ all methods
+
+
+class Method(NamedTuple):
+    """How a fragility follows from demands: for one sample with errors, and for many weighted ones."""
+
+    words: str
+    fit: Callable[[Observed], Fit]
+    drawn: Callable[[Observed, Array], Array]
+
+
+METHODS = {
+    "stripes": Method("maximum likelihood of who reaches the state at each intensity", fit_stripes, drawn_stripes),
+    "ida": Method("maximum likelihood of the intensity at which each motion first reaches it", fit_ida, drawn_ida),
+    "cloud": Method("regression of the logarithms of demands on those of intensities", fit_cloud, drawn_cloud),
+}
+
+
+def bootstrap_weights(recordings: Labels, draws: int, seed: int) -> Array:
+    """How often each motion is in each of so many samples of whole recordings, drawn with replacement."""
+    groups = int(recordings.max(initial=-1)) + 1
+    counts = np.random.default_rng(seed).multinomial(groups, np.full(groups, 1.0 / groups), size=draws)
+    return np.asarray(counts[:, recordings], dtype=float)
+
+
+def _refusal(fitted: Fit, tested: Array, quantity: Quantity) -> str:
+    """Sentence on why a fit is refused; "" where it is not."""
+    return curves.not_carried(fitted, tested, quantity) or curves.outside(fitted.median, tested, quantity)
+
+
+def _numbered(recordings: Labels) -> Labels:
+    return np.unique(recordings, return_inverse=True)[1].astype(np.int64)
+
+
+def _parts(weights: Array, width: int) -> list[Array]:
+    """The samples in parts whose arrays of so many columns are not too large."""
+    return np.array_split(weights, max(1, int(np.ceil(len(weights) * width / CELLS))))
+
+
+def _mills(line: Array) -> Array:
+    """φ(η)/Φ(η), also far in the tail."""
+    from scipy.special import log_ndtr
+
+    return np.asarray(np.exp(-0.5 * line**2 - log_ndtr(line)) / np.sqrt(2.0 * np.pi))
+
+
+def _step(
+    system: tuple[Array, Array, Array], score: tuple[Array, Array], total: Array
+) -> tuple[tuple[Array, Array], Array]:
+    """Newton's step of two unknowns for many samples, shortened where it is large, and its decrement.
+
+    ``system`` holds the curvature's first diagonal element, the one beside it, and the second; ``total`` is the number
+    of runs in each sample.
+    """
+    (top, side, low), (first, second) = system, score
+    with np.errstate(all="ignore"):
+        determinant = top * low - side * side
+        one, other = (low * first - side * second) / determinant, (top * second - side * first) / determinant
+        gain = one * first + other * second
+        size = np.maximum(gain, 0.0) / total
+        shorter = np.where(size > FULL_STEP, 1.0 / (1.0 + np.sqrt(size)), 1.0)
+    gain = np.where(determinant > 0.0, gain, nan)
+    return (one * shorter, other * shorter), gain

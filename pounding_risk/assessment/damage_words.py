@@ -1,0 +1,134 @@
+"""What a dataset of `damage` says in words and in a table."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Sequence
+from io import StringIO
+from math import isfinite, isnan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk._common.counted import counted
+from pounding_risk.assessment.damage_curves import DRAWS, LOST, POUNDING, SEED, Curves, Motions, Options
+from pounding_risk.assessment.damage_fits import METHODS, NONE
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.amplitudes import intensity_words
+from pounding_risk.results.attributes import tables_of
+from pounding_risk.results.kinds import kind_of
+from pounding_risk.units import GAP, YIELD_FORCE, say
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FEW = 6  # recordings, below which bounds are told to be too narrow
+METHOD_WORDS = {"stripes": "stripes", "ida": "incremental dynamic analysis", "cloud": "cloud"}
+
+
+def check_damage(results: xr.Dataset) -> xr.Dataset:
+    """The dataset; raises PoundingError for another one than `damage` makes."""
+    if kind_of(results) != "damage":
+        raise PoundingError("this is no dataset of `pounding-risk damage`; run it with -o damage.nc")
+    return results
+
+
+def measure_words(dataset: xr.Dataset) -> tuple[str, str]:
+    """The intensity of the curves in words, and its unit."""
+    return intensity_words(str(dataset.attrs["intensity"])), str(dataset["im"].attrs["units"])
+
+
+def case_words(dataset: xr.Dataset) -> str:
+    """The gap, contact model and yield force of the curves, and how many motions they are of."""
+    force = float(dataset["yield_force"])
+    parts = [f"gap {say(float(dataset['gap']), GAP)}", str(dataset["contact_model"].item())]
+    parts += [f"F_E {say(force, YIELD_FORCE)}"] if isfinite(force) else []
+    motions = dataset.sizes["record"] * dataset.sizes["polarity"]
+    return f"{', '.join(parts)}; {counted(motions, 'motion')} {dataset.attrs.get('amplitude', '')}".rstrip()
+
+
+def finding(dataset: xr.Dataset) -> str:
+    """Sentence on what pounding does to the median intensity of each state."""
+    words, _ = measure_words(dataset)
+    clauses = [_clause(dataset.sel(state=state)) for state in dataset["state"].values]
+    return f"Median {words} with pounding at {say(float(dataset['gap']), GAP)} over that without: {'; '.join(clauses)}"
+
+
+def _clause(one: xr.Dataset) -> str:
+    """One state in the finding."""
+    name, ratio = str(one["state"].item()), float(one["median_ratio"])
+    if isnan(ratio):
+        counts = [
+            f"{int(one['reached'].sel(pounding=side).sum())} of {int(one['runs'].sel(pounding=side).sum())} runs {side}"
+            for side in POUNDING
+        ]
+        return f"{name} has no ratio, it is reached in {' and '.join(counts)}"
+    low, high = float(one["median_ratio_low"]), float(one["median_ratio_high"])
+    return f"{name} {ratio:.2f}" + ("" if isnan(low) else f" ({low:.2f} to {high:.2f})")
+
+
+def told_of(found: Sequence[Curves], motions: Motions, options: Options, results: xr.Dataset) -> Iterator[str]:
+    """Sentences on what is assumed, left out and not known."""
+    count = options.recordings
+    yield f"Curves: {METHODS[options.method].words}. Without pounding: each building alone under the same motion."
+    yield (
+        f"Bounds of ratios: {100.0 * options.confidence:g} % by {DRAWS} samples of the {counted(count, 'recording')}, "
+        f"drawn with replacement (seed {SEED}), widened for so few (Hesterberg 2015); each sample gives both curves."
+    )
+    if count < FEW:
+        yield f"{counted(count, 'recording')} are few: the bounds may be too narrow all the same."
+    if "inelastic_storeys" not in tables_of(results.attrs["scene_resolved"]).get("effects", {}):
+        yield "No storey yields in the runs: demands beyond yield are those of elastic buildings."
+    for one in found:
+        yield from _of_state(one, motions, options)
+
+
+def _of_state(one: Curves, motions: Motions, options: Options) -> Iterator[str]:
+    """Sentences on one state."""
+    name = one.state.name
+    failed = int((~np.isfinite(one.ratios[0])).sum())
+    if failed:
+        what = f"{counted(failed, 'run')} of {motions.ims.size}"
+        yield f"{name}: {what} failed, or have no such demand, and are left out."
+    for side, fit, found in zip(POUNDING, one.fits, one.found, strict=True):
+        if fit.fault:
+            yield f"{name}, {side} pounding: no curve: {fit.fault}."
+        back = int(found.falls_back.sum())
+        if back and options.method == "ida":
+            what = counted(back, "motion")
+            yield f"{name}, {side} pounding: reached by {what} at a level and not at a higher one; the first counts."
+        ends = int((np.abs(found.status) == 1).sum())
+        if ends and options.method == "ida":
+            what = f"of {int((found.status != NONE).sum())} capacities {ends}"
+            yield f"{name}, {side} pounding: {what} outside the tested levels, which count as such."
+    if one.is_compared and one.lost:
+        without = "no bounds are given" if one.lost > LOST * DRAWS else "left out of the bounds"
+        yield f"{name}: no curve from {counted(one.lost, 'sample')} of recordings; {without}."
+
+
+def damage_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
+    """One row for each state and side, in SI: the columns of the CSV file."""
+    rows = []
+    single = [name for name in dataset.data_vars if dataset[name].dims in (("state",), ("state", "pounding"))]
+    for state in map(str, dataset["state"].values):
+        for side in POUNDING:
+            part = dataset.sel(state=state, pounding=side)
+            row: dict[str, Any] = {"state": state, "reached_by": str(part["state_words"].item()), "pounding": side}
+            row |= {"intensity": dataset.attrs["intensity"], "method": dataset.attrs["method"]}
+            row |= {"gap [m]": float(dataset["gap"]), "contact_model": str(dataset["contact_model"].item())}
+            row |= {"yield_force [N]": float(dataset["yield_force"])}
+            row |= {"runs": int(part["runs"].sum()), "reached": int(part["reached"].sum())}
+            row |= {f"{name} [{dataset[name].attrs['units']}]": part[name].item() for name in single}
+            rows.append(row | {"fault": str(part["fault"].item())})
+    return rows
+
+
+def damage_table(dataset: xr.Dataset) -> str:
+    """The rows of `damage_rows` as CSV; what is not known is empty."""
+    rows = damage_rows(dataset)
+    stream = StringIO()
+    writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow({key: "" if isinstance(value, float) and isnan(value) else value for key, value in row.items()})
+    return stream.getvalue()

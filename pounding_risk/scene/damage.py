@@ -1,0 +1,336 @@
+"""The [[damage]] tables of a scene: states of damage, each reached where one demand is at least a threshold.
+
+A kind of demand is one entry of `DEMANDS`: from it follow the key of [[damage]], its words, unit and range, and where
+the datasets of `scan` have it, with contact and without. No run reads a state, so that states may also be given after
+a scan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from math import inf
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import create_model
+
+from pounding_risk._common.words import nearest
+from pounding_risk.errors import SceneError
+from pounding_risk.scene.keys import (
+    REQUIRED,
+    Key,
+    Number,
+    Section,
+    Table,
+    Unreadable,
+    in_text,
+    measured,
+    read_section,
+    text,
+)
+from pounding_risk.scene.toml import Fault, key_lines, parse_toml, read_text, sentences
+from pounding_risk.units import Quantity, article, say, shown
+
+OF_BUILDINGS, OF_INTERFACES = ("building", "storey"), ("interface", "contact_point")  # keys that say where
+LARGEST_DRIFT = 0.3  # of a storey's height: 0.5 was meant as 0.5 %
+_SHARE = '"0.5 %" or 0.005'
+
+
+class Demand(NamedTuple):
+    """A kind of demand on a building or an interface, and the variables of a dataset of `scan` that have it.
+
+    ``storeys`` is by building and storey, of which the largest is taken; datasets of two single masses have ``mass``
+    instead, by building. Demands on interfaces are by contact point or interface. The same names with ``_free`` are
+    the demands without contact, where a demand on an interface is 0.
+    """
+
+    key: str
+    quantity: Quantity
+    words: str
+    example: str
+    storeys: str = ""
+    mass: str = ""
+    interfaces: str = ""
+    per_height: bool = False  # over the height of the storey
+    points: str = ""  # the only kind of contact points that count
+    absent: str = ""  # what a dataset without it lacks, and the repair
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """The keys that say where it is."""
+        return OF_INTERFACES if self.interfaces else OF_BUILDINGS
+
+    @property
+    def unit(self) -> str:
+        """Its unit as `units.SHOWN` has it: a share of a height is shown in per cent, its numbers are fractions."""
+        return "%" if self.per_height else self.quantity.unit.replace("m/s^2", "m/s2")
+
+    def say(self, threshold: float) -> str:
+        """A threshold as an engineer writes it: 0.5 %, 20 mm, 3."""
+        return f"{100.0 * threshold:.6g} %" if self.per_height else say(threshold, self.quantity, 6)
+
+
+def _at_most(unit: str, words: str, example: str, high: float = inf) -> Quantity:
+    """A positive quantity."""
+    return Quantity(unit, 0.0, high, words, open_low=True, open_high=True, example=example)
+
+
+NO_HEIGHT = "no height is known; write storey_heights, or the height of a single mass, in its [[building]], and scan"
+NO_YIELDING = (
+    "no storey of it yields; write storey_strengths in its [[building]], of one storey where it is a single mass, and "
+    "inelastic_storeys = {} in [effects], and scan"
+)
+NO_COLUMN = "no floor meets a column there; take contact_force"
+DEMANDS = (
+    Demand(
+        "drift",
+        _at_most("1", "storey drift ratio", _SHARE, LARGEST_DRIFT),
+        "storey drift",
+        '"0.5 %"',
+        storeys="storey_drift",
+        mass="peak_displacement",
+        per_height=True,
+        absent=NO_HEIGHT,
+    ),
+    Demand(
+        "residual_drift",
+        _at_most("1", "residual drift ratio", _SHARE, LARGEST_DRIFT),
+        "residual drift, the plastic storey drift at the end",
+        '"0.2 %"',
+        storeys="storey_residual_drift",
+        per_height=True,
+        absent=NO_YIELDING,
+    ),
+    Demand(
+        "displacement",
+        _at_most("m", "displacement", "20 mm"),
+        "floor displacement, relative to the ground",
+        '"20 mm"',
+        storeys="storey_displacement",
+        mass="peak_displacement",
+    ),
+    Demand(
+        "ductility",
+        _at_most("1", "ductility", "3"),
+        "ductility, storey drift over the drift at yield",
+        "3",
+        storeys="storey_ductility",
+        absent=NO_YIELDING,
+    ),
+    Demand(
+        "acceleration",
+        _at_most("m/s^2", "floor acceleration", "0.9 g"),
+        "floor acceleration, absolute",
+        '"0.9 g"',
+        storeys="storey_acceleration",
+        mass="peak_floor_acceleration",
+    ),
+    Demand(
+        "storey_shear",
+        _at_most("N", "storey shear", "900 kN"),
+        "storey shear, in all columns of the storey together",
+        '"900 kN"',
+        storeys="storey_shear",
+        mass="peak_storey_shear",
+    ),
+    Demand(
+        "contact_force",
+        _at_most("N", "contact force", "2 MN"),
+        "contact force",
+        '"2 MN"',
+        interfaces="peak_contact_force",
+    ),
+    Demand(
+        "column_shear",
+        _at_most("N", "force on a column", "400 kN"),
+        "force on a column, with which a floor strikes it: the most that it may have to carry in shear",
+        '"400 kN"',
+        interfaces="peak_contact_force",
+        points="column",
+        absent=NO_COLUMN,
+    ),
+)
+BY_KEY: Mapping[str, Demand] = {demand.key: demand for demand in DEMANDS}
+
+
+# ------------------------------------------------------------------------------------------------ keys
+
+
+def _storey(value: Any, number: Number) -> int:
+    """A storey by its number from the ground up."""
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise Unreadable(f"{shown(value)} is not the number of a storey; write a whole number from 1, the lowest")
+    return value
+
+
+class State(Table):
+    """A state of damage: its name and where it is; `DamageState` has the thresholds too."""
+
+    name: Annotated[str, text("What tables and figures call the state; each has its own.", "slight", REQUIRED)]
+    building: Annotated[str, text("The only building that counts.", "frame", "any building")] = ""
+    storey: Annotated[
+        int,
+        Key(
+            "The only storey that counts, from 1 at the ground.",
+            _storey,
+            "1",
+            "any storey",
+            schema={"type": "integer"},
+        ),
+    ] = 0
+    interface: Annotated[
+        str, text("The only interface that counts, by its buildings.", "frame | masonry", "any interface")
+    ] = ""
+    contact_point: Annotated[
+        str, text("The only contact point that counts, by its label in the dataset.", "A 2 | B 2", "any contact point")
+    ] = ""
+
+    @property
+    def demand(self) -> Demand:
+        """The kind of demand that it is reached by."""
+        return next(demand for demand in DEMANDS if getattr(self, demand.key) is not None)
+
+    @property
+    def threshold(self) -> float:
+        """The demand at which it is reached, in SI."""
+        return float(getattr(self, self.demand.key))
+
+    @property
+    def words(self) -> str:
+        """Such as "storey drift of frame ≥ 0.5 %"."""
+        names = [getattr(self, place) for place in self.demand.places]
+        if self.demand.interfaces:
+            where = f" at {names[1] or names[0]}" if any(names) else ""
+        else:
+            where = f" of storey {names[1]}" if names[1] else ""
+            where += f" of {names[0]}" if names[0] else ""
+        return f"{self.demand.words.partition(',')[0]}{where} ≥ {self.demand.say(self.threshold)}"
+
+
+def _threshold(demand: Demand) -> Any:
+    words = f"Reached where this is at least so much: {demand.words}."
+    return Annotated[float | None, measured(demand.quantity, words, demand.example, "another demand has the threshold")]
+
+
+_create: Any = create_model  # the types of fields that are made here are not known to a checker of types
+DamageState: Any = _create(
+    "DamageState",
+    __base__=State,
+    __doc__="""A state of damage: its name, where it is, and the threshold of one demand.""",
+    __module__=__name__,
+    **{demand.key: (_threshold(demand), None) for demand in DEMANDS},
+)
+
+
+# ------------------------------------------------------------------------------------------------ checks
+
+
+def damage_checks(states: Sequence[Section], buildings: Sequence[str]) -> Iterator[Fault]:
+    """All faults that more than one key of the states takes part in; ``buildings`` are the scene's by name."""
+    first: dict[str, int] = {}
+    interfaces = [f"{left} | {right}" for left, right in pairwise(buildings)]
+    for keys in states:
+        index, name = int(keys.path[-1]), keys.get("name")
+        if name and first.setdefault(name, index) != index:
+            yield keys.fault(
+                "name", f"{shown(name)} is the name of state {first[name] + 1} too; give every state a name of its own"
+            )
+        yield from _of_one_demand(keys)
+        for place, known in (("building", buildings), ("interface", interfaces)):
+            given = keys.get(place)
+            if given and given not in known:
+                listed = ", ".join(known)
+                yield keys.fault(
+                    place, f"{shown(given)} is no {place} of the scene{nearest(given, known)}; it has {listed}"
+                )
+
+
+def _of_one_demand(keys: Section) -> Iterator[Fault]:
+    """Faults of a state without a threshold, with several, and with a place that its demand has not."""
+    asked = [demand for demand in DEMANDS if demand.key in keys]
+    if not asked:
+        listed = ", ".join(demand.key for demand in DEMANDS)
+        sentence = f'has no threshold; write drift = "0.5 %", or another of {listed}'
+        yield Fault(keys.path, sentence, absent=True)
+    for demand in asked[1:]:
+        yield keys.fault(
+            demand.key,
+            f"{asked[0].key} and {demand.key} are both given, and a state is reached by one demand; write a [[damage]] "
+            "table for each",
+        )
+    for place in (*OF_BUILDINGS, *OF_INTERFACES) if asked else ():
+        if place in keys and place not in asked[0].places:
+            yield keys.fault(
+                place,
+                f"{asked[0].key} is no demand on {article(place.replace('_', ' '))}; write "
+                f"{' or '.join(asked[0].places)}, or remove {place}",
+            )
+
+
+def read_states(states: Any, buildings: Sequence[str], source: str = "states") -> tuple[Any, ...]:
+    """States of damage from a file, the text of one, tables, or `DamageState`.
+
+    Parameters
+    ----------
+    states : path, str, mapping, or sequence of mapping or DamageState
+        A TOML file whose [[damage]] tables are those of a scene, or such tables.
+    buildings : sequence of str
+        Names of the buildings, left to right.
+    source : str
+        What sentences call the tables where they are of no file.
+
+    Returns
+    -------
+    tuple of DamageState
+        In the order in which they are given.
+
+    Raises
+    ------
+    SceneError
+        With every fault.
+    """
+    written, lines = states, {}
+    if isinstance(states, str | Path):
+        is_text = isinstance(states, str) and "\n" in states
+        content = str(states) if is_text else read_text(Path(states))
+        source = source if is_text else str(states)
+        written, lines = parse_toml(content, source), key_lines(content)
+    raw = dict(written) if isinstance(written, Mapping) else {"damage": _tables(written)}
+    faults = [
+        Fault((name,), f"unknown section{nearest(name, ['damage'])}; a file of states has [[damage]] tables alone")
+        for name in raw
+        if name != "damage"
+    ]
+    tables = raw.get("damage")
+    if not isinstance(tables, list) or not tables or not all(isinstance(table, Mapping) for table in tables):
+        advice = 'write [[damage]] with name = "slight" and drift = "0.5 %" below it'
+        raise SceneError(source, [*sentences(faults, raw, lines, ()), f"damage: has no tables; {advice}"])
+    sections = []
+    for index, table in enumerate(tables):
+        section, wrong = read_section(DamageState, ("damage", index), table, DamageState.keys(), _unknown)
+        sections.append(section)
+        faults += wrong
+    faults += damage_checks(sections, buildings)
+    if faults:
+        raise SceneError(source, sentences(faults, raw, lines, ()))
+    return tuple(DamageState.made(section.values) for section in sections)
+
+
+def _unknown(key: str) -> str:
+    known = DamageState.model_fields
+    return f"unknown key{nearest(key, known)}; [[damage]] takes {', '.join(known)}"
+
+
+def _tables(states: Any) -> Any:
+    """States of Python as a file has them."""
+    if not isinstance(states, Sequence) or isinstance(states, str):
+        return states
+    return [
+        state.written()
+        if isinstance(state, Table)
+        else in_text(DamageState.keys(), state)
+        if isinstance(state, Mapping)
+        else state
+        for state in states
+    ]

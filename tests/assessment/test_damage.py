@@ -1,0 +1,346 @@
+"""Fragilities of damage states with pounding and without: closed forms, SciPy's fits, mirrored scenes, and refusals."""
+
+from __future__ import annotations
+
+import csv
+import json
+import tomllib
+
+import numpy as np
+import pytest
+import xarray as xr
+from scenes import BOTH, rigid, scene_text, single, storeyed
+from scipy.optimize import minimize
+from scipy.stats import norm
+
+import pounding_risk as pr
+from pounding_risk.assessment.damage_words import damage_rows, damage_table
+from pounding_risk.assessment.fragility import fit_capacities
+from pounding_risk.assessment.hazard import Hazard, annual_rate
+from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.results.kinds import kind_of
+from pounding_risk.units import STANDARD_GRAVITY
+
+G = STANDARD_GRAVITY
+NAMES = ["RSN6-180", "RSN77-164", "RSN753-000", "RSN753-090", "RSN1690-090", "NAPA-HNE"]
+RECORDS = {"names": NAMES, "window": ["0 s", "10 s"], "polarity": BOTH}
+MASSES = single("left", "10 t", "0.5 s", height="6 m"), single("right", "30 t", "0.8 s", height="6 m", damping=0.03)
+PGAS = ["0.1 g", "0.2 g", "0.3 g", "0.4 g", "0.6 g", "0.8 g", "1.2 g"]
+GRID = {"gap": ["10 mm", "900 mm"], "pga": PGAS}
+PAIR = scene_text(*MASSES, law="linear", tolerance=None, records=RECORDS, grid=GRID)
+STATES = [
+    pr.DamageState("cracks", building="left", drift="0.6 %"),
+    pr.DamageState("tiles", displacement="80 mm"),
+    pr.DamageState("equipment", acceleration="2 g"),
+    pr.DamageState("blow", contact_force="200 kN"),
+]
+STOREYS = storeyed("A", "20 t", "12 MN/m", storeys=3, storey_strengths="90 kN")
+ONE_STOREY = storeyed("B", "40 t", "40 MN/m", "3.9 m", storeys=1, storey_strengths="150 kN")
+ROW = scene_text(
+    STOREYS,
+    ONE_STOREY,
+    rigid(height="12 m"),
+    law="linear",
+    records={"names": ["RSN6-180", "NAPA-HNE"], "window": ["0 s", "8 s"]},
+    effects={"inelastic_storeys": {}},
+    grid={"gap": ["10 mm", "900 mm"], "pga": ["0.2 g", "0.5 g"]},
+)
+
+
+@pytest.fixture(scope="module")
+def scan() -> xr.Dataset:
+    return pr.scan(tomllib.loads(PAIR), check_fraction=0.0)
+
+
+@pytest.fixture(scope="module")
+def row() -> xr.Dataset:
+    return pr.scan(tomllib.loads(ROW), check_fraction=0.0)
+
+
+@pytest.fixture(scope="module")
+def stripes(scan) -> xr.Dataset:
+    return pr.damage(scan, states=STATES)
+
+
+@pytest.fixture(scope="module")
+def ida(scan) -> xr.Dataset:
+    return pr.damage(scan, states=STATES, method="ida")
+
+
+def flat(values: xr.DataArray) -> np.ndarray:
+    """By motion, in the order of a dataset."""
+    return values.transpose("record", "polarity", ...).values.reshape(len(NAMES) * 2, -1)
+
+
+def test_without_any_touch_pounding_changes_nothing(scan):
+    """At a gap that no motion closes, both curves are one, and so are all samples of recordings."""
+    apart = pr.damage(scan, states=STATES[:3], gap="900 mm", method="ida")
+    assert float(scan["impact_count"].sel(gap=0.9).max()) == 0.0
+    for name in ("median", "dispersion", "reached", "capacity"):
+        np.testing.assert_allclose(*(apart[name].sel(pounding=side) for side in ("with", "without")), rtol=1e-9)
+    for ending in ("", "_low", "_high"):
+        np.testing.assert_allclose(apart[f"median_ratio{ending}"], 1.0, rtol=1e-9)
+
+
+def test_a_linear_mass_reaches_a_state_where_scaling_says(scan, ida):
+    """Demands without contact are proportional to the motion: the capacity is level × threshold / peak, between
+    levels exactly, for straight lines are then no approximation."""
+    peaks = flat(scan["peak_displacement_free"].sel(building="left"))[:, 0]
+    scaled = 0.1 * G * 0.006 * 6.0 / peaks  # 0.6 % of 6 m
+    one = ida.sel(state="cracks", pounding="without")
+    status, values = flat(one["capacity_status"])[:, 0], flat(one["capacity"])[:, 0]
+    assert (status == 0).sum() >= 8
+    np.testing.assert_allclose(values[status == 0], scaled[status == 0], rtol=1e-6)
+    assert (scaled[status == -1] <= 0.1 * G).all() and (scaled[status == 1] > 1.2 * G).all()
+
+
+def test_where_all_capacities_are_known_the_fit_is_that_of_capacities(scan):
+    """A threshold that all motions reach between the levels, or all but few: then the fit to what is known of each."""
+    peaks = flat(scan["peak_displacement_free"].sel(building="right"))[:, 0]
+    lowest, highest = 12.0 * peaks.min(), 1.0 * peaks.max()
+    assert highest < lowest, "a threshold between both is reached by all motions between their levels"
+    threshold = float(np.sqrt(lowest * highest))
+    state = pr.DamageState("tiles", building="right", displacement=threshold)
+    found = pr.damage(scan, states=[state], method="ida").sel(state="tiles", pounding="without")
+    assert (found["capacity_status"] == 0).all()
+    recordings = np.repeat(scan["record_recording"].values, 2)
+    other = fit_capacities(0.1 * G * threshold / peaks, recordings)
+    assert float(found["median"]) == pytest.approx(other.median, rel=1e-6)
+    assert float(found["dispersion"]) == pytest.approx(other.dispersion, rel=1e-6)
+    errors = max(other.se_median, other.se_median_recordings)
+    assert float(found["median_error"]) == pytest.approx(errors, rel=1e-5)
+
+
+def test_demands_are_the_variables_of_the_scan(scan, stripes):
+    """Read here by hand, with contact at the scene's own gap and without."""
+    own = scan.sel(gap=0.01).isel(contact_model=0, yield_force=0)
+    heights = 6.0
+    expected = {
+        "cracks": (own["peak_displacement"], scan["peak_displacement_free"], "left", 0.006 * heights),
+        "tiles": (own["peak_displacement"], scan["peak_displacement_free"], None, 0.08),
+        "equipment": (own["peak_floor_acceleration"], scan["peak_floor_acceleration_free"], None, 2.0 * G),
+    }
+    for state, (*both, building, threshold) in expected.items():
+        for side, values in zip(("with", "without"), both, strict=True):
+            one = values.max("building") if building is None else values.sel(building=building)
+            found = stripes["demand_ratio"].sel(state=state, pounding=side)
+            np.testing.assert_allclose(flat(found), flat(one) / threshold, rtol=1e-12)
+    force = own["peak_contact_force"].isel(interface=0)
+    np.testing.assert_allclose(flat(stripes["demand_ratio"].sel(state="blow", pounding="with")), flat(force) / 2e5)
+    assert (stripes["demand_ratio"].sel(state="blow", pounding="without") == 0.0).all()
+    assert int(stripes["reached"].sel(state="blow", pounding="with").sum()) == int((force >= 2e5).sum()) > 0
+
+
+def test_stripes_are_fitted_as_scipy_does(stripes):
+    """The binomial likelihood of the counts, minimised without derivatives."""
+    for state in ("cracks", "tiles"):
+        for side in ("with", "without"):
+            one = stripes.sel(state=state, pounding=side)
+            reached, runs = one["reached"].values, one["runs"].values
+
+            def lost(point, reached=reached, runs=runs):
+                share = norm.cdf(np.log(stripes["level"].values / point[0]) / point[1]).clip(1e-300, 1.0 - 1e-16)
+                return -float((reached * np.log(share) + (runs - reached) * np.log1p(-share)).sum())
+
+            best = minimize(lost, [3.0, 0.5], method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12}).x
+            assert (float(one["median"]), float(one["dispersion"])) == pytest.approx(tuple(best), rel=1e-5)
+            curve = norm.cdf(np.log(stripes["im"].values / best[0]) / best[1])
+            np.testing.assert_allclose(one["probability"], curve, atol=1e-5)
+
+
+def test_ratios_are_with_over_without(ida):
+    median, at = ida["median"], ida["probability_at"]
+    np.testing.assert_allclose(ida["median_ratio"], median.sel(pounding="with") / median.sel(pounding="without"))
+    np.testing.assert_allclose(ida["at_intensity"], median.sel(pounding="without"))
+    compared = ida.isel(state=slice(0, 2))
+    np.testing.assert_allclose(compared["probability_at"].sel(pounding="without"), 0.5, rtol=1e-12)
+    np.testing.assert_allclose(compared["probability_ratio_at"], at.isel(state=slice(0, 2)).sel(pounding="with") / 0.5)
+    assert (compared["median_ratio_low"] < compared["median_ratio"]).all()
+    assert (compared["median_ratio"] < compared["median_ratio_high"]).all()
+    np.testing.assert_allclose(
+        compared["probability_ratio"],
+        compared["probability"].sel(pounding="with") / compared["probability"].sel(pounding="without"),
+    )
+
+
+def test_percentiles_of_demands_are_numpys(ida):
+    values = ida["demand_ratio"].sel(state="tiles", pounding="with")
+    found = ida["demand_percentile"].sel(state="tiles", pounding="with", percentile=84)
+    np.testing.assert_allclose(found, np.percentile(flat(values), 84, axis=0))
+
+
+def test_a_mirrored_scene_has_the_same_curves(ida):
+    """Buildings exchanged and polarities turned: each motion does in the mirror what it does here."""
+    turned = scene_text(*reversed(MASSES), law="linear", records=RECORDS, grid={**GRID, "gap": ["10 mm"]})
+    mirrored = pr.damage(pr.scan(tomllib.loads(turned), check_fraction=0.0), states=STATES, method="ida")
+    for name in ("median", "dispersion", "median_ratio", "reached", "median_ratio_low"):
+        np.testing.assert_allclose(mirrored[name], ida[name], rtol=2e-5, err_msg=name)
+
+
+def test_a_cloud_of_motions_as_recorded():
+    scene = scene_text(*MASSES, law="linear", records=RECORDS, gap="10 mm")
+    scan = pr.scan(tomllib.loads(scene), check_fraction=0.0)
+    found = pr.damage(scan, states=[*STATES[:2], STATES[3]], intensity="sa(0.6 s)", at="0.4 g")
+    assert found.attrs["method"] == "cloud" and found.sizes["level"] == 1
+    im, demand = flat(found["motion_intensity"]).ravel(), flat(found["demand_ratio"].isel(state=0, pounding=1)).ravel()
+    slope, start = np.polyfit(np.log(im), np.log(demand), 1)
+    assert float(found["median"].isel(state=0, pounding=1)) == pytest.approx(np.exp(-start / slope), rel=1e-9)
+    assert (found["at_intensity"] == 0.4 * G).all()
+    assert "the demand is 0 in" in str(found["fault"].sel(state="blow", pounding="without").item())
+    assert "Sa(0.6 s)" in found.attrs["finding"]
+
+
+def test_levels_of_a_measure_are_those_of_the_curves():
+    """Of PGV, whose unit is another; the capacity of a linear mass is again that of scaling."""
+    levels = [0.1, 0.2, 0.4, 0.8, 1.6]
+    asked = {"measure": "pgv", "levels": [f"{level} m/s" for level in levels]}
+    records = {"names": NAMES[:3], "window": ["0 s", "8 s"], "intensity": asked}
+    scan = pr.scan(tomllib.loads(scene_text(*MASSES, law="linear", records=records)), check_fraction=0.0)
+    found = pr.damage(
+        scan, states=[pr.DamageState("x", building="left", displacement="60 mm")], method="ida", at="50 cm/s"
+    )
+    assert found["level"].values.tolist() == levels and found.attrs["intensity"] == "pgv"
+    assert {found[name].attrs["units"] for name in ("level", "im", "median", "capacity", "at_intensity")} == {"m/s"}
+    assert found["at_intensity"].item() == 0.5 and "Median PGV" in found.attrs["finding"]
+    one = found.sel(state="x", pounding="without").squeeze("polarity")
+    peaks = scan["peak_displacement_free"].sel(building="left").squeeze("polarity").transpose("record", "intensity")
+    known = one["capacity_status"].values == 0
+    assert known.any()
+    np.testing.assert_allclose(one["capacity"][known], (0.1 * 0.06 / peaks[:, 0])[known], rtol=1e-6)
+
+
+def test_annual_rates_are_those_of_the_curves(scan):
+    hazard = Hazard("pga", np.array([0.5, 2.0, 20.0]), np.array([0.1, 5e-3, 2e-5]))
+    found = pr.damage(scan, states=STATES[:2], hazard=hazard, method="ida")
+    for state in found["state"].values:
+        for side in ("with", "without"):
+            one = found.sel(state=state, pounding=side)
+            rate = float(annual_rate(hazard, float(one["median"]), float(one["dispersion"])))
+            assert float(one["annual_rate"]) == pytest.approx(rate, rel=1e-12)
+            assert one["annual_rate_low"] < rate < one["annual_rate_high"]
+    rates = found["annual_rate"]
+    np.testing.assert_allclose(found["annual_rate_ratio"], rates.sel(pounding="with") / rates.sel(pounding="without"))
+    with pytest.raises(PoundingError, match="the hazard curve is one of pga, the fragility one against Sa"):
+        pr.damage(scan, states=STATES, hazard=hazard, intensity="sa(left)")
+
+
+def test_demands_of_storeys_and_columns(row):
+    """The largest of the storeys over their heights, of one storey, of yielding, and on a struck column."""
+    states = [
+        pr.DamageState("drift", drift=0.01),
+        pr.DamageState("first", building="A", storey=1, drift=0.01),
+        pr.DamageState("residual", building="A", residual_drift=0.002),
+        pr.DamageState("shear", building="A", storey_shear="80 kN"),
+        pr.DamageState("column", column_shear="1 kN"),
+        pr.DamageState("mass", building="B", ductility=2),
+    ]
+    found = pr.damage(row, states=states)["demand_ratio"].isel(polarity=0).transpose("state", "pounding", "record", ...)
+    own = row.sel(gap=0.01).isel(contact_model=0, yield_force=0, polarity=0).transpose("record", "pga", ...)
+    free = row.isel(polarity=0).transpose("record", "pga", ...)
+    heights = np.array([[3.0, 3.0, 3.0], [3.9, np.nan, np.nan]])
+    for side, part, ending in ((0, own, ""), (1, free, "_free")):
+        drifts = part[f"storey_drift{ending}"].values[:, :, :2] / heights
+        np.testing.assert_allclose(found[0, side], np.nanmax(drifts, axis=(2, 3)) / 0.01)
+        np.testing.assert_allclose(found[1, side], drifts[:, :, 0, 0] / 0.01)
+        rest = part[f"storey_residual_drift{ending}"].values[:, :, 0]
+        np.testing.assert_allclose(found[2, side], rest.max(axis=-1) / 3.0 / 0.002)
+        np.testing.assert_allclose(found[3, side], part[f"peak_storey_shear{ending}"].values[:, :, 0] / 8e4)
+        # A yielding single mass: its one drift over strength / stiffness.
+        np.testing.assert_allclose(
+            found[5, side], part[f"storey_drift{ending}"].values[:, :, 1, 0] / (15e4 / 40e6) / 2.0
+        )
+    columns = row["contact_point_kind"].values == "column"
+    assert 0 < columns.sum() < columns.size
+    force = own["contact_point_peak_contact_force"].values[..., columns].max(axis=-1)
+    np.testing.assert_allclose(found[4, 0], force / 1e3)
+    assert float(found[4, 0].max()) > 0.0 and (found[4, 1] == 0.0).all()
+
+
+def test_states_of_one_interface_or_contact_point(row):
+    label = str(row["contact_point"].values[0])
+    states = [
+        pr.DamageState("right", interface="B | wall", contact_force="1 kN"),
+        pr.DamageState("point", contact_point=label, contact_force="1 kN"),
+    ]
+    found = pr.damage(row, states=states)["demand_ratio"].sel(pounding="with").isel(polarity=0)
+    own = row.sel(gap=0.01).isel(contact_model=0, yield_force=0, polarity=0)
+    at_wall = own["peak_contact_force"].sel(interface="B | wall").transpose("record", "pga")
+    np.testing.assert_allclose(found.sel(state="right"), at_wall / 1e3)
+    point = own["contact_point_peak_contact_force"].isel(contact_point=0).transpose("record", "pga")
+    np.testing.assert_allclose(found.sel(state="point"), point / 1e3)
+
+
+def test_a_state_that_no_run_reaches_is_told(scan):
+    found = pr.damage(scan, states=[pr.DamageState("ruin", displacement="9 m")], method="ida")
+    assert np.isnan(found["median"]).all() and (found["reached"] == 0).all()
+    assert "ruin has no ratio, it is reached in 0 of 84 runs with and 0 of 84 runs without" in found.attrs["finding"]
+    told = " ".join(json.loads(found.attrs["told"]))
+    assert "ruin, with pounding: no curve: no motion reaches the state" in told
+    assert "No storey yields in the runs" in told and "5 recordings are few" in told and "widened for so few" in told
+
+
+def test_the_same_motions_give_the_same_bounds(scan, ida):
+    again = pr.damage(scan, states=STATES, method="ida")
+    assert again.identical(ida)
+
+
+def test_states_of_the_scene_and_a_file_that_overrides_them(scan, tmp_path):
+    text = '[[damage]]\nname = "cracks"\nbuilding = "left"\ndrift = "0.6 %"\n'
+    own = scan.assign_attrs(scene_resolved=scan.attrs["scene_resolved"] + "\n" + text)
+    del own.attrs["scene_sha256"]
+    assert pr.damage(own)["state_words"].item() == "storey drift of left ≥ 0.6 %"
+    file = tmp_path / "states.toml"
+    file.write_text(text.replace("0.6 %", "0.9 %"), encoding="utf-8")
+    assert pr.damage(own, states=file)["state_words"].item() == "storey drift of left ≥ 0.9 %"
+
+
+def test_the_dataset_and_its_table(ida, tmp_path):
+    assert kind_of(ida) == "damage" == ida.pounding.kind
+    assert ida.attrs["finding"] in repr(ida.pounding).replace("\n", " ")
+    pr.save(ida, tmp_path / "d.nc")
+    again = pr.open_results(tmp_path / "d.nc")
+    xr.testing.assert_allclose(again, ida)
+    rows = list(csv.DictReader(damage_table(again).splitlines()))
+    assert [row["state"] for row in rows[::2]] == [state.name for state in STATES]
+    assert float(rows[0]["median [m/s2]"]) == pytest.approx(float(ida["median"][0, 0]), rel=1e-12)
+    assert rows[7]["median [m/s2]"] == "" and rows[7]["fault"].startswith("no motion reaches the state")
+    assert damage_rows(ida)[0]["reached"] == int(ida["reached"][0, 0].sum())
+
+
+REFUSED = [
+    ({"states": [{"name": "x", "building": "lft", "drift": "1 %"}]}, r'"lft" is no building .*did you mean "left"'),
+    (
+        {"states": [{"name": "x", "ductility": 2}]},
+        "damage.x: ductility: no storey of it yields; write storey_strengths",
+    ),
+    ({"states": [{"name": "x", "column_shear": "1 kN"}]}, "damage.x: column_shear: no floor meets a column there"),
+    ({"states": [{"name": "x", "storey": 2, "drift": "1 %"}]}, "storey 2 is asked for, and the highest is 1"),
+    (
+        {"states": [{"name": "x", "contact_point": "left 1 | right 2", "contact_force": "1 N"}]},
+        r'damage.x: contact point "left 1 \| right 2" is not in the dataset \(did you mean "left 1 \| right 1"\?\)',
+    ),
+    ({"method": "idea"}, r'method: "idea" is none \(did you mean "ida"\?\); write stripes, ida, cloud'),
+    ({"gap": "11 mm"}, "gap 11 mm is not in the grid, which has 10 mm, 900 mm"),
+    ({"contact_model": "herz"}, "contact model 'herz' is not in the grid"),
+    ({"intensity": "sa(roof)"}, "intensity 'sa\\(roof\\)' is not known"),
+    ({"at": "3 s"}, 'at: "3 s" is a time, not an acceleration'),
+    ({"confidence": 0.3}, "confidence: 0.3 is 30 %"),
+    ({"states": None}, r"the dataset: the scene has no \[\[damage\]\]; write a file"),
+]
+
+
+@pytest.mark.parametrize(("asked", "words"), REFUSED)
+def test_what_cannot_be_answered_is_refused_with_its_repair(scan, asked, words):
+    with pytest.raises((PoundingError, SceneError), match=words):
+        pr.damage(scan, **{"states": STATES, **asked})
+
+
+def test_a_drift_needs_heights_and_a_building_that_moves(row):
+    bare = scene_text(*(single(name, "10 t", "0.5 s") for name in "AB"), records={"window": ["0 s", "2 s"]})
+    scan = pr.scan(tomllib.loads(bare), check_fraction=0.0)
+    with pytest.raises(PoundingError, match=r"damage.x: drift: of A no height is known; write storey_heights, or the"):
+        pr.damage(scan, states=[pr.DamageState("x", drift=0.01)])
+    with pytest.raises(PoundingError, match=r"damage.x: drift: wall is rigid and moves with the ground"):
+        pr.damage(row, states=[pr.DamageState("x", building="wall", drift=0.01)])
+    with pytest.raises(PoundingError, match=r"damage.x: ductility: it has no storey 2"):
+        pr.damage(row, states=[pr.DamageState("x", building="B", storey=2, ductility=2)])
