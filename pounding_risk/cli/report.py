@@ -45,7 +45,9 @@ def report(
     target_rate: TargetRate = None,
     others: Annotated[
         list[Path],
-        typer.Option("--with", help="What compare, accuracy or effects wrote (.nc or .zarr); repeat for several."),
+        typer.Option(
+            "--with", help="What compare, accuracy, effects or uncertainty wrote (.nc or .zarr); repeat for several."
+        ),
     ] = NONE,
     project: Annotated[str, option("Project, in the report's head.")] = "",
     author: Annotated[str, option("Author, in the report's head.")] = "",

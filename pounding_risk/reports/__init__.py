@@ -41,7 +41,7 @@ def report(
     hazard : str or Path, optional
         A hazard curve as `assess` takes it.
     also : iterable of xarray.Dataset, str or Path
-        Datasets of `compare`, `accuracy` and `effects`.
+        Datasets of `compare`, `accuracy`, `effects` and `uncertainty`.
     project : str
         Project, for the head of the report.
     author : str

@@ -37,7 +37,7 @@ NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "sta
 ADDED = ("peak_closing_free", "record_spectral_acceleration", "building_period")
 USED = ("building", "period", "record_pga", "peak_displacement_free")
 LONGEST = 200  # letters of a line in the head
-BESIDE = ("accuracy", "effects", "compare")  # calls whose datasets a report takes beside a scan
+BESIDE = ("accuracy", "effects", "compare", "uncertainty")  # calls whose datasets a report takes beside a scan
 
 
 class Signature(NamedTuple):

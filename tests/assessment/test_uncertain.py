@@ -262,6 +262,17 @@ def test_the_figure_says_what_was_found(of_scene, scanned):
         uncertainty_figure(scanned)
 
 
+def test_a_report_has_a_section_of_it_beside_the_scan(of_scene, tmp_path):
+    stated = pr.scan(uncertain_scene().replace("uncertain.samples=0"))
+    page = pr.report(stated, tmp_path / "r.html", also=[of_scene]).read_text(encoding="utf-8")
+    assert "Uncertain numbers" in page
+    part = of_scene.isel(interface=0)
+    for words in (LEFT, "total share", "P(contact) at a gap of 80 mm"):
+        assert words in page, words
+    assert f"{100 * float(part['variance_share'][1]):.0f} % comes from the motions" in page
+    assert "Uncertain numbers" not in pr.report(stated, tmp_path / "s.html").read_text(encoding="utf-8")
+
+
 def test_results_are_written_and_replaced_by_their_own_kind_alone(of_scene, tmp_path):
     study = uncertain_scene(samples=4)
     file = tmp_path / "u.nc"
