@@ -148,6 +148,18 @@ def test_a_gap_that_is_uncertain_moves_what_is_required_by_as_much():
     assert float(part["judged_gap"]) == pytest.approx(0.08)
 
 
+def test_it_depends_where_each_polarity_alone_would_answer_otherwise(scanned):
+    closing = scanned["peak_closing_free"].squeeze("interface").transpose("polarity", ...).values
+    shares = {gap: (closing > gap).reshape(2, -1).mean(axis=1) for gap in np.linspace(0.08, 0.2, 40).tolist()}
+    gap, apart = max(shares.items(), key=lambda item: float(np.ptp(item[1])) * bool(max(item[1]) < 0.45))
+    assert np.ptp(apart) > 0.02
+    part = pr.uncertainty(scanned, gap=gap, target=float(np.mean(apart))).isel(interface=0)
+    assert part["verdict"].item() == "depends"
+    assert "Each polarity alone would answer otherwise" in part["sentence"].item()
+    wide = pr.uncertainty(scanned, gap=0.01, target=0.1).isel(interface=0)
+    assert wide["verdict"].item() == "inadequate" and float(wide["judged_probability_low"]) > 0.1
+
+
 def test_indices_on_a_design_and_points_at_quantiles(of_scene):
     part = of_scene.isel(interface=0)
     assert list(part["uncertain_number"].values) == [LEFT, RIGHT]
