@@ -140,7 +140,8 @@ class VariantJob(Job):
         """The dataset without the values of its cases: what differs along an axis has it as a dimension."""
         base, gathered = self._first.template, self._gathered()
         names = tuple(axis.name for axis in self.variants.axes)
-        skeleton = base.skeleton.assign_coords(axis_coordinates(self.variants.axes))
+        told = {} if self.study.uncertain is None else self.study.uncertain.attributes()
+        skeleton = base.skeleton.assign_coords(axis_coordinates(self.variants.axes, told))
         # Where a gap is drawn its label is the stated one, and `interface_gap` says which each sample has.
         skeleton = skeleton.assign_coords(gap=base.skeleton["gap"].variable.copy(data=np.array(self.study.grid.gaps)))
         one_amplitude = {} if "pga" in skeleton.sizes else {"pga": 0}  # which is no dimension

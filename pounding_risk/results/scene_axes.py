@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from hashlib import sha256
 from math import inf, isclose
 from typing import TYPE_CHECKING, Any
@@ -62,14 +62,17 @@ def axes_of(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
         ) from None
 
 
-def axis_coordinates(axes: Iterable[SceneAxis]) -> dict[str, Any]:
-    """Labels of the axes, as xarray takes them: the values of each key along its dimension."""
+def axis_coordinates(axes: Iterable[SceneAxis], more: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Labels of the axes, as xarray takes them: the values of each key along its dimension.
+
+    ``more`` are attributes of labels, by name.
+    """
     coords: dict[str, Any] = {}
     for axis in axes:
         for key, labels in axis.labels().items():
             words = f"value of {key} of the scene" if key in axis.keys else SAMPLES
             attrs = {"long_name": words} if labels.unit is None else described(labels.unit, words)
-            coords[key] = (axis.name, list(labels.values), attrs)
+            coords[key] = (axis.name, list(labels.values), {**attrs, **more.get(key, {})})
     return coords
 
 

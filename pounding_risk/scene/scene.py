@@ -640,19 +640,18 @@ def scene_of(
 
 
 class Scenes:
-    """The scenes that a scene becomes as keys of its axes are set; tables and overrides are those it is made from."""
+    """The scenes that a scene becomes as keys are set; ``tables`` and ``overrides`` are those that it is made from."""
 
     def __init__(self, study: Scene, tables: Mapping[str, Any], overrides: Sequence[str]):
         self._text, self._source, self._asked = study.text, study.source, keeping_axes(overrides)
         # With what was set from outside, so that setting it again changes nothing in sections that are not read again.
         self._tables = overridden(without_axes(tables), self._asked, study.source)
-        draft, _, _ = read_tables(self._tables, self._asked, study.source)
-        self._same = untouched(draft, (key for axis in study.axes for key in axis.keys))
+        self._draft, _, _ = read_tables(self._tables, self._asked, study.source)
 
     def made(self, overrides: Sequence[str]) -> Scene:
         """The scene with these values set, and no axes."""
-        asked = (*self._asked, *overrides)
-        return scene_of(self._tables, self._source, asked, text=self._text, same=self._same)
+        asked, same = (*self._asked, *overrides), untouched(self._draft, overrides)
+        return scene_of(self._tables, self._source, asked, text=self._text, same=same)
 
 
 def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault]]:

@@ -142,9 +142,9 @@ def _with_table(section: Section, folder: Path) -> tuple[Section, list[Fault]]:
         return replace(section, values=others), [section.fault("table", sentence) for _, sentence in error.faults]
 
 
-def untouched(draft: Draft, keys: Iterable[str]) -> Same:
-    """The sections of a scene in which nothing changes where keys of these addresses do."""
-    touched = {key.partition(".")[0] for key in keys}
+def untouched(draft: Draft, overrides: Iterable[str]) -> Same:
+    """The sections of a scene in which these overrides change nothing."""
+    touched = {text.partition("=")[0].partition(".")[0].strip(" \"'") for text in overrides}
     return {name: sections for name, sections in draft.sections.items() if name not in touched}
 
 

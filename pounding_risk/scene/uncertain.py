@@ -11,14 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.scene.distributions import Array, Continuous, Discrete, Distribution
+from pounding_risk.scene.distributions import VALUE, WIDTH, Array, Continuous, Discrete, Distribution
 from pounding_risk.scene.sampling import SOBOL, correlated, inside, points_of
 from pounding_risk.scene.scene_axis import SAMPLE, SceneAxis
 from pounding_risk.units import Quantity, exact, say
 
 GIVEN = "given"  # the method of points that the scene gives
 TOLD = 1e-6  # a cut of less than this is not told
-LEAST_LEFT = 1e-6  # a distribution of which less than this is left lies outside
+LEAST_LEFT = 1e-6  # a distribution of which less than this is left lies outside; of this it has ten digits
 
 
 class Correlation(NamedTuple):
@@ -63,9 +63,10 @@ class UncertainNumber:
         return self._below(self.ends[1]) - self._below(self.ends[0])
 
     def _below(self, end: float) -> float:
-        if not isinstance(self.distribution, Continuous):
-            return float(end > 0.0)
-        return float(end > 0.0) if abs(end) == inf else self.distribution.below(end)
+        """The probability of less than one of the ends; those of discrete values are infinite."""
+        if isinstance(self.distribution, Continuous) and abs(end) < inf:
+            return self.distribution.below(end)
+        return float(end > 0.0)
 
     def values(self, probability: Array) -> tuple[Any, ...]:
         """The values that are not reached with these probabilities, as a scene file has them.
@@ -109,7 +110,7 @@ class UncertainNumber:
         in_unit = {
             key: exact(value, self.quantity)
             for key, value in values.items()
-            if self.quantity is not None and (key not in kinds or kinds[key].kind in ("value", "width"))
+            if self.quantity is not None and (key not in kinds or kinds[key].kind in (VALUE, WIDTH))
         }
         return {"distribution": self.distribution.name()} | values | in_unit
 
@@ -189,6 +190,11 @@ class UncertainNumbers:
             matrix[one, other] = matrix[other, one] = correlation.value
         return tuple(map(tuple, matrix.tolist()))
 
+    @property
+    def drawn(self) -> str:
+        """How the samples are drawn, such as "sobol, seed 1"."""
+        return "at points that are given" if self.given else f"{self.method}, seed {self.seed}"
+
     @cached_property
     def axis(self) -> SceneAxis:
         """The dimension of a scan along which the samples lie."""
@@ -201,11 +207,14 @@ class UncertainNumbers:
 
     def described(self) -> Iterator[tuple[str, str]]:
         """How many samples there are and how they are drawn, and each number with its distribution."""
-        how = "at points that are given" if self.given else f"{self.method}, seed {self.seed}"
-        yield "samples", f"{self.samples}, {how}"
+        yield "samples", f"{self.samples}, {self.drawn}"
         yield from ((number.key, number.words()) for number in self.numbers)
         for correlation in self.correlations:
             yield "correlation", f"{correlation.value:g} of {' and '.join(correlation.between)} (Gaussian copula)"
+
+    def attributes(self) -> dict[str, dict[str, str]]:
+        """What a dataset says of its labels: how the samples are drawn, and the distribution of each number."""
+        return {SAMPLE: {"drawn": self.drawn}} | {one.key: {"distribution": one.words()} for one in self.numbers}
 
     def notes(self) -> Iterator[str]:
         """A sentence for each distribution that is cut, and for Sobol points that are not balanced."""

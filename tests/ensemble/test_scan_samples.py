@@ -27,6 +27,8 @@ def test_a_scan_of_samples_equals_a_loop_of_set():
     whole = equals_the_loop(uncertain_text(THREE | wide, samples=3), check_fraction=0.3)
     assert whole["impact_count"].dims[0] == "sample" and list(whole["sample"]) == [0, 1, 2]
     assert whole["building.left.period"].dims == ("sample",) and whole["building.left.period"].attrs["units"] == "s"
+    assert whole["building.left.period"].attrs["distribution"] == "lognormal, median 0.5 s, dispersion 0.2"
+    assert whole["sample"].attrs["drawn"] == "sobol, seed 1"
     notes = json.loads(whole.attrs["notes"])
     assert any("which leaves out 13.7 % of it" in note for note in notes)
     assert any("3 samples are no power of two" in note for note in notes)
@@ -70,13 +72,12 @@ def test_gaps_of_a_row_that_are_drawn_equal_a_loop_of_set():
     assert whole["interface_gap"].dims == ("sample", "gap", "interface")
 
 
-@pytest.fixture(scope="module")
-def eight():
-    return scan(parse_scene(uncertain_text(samples=8)), check_fraction=0.1)
-
-
-def test_files_and_shards_have_the_same_bits_and_are_run_again(eight, tmp_path):
-    study, target = parse_scene(uncertain_text(samples=8)), tmp_path / "r.nc"
+def test_files_and_shards_have_the_same_bits_and_are_run_again(tmp_path):
+    """With words among the values of a number: of 8 Sobol points each quarter of the probability has two."""
+    words = {"interface.restitution": {"distribution": "discrete", "values": ["concrete", 0.6], "weights": [1, 3]}}
+    study, target = parse_scene(uncertain_text(THREE | words, samples=8)), tmp_path / "r.nc"
+    eight = scan(study, check_fraction=0.1)
+    assert sorted(eight["interface.restitution"].values) == ["0.6"] * 6 + ["concrete"] * 2
     for number in (2, 1):
         scan_shard(study, target, f"{number}/2", check_fraction=0.1)
     same_scan(scan(study, target, check_fraction=0.1), eight)

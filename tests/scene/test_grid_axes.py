@@ -150,3 +150,13 @@ def test_records_of_buildings_are_no_axis():
     assert all(
         "changes the records of their own that buildings stand on; run one scene" in fault for fault in faults(axes)
     )
+
+
+def test_values_are_set_in_whatever_section_they_stand():
+    """Of a scene without axes too, whose sections were read once: by any address, after what was set before."""
+    study = parse_scene(pair_text({}), overrides=['records.tail="1 s"', 'building.left.mass="4 t"'])
+    made = Variants(study, axes=(PERIODS,))
+    assert made.scene(2).buildings[0].period == 0.7 and made.scene(2).records.tail == 1.0
+    for text in ('building.left.period="0.4 s"', "interface.restitution=0.5", 'records.tail="2 s"', "solver.rtol=1e-5"):
+        alone = parse_scene(pair_text({}), overrides=[*study.overrides, text])
+        assert made.made([text]) == alone != study
