@@ -46,7 +46,7 @@ class Oscillators(NamedTuple):
     """Oscillators and the room in which they pass a slab."""
 
     maps: Any  # (oscillators, COLUMNS)
-    paths: Any  # (u and u̇, oscillators up to a multiple of LANES, ROOM)
+    paths: Any  # (u and u̇, oscillators, ROOM)
     extents: Any  # (oscillators, 3)
     terms: Any  # (TERMS,) of a difference between two nodes, in the time over the step
     desk: Any  # (ROWS * LANES,) of the oscillators that go side by side
@@ -56,10 +56,10 @@ def room_for(count: int) -> Oscillators:
     """Room for so many oscillators, which `fill_maps` writes into."""
     return Oscillators(
         np.empty((count, COLUMNS)),
-        np.zeros((2, -(-count // LANES) * LANES, ROOM)),
+        np.zeros((2, count, ROOM)),
         np.empty((count, 3)),
         np.empty(TERMS),
-        np.empty(ROWS * LANES),
+        np.zeros(ROWS * LANES),
     )
 
 
@@ -80,18 +80,6 @@ def fill_maps(periods, dampings, h, maps):
             maps[k, SPREAD] = turn * (0.5 * dampings[k] + 0.125 * turn) / (1.0 - dampings[k] * turn)
             for kind in range(4):
                 maps[k, U + kind], maps[k, V + kind] = series(kind, omega * omega, 2.0 * dampings[k] * omega, h)
-
-
-@small
-def sit_down(start, states, those):
-    """The oscillators from number ``start`` on take the lanes, the last one those that are left over."""
-    desk = those.desk
-    for lane in range(LANES):
-        k = min(start + lane, states.shape[0] - 1)
-        for column in range(AT):
-            desk[column * LANES + lane] = those.maps[k, column]
-        desk[AT * LANES + lane], desk[RATE * LANES + lane] = states[k, 0], states[k, 1]
-        those.paths[0, start + lane, 0], those.paths[1, start + lane, 0] = states[k, 0], states[k, 1]
 
 
 @small
@@ -119,18 +107,24 @@ def step_lanes(here, rise, desk):
 def follow_slab(nodes, first, steps, states, those):
     """Each oscillator from its state at node ``first`` through a slab; its state becomes that at the end.
 
-    Fills u and u̇ at the nodes, those after the last as the last, and `PULL`.
+    Fills u and u̇ at the nodes, those after the last as the last, and `PULL`. Lanes without an oscillator go along.
     """
     maps, paths, desk = those.maps, those.paths, those.desk
     shaking = 0.0
     for node in range(first, first + steps + 1):
         shaking = larger(abs(nodes[node]), shaking)
     for start in range(0, states.shape[0], LANES):
-        sit_down(start, states, those)
+        few = min(LANES, states.shape[0] - start)
+        for lane in range(few):
+            k = start + lane
+            for column in range(AT):
+                desk[column * LANES + lane] = maps[k, column]
+            desk[AT * LANES + lane], desk[RATE * LANES + lane] = states[k, 0], states[k, 1]
+            paths[0, k, 0], paths[1, k, 0] = states[k, 0], states[k, 1]
         for step in range(steps):
             here = nodes[first + step]
             step_lanes(here, nodes[first + step + 1] - here, desk)
-            for lane in range(LANES):
+            for lane in range(few):
                 paths[0, start + lane, step + 1] = desk[AT * LANES + lane]
                 paths[1, start + lane, step + 1] = desk[RATE * LANES + lane]
     for k in range(states.shape[0]):
