@@ -384,7 +384,8 @@ def dataset_of(
     ):
         variable = xr.Variable((axis.name, *MOTIONS, of), values, described("m", long_name)).isel(one_amplitude)
         dataset = dataset.assign({name: variable})
-    dataset = dataset.assign_coords(axis_coordinates((axis,)) | _facts_that_differ(axis.name, work.facts))
+    told = {} if study.uncertain is None else study.uncertain.attributes()
+    dataset = dataset.assign_coords(axis_coordinates((axis,), told) | _facts_that_differ(axis.name, work.facts))
     dataset.attrs = {
         "Conventions": CONVENTIONS,
         "title": f"{study.name}: motion without contact of samples".removeprefix(": "),
