@@ -206,9 +206,9 @@ def outcome_shares(outcomes: NDArray[np.bool_], recordings: Labels) -> tuple[Arr
         (shared**2).sum(1),
         rows.sum(1) ** 2,
     )
-    found = _components(sums)
+    components = _components(sums)
     with np.errstate(divide="ignore", invalid="ignore"):
-        shares = [np.clip(part / found.total, 0.0, 1.0) for part in (found.samples, found.motions)]
+        shares = [np.clip(part / components.total, 0.0, 1.0) for part in (components.samples, components.motions)]
     return np.nan_to_num(shares[0]), np.nan_to_num(shares[1])
 
 

@@ -81,10 +81,10 @@ def sobol_indices(outputs: Array, numbers: int, confidence: float) -> tuple[Indi
 
     def indices(rows: Any) -> Array:
         chosen = parts[:, :, rows]
-        found = stats.sobol_indices(
+        indices_of_rows = stats.sobol_indices(
             func={"f_A": chosen[:, 0], "f_B": chosen[:, 1], "f_AB": chosen[:, 2:].swapaxes(0, 1)}, n=num
         )
-        return np.stack([found.first_order, found.total_order]).reshape(2, len(parts), numbers)  # scipy drops an axis
+        return np.stack([indices_of_rows.first_order, indices_of_rows.total_order]).reshape(2, len(parts), numbers)
 
     shape = (2, len(outputs), numbers)
     value, low, high = (np.full(shape, np.nan) for _ in range(3))

@@ -114,7 +114,7 @@ def uncertainty(
         Along ``interface``: P(contact) over ``gap`` with bounds, and its percentiles over the samples; required gaps;
         the deviations of ln closing that parameters, motions and their interaction have; fragilities; indices of each
         ``uncertain_number``, and for a scene each output at its 10 % and 90 % quantiles. ``verdict``, ``sentence`` and
-        ``narrowing`` are words, the attribute ``told`` what is assumed.
+        ``narrowing`` are words, the attribute ``assumptions`` says what is assumed and left out.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def uncertainty(
             )
     else:
         subject = sampled_scene(subject, samples, num, workers, progress)
-    dataset = assessed(subject, asked._replace(level=level_asked(subject.place, pga, intensity_level)))
+    dataset = assessed(subject, asked._replace(level=level_asked(subject.first_sample, pga, intensity_level)))
     if file is not None:
         save(dataset, file)
     return dataset
@@ -175,18 +175,19 @@ def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
             for key, values in zip(subject.keys, subject.values, strict=True)
         }
     )
-    told = [*subject.told, *words.of_few(closings[0], asked.criterion), *record_doubts(subject.place)]
+    few = words.of_few(closings[0], asked.criterion)
+    assumptions = [*subject.assumptions, *few, *record_doubts(subject.first_sample)]
     about = {
         "title": subject.title,
         "asked": asked.criterion.words,
         "samples": subject.words,
         "motions": subject.motions_words(asked.level),
-        "told": json.dumps(told, ensure_ascii=False),
+        "assumptions": json.dumps(assumptions, ensure_ascii=False),
         **asked.criterion._asdict(),
         **created("pounding_risk.uncertainty"),
     }
-    kept = {name: value for name, value in subject.dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)}
-    return dataset.assign_attrs(kept | about)
+    of_run = {name: value for name, value in subject.dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)}
+    return dataset.assign_attrs(of_run | about)
 
 
 def _interface(
@@ -266,7 +267,7 @@ def _required(closings: CrossedClosings, criterion: Criterion) -> dict[str, Any]
     """Required gaps at the percentiles, over samples and motions, and over the samples."""
     percentiles = _percentiles(criterion)
     required = closings.required(percentiles, criterion.confidence)
-    each = np.percentile(np.percentile(closings.closing, percentiles, axis=1), OVER_SAMPLES, axis=1).T
+    over_samples = np.percentile(np.percentile(closings.closing, percentiles, axis=1), OVER_SAMPLES, axis=1).T
     gap = "gap that a percentile of samples and motions together needs"
     return {
         "required_gap": ("percentile", [one.gap for one in required], described("m", gap)),
@@ -283,7 +284,7 @@ def _required(closings: CrossedClosings, criterion: Criterion) -> dict[str, Any]
         ),
         "required_gap_of_samples": (
             ("percentile", "sample_percentile"),
-            each,
+            over_samples,
             described("m", "percentiles over the samples of the gap that a percentile of the motions needs"),
         ),
     }
@@ -308,10 +309,10 @@ def _of_samples(closings: CrossedClosings, gap: float, criterion: Criterion) -> 
 def _variances(analysis: Analysis, unit: str, confidence: float) -> dict[str, Any]:
     """Standard deviations by what they come from, with bounds, and each as a share of the variance."""
     of = (
-        lambda found: found.samples,
-        lambda found: found.motions,
-        lambda found: found.interaction,
-        lambda found: found.total,
+        lambda components: components.samples,
+        lambda components: components.motions,
+        lambda components: components.interaction,
+        lambda components: components.total,
     )
     bounds = np.sqrt([analysis.variance_bounds(one, confidence) for one in of])
     shares = _shares(analysis.all)
@@ -325,8 +326,8 @@ def _variances(analysis: Analysis, unit: str, confidence: float) -> dict[str, An
     }
 
 
-def _shares(found: Components) -> Array:
-    parts = np.maximum([found.samples, found.motions, found.interaction], 0.0)
+def _shares(components: Components) -> Array:
+    parts = np.maximum([components.samples, components.motions, components.interaction], 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.append(parts / parts.sum(), 1.0)
 

@@ -40,8 +40,8 @@ class Capacities(NamedTuple):
     @classmethod
     def of(cls, subject: Samples, index: int, closings: CrossedClosings, gap: float, asked: Asked) -> Capacities:
         """The capacities at a gap [m] of an interface."""
-        place = data.interfaces(subject.place)[index][1]
-        intensity = usual_intensity(place) if asked.intensity is None else asked.intensity
+        one_sample = data.interfaces(subject.first_sample)[index][1]
+        intensity = usual_intensity(one_sample) if asked.intensity is None else asked.intensity
         if intensity.startswith("sa(") and spectral(intensity[3:-1]) is None:
             if asked.intensity is not None:
                 raise PoundingError(
@@ -49,10 +49,10 @@ class Capacities(NamedTuple):
                     "such as sa(0.5 s)"
                 )
             intensity = "pga"
-        fault = cls._fault(subject, index, closings, gap, place)
+        fault = cls._fault(subject, index, closings, gap, one_sample)
         if fault:
             return cls(None, closings.recordings, intensity, fault)
-        ims = data.intensities(place, intensity)
+        ims = data.intensities(one_sample, intensity)
         ims = ims[:, min(subject.level(asked.level), ims.shape[1] - 1)][closings.order]
         reach = np.log(gap) - np.log(closings.closing)
         logs = np.log(ims) + reach
@@ -60,8 +60,8 @@ class Capacities(NamedTuple):
         return cls(None if fault else logs, closings.recordings, intensity, fault)
 
     @staticmethod
-    def _fault(subject: Samples, index: int, closings: CrossedClosings, gap: float, place: Any) -> str:
-        if not data.is_linear(place):
+    def _fault(subject: Samples, index: int, closings: CrossedClosings, gap: float, one_sample: Any) -> str:
+        if not data.is_linear(one_sample):
             return "the motion without contact is not linear: closings do not grow with the motion"
         if subject.is_inner(index) and "impact_count" in subject.dataset:
             return "contact elsewhere in the row may push buildings across the gap, which does not grow with the motion"
@@ -81,13 +81,13 @@ class Capacities(NamedTuple):
         from scipy.stats import t as student
 
         analysis = analysed(self.logs, self.recordings)
-        found, counted = analysis.all, counted_outcomes(self.logs, self.recordings, analysis)
+        components, counted = analysis.all, counted_outcomes(self.logs, self.recordings, analysis)
         alone, total = (
             np.sqrt(analysis.variance_bounds(of, confidence))
             for of in (lambda one: one.motions + one.interaction, lambda one: one.total)
         )
         # Of the mean over samples and motions; a component below 0 counts as none.
-        samples, motions, rest = (max(float(part), 0.0) for part in found[:3])
+        samples, motions, rest = (max(float(part), 0.0) for part in components[:3])
         variance = samples / counted.samples + motions / counted.motions + rest / (counted.samples * counted.motions)
         freedom = max(min(counted.motions, float(counted.samples)) - 1.0, 1.0)
         half = float(student.ppf(0.5 * (1.0 + confidence), freedom)) * np.sqrt(variance)

@@ -105,7 +105,7 @@ class Samples:
         Of each key its value in each sample.
     moved, design : xarray.Dataset, optional
         The same at the points of a tornado and of Sobol indices; of a scene alone.
-    told : tuple of str
+    assumptions : tuple of str
         What is assumed and left out.
     """
 
@@ -114,15 +114,15 @@ class Samples:
     values: tuple[NDArray[Any], ...]
     title: str
     words: str
-    told: tuple[str, ...]
+    assumptions: tuple[str, ...]
     moved_dataset: xr.Dataset | None = None
     design_dataset: xr.Dataset | None = None
 
     @cached_property
-    def place(self) -> xr.Dataset:
+    def first_sample(self) -> xr.Dataset:
         """The dataset of the first sample, for what is the same in all."""
-        place = with_axes(self.dataset.isel({SAMPLE: [0]}))
-        return place.isel({SAMPLE: 0}, drop=True) if SAMPLE in place.dims else place
+        one_sample = with_axes(self.dataset.isel({SAMPLE: [0]}))
+        return one_sample.isel({SAMPLE: 0}, drop=True) if SAMPLE in one_sample.dims else one_sample
 
     @property
     def interfaces(self) -> tuple[str, ...]:
@@ -143,17 +143,17 @@ class Samples:
 
     def motions(self, index: int) -> data.Motions:
         """The motions of an interface in the first sample: their names, recordings and amplitudes."""
-        return data.motions_of(data.interfaces(self.place)[index][1])
+        return data.motions_of(data.interfaces(self.first_sample)[index][1])
 
     def level(self, asked: int | None) -> int:
         """Index of the assessed amplitude."""
-        return own_level(self.place) if asked is None else asked
+        return own_level(self.first_sample) if asked is None else asked
 
     def motions_words(self, level: int | None) -> str:
         """How many motions of how many recordings at which amplitude, in words."""
         motions = self.motions(0)
         many = f"{counted(len(motions.records), 'motion')} of {counted(int(motions.recordings.max()) + 1, 'recording')}"
-        return f"{many} {amplitude_words(self.place, motions.amplitudes[self.level(level)])}"
+        return f"{many} {amplitude_words(self.first_sample, motions.amplitudes[self.level(level)])}"
 
     def gap(self, index: int) -> float:
         """The scene's own gap at an interface [m]."""
@@ -176,7 +176,7 @@ class Samples:
 
     def is_inner(self, index: int) -> bool:
         """True where what stands further along the row may push a building of the interface."""
-        return "interior" in self.place["building_position"].values[index : index + 2]
+        return "interior" in self.first_sample["building_position"].values[index : index + 2]
 
     def _pushed(self, one: xr.Dataset, level: int | None) -> Array:
         """As `demands.motions_of`: the most that is closed in runs that touch at a gap which is left open alone."""
@@ -211,7 +211,7 @@ class Samples:
             raise PoundingError(
                 f"output: {shown(name)} is none{nearest(name, known)}; it may be {', '.join(known)}{why}"
             )
-        case = own_case(self.place) | {"interface": index, "building": slice(index, index + 2)}
+        case = own_case(self.first_sample) | {"interface": index, "building": slice(index, index + 2)}
         case[amplitude_axis(self.dataset)] = self.level(asked.level)
         variable = self.dataset[name]
         values = _by_sample(variable.isel({axis: at for axis, at in case.items() if axis in variable.dims}), 0)
@@ -318,8 +318,8 @@ def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
     others = [one.name for one in axes_of(dataset) if one.name != SAMPLE and dataset.sizes.get(one.name, 1) > 1]
     if others:
         raise PoundingError(f"{source}: has several values of {' and '.join(others)}; choose one of each with sel")
-    place = dataset.isel({SAMPLE: [0]})
-    data.check_dataset(with_axes(place, source), source)
+    one_sample = dataset.isel({SAMPLE: [0]})
+    data.check_dataset(with_axes(one_sample, source), source)
     values = tuple(np.asarray(dataset[key].values) for key in axis.keys)
     size = dataset.sizes[SAMPLE]
     return Samples(
@@ -328,11 +328,11 @@ def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
         values,
         str(dataset.attrs.get("title", "")),
         f"{size} samples of {counted(len(axis.keys), 'number')}",
-        tuple(_told_of_dataset(dataset, axis.keys)),
+        tuple(_assumptions_of_dataset(dataset, axis.keys)),
     )
 
 
-def _told_of_dataset(dataset: xr.Dataset, keys: tuple[str, ...]) -> Iterator[str]:
+def _assumptions_of_dataset(dataset: xr.Dataset, keys: tuple[str, ...]) -> Iterator[str]:
     yield (
         "The samples are counted as if they were drawn independently; those of a Latin hypercube or Sobol points are "
         "spread more evenly, so that bounds are wider than need be."
@@ -380,7 +380,7 @@ def sampled_scene(
         tuple(np.asarray(whole[key].values)[: len(drawn)] for key in uncertain.keys),
         str(whole.attrs.get("title", "")),
         "; ".join(f"{name}: {said}" for name, said in uncertain.described()).removeprefix("samples: "),
-        tuple(_told_of_scene(uncertain, whole)),
+        tuple(_assumptions_of_scene(uncertain, whole)),
         pieces[1],
         pieces[2] if num else None,
     )
@@ -396,7 +396,7 @@ def independent_points(points: Array, uncertain: Any) -> Array:
     return np.asarray(ndtr(np.linalg.solve(factor, ndtri(points).T).T))
 
 
-def _told_of_scene(uncertain: Any, free: xr.Dataset) -> Iterator[str]:
+def _assumptions_of_scene(uncertain: Any, free: xr.Dataset) -> Iterator[str]:
     """What is assumed and left out where a scene is run without contact."""
     yield (
         "No run of contact: whether a motion closes a gap follows from the motion without contact, whatever the "

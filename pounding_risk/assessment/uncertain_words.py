@@ -66,8 +66,8 @@ def verdict_of(
 def _why(word: str, criterion: Criterion, by_polarity: dict[str, float]) -> str:
     target = f"the target of {percent_words(criterion.target)}"
     if by_polarity:
-        each = ", ".join(f"{name} {share_words(share)}" for name, share in by_polarity.items())
-        return f". Each polarity alone would answer otherwise to {target}: {each}."
+        answers = ", ".join(f"{name} {share_words(share)}" for name, share in by_polarity.items())
+        return f". Each polarity alone would answer otherwise to {target}: {answers}."
     if word == DEPENDS:
         return f". Samples and motions leave open on which side of {target} it is."
     return f", {'within' if word == ADEQUATE else 'above'} {target} throughout."
@@ -99,10 +99,12 @@ def parts_words(part: xr.Dataset) -> str:
     whose = "ln closing" if str(part["chosen_output"].item()) in OUTPUT_WORDS else "the output"
     ordered = sorted(("motions", "parameters", "interaction"), key=lambda name: -share[name])
     words = {"motions": "the motions", "parameters": "the uncertain numbers", "interaction": "both together"}
-    each = ", ".join(f"{_share(share[name])} from {words[name]}" for name in ordered).replace(" from", " comes from", 1)
+    parts = ", ".join(f"{_share(share[name])} from {words[name]}" for name in ordered).replace(
+        " from", " comes from", 1
+    )
     unit = str(part["dispersion"].attrs["units"])
     total = f"{deviation['total']:.2g}" if unit == "1" else _said(deviation["total"], unit)
-    return f"Of the variance of {whose} {each} (deviation {total} in all)."
+    return f"Of the variance of {whose} {parts} (deviation {total} in all)."
 
 
 def narrowing(part: xr.Dataset, closings: CrossedClosings, gap: float, criterion: Criterion) -> list[str]:

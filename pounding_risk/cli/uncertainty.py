@@ -108,7 +108,7 @@ def print_uncertainty(dataset: Any, tornado: bool = False) -> None:
         _print_indices(part)
         if tornado:
             _print_tornado(part)
-    print_notes(json.loads(dataset.attrs["told"]))
+    print_notes(json.loads(dataset.attrs["assumptions"]))
     print_left_out(json.loads(dataset.attrs.get("left_out", "[]")))
     print_flags(json.loads(dataset.attrs.get("flags", "{}")))
 

@@ -25,8 +25,7 @@ class Variants:
     def __init__(self, study: Scene, axes: Sequence[SceneAxis] | None = None):
         self.study, self.axes = study, tuple(study.axes if axes is None else axes)
         self.shape, self.count = shape_of_axes(self.axes), count_of(self.axes)
-        # Of these axes, which the study may not have: only sections that they change are read again.
-        self._made = Scenes(study.updated(axes=self.axes), parse_toml(study.text, study.source), study.overrides)
+        self._made = Scenes(study, parse_toml(study.text, study.source), study.overrides)
         self._scenes: dict[int, Scene] = {}
 
     def places(self, number: int) -> tuple[int, ...]:

@@ -29,9 +29,9 @@ from pounding_risk.models.structures.contact_points import FLOOR
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.ensemble import MotionEnsemble
 from pounding_risk.motions.intensity import LEAST_PERIOD
-from pounding_risk.motions.levels import Level
+from pounding_risk.motions.levels import driven
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.request import POLARITIES
+from pounding_risk.motions.request import AS_RECORDED, POLARITIES
 from pounding_risk.results.attributes import as_text, told
 from pounding_risk.results.labels import CONVENTIONS, NEEDED, axes_of_motions, flags_of, made_from, skeleton
 from pounding_risk.results.provenance import provenance
@@ -185,7 +185,7 @@ class AtOnce(FreeJob):
         """(samples, polarities, amplitudes, interfaces) and (samples, polarities, amplitudes, buildings)."""
         motion, grid = self.motions[number], self.study.grid
         found = self.pairs.closings(motion.acceleration, motion.dt)
-        factors = np.array([_factor(level, motion) for level in grid.amplitudes])
+        factors = np.array([driven(motion, AS_RECORDED, level).pga / motion.pga for level in grid.amplitudes])
         senses = [POLARITIES.index(polarity) for polarity in self.study.records.polarities]
         closing = found.closing.reshape(2, self.shape[0], -1)[senses].transpose(1, 0, 2)
         left, right = (peaks.reshape(self.shape[0], -1) for peaks in (found.left, found.right))
@@ -194,11 +194,6 @@ class AtOnce(FreeJob):
 
     def place(self, number: int) -> tuple[Any, ...]:
         return slice(None), number
-
-
-def _factor(level: Level | None, motion: Motion) -> float:
-    """The factor that brings a motion to an amplitude."""
-    return 1.0 if level is None else level.value / float(level.measure.of((motion,))[0])
 
 
 class OneByOne(FreeJob):
@@ -233,7 +228,7 @@ def work_of(study: Scene, axis: SceneAxis, motions: tuple[Motion, ...]) -> Work:
     facts = facts_of_masses(study, axis)
     if facts is not None and shortest(facts) >= LEAST_PERIOD * max(motion.dt for motion in motions):
         return Work(AT_ONCE, facts, AtOnce(study, motions, facts))
-    variants = Variants(study, (axis,))
+    variants = Variants(study.updated(axes=(axis,)))
     scenes = [variants.scene(number) for number in range(axis.size)]
     buildings = {
         name: np.array([[float(getattr(one, name)) for one in scene.buildings] for scene in scenes]) for name in FACTS
@@ -262,7 +257,7 @@ def facts_of_masses(study: Scene, axis: SceneAxis) -> Facts | None:
     columns = columns_of(study, axis)
     if columns is None:
         return None
-    variants = Variants(study, (axis,))
+    variants = Variants(study.updated(axes=(axis,)))
     probes = {number: variants.scene(number) for number in _probes(columns, axis.size)}
     for by_stiffness in (False, True):
         facts = _facts(study, columns, axis.size, by_stiffness)

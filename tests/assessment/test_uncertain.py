@@ -86,9 +86,9 @@ def test_a_scene_without_contact_says_what_its_scan_says(scanned, of_scene):
     for name in ("contact_probability", "contact_probability_high", "required_gap", "dispersion", "dispersion_high"):
         # Both are exact but for rounding and the solver's tolerance.
         np.testing.assert_allclose(of_scene[name], of_scan[name], rtol=1e-4, atol=1e-6, err_msg=name)
-    told = json.loads(of_scene.attrs["told"])
+    told = json.loads(of_scene.attrs["assumptions"])
     assert any(sentence.startswith("No run of contact") for sentence in told)
-    assert not any(sentence.startswith("No run of contact") for sentence in json.loads(of_scan.attrs["told"]))
+    assert not any(sentence.startswith("No run of contact") for sentence in json.loads(of_scan.attrs["assumptions"]))
     assert any("drawn independently" in sentence for sentence in told)
 
 
@@ -148,6 +148,18 @@ def test_a_gap_that_is_uncertain_moves_what_is_required_by_as_much():
     assert float(part["judged_gap"]) == pytest.approx(0.08)
 
 
+def test_it_depends_where_each_polarity_alone_would_answer_otherwise(scanned):
+    closing = scanned["peak_closing_free"].squeeze("interface").transpose("polarity", ...).values
+    shares = {gap: (closing > gap).reshape(2, -1).mean(axis=1) for gap in np.linspace(0.08, 0.2, 40).tolist()}
+    gap, apart = max(shares.items(), key=lambda item: float(np.ptp(item[1])) * bool(max(item[1]) < 0.45))
+    assert np.ptp(apart) > 0.02
+    part = pr.uncertainty(scanned, gap=gap, target=float(np.mean(apart))).isel(interface=0)
+    assert part["verdict"].item() == "depends"
+    assert "Each polarity alone would answer otherwise" in part["sentence"].item()
+    wide = pr.uncertainty(scanned, gap=0.01, target=0.1).isel(interface=0)
+    assert wide["verdict"].item() == "inadequate" and float(wide["judged_probability_low"]) > 0.1
+
+
 def test_indices_on_a_design_and_points_at_quantiles(of_scene):
     part = of_scene.isel(interface=0)
     assert list(part["uncertain_number"].values) == [LEFT, RIGHT]
@@ -201,7 +213,7 @@ def test_correlated_numbers_have_no_sobol_indices():
     study = uncertain_scene(tied, 8)
     with pytest.raises(PoundingError, match=f"sobol: {LEFT} and {RIGHT} are correlated"):
         pr.uncertainty(study, sobol=8)
-    told = json.loads(pr.uncertainty(study).attrs["told"])
+    told = json.loads(pr.uncertainty(study).attrs["assumptions"])
     assert any("are correlated" in sentence for sentence in told)
     # A tornado moves one alone: the other stays at its median, though both are correlated.
     points = independent_points(np.array([[0.5, 0.5], [0.9, 0.5], [0.5, 0.1]]), study.uncertain)
@@ -239,7 +251,7 @@ def test_a_number_is_named_alone_only_where_its_bounds_say_so(of_scene):
 def test_too_few_recordings_are_told():
     few = {"generated": PULSES[:1], "polarity": BOTH}
     dataset = pr.uncertainty(uncertain_scene(samples=8, records=few))
-    assert any(sentence.startswith("Few: ") for sentence in json.loads(dataset.attrs["told"]))
+    assert any(sentence.startswith("Few: ") for sentence in json.loads(dataset.attrs["assumptions"]))
     part = dataset.isel(interface=0)
     assert np.isnan(part["variance_share"].sel(component="motions"))
     assert part["fragility_fault"].item().startswith("one recording")

@@ -213,3 +213,11 @@ def test_other_points_than_those_of_the_scene():
 def test_a_scene_without_uncertain_numbers_is_refused():
     with pytest.raises(SceneError, match=r"uncertain: the scene has no samples; write \[uncertain\]"):
         free_motion(parse_scene(PAIR + BETWEEN + RECORDS))
+
+
+def test_a_dataset_is_written_and_read(tmp_path):
+    dataset = free_motion(parse_scene(PAIR + BETWEEN + RECORDS + DRAWN))
+    pr.save(dataset, tmp_path / "free.nc")
+    read = pr.open_results(tmp_path / "free.nc")
+    assert read.equals(dataset)
+    assert read.attrs["free_motion"] == AT_ONCE

@@ -35,7 +35,7 @@ def write(data: ReportData) -> list[Block]:
         blocks += [_required(part), _parts(part), _indices(part)]
     words = "P(contact) over samples and motions with its bounds, and what the uncertain numbers contribute"
     blocks.append(figure("uncertainty", svg_text(uncertainty_figure(dataset)), f"{words}.", f"{words}."))
-    return [*blocks, listing(json.loads(dataset.attrs["told"]))]
+    return [*blocks, listing(json.loads(dataset.attrs["assumptions"]))]
 
 
 def _required(part: xr.Dataset) -> Block:
