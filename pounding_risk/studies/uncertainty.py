@@ -1,8 +1,8 @@
 """The motion without contact of all samples of a scene at once: whether neighbours ever touch follows from it alone.
 
 `free_motion` gives, for every sample and motion, how far each gap is closed, and how far each building moves alone. No
-contact is run. Single masses on one ground that start from rest are followed side by side (`solver.pair.
-listed_closings`); any other scene sample by sample, by the solver that a scan of it has, which takes longer.
+contact is run. Single masses on one ground that start from rest are followed side by side, by `PairList`; any other
+scene sample by sample, by the solver that a scan of it has, which takes a hundred times as long.
 """
 
 from __future__ import annotations
@@ -185,7 +185,9 @@ class AtOnce(FreeJob):
         """(samples, polarities, amplitudes, interfaces) and (samples, polarities, amplitudes, buildings)."""
         motion, grid = self.motions[number], self.study.grid
         found = self.pairs.closings(motion.acceleration, motion.dt)
-        factors = np.array([driven(motion, AS_RECORDED, level).pga / motion.pga for level in grid.amplitudes])
+        factors = np.array(
+            [1.0 if level is None else driven(motion, AS_RECORDED, level).pga / motion.pga for level in grid.amplitudes]
+        )
         senses = [POLARITIES.index(polarity) for polarity in self.study.records.polarities]
         closing = found.closing.reshape(2, self.shape[0], -1)[senses].transpose(1, 0, 2)
         left, right = (peaks.reshape(self.shape[0], -1) for peaks in (found.left, found.right))
