@@ -249,6 +249,11 @@ def test_demands_of_storeys_and_columns(row):
         np.testing.assert_allclose(
             found[5, side], part[f"storey_drift{ending}"].values[:, :, 1, 0] / (15e4 / 40e6) / 2.0
         )
+    # At a gap that nothing closes storeys yield as they do without contact.
+    assert float(row["impact_count"].sel(gap=0.9).max()) == 0.0
+    apart = pr.damage(row, states=states[:4], gap="900 mm")["demand_ratio"]
+    np.testing.assert_allclose(*(apart.sel(pounding=side) for side in ("with", "without")), rtol=1e-6)
+    assert float(found[5, 1].max()) > 0.5  # it yields
     columns = row["contact_point_kind"].values == "column"
     assert 0 < columns.sum() < columns.size
     force = own["contact_point_peak_contact_force"].values[..., columns].max(axis=-1)

@@ -148,6 +148,7 @@ def test_every_command_s_file_is_known(tmp_path):
     waves = '[effects]\nwave_passage = {velocity = "500 m/s", distance = "9 m"}\n'
     pr.effects(parse_scene(text + waves), files["effects"], repeats=1)
     pr.spectra(study, out=files["spectra"], periods=(0.3, 0.6), num=2)
+    save(pr.damage(files["scan"], states=[pr.DamageState("tiles", displacement="9 mm")]), files["damage"])
     assert {name: read_finished(file).command for name, file in files.items()} == {name: name for name in MARKS}
     for name, file in files.items():
         check_replaceable(file, name)
