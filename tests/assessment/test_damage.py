@@ -163,6 +163,15 @@ def test_ratios_are_with_over_without(ida):
     )
 
 
+def test_a_ratio_needs_both_curves(scan):
+    """Contact forces have no curve without pounding: no ratio either, at any intensity."""
+    force = float(scan["peak_contact_force"].sel(gap=0.01).isel(pga=3).median())
+    blow = pr.damage(scan, states=[pr.DamageState("blow", contact_force=force)], method="ida").sel(state="blow")
+    assert np.isfinite(blow["probability"].sel(pounding="with")).all()
+    for name in ("median_ratio", "probability_ratio", "probability_ratio_at", "probability_ratio_high"):
+        assert np.isnan(blow[name]).all(), name
+
+
 def test_percentiles_of_demands_are_numpys(ida):
     values = ida["demand_ratio"].sel(state="tiles", pounding="with")
     found = ida["demand_percentile"].sel(state="tiles", pounding="with", percentile=84)
@@ -177,6 +186,7 @@ def test_a_mirrored_scene_has_the_same_curves(ida):
         np.testing.assert_allclose(mirrored[name], ida[name], rtol=2e-5, err_msg=name)
 
 
+@pytest.mark.filterwarnings("error")
 def test_a_cloud_of_motions_as_recorded():
     scene = scene_text(*MASSES, law="linear", records=RECORDS, gap="10 mm")
     scan = pr.scan(tomllib.loads(scene), check_fraction=0.0)
