@@ -295,7 +295,7 @@ def _reading(results: xr.Dataset, is_spectrum: bool, curve: Hazard | None, asked
     """Sentences on how a hazard table was read; ``asked`` is the intensity that was asked for."""
     if curve is None or not is_spectrum:
         return curve.reading if curve else ""
-    usual = "sa(longer)" if usual_intensity(results) == "pga" else ""
+    usual = "" if usual_intensity(results).startswith("sa(") else "sa(longer)"
     why = PERIOD_WORDS.get(usual if asked is None else asked, "")
     if asked is None and not usual:
         why = ", which the motions are scaled to"
@@ -306,7 +306,7 @@ def _usual_intensity(results: xr.Dataset, hazard: Hazard | HazardSpectrum | None
     """The intensity of the fragilities where none is asked for."""
     usual = usual_intensity(results)
     if isinstance(hazard, HazardSpectrum):
-        return data.resolved_intensity(results, "sa(longer)") if usual == "pga" else usual
+        return usual if usual.startswith("sa(") else data.resolved_intensity(results, "sa(longer)")
     if hazard is None:
         return usual
     one = spectral(hazard.name[3:-1]) if hazard.name.startswith("sa(") else None

@@ -95,6 +95,14 @@ def simulate(
         raise typer.Exit(RUN_FAILED)
 
 
+def _level(facts: Any) -> str:
+    """The level of intensity that the record was scaled to, in words; "" without."""
+    from pounding_risk.motions.levels import Level, read_measure
+
+    measure = read_measure(facts.get("intensity", ""))
+    return "" if measure is None else f", {Level(measure, facts['intensity_level']).words}"
+
+
 def print_run(dataset: Any) -> None:
     """Print the case, its outputs, its contacts, and notes on what is unusual."""
     facts = dataset.attrs
@@ -103,7 +111,10 @@ def print_run(dataset: Any) -> None:
     print_pairs(
         [
             ("scene", facts["title"]),
-            ("record", f"{facts['record']}, {facts['polarity']}, PGA {engineering(facts['pga'], 'm/s2')}"),
+            (
+                "record",
+                f"{facts['record']}, {facts['polarity']}, PGA {engineering(facts['pga'], 'm/s2')}{_level(facts)}",
+            ),
             ("contact model", facts["contact_model"]),
             *((name.replace("_", " "), engineering(facts[name], unit)) for name, unit in levels),
             ("status", facts["status"]),

@@ -287,7 +287,8 @@ def _skeleton(cases: Cases) -> xr.Dataset:
     """Labels, the time of every sample, and the ground motions."""
     study, choice, samples = cases.study, cases.choice, cases.samples
     labels = case_coordinates(study, cases.motions)
-    labels.pop("period", None)
+    for name in ("period", "record_pgv"):  # what is told of records for assessments
+        labels.pop(name, None)
     gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
     labels |= places_of(study, gaps, np.array([level_forces(study, force) for force in study.grid.yield_forces]))
     whole = one_amplitude(xr.Dataset(coords=labels), study)

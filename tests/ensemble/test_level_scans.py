@@ -18,7 +18,7 @@ from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.rerun import rerun
 
 G = 9.80665
-RECORDS = {"names": ["RSN6-180", "RSN1690-090"], "window": ["0 s", "8 s"]}
+RECORDS = {"names": ["RSN6-180", "RSN1690-090"], "window": ["0 s", "8 s"], "tail": "1 s"}
 SA = {"measure": "sa", "period": "0.5 s", "levels": ["0.1 g", "0.4 g"]}
 MEASURES = {
     "sa": SA,
