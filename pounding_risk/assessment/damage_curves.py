@@ -37,8 +37,9 @@ class Motions(NamedTuple):
     @property
     def levels(self) -> Array | None:
         """The intensities that all motions have, level by level; None where they differ."""
-        alike = all(of_one_intensity(self.ims[:, level]) for level in range(self.ims.shape[1]))
-        return np.asarray(np.median(self.ims, axis=0)) if alike else None
+        known = self.ims[np.isfinite(self.ims).all(axis=1)]
+        alike = len(known) > 0 and all(map(of_one_intensity, known.T))
+        return np.asarray(np.median(known, axis=0)) if alike else None
 
 
 class Options(NamedTuple):

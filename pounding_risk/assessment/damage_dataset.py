@@ -207,9 +207,11 @@ def _probability_ratio(one: Curves, im: Array, options: Options) -> Ratio:
     return Ratio(value, *one.bounds(_over(*sides), options.tails))
 
 
-def _over(with_contact: Array, without: Array) -> Array:
-    out = np.where(np.asarray(with_contact) > 0.0, np.inf, np.nan)
-    return np.divide(with_contact, without, out=out, where=np.asarray(without) > 0.0)
+def _over(with_contact: Any, without: Any) -> Array:
+    """With over without; infinite where only the latter is 0, NaN where both are or one is not known."""
+    one, other = np.broadcast_arrays(np.asarray(with_contact, dtype=float), np.asarray(without, dtype=float))
+    with np.errstate(all="ignore"):  # of what is told as infinite or not known
+        return np.asarray(one / other)
 
 
 def _rates(found: Sequence[Curves], options: Options) -> dict[str, Any]:
@@ -240,7 +242,7 @@ def _rates(found: Sequence[Curves], options: Options) -> dict[str, Any]:
 
 def _rate_ratio(one: Curves, rates: Sequence[Rate], options: Options) -> Ratio:
     assert options.hazard is not None
-    hazard, value = options.hazard, _over(np.array(rates[0].annual), np.array(rates[1].annual))
+    hazard, value = options.hazard, _over(rates[0].annual, rates[1].annual)
     sides = [annual_rate(hazard, np.exp(side[:, 0]), side[:, 1]) for side in one.drawn_alike]
     return Ratio(value, *one.bounds(_over(*sides), options.tails))
 

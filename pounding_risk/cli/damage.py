@@ -105,6 +105,9 @@ def print_damage(dataset: Any) -> None:
         print("\nAnnual rates\n")
         rates = [_rate_cells(dataset.sel(state=state)) for state in dataset["state"].values]
         print_table(("state", "with", "bounds", "without", "bounds", "ratio", "bounds", "left out"), rates, "lrrrrrrr")
+        print(
+            "left out: the share beyond the ends of the hazard curve, were it continued at the slope of its last rows"
+        )
     print(f"\n{dataset.attrs['finding']}\n")
     print_notes(json.loads(dataset.attrs["told"]))
 

@@ -163,6 +163,15 @@ def test_ratios_are_with_over_without(ida):
     )
 
 
+def test_a_ratio_needs_both_curves(scan):
+    """Contact forces have no curve without pounding: no ratio either, at any intensity."""
+    force = float(scan["peak_contact_force"].sel(gap=0.01).isel(pga=3).median())
+    blow = pr.damage(scan, states=[pr.DamageState("blow", contact_force=force)], method="ida").sel(state="blow")
+    assert np.isfinite(blow["probability"].sel(pounding="with")).all()
+    for name in ("median_ratio", "probability_ratio", "probability_ratio_at", "probability_ratio_high"):
+        assert np.isnan(blow[name]).all(), name
+
+
 def test_percentiles_of_demands_are_numpys(ida):
     values = ida["demand_ratio"].sel(state="tiles", pounding="with")
     found = ida["demand_percentile"].sel(state="tiles", pounding="with", percentile=84)
@@ -177,6 +186,7 @@ def test_a_mirrored_scene_has_the_same_curves(ida):
         np.testing.assert_allclose(mirrored[name], ida[name], rtol=2e-5, err_msg=name)
 
 
+@pytest.mark.filterwarnings("error")
 def test_a_cloud_of_motions_as_recorded():
     scene = scene_text(*MASSES, law="linear", records=RECORDS, gap="10 mm")
     scan = pr.scan(tomllib.loads(scene), check_fraction=0.0)
@@ -249,6 +259,11 @@ def test_demands_of_storeys_and_columns(row):
         np.testing.assert_allclose(
             found[5, side], part[f"storey_drift{ending}"].values[:, :, 1, 0] / (15e4 / 40e6) / 2.0
         )
+    # At a gap that nothing closes storeys yield as they do without contact.
+    assert float(row["impact_count"].sel(gap=0.9).max()) == 0.0
+    apart = pr.damage(row, states=states[:4], gap="900 mm")["demand_ratio"]
+    np.testing.assert_allclose(*(apart.sel(pounding=side) for side in ("with", "without")), rtol=1e-6)
+    assert float(found[5, 1].max()) > 0.5  # it yields
     columns = row["contact_point_kind"].values == "column"
     assert 0 < columns.sum() < columns.size
     force = own["contact_point_peak_contact_force"].values[..., columns].max(axis=-1)

@@ -151,6 +151,7 @@ def test_every_command_s_file_is_known(tmp_path):
     pr.amplification(study, out=files["amplification"], num=2, num_gaps=2)
     drawn = '[uncertain]\nsamples = 2\nbuilding.left.period = {distribution = "lognormal", dispersion = 0.2}\n'
     pr.uncertainty(parse_scene(text + drawn), files["uncertainty"])
+    save(pr.damage(files["scan"], states=[pr.DamageState("tiles", displacement="9 mm")]), files["damage"])
     assert {name: read_finished(file).command for name, file in files.items()} == {name: name for name in MARKS}
     for name, file in files.items():
         check_replaceable(file, name)
