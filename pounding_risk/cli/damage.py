@@ -25,7 +25,7 @@ from pounding_risk.cli._common.options import (
 )
 from pounding_risk.cli._common.tables import engineering, print_table
 
-ORDER = 135
+ORDER = 137
 
 
 def damage(

@@ -196,7 +196,7 @@ def _known_of_records(motions: tuple[Motion, ...]) -> dict[str, Any]:
     }
     numbers = recording_numbers([motion.record for motion in motions], [motion.name for motion in motions])
     words = "number of the recording that the record is a component or a copy of, from 0"
-    of_velocity = "peak ground velocity of the record, from rest, where `record_pga` is its peak acceleration"
+    of_velocity = "peak ground velocity of the record, from rest, at the peak acceleration `record_pga`"
     return coords | {
         "record_recording": ("record", numbers, described("1", words)),
         "record_pgv": ("record", peak_velocities(motions), described("m/s", of_velocity)),

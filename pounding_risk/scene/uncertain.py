@@ -237,6 +237,24 @@ def stated(uncertain: UncertainNumbers | None) -> tuple[str, ...]:
 
 
 def sample_axis(uncertain: UncertainNumbers, points: Any = None) -> SceneAxis:
-    """The axis of a scan along which the uncertain numbers have their values at these points; at their own without."""
+    """The axis of a scan along which uncertain numbers have their values at points.
+
+    Parameters
+    ----------
+    uncertain : UncertainNumbers
+        The numbers.
+    points : array, optional
+        (samples, numbers), between 0 and 1; their own by default.
+
+    Returns
+    -------
+    SceneAxis
+        The axis ``sample``.
+
+    Raises
+    ------
+    PoundingError
+        For points of another shape, or outside.
+    """
     values = uncertain.values_at(uncertain.points() if points is None else points)
     return SceneAxis(uncertain.keys, values, SAMPLE)

@@ -131,7 +131,7 @@ def test_names_are_told_apart_and_tables_are_needed():
 
 def test_a_threshold_is_no_axis():
     grid = '[grid]\n"damage.slight.drift" = ["1 %", "2 %"]\n'
-    with pytest.raises(SceneError, match="axes are of building, interface, effects"):
+    with pytest.raises(SceneError, match="an axis is of one of building, interface, effects"):
         parse_scene(SCENE + grid + STATES)
 
 
