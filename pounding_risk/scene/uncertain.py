@@ -237,6 +237,24 @@ def stated(uncertain: UncertainNumbers | None) -> tuple[str, ...]:
 
 
 def sample_axis(uncertain: UncertainNumbers, points: Any = None) -> SceneAxis:
-    """The axis of a scan along which the uncertain numbers have their values at these points; at their own without."""
+    """The axis of a scan along which uncertain numbers have their values at points of a design.
+
+    Parameters
+    ----------
+    uncertain : UncertainNumbers
+        Those of a scene, ``scene.uncertain``.
+    points : array, optional
+        (samples, numbers), from 0 to 1 and independent; by default the scene's own.
+
+    Returns
+    -------
+    SceneAxis
+        The dimension ``sample``, along which all numbers move.
+
+    Raises
+    ------
+    PoundingError
+        For points of another shape, or outside.
+    """
     values = uncertain.values_at(uncertain.points() if points is None else points)
     return SceneAxis(uncertain.keys, values, SAMPLE)

@@ -142,6 +142,7 @@ def test_options_are_the_arguments_of_the_call(name):
     shared = {"scene", "out", "figure", "animation", "overrides", "stiffness", "strict"}
     shared |= {"floor_length", "other_floor_length", "wave_speed", "table", "unloading_stiffness"}  # of the law
     shared |= {"absolute"}  # of the figure
+    shared |= {"samples"}  # a key of the scene, as `overrides` are
     shared |= {"plan", "shard", "scheduler"}  # calls of their own, and an executor
     options = set(inspect.signature(getattr(MODULES[name], name)).parameters) - shared
     assert options <= set(inspect.signature(getattr(pounding_risk, name)).parameters)
@@ -166,7 +167,7 @@ def test_a_faulty_scene_is_told_whole_and_nothing_is_written(folder):
             '  - line 13, interface.contact_model: "hertzian" is not a contact model (did you mean "hertz"?); '
             f"it may be {LAWS}",
             '  - line 19, grit: unknown section (did you mean "grid"?); sections are scene, building, interface, '
-            "effects, records, grid, solver",
+            "effects, records, grid, uncertain, solver",
         ]
     assert sorted(path.name for path in folder.iterdir()) == before
 
