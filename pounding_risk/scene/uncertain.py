@@ -237,19 +237,19 @@ def stated(uncertain: UncertainNumbers | None) -> tuple[str, ...]:
 
 
 def sample_axis(uncertain: UncertainNumbers, points: Any = None) -> SceneAxis:
-    """The axis of a scan along which uncertain numbers have their values at points.
+    """The axis of a scan along which uncertain numbers have their values at points of a design.
 
     Parameters
     ----------
     uncertain : UncertainNumbers
-        The numbers.
+        Those of a scene, ``scene.uncertain``.
     points : array, optional
-        (samples, numbers), between 0 and 1; their own by default.
+        (samples, numbers), from 0 to 1 and independent; by default the scene's own.
 
     Returns
     -------
     SceneAxis
-        The axis ``sample``.
+        The dimension ``sample``, along which all numbers move.
 
     Raises
     ------
