@@ -121,7 +121,7 @@ def _entries_of(value) -> list[int]:
 
 def _address_of_record(record: np.void) -> int:
     """Address of a record; most are the only one of an array, which tells its address in a tenth of the time."""
-    array = record.base
+    array: Any = record.base  # numpy says None
     if isinstance(array, np.ndarray) and array.size == 1:
         return array.ctypes.data
     return record.__array_interface__["data"][0]
