@@ -70,7 +70,7 @@ def amplification(
     table: Annotated[Path | None, file_option("Write the whole table", (".csv",))] = None,
     figure: Figure = None,
 ) -> None:
-    """How pounding raises both buildings' peaks, over period ratio and gap."""
+    """What pounding adds, over period ratio and gap."""
     from pounding_risk.assessment.amplification import PERCENTILES, amplification_table
     from pounding_risk.assessment.amplification import amplification as run
     from pounding_risk.assessment.spectra import read_percentiles

@@ -40,7 +40,7 @@ def export(
     select: Select = NONE,
     overrides: Overrides = NONE,
 ) -> None:
-    """Write fragilities, demands, tables or models for other tools."""
+    """Write results for other tools."""
     from pounding_risk.reports.exports import export as run
     from pounding_risk.units import GAP, PGA
 
