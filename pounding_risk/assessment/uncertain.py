@@ -30,6 +30,7 @@ from pounding_risk.assessment.uncertain_samples import (
     sampled_scene,
 )
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import read_measure
 from pounding_risk.results.amplitudes import level_asked
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.scene_axes import VARIANTS
@@ -335,7 +336,9 @@ def _shares(components: Components) -> Array:
 def _fragilities(capacities: Capacities, confidence: float) -> dict[str, Any]:
     """Median and dispersion of the fragilities of motions alone and in all, with bounds; NaN with a fault."""
     fitted = capacities.fitted(confidence)
-    words = {"fragility_median": ("m/s2", "median"), "fragility_dispersion": ("1", "dispersion")}
+    measure = read_measure(capacities.intensity)
+    unit = "m/s2" if measure is None else measure.unit
+    words = {"fragility_median": (unit, "median"), "fragility_dispersion": ("1", "dispersion")}
     parts: dict[str, Any] = {}
     for name, (unit, what) in words.items():
         for column, ending in enumerate(("", "_low", "_high")):

@@ -30,7 +30,7 @@ CURVES = ("motions alone", "total")
 
 
 class Capacities(NamedTuple):
-    """Logarithms of the intensities [m/s2] at which motions close a gap, (samples, motions), or why there are none."""
+    """Logarithms of the intensities at which motions close a gap, (samples, motions), or why there are none."""
 
     logs: Array | None
     recordings: NDArray[np.int64]
@@ -49,28 +49,33 @@ class Capacities(NamedTuple):
                     "such as sa(0.5 s)"
                 )
             intensity = "pga"
-        fault = cls._fault(subject, index, closings, gap, one_sample)
+        reach = subject.reach_of(subject.dataset, index, asked.level)[:, closings.order]
+        drawn = subject.gaps_of(subject.dataset, index, gap)
+        gaps = np.full(len(reach), gap) if drawn is None else drawn
+        fault = cls._fault(subject, index, (reach, gaps), one_sample)
+        if not fault and closings.recordings[-1] == 0:
+            fault = curves.ALONE
         if fault:
             return cls(None, closings.recordings, intensity, fault)
         ims = data.intensities(one_sample, intensity)
         ims = ims[:, min(subject.level(asked.level), ims.shape[1] - 1)][closings.order]
-        reach = np.log(gap) - np.log(closings.closing)
-        logs = np.log(ims) + reach
-        _, fault = curves.out_of_scale(curves.Fit(median=float(np.exp(logs.mean()))), np.exp([reach.mean()]))
+        factors = np.log(gaps)[:, None] - np.log(reach)
+        logs = np.log(ims) + factors
+        _, fault = curves.out_of_scale(curves.Fit(median=float(np.exp(logs.mean()))), np.exp([factors.mean()]))
         return cls(None if fault else logs, closings.recordings, intensity, fault)
 
     @staticmethod
-    def _fault(subject: Samples, index: int, closings: CrossedClosings, gap: float, one_sample: Any) -> str:
+    def _fault(subject: Samples, index: int, closed: tuple[Array, Array], one_sample: Any) -> str:
+        """Why there are no capacities; ``closed`` is what motions close and the gap of each sample [m]."""
+        reach, gaps = closed
         if not data.is_linear(one_sample):
             return "the motion without contact is not linear: closings do not grow with the motion"
         if subject.is_inner(index) and "impact_count" in subject.dataset:
             return "contact elsewhere in the row may push buildings across the gap, which does not grow with the motion"
-        if gap <= 0.0:
+        if gaps.min() <= 0.0:
             return "a closed gap is touched by the weakest motion"
-        if not (closings.closing.min() > 0.0 and np.isfinite(closings.closing).all()):
+        if not (reach.min() > 0.0 and np.isfinite(reach).all()):
             return "a motion closes nothing, or has no finite response, in some sample"
-        if closings.recordings[-1] == 0:
-            return curves.ALONE
         return ""
 
     def fitted(self, confidence: float) -> dict[str, Array]:

@@ -164,15 +164,27 @@ class Samples:
         return CrossedClosings(self.closing_of(self.dataset, index, level), self.motions(index).recordings)
 
     def closing_of(self, dataset: xr.Dataset, index: int, level: int | None) -> Array:
-        """Closings (samples, motions) [m] in a dataset of these or other points; inf where there is no finite one."""
+        """Closings (samples, motions) [m], less what the gap of a sample has more than the scene's own.
+
+        Of a dataset of these or other points; inf where there is no finite one.
+        """
+        alone, gaps = self.reach_of(dataset, index, level), self.gaps_of(dataset, index, self.gap(index))
+        return alone if gaps is None else np.maximum(alone - (gaps - self.gap(index))[:, None], 0.0)
+
+    def gaps_of(self, dataset: xr.Dataset, index: int, gap: float) -> Array | None:
+        """The gap of each sample [m], were the scene's own ``gap``; None where gaps are not uncertain."""
+        gaps = _gaps_of_samples(dataset.isel(interface=index) if "interface" in dataset.dims else dataset)
+        return None if gaps is None else gaps - self.gap(index) + gap
+
+    def reach_of(self, dataset: xr.Dataset, index: int, level: int | None) -> Array:
+        """What motions close (samples, motions) [m], whatever the gap; inf where there is no finite closing."""
         one = dataset.isel(interface=index) if "interface" in dataset.dims else dataset
         closing = _by_sample(one["peak_closing_free"], self.level(level))
         # A record without motion has no finite response in the first sample, nor in any other.
         alone = np.where(np.isfinite(closing) & self.motions(index).finite, closing, np.inf)
         if "impact_count" in dataset and self.is_inner(index):
             alone = np.fmax(alone, self._pushed(one, level))
-        gaps = _gaps_of_samples(one)
-        return alone if gaps is None else np.maximum(alone - (gaps - self.gap(index))[:, None], 0.0)
+        return alone
 
     def is_inner(self, index: int) -> bool:
         """True where what stands further along the row may push a building of the interface."""

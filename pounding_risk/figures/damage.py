@@ -202,7 +202,9 @@ def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[st
     for axis in panels:
         axis.set_xlim(0.0, min(1.15 * most, BEYOND * widest))
         axis.set_ylim(bottom=0.0)
-    panels[0].legend(fontsize=8, loc="lower right", facecolor="white", framealpha=0.9, edgecolor=QUIET)
+    panels[0].legend(
+        fontsize=8, loc="lower right", handlelength=3.5, facecolor="white", framealpha=0.9, edgecolor=QUIET
+    )
 
 
 def _medians(results: xr.Dataset) -> str:

@@ -345,11 +345,14 @@ def _facts(dataset: xr.Dataset) -> list[str]:
 
 def _facts_of_places(dataset: xr.Dataset) -> list[str]:
     sentences = []
-    if "interface_gap" in dataset.variables:
-        own = dataset["interface_gap"]
-        gaps = (
-            own.isel({dim: 0 for dim in axes_by_name(dataset) if dim in own.dims}).transpose("gap", "interface").values
+    own = dataset.get("interface_gap")
+    drawn = [dim for dim in axes_by_name(dataset) if own is not None and dim in own.dims]
+    if drawn:
+        sentences.append(
+            f"Each place along {', '.join(drawn)} has gaps of its own; the axis gap has those of the scene."
         )
+    elif own is not None:
+        gaps = own.transpose("gap", "interface").values
         varied = [str(name) for name in dataset["interface"].values[np.ptp(gaps, axis=0) > 0.0]]
         whose = f"that of {varied[0]}; the others keep" if varied else "that of the first interface; each keeps"
         sentences.append(f"The gap is {whose} {'their' if varied else 'its'} own.")

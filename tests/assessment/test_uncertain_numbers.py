@@ -148,6 +148,18 @@ def test_a_gap_that_is_uncertain_moves_what_is_required_by_as_much():
     assert float(part["judged_gap"]) == pytest.approx(0.08)
 
 
+def test_a_gap_that_is_uncertain_scales_the_intensity_that_closes_it():
+    """A motion closes 60 mm at 0.75 times the intensity at which it closes 80 mm."""
+    gaps = {"interface.gap": {"distribution": "lognormal", "median": "80 mm", "dispersion": 0.2}}
+    known = pr.uncertainty(uncertain_scene({LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 64)).isel(interface=0)
+    drawn = pr.uncertainty(uncertain_scene(gaps | {LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 64)).isel(interface=0)
+    assert drawn["fragility_fault"].item() == ""
+    # The mean of ln gap over balanced points is that of its median, and their deviation 0.2 but for 64 points.
+    np.testing.assert_allclose(drawn["fragility_median"], known["fragility_median"], rtol=5e-3)
+    squares = [float(one["fragility_dispersion"].sel(curve="total")) ** 2 for one in (known, drawn)]
+    assert squares[1] - squares[0] == pytest.approx(0.04, rel=0.05)
+
+
 def test_it_depends_where_each_polarity_alone_would_answer_otherwise(scanned):
     closing = scanned["peak_closing_free"].squeeze("interface").transpose("polarity", ...).values
     shares = {gap: (closing > gap).reshape(2, -1).mean(axis=1) for gap in np.linspace(0.08, 0.2, 40).tolist()}
