@@ -97,7 +97,7 @@ def amplification(
     announce(out)
     if table is not None:
         write_text(table, amplification_table(dataset).to_csv(index=False))
-    draw(figure, "amplification.amplification_figure", dataset)
+    draw(figure, "amplification_chart.amplification_figure", dataset)
 
 
 def print_amplification(dataset: Any) -> None:

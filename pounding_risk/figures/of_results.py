@@ -14,7 +14,7 @@ from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.accuracy import accuracy_figure
 from pounding_risk.figures.along import along_figure
-from pounding_risk.figures.amplification import amplification_figure
+from pounding_risk.figures.amplification_chart import amplification_figure
 from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.figures.compare import agreement_figure, reference_figure
 from pounding_risk.figures.damage import damage_figure, ida_figure

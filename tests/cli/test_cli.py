@@ -131,7 +131,7 @@ def test_commands_draw_figures_that_exist():
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "draw":
                 names.add(ast.literal_eval(node.args[1]))
-    assert {"scan.scan_figure", "modes.modes_figure"} <= names
+    assert {"of_results.results_figure", "modes.modes_figure"} <= names
     for module, function in (name.split(".") for name in names):
         assert callable(getattr(import_module(f"pounding_risk.figures.{module}"), function))
 
@@ -167,7 +167,7 @@ def test_a_faulty_scene_is_told_whole_and_nothing_is_written(folder):
             '  - line 13, interface.contact_model: "hertzian" is not a contact model (did you mean "hertz"?); '
             f"it may be {LAWS}",
             '  - line 19, grit: unknown section (did you mean "grid"?); sections are scene, building, interface, '
-            "effects, records, grid, uncertain, solver",
+            "effects, records, grid, uncertain, solver, damage",
         ]
     assert sorted(path.name for path in folder.iterdir()) == before
 

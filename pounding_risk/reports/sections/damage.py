@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from pounding_risk.assessment.damage import damage
 from pounding_risk.assessment.damage_words import POUNDING, case_words, finding
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.damage import damage_figure
@@ -25,6 +24,10 @@ def write(data: ReportData) -> list[Block]:
     """Curves, ratios and what is told of each state; none where the scene has no states."""
     if "damage" not in data.scene:
         return []
+    from pounding_risk.assessment.damage import (
+        damage,  # with the reader of states, which a report without them needs not
+    )
+
     try:
         dataset = damage(data.results, intensity=data.assessment.intensity, confidence=data.assessment.confidence)
     except PoundingError as error:
