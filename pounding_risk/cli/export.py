@@ -57,7 +57,7 @@ def export(
     )
     announce(*written.files)
     for sentence in written.told:
-        print(f"told: {sentence}")
+        print(f"note: {sentence}")
 
 
 def _source(source: Path, select: list[str], overrides: list[str]) -> Any:

@@ -120,9 +120,11 @@ def _opened(source: Any, to: str, module: ModuleType) -> Any:
         if (isinstance(source, str | Path) and Path(source).suffix in RESULTS) or hasattr(source, "data_vars"):
             raise PoundingError(f"{to} is written from a scene, and {_named(source)} holds results; name the TOML file")
         return as_scene(source)
-    if isinstance(source, str | Path) and Path(source).suffix not in RESULTS:
+    is_scene = isinstance(source, str | Path) and Path(source).suffix not in RESULTS or hasattr(source, "interfaces")
+    if is_scene:
+        scene = source if isinstance(source, str | Path) else getattr(source, "source", "scene.toml")
         raise PoundingError(
-            f"{to} is written from results, which {source} does not hold; `pounding-risk scan {source} -o results.nc` "
+            f"{to} is written from results, which {scene} does not hold; `pounding-risk scan {scene} -o results.nc` "
             "writes them"
         )
     results, whose = open_dataset(source)
