@@ -120,7 +120,7 @@ def _opened(source: Any, to: str, module: ModuleType) -> Any:
         if (isinstance(source, str | Path) and Path(source).suffix in RESULTS) or hasattr(source, "data_vars"):
             raise PoundingError(f"{to} is written from a scene, and {_named(source)} holds results; name the TOML file")
         return as_scene(source)
-    is_scene = isinstance(source, str | Path) and Path(source).suffix not in RESULTS or hasattr(source, "interfaces")
+    is_scene = (isinstance(source, str | Path) and Path(source).suffix not in RESULTS) or hasattr(source, "interfaces")
     if is_scene:
         scene = source if isinstance(source, str | Path) else getattr(source, "source", "scene.toml")
         raise PoundingError(
