@@ -47,7 +47,7 @@ def dataset_of(found: Sequence[Curves], motions: Motions, options: Options, case
         "polarity": case["polarity"].variable,
         "fault": (
             ("state", "pounding"),
-            np.array([[fit.fault for fit in one.fits] for one in found], dtype=object),
+            np.array([[fit.fault for fit in one.fits] for one in found], dtype=str),
             {"long_name": "why there is no curve"},
         ),
         "motion_intensity": (
