@@ -64,7 +64,7 @@ class CrossedClosings:
 
     @property
     def logs(self) -> Array:
-        """As `logs_of`."""
+        """Logarithms of the closings, (samples, motions), by `logs_of`."""
         return logs_of(self.closing)
 
     @property

@@ -102,7 +102,7 @@ class Curves:
         return not any(fit.fault for fit in self.fits)
 
     def probability(self, im: Array) -> tuple[Array, Array]:
-        """Both at these intensities."""
+        """Probabilities of the state at these intensities, with pounding and without."""
         with_contact, without = (fragility_curve(im, fit.median, fit.dispersion) for fit in self.fits)
         return with_contact, without
 

@@ -111,7 +111,7 @@ class Column(NamedTuple):
 
     @property
     def quantity(self) -> Quantity:
-        """What its intensities are."""
+        """The quantity, with unit and bounds, that its intensities are values of."""
         return intensity_quantity(self.name)
 
 

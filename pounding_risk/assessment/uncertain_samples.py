@@ -270,7 +270,7 @@ class Samples:
         return parts
 
     def nominal_coordinates(self) -> dict[str, Any]:
-        """Coordinates of `moved`."""
+        """The coordinate along which `moved` gives each output: the quantiles of a number."""
         if self.moved_dataset is None:
             return {}
         return {"quantile": ("quantile", list(QUANTILES), described("1", "quantile of the number"))}

@@ -120,6 +120,8 @@ def words_of_number(part: xr.Dataset, criterion: Criterion) -> str:
     first, low, high = (one[f"first_order{ending}"].values for ending in ("", "_low", "_high"))
     names = [str(name) for name in part["uncertain_number"].values]
     if not np.isfinite(first).any():
+        if part.sizes["sample"] < 2:
+            return f"One sample does not tell whether {said} hangs on any number: draw more."
         if float(one["output_deviation"]) > 0.0:
             return f"So few samples do not tell which number {said} hangs on: draw more."
         return f"Over the samples {said} does not vary: no number changes it."

@@ -53,7 +53,7 @@ class Measure(NamedTuple):
 
     @property
     def quantity(self) -> Quantity:
-        """What its levels are."""
+        """The quantity, with unit and bounds, that its levels are values of."""
         return MEASURES[self.name][0]
 
     @property

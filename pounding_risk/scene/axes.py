@@ -47,7 +47,7 @@ class Placed(NamedTuple):
 
 
 class Address(NamedTuple):
-    """What varies."""
+    """The address of a number that varies, and what it stands for."""
 
     key: str  # the address, in one spelling
     targets: tuple[KeyPath, ...]  # what it sets in the tables of the scene

@@ -234,6 +234,12 @@ def test_correlated_numbers_have_no_sobol_indices():
     np.testing.assert_allclose(right, np.exp(0.1 * ndtri([0.5, 0.5, 0.1])), rtol=1e-9)
 
 
+def test_one_sample_says_nothing_of_the_numbers():
+    part = pr.uncertainty(uncertain_scene(samples=1)).isel(interface=0)
+    assert "One sample does not tell whether" in part["narrowing"].item()
+    assert "no number changes it" not in part["narrowing"].item()
+
+
 def test_nothing_stands_out_where_no_number_matters():
     """A restitution changes no motion without contact."""
     numbers = {"interface.restitution": {"distribution": "uniform", "low": 0.4, "high": 0.8}}

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def formats() -> dict[str, ModuleType]:
-    """The formats by name."""
+    """The modules of the formats, by their names."""
     names = sorted(module.name for module in iter_modules(__path__) if not module.name.startswith("_"))
     return {name: import_module(f"{__name__}.{name}") for name in names}
 
