@@ -13,7 +13,7 @@ from pounding_risk._common.dates import created
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.options import USUAL_PERCENTILE
-from pounding_risk.assessment.spectra import CHARTED, read_percentiles, rule_words, usual_percentile, with_rules
+from pounding_risk.assessment.spectra import charted, read_percentiles, rule_words, usual_percentile, with_rules
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.units import GAP, say, shown
@@ -134,7 +134,7 @@ def amplification(
     target = check_out(out, "amplification", new)
     asked = read_percentiles(percentiles)
     at = read_percentiles([share_percentile], "share_percentile")[0]
-    known = (*CHARTED, REQUIRED)
+    known = (*charted(), REQUIRED)
     if share_of not in known:
         raise PoundingError(
             f"share_of: {shown(share_of)} is none{nearest(str(share_of), known)}; it may be {', '.join(known)}"

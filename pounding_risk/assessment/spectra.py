@@ -31,12 +31,15 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 PERCENTILES = (50.0, 84.0, 95.0)
-# Rules that displacements, periods and dampings suffice for: heights do not follow from a period.
-CHARTED = tuple(name for name, rule in RULES.items() if not rule.needs)
 JUDGED = ("srss", "cqc")  # in the finding and in the figure, unless others are named
 SHORT_WORDS = {"abs": "ABS", "srss": "SRSS", "cqc": "DDC"}
 SAME = 1e-9  # a rule short of the gap by no more than this share is not exceeded: they are rounded apart
 TABLED = 4  # periods of each side in a short table
+
+
+def charted() -> tuple[str, ...]:
+    """Rules that displacements, periods and dampings suffice for: heights do not follow from a period."""
+    return tuple(name for name, rule in RULES.items() if not rule.needs)
 
 
 def spectra(
@@ -137,7 +140,7 @@ def read_percentiles(values: Sequence[float | str], name: str = "percentiles") -
 
 
 def with_rules(results: xr.Dataset) -> xr.Dataset:
-    """The dataset with what each rule of `CHARTED` asks for from the spectral displacements at each percentile."""
+    """The dataset with what each rule of `charted` asks for from the spectral displacements at each percentile."""
     import xarray as xr
 
     left, right = (results[f"{side}_displacement"].values for side in ("left", "right"))
@@ -148,13 +151,14 @@ def with_rules(results: xr.Dataset) -> xr.Dataset:
         Site(),
     )
     dims = ("rule", *results["required_gap"].dims)
-    asked = np.stack([np.broadcast_to(RULES[name].function(case), results["required_gap"].shape) for name in CHARTED])
+    rules = charted()
+    asked = np.stack([np.broadcast_to(RULES[name].function(case), results["required_gap"].shape) for name in rules])
     words = "separation that a rule asks for from the spectral displacements of both buildings at the percentile"
     facts = {"title": "what the rule is", "clause": "clause of the rule", "verification": "how its text is known"}
     coords = {
-        "rule": ("rule", list(CHARTED), {"long_name": "separation rule"}),
+        "rule": ("rule", list(rules), {"long_name": "separation rule"}),
         **{
-            f"rule_{fact}": ("rule", [getattr(RULES[name], fact) for name in CHARTED], {"long_name": said})
+            f"rule_{fact}": ("rule", [getattr(RULES[name], fact) for name in rules], {"long_name": said})
             for fact, said in facts.items()
         },
     }

@@ -9,14 +9,14 @@ from __future__ import annotations
 import os
 import sys
 import threading
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from typing import Annotated, Any
 
 import typer
 
 from pounding_risk.cli._common.commands import FolderGroup, group_of
-from pounding_risk.cli._common.compile_cache import report_cache_trouble
+from pounding_risk.cli._common.compile_cache import report_trouble
 from pounding_risk.cli._common.options import BAD_INPUT, INTERRUPTED
 from pounding_risk.errors import PoundingError
 
@@ -24,23 +24,37 @@ from pounding_risk.errors import PoundingError
 class Commands(FolderGroup):
     """The group of all commands. Errors that a user can repair are printed as sentences, without a traceback."""
 
+    plugins = "commands"
+
     def invoke(self, ctx: Any) -> Any:
         """Run a command; bad input ends with status 2, Ctrl-C with 130."""
-        try:
-            with report_cache_trouble():
-                return super().invoke(ctx)
-        except PoundingError as error:
-            typer.echo(f"pounding-risk: {error}", err=True)
-            raise typer.Exit(BAD_INPUT) from None
-        except OSError as error:  # a name too long, a full disk: no fault of the code, wherever it occurs
-            if error.filename is None:
-                raise
-            typer.echo(f"pounding-risk: {error.filename}: {error.strerror}; choose another name or place", err=True)
-            raise typer.Exit(BAD_INPUT) from None
-        except KeyboardInterrupt as stop:
-            remains = str(stop) or "no file was left half written"
-            typer.echo(f"pounding-risk: stopped by Ctrl-C; {remains}", err=True)
-            raise typer.Exit(INTERRUPTED) from None
+        with _sentences():
+            return super().invoke(ctx)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the list of commands to the help; those of plug-ins are imported for it."""
+        with _sentences():
+            super().format_commands(ctx, formatter)
+
+
+@contextmanager
+def _sentences() -> Iterator[None]:
+    """Errors that a user can repair become a sentence and an exit status."""
+    try:
+        with report_trouble():
+            yield
+    except PoundingError as error:
+        typer.echo(f"pounding-risk: {error}", err=True)
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as error:  # a name too long, a full disk: no fault of the code, wherever it occurs
+        if error.filename is None:
+            raise
+        typer.echo(f"pounding-risk: {error.filename}: {error.strerror}; choose another name or place", err=True)
+        raise typer.Exit(BAD_INPUT) from None
+    except KeyboardInterrupt as stop:
+        remains = str(stop) or "no file was left half written"
+        typer.echo(f"pounding-risk: stopped by Ctrl-C; {remains}", err=True)
+        raise typer.Exit(INTERRUPTED) from None
 
 
 app = typer.Typer(

@@ -1,16 +1,29 @@
-"""The command `models`: tables of every contact model, effect and typology, made from their classes."""
+"""The command `models`: tables of every contact model, effect, typology and plug-in, made from their classes."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from importlib import import_module
 from typing import Any
+
+import typer
 
 from pounding_risk.cli._common.tables import print_table
 
 ORDER = 100
+# Where the registries are, or the functions that return them, by group of plug-ins.
+REGISTRIES = {
+    "laws": ("models.contact.laws", "LAWS"),
+    "effects": ("models.effects", "EFFECTS"),
+    "motions": ("motions.generated", "motion_kinds"),
+    "steps": ("motions.processing", "known_steps"),
+    "rules": ("assessment.separations.rules", "RULES"),
+    "writers": ("reports.exports", "formats"),
+}
 
 
-def models() -> None:
-    """Contact models, effects and typologies: what each takes."""
+def models(context: typer.Context) -> None:
+    """Contact models, effects, typologies and plug-ins: what each takes."""
     from pounding_risk.models.contact.impulsive import CONTACT_MODELS
     from pounding_risk.models.effects import EFFECTS
     from pounding_risk.models.structures.typologies import TYPOLOGIES
@@ -26,6 +39,31 @@ def models() -> None:
     heads = ("typology", "period in s, h in m", "mode shape", "yields at, in g", "verified")
     typologies = [_typology(kind) for kind in TYPOLOGIES.values()]
     print_table((*heads, "where it is from"), typologies, "llllll")
+    if plugins := list(_plugins(context)):
+        print()
+        print_table(("plug-in", "name", "from", "entry point", "state"), plugins, "lllll")
+
+
+def _plugins(context: typer.Context) -> Iterator[tuple[str, ...]]:
+    """Cells of the plug-ins of every kind; each is loaded."""
+    from pounding_risk._common.plugins import GROUPS, installed
+
+    for group, named in installed().items():
+        registry = _registry(group, context) if named else None
+        for name, plugins in named.items():
+            state = (registry and registry.problem(name)) or "loaded"
+            for plugin in plugins:
+                yield GROUPS[group], name, plugin.origin, plugin.value, state
+
+
+def _registry(group: str, context: typer.Context) -> Any:
+    """The registry that has the plug-ins of a group."""
+    if group == "commands":
+        commands: Any = context.find_root().command
+        return commands.commands.registry
+    module, name = REGISTRIES[group]
+    registry = getattr(import_module(f"pounding_risk.{module}"), name)
+    return registry if hasattr(registry, "problem") else registry()
 
 
 def _model(name: str, law: Any) -> tuple[str, ...]:

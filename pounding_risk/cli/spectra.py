@@ -54,7 +54,7 @@ def spectra(
     rule: Annotated[list[str], option("Of the figure, one of the table; twice.", "srss, cqc")] = NONE,
 ) -> None:
     """The gap required over the periods of two buildings."""
-    from pounding_risk.assessment.spectra import CHARTED, JUDGED, PERCENTILES, read_percentiles
+    from pounding_risk.assessment.spectra import JUDGED, PERCENTILES, charted, read_percentiles
     from pounding_risk.assessment.spectra import spectra as run
     from pounding_risk.units import PERIOD
 
@@ -64,7 +64,7 @@ def spectra(
         for name, ends in ranges.items()
     }
     shares = read_percentiles(percentile or PERCENTILES, "--percentile")
-    _check_rules(rule, CHARTED)
+    _check_rules(rule, charted())
     treatment = {
         "pga": pga, "scale": scale, "sa": sa, "processing": processing, "window": window, "direction": direction,
         "tail": tail, "unit": unit, "dt": dt,

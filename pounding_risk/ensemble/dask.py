@@ -28,6 +28,7 @@ LOOK = 2.0  # s, between counts of the workers, which come and go
 TICK = 0.01  # s, between checks whether a chunk is finished
 AHEAD = 2  # chunks submitted for each thread of the cluster: the one being solved, and the next
 JOBS = 2  # that a worker keeps
+SHOWN = 12  # digits of a digest
 GO_ON = "what is done is kept; start the same command again, without --new, and it goes on from there"
 
 Make = Callable[[Any], "Job"]  # makes a job from its input
@@ -40,6 +41,7 @@ class JobKey(NamedTuple):
     make: Make | None
     versions: dict[str, str]
     prepared: str  # `Job.prepared` in this process
+    laws: dict[str, str]  # digests of laws and effects that are not this program's own
 
 
 class Dask:
@@ -171,7 +173,8 @@ class ClusterRun:
         from distributed import as_completed
 
         payload = pickle.dumps(job.scan_input)
-        self.key = JobKey(hashlib.sha256(payload).hexdigest(), make, _versions(), _prepared(job))
+        digest = hashlib.sha256(payload).hexdigest()
+        self.key = JobKey(digest, make, _versions(), _prepared(job), _laws(job.scan_input))
         with warnings.catch_warnings():
             # Records are large, and go to the scheduler once.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
@@ -297,7 +300,7 @@ def _job(payload: bytes, key: JobKey) -> Job:
     with _making:
         if key.digest not in _jobs:
             check_alike(_address(), _versions(), key.versions)
-            job = (key.make or job_of)(pickle.loads(payload))
+            job = (key.make or job_of)(_unpickled(payload, key))
             if _prepared(job) != key.prepared:
                 raise PoundingError(
                     f"the worker {_address()} would give other last digits: another kind of processor, for which "
@@ -309,6 +312,31 @@ def _job(payload: bytes, key: JobKey) -> Job:
                 _jobs.popitem(last=False)
         _jobs.move_to_end(key.digest)
         return _jobs[key.digest]
+
+
+def _unpickled(payload: bytes, key: JobKey) -> Any:
+    """The input of a job; raises PoundingError where a law or an effect of it is not here, or has other code."""
+    try:
+        scan_input = pickle.loads(payload)
+        laws = _laws(scan_input)
+    except (ImportError, AttributeError, KeyError, PoundingError) as error:
+        if not key.laws:
+            raise
+        raise PoundingError(
+            f"the worker {_address()} does not know {', '.join(key.laws)}: {error}; install the plug-ins of this "
+            "machine on all machines of the cluster"
+        ) from None
+    check_alike(
+        _address(), *({f"code of {name}": code[:SHOWN] for name, code in found.items()} for found in (laws, key.laws))
+    )
+    return scan_input
+
+
+def _laws(scan_input: Any) -> dict[str, str]:
+    """Digests of those laws and effects of the input of a job that are not this program's own."""
+    from pounding_risk.scene.scene import own_laws
+
+    return own_laws(scan_input.study) if getattr(scan_input, "study", None) else {}
 
 
 def _prepared(job: Job) -> str:

@@ -199,10 +199,15 @@ def _changed_program(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator
 def _changed_laws(old: Mapping[str, str], new: Mapping[str, str]) -> Iterable[str]:
     for name in dict.fromkeys((*old, *new)):
         if name in old and name in new and old[name] != new[name]:
-            yield f"contact model {name}: the code of this law of your own was changed since"
+            yield f"{_own(name)}: its code, which is not this program's own, was changed since"
         elif (name in old) != (name in new):
-            yield f"contact model {name}: was {_origin(name in old)}, is {_origin(name in new)}"
+            yield f"{_own(name)}: was {_origin(name in old)}, is {_origin(name in new)}"
+
+
+def _own(name: str) -> str:
+    """A contact law, or an effect, as `own_laws` names it."""
+    return name if name.startswith("effect ") else f"contact model {name}"
 
 
 def _origin(own: bool) -> str:
-    return "a law of your own" if own else "none of your own"
+    return "one of your own, or of a plug-in" if own else "this program's own, or none"

@@ -29,7 +29,7 @@ POLARITIES = ("as recorded", "reversed")
 KINDS = ("floor", "column")  # of contact points
 REPAIR = "the file was damaged or changed since it was written: take the one that scan wrote, or run the scan again"
 # Attributes that hold JSON, and of what kind: a table, or a list.
-TABLES = ("stiffness", "flags", "options", "motions_sha256", "processing", "versions", "level_notes")
+TABLES = ("stiffness", "flags", "options", "motions_sha256", "processing", "versions", "plugins", "level_notes")
 LISTS = ("left_out", "overrides", "copies", "notes", "unused_keys")
 TEXTS = ("title", "source", "references", "scene", "scene_file", "restitution", "restitution_relation", "command")
 AXES_OF_CASES = ("record", "polarity", "contact_model", "gap", "yield_force")  # with labels in every dataset of a scan

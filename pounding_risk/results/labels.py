@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk._common.plugins import GROUPS
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.effects import EFFECTS, acts_on_law, bare, references
 from pounding_risk.motions.intensity import LEAST_PERIOD, response_spectra
@@ -23,7 +24,7 @@ from pounding_risk.results.variables import described, own_dims
 from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import said_restitution
 from pounding_risk.scene.level_notes import level_notes
-from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
+from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene, plugins_of
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.solver.counters import STATUS_SENTENCES
 
@@ -322,6 +323,14 @@ def numbers_of(study: Scene, laws: Laws) -> dict[str, str]:
     }
 
 
+def plugin_attributes(study: Scene) -> dict[str, str]:
+    """Versions of the libraries and of the plug-ins that a scene uses, and what it has of them."""
+    used = plugins_of(study)
+    named = {f"{GROUPS[plugin.group]} {plugin.name}": plugin.origin for plugin in used}
+    stated = versions() | {plugin.distribution: plugin.version for plugin in used}
+    return {"versions": as_text(stated), **({"plugins": as_text(named)} if named else {})}
+
+
 def made_from(study: Scene, motions: Iterable[Motion]) -> dict[str, Any]:
     """Attributes of every dataset of a scene: the scene, its motions, and the versions of the libraries."""
     unused = unused_keys(study)
@@ -333,6 +342,6 @@ def made_from(study: Scene, motions: Iterable[Motion]) -> dict[str, Any]:
         "rtol": study.rtol,
         "records": as_text([{**motion.record, "name": motion.name, "dt": motion.dt} for motion in motions]),
         "processing": as_text({motion.name: list(motion.processing) for motion in motions}),
-        "versions": as_text(versions()),
+        **plugin_attributes(study),
         **({"unused_keys": as_text(unused)} if unused else {}),
     }

@@ -109,8 +109,9 @@ def _check_laws(raw: Mapping[str, Any], path: Path) -> None:
     unknown = [name for name in dict.fromkeys(asked) if name is not None and name not in CONTACT_MODELS]
     if unknown:
         raise PoundingError(
-            f"{path}: was run under {', '.join(unknown)}, which is no contact model here; where it is a law of your "
-            "own, import what registers it with contact_law, and do the same from Python in that process"
+            f"{path}: was run under {', '.join(unknown)}, which is no contact model here; where it is of a plug-in, "
+            "install that (the attribute plugins of the results names it); where it is a law of your own, import what "
+            "registers it with contact_law, and do the same from Python in that process"
         )
 
 

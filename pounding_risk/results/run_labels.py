@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results import accessor as accessor  # registers it with xarray
-from pounding_risk.results.attributes import as_text, versions
-from pounding_risk.results.labels import case_variable, sources_of
+from pounding_risk.results.attributes import as_text
+from pounding_risk.results.labels import case_variable, plugin_attributes, sources_of
 from pounding_risk.results.places import building_coordinates, place_coordinates
 from pounding_risk.results.run_variables import (
     BUILDING,
@@ -74,7 +74,7 @@ def run_dataset(study: Scene, case: Case, trace: Trace) -> xr.Dataset:
         "status": STATUS_SENTENCES[trace.status],
         "processing": as_text(list(case.motion.processing)),
         "scene_resolved": study.to_toml(),
-        "versions": as_text(versions()),
+        **plugin_attributes(study),
     }
     return xr.Dataset(run_variables(trace, coords["contact_point"][1]), coords, attrs)
 

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from math import inf
 from typing import Annotated, Any, NamedTuple
 
+from pounding_risk._common.plugins import installed
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, INSTANT_LAWS
@@ -150,7 +151,7 @@ LAW_NAME = Key(
     _law_name,
     '"jankowski"',
     "the first of grid.contact_model",
-    schema={"enum": [*SHIPPED, *INSTANT_LAWS]},
+    schema={"enum": lambda: [*SHIPPED, *sorted(installed()["laws"]), *INSTANT_LAWS]},
 )
 
 

@@ -62,7 +62,7 @@ class Key:
     write : callable
         From the value that was read to the value as written.
     schema : dict
-        JSON schema of the value as written.
+        JSON schema of the value as written; an entry that names laws or motions, to which plug-ins add, is a function.
     """
 
     words: str
@@ -100,7 +100,8 @@ class Key:
 
     def described(self) -> dict[str, Any]:
         """The key in a JSON schema; ``x-...`` tells what a JSON schema has no keyword for."""
-        return {**self.schema, "description": self.words, "x-example": self.example, "x-absent": self.absent}
+        schema = {key: value() if callable(value) else value for key, value in self.schema.items()}
+        return {**schema, "description": self.words, "x-example": self.example, "x-absent": self.absent}
 
 
 class Table(BaseModel):

@@ -238,7 +238,7 @@ def _recipe(table: Any, number: Number) -> Recipe:
 
 
 def _generated_schema() -> dict[str, Any]:
-    """The JSON schema of generated motions: a table for each kind."""
+    """The JSON schema of a generated motion: a table for each kind."""
 
     def described(option: Any) -> dict[str, Any]:
         more = {"description": option.words, "x-example": option.example, "x-absent": option.default_words}
@@ -259,7 +259,7 @@ def _generated_schema() -> dict[str, Any]:
         }
         for name, kind in motion_kinds().items()
     ]
-    return {"type": "array", "items": {"oneOf": tables}}
+    return {"oneOf": tables}
 
 
 class Records(Table):
@@ -392,7 +392,7 @@ class Records(Table):
             GENERATED_EXAMPLE,
             _ONE_SOURCE,
             write=lambda recipes: [recipe.written() for recipe in recipes],
-            schema=_generated_schema(),
+            schema={"type": "array", "items": _generated_schema},
         ),
     ] = ()
 

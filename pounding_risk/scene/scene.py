@@ -16,6 +16,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from pounding_risk._common.plugins import Plugin, plugin_of
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import is_instant, needs_floors
@@ -827,8 +828,22 @@ def own_amplitude(scene: Scene) -> Level | None:
 
 
 def own_laws(scene: Scene) -> dict[str, str]:
-    """Digests of the code of those contact laws of the scene that are not the package's."""
+    """Digests of the code of those contact laws, and effects, of the scene that are not the package's."""
     from pounding_risk.models.contact.register import is_own, law_digest
 
     kinds = {name: known_law(name) for name in scene.model_names}
+    kinds |= {f"effect {effect.name}": EFFECTS[effect.name] for effect in scene.effects}
     return {name: law_digest(kind) for name, kind in kinds.items() if is_own(kind)}
+
+
+def plugins_of(scene: Scene) -> list[Plugin]:
+    """The plug-ins that a scene uses: contact laws, effects, kinds of motion and processing steps."""
+    steps = scene.records.processing if isinstance(scene.records.processing, tuple) else ()
+    used = {
+        "laws": scene.model_names,
+        "effects": [effect.name for effect in scene.effects],
+        "motions": [recipe.kind for recipe in scene.records.generated],
+        "steps": [step["step"] for step in steps],
+    }
+    pairs = dict.fromkeys((group, name) for group, names in used.items() for name in names)
+    return [plugin for group, name in pairs if (plugin := plugin_of(group, name)) is not None]

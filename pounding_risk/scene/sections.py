@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -40,10 +40,27 @@ KINDS: Mapping[str, type[Table]] = {
     "solver": Solver,
     "damage": DamageState,
 }
+
+
+class _EffectKeys(Mapping[str, Key]):
+    """The keys of [effects], made when they are asked for: a plug-in that has an effect imports this module itself."""
+
+    def __getitem__(self, name: str) -> Key:
+        if name not in EFFECTS:
+            raise KeyError(name)
+        return effect_key(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(EFFECTS)
+
+    def __len__(self) -> int:
+        return len(EFFECTS)
+
+
 # The declaration of every key, by section.
 KEYS: Mapping[str, Mapping[str, Key]] = {section: kind.keys() for section, kind in KINDS.items()} | {
     "building": buildings.KEYS,
-    "effects": {name: effect_key(name) for name in EFFECTS},
+    "effects": _EffectKeys(),
 }
 # Words that a scene may use one day, by section: each with what this version offers instead.
 LATER: Mapping[str, Mapping[str, str]] = {
@@ -56,7 +73,9 @@ LATER: Mapping[str, Mapping[str, str]] = {
         "restitution": 'written by its address: "interface.restitution" = [...]',
     },
 }
-KNOWN = {section: [*keys, *LATER.get(section, {})] for section, keys in KEYS.items()}
+KNOWN: Mapping[str, Collection[str]] = {
+    section: [*keys, *LATER[section]] if section in LATER else keys for section, keys in KEYS.items()
+}
 NUMBERS_ALONG = {
     "type": ["array", "object"],
     "description": "Values of the key of this address, as --set takes it; a dimension of the dataset.",

@@ -15,7 +15,7 @@ from pounding_risk._common.progress import Progress
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.attributes import told, versions
+from pounding_risk.results.attributes import told, versions, versions_of
 from pounding_risk.results.files import open_results
 from pounding_risk.results.layout import axes_of_cases, scene_dims
 from pounding_risk.results.provenance import check_records, recorded
@@ -147,6 +147,7 @@ def _changed_versions(before: xr.Dataset) -> dict[str, tuple[str, str]]:
             "scan"
         )
     now = versions()
+    now |= versions_of(name for name in was if name not in now)  # plug-ins
     names = dict.fromkeys((*was, *now))
     pairs = {name: (str(was.get(name, "not told")), now.get(name, "not asked")) for name in names}
     return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}

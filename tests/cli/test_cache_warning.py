@@ -153,8 +153,8 @@ def test_what_is_not_kept_is_told(folder):
 def test_a_warning_of_something_else_is_shown_as_it_is(folder):
     code = (
         "import warnings\n"
-        "from pounding_risk.cli._common.compile_cache import report_cache_trouble\n"
-        "with report_cache_trouble():\n"
+        "from pounding_risk.cli._common.compile_cache import report_trouble\n"
+        "with report_trouble():\n"
         "    warnings.warn('a compiled kernel is a kernel')\n"
     )
     done = subprocess.run(

@@ -607,8 +607,7 @@ def one_more_kind(tmp_path, monkeypatch):
     """The folder of the kinds with one file more, forgotten afterwards."""
     (tmp_path / "triangle.py").write_text(DOUBLE, encoding="utf-8")
     monkeypatch.setattr(generated, "__path__", [*generated.__path__, str(tmp_path)])
-    monkeypatch.setattr(generated, "KINDS", kinds := dict(motion_kinds()))
-    monkeypatch.setattr("pounding_risk.motions.generated._kind.KINDS", kinds)
+    monkeypatch.setattr(motion_kinds(), "members", dict(motion_kinds()))
     generated._import_kinds.cache_clear()
     yield
     sys.modules.pop("pounding_risk.motions.generated.triangle", None)

@@ -28,7 +28,7 @@ def one_more_file(tmp_path, monkeypatch):
     """The folder of the steps with one file more, forgotten afterwards."""
     (tmp_path / "halved.py").write_text(HALVED, encoding="utf-8")
     monkeypatch.setattr(processing, "__path__", [*processing.__path__, str(tmp_path)])
-    monkeypatch.setattr(processing, "_REGISTRY", dict(processing.known_steps()))
+    monkeypatch.setattr(processing._REGISTRY, "members", dict(processing.known_steps()))
     processing._import_steps.cache_clear()
     yield
     sys.modules.pop("pounding_risk.motions.processing.halved", None)

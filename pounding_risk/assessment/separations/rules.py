@@ -21,7 +21,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk._common.plugins import Registry
 from pounding_risk.assessment.separations.combination import Pair, abs_sum, cqc, srss
+from pounding_risk.errors import PoundingError
 from pounding_risk.units import STANDARD_GRAVITY
 
 ZONES = ("I", "II", "III")
@@ -259,7 +261,15 @@ _RULES = (
     ),
 )  # fmt: skip
 
-RULES: dict[str, Rule] = {rule.name: rule for rule in _RULES}
+
+def _taken(name: str, rule: Any) -> Rule:
+    """The rule that a plug-in names; raises PoundingError for what is none."""
+    if not isinstance(rule, Rule) or rule.name != name or rule.verification not in VERIFICATIONS:
+        raise PoundingError(f'it is not a Rule with the name "{name}" and one of the verifications {VERIFICATIONS}')
+    return rule
+
+
+RULES = Registry("rules", {rule.name: rule for rule in _RULES}, _taken)
 COMBINATIONS = tuple(rule.name for rule in _RULES if rule.verification == DERIVED)
 
 # What a rule took for granted, where the user said nothing else.

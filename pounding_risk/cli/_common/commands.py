@@ -2,7 +2,7 @@
 
 The module holds a function of its own name and ``ORDER``, its place in the help: commands are listed in rising order,
 groups after them. The package of a group holds ``app``, its typer application, and ``ORDER``. Modules whose names begin
-with an underscore are no commands.
+with an underscore are no commands. A plug-in's command is a function, or a typer application, and is listed last.
 
 A command is imported where it is run or listed, and typer reads its parameters only where it is run: reading those of
 all commands takes longer than everything else that ``--help`` does.
@@ -12,7 +12,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
-from inspect import getdoc
+from inspect import getdoc, isfunction
+from math import inf
 from pkgutil import iter_modules
 from types import ModuleType
 from typing import Any, ClassVar
@@ -20,29 +21,31 @@ from typing import Any, ClassVar
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from pounding_risk._common.plugins import Registry
+from pounding_risk.errors import PoundingError
+
 
 class FolderCommands(Mapping[str, Any]):
     """The commands and groups of a package by name, in the order of its help; each is made where it is asked for."""
 
-    def __init__(self, package: str, folders: Iterable[str]):
+    def __init__(self, package: str, folders: Iterable[str], plugins: str = ""):
         self._package = package
-        self._names = {name for _, name, _ in iter_modules(folders) if not name.startswith("_")}
+        names = [name for _, name, _ in iter_modules(folders) if not name.startswith("_")]
+        self.registry = Registry(plugins, dict.fromkeys(names), _of_plugin)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(sorted(self._names, key=lambda name: self._module(name).ORDER))
+        return iter(sorted(self.registry, key=lambda name: getattr(self._home(name), "ORDER", inf)))
 
     def __len__(self) -> int:
-        return len(self._names)
+        return len(self.registry)
 
     def __getitem__(self, name: str) -> Any:
-        if name not in self._names:
-            raise KeyError(name)
-        module = self._module(name)
-        if hasattr(module, "__path__"):
-            app = module.app
+        target = self._target(name)
+        if isinstance(target, typer.Typer):
+            app = target
         else:
             app = typer.Typer(add_completion=False, rich_markup_mode=None)
-            app.command(name)(getattr(module, name))
+            app.command(name)(target)
         command = typer.main.get_command(app)
         command.name = name
         return command
@@ -51,12 +54,27 @@ class FolderCommands(Mapping[str, Any]):
         """Commands that have a name and a help text alone, for the list of them."""
         return {name: TyperCommand(name, help=self._help(name)) for name in self}
 
-    def _module(self, name: str) -> ModuleType:
-        return import_module(f"{self._package}.{name}")
+    def _home(self, name: str) -> ModuleType | None:
+        """The module of a command of this program; None of a plug-in's."""
+        return import_module(f"{self._package}.{name}") if self.registry[name] is None else None
+
+    def _target(self, name: str) -> Any:
+        """The function of a command, or the typer application of a group."""
+        module = self._home(name)
+        if module is None:
+            return self.registry[name]
+        return module.app if hasattr(module, "__path__") else getattr(module, name)
 
     def _help(self, name: str) -> str | None:
-        module = self._module(name)
-        return module.app.info.help if hasattr(module, "__path__") else getdoc(getattr(module, name))
+        target = self._target(name)
+        return target.info.help if isinstance(target, typer.Typer) else getdoc(target)
+
+
+def _of_plugin(name: str, target: Any) -> Any:
+    """The command that a plug-in names; raises PoundingError for what is none."""
+    if not (isfunction(target) or isinstance(target, typer.Typer)):
+        raise PoundingError(f"{target!r} is neither a function nor a typer application")
+    return target
 
 
 class FolderGroup(TyperGroup):
@@ -64,10 +82,11 @@ class FolderGroup(TyperGroup):
 
     package: ClassVar[str]
     folders: ClassVar[Iterable[str]]
+    plugins: ClassVar[str] = ""  # group of plug-ins that add commands
 
     def __init__(self, **settings: Any):
         super().__init__(**settings)
-        self.commands: Any = FolderCommands(self.package, self.folders)
+        self.commands: Any = FolderCommands(self.package, self.folders, self.plugins)
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Names of the commands, in the order of the help."""

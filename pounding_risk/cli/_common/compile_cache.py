@@ -1,4 +1,4 @@
-"""Trouble with the cache of compiled code, reported in one sentence on standard error; the command itself goes on."""
+"""Trouble that a command goes on in spite of, with the cache of compiled code and with plug-ins: a sentence each."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from pounding_risk._common.plugins import PluginWarning
+
 ADVICE = "set NUMBA_CACHE_DIR to a folder that can be written"
 TROUBLES = {
     "cannot be read": "was damaged ({why}) and is compiled anew",
@@ -19,14 +21,14 @@ TROUBLES = {
 
 
 @contextmanager
-def report_cache_trouble() -> Iterator[None]:
-    """Run a command, then print a sentence for each kind of cache warning, and for an unusual cache folder."""
+def report_trouble() -> Iterator[None]:
+    """Run a command, then print a sentence for each plug-in left out, cache warning, and unusual cache folder."""
     sentences: dict[str, str] = {}
     with warnings.catch_warnings():
         shown = warnings.showwarning
 
         def show(message: Warning | str, *where: Any) -> None:
-            trouble = _trouble(str(message))
+            trouble = (str(message),) * 2 if isinstance(message, PluginWarning) else _trouble(str(message))
             if trouble is None:
                 return shown(message, *where)
             sentences.setdefault(*trouble)

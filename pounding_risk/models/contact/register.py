@@ -61,7 +61,7 @@ def contact_law(law: Law) -> Law:
     source = next((kind for kind in law.__mro__ if "reference" in vars(kind)), None)
     if source is None or source in [LAWS[name] for name in SHIPPED]:  # none, or that of the law it derives from
         law.reference = f"{law.__name__}, a law of the user's own"  # type: ignore[attr-defined]
-    LAWS[snake_case(law.__name__)] = complete(law)
+    LAWS.enter(snake_case(law.__name__), complete(law), law.__module__)
     return law
 
 
@@ -72,6 +72,8 @@ def _faults(law: Any) -> Iterator[str]:
     name = snake_case(law.__name__)
     if name in SHIPPED:
         yield f"{name} is a law of the package; give the class another name"
+    elif taken := LAWS.taken(name, law.__module__):
+        yield f"{name}: {taken}"
     yield from [*_fields(law), *_facts(law), *_methods(law)] or _first_use(law)
 
 
@@ -145,7 +147,7 @@ def is_own(kind: Any) -> bool:
 
 
 def law_digest(law: Any) -> str:
-    """SHA-256 of what a law computes: its fields, its facts, and the compiled code of its methods.
+    """SHA-256 of what a law or an effect computes: its fields, its facts, and the compiled code of its methods.
 
     Of what a method takes from outside the class, numbers count by their value and functions by their code; those of
     the package by their names. Lines, comments and the place where the class was written do not count.
@@ -155,9 +157,11 @@ def law_digest(law: Any) -> str:
 
 
 def _law(law: Any) -> Iterator[str]:
-    yield f"stiffness in {stiffness_quantity(law).unit}"
-    yield from (f"field {name} = {law._field_defaults.get(name)!r}" for name in law._fields)
-    for name in sorted(set(dir(law)) - OF_EVERY_TUPLE - set(law._fields)):
+    fields = getattr(law, "_fields", ())  # an effect on buildings may be another kind of class
+    if "stiffness" in fields:
+        yield f"stiffness in {stiffness_quantity(law).unit}"
+    yield from (f"field {name} = {law._field_defaults.get(name)!r}" for name in fields)
+    for name in sorted(set(dir(law)) - OF_EVERY_TUPLE - set(fields)):
         if not name.startswith("__"):
             yield f"{name}: {_described(inspect.getattr_static(law, name), ())}"
 

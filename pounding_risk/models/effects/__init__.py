@@ -55,9 +55,9 @@ __all__ = [
 ]
 
 _MODULES = [module.__name__ for module in modules_in_order(__name__)]
-for _name in sorted(EFFECTS, key=lambda name: _MODULES.index(EFFECTS[name].__module__)):
-    EFFECTS[_name] = EFFECTS.pop(_name)
-globals().update({kind.__name__: kind for kind in EFFECTS.values()})
+_own = sorted(EFFECTS.members.items(), key=lambda member: _MODULES.index(member[1].__module__))
+EFFECTS.members = dict(_own)
+globals().update({kind.__name__: kind for _, kind in _own})
 
 
 def refusal(kind: Any, name: str = "") -> str:

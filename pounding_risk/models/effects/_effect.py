@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping
 from inspect import Parameter, signature
 from typing import Any
 
+from pounding_risk._common.plugins import Registry
 from pounding_risk.models.contact.law import complete, snake_case
 from pounding_risk.units import Quantity, QuantityError, exact, parse
 
-EFFECTS: dict[str, Any] = {}  # classes by scene-file name, in the order in which they act
+EFFECTS = Registry("effects")  # classes by scene-file name, in the order in which they act
 
 PASSED_ON: dict[str, Callable[..., Any]] = {
     "begin": lambda self, e, speed, mass: self.law.begin(e, speed, mass),
@@ -89,8 +90,8 @@ def effect(
         kind.reference, kind.options, kind.needs, kind.absent = reference, options or {}, needs, absent or {}
         parameters = signature(kind.on).parameters
         kind.optional = tuple(key for key in kind.options if parameters[key].default is not Parameter.empty)
-        EFFECTS[name] = kind
-        if not acts_on_law(name):
+        EFFECTS.enter(name, kind, kind.__module__)
+        if hasattr(kind, "supports") or hasattr(kind, "built"):
             return kind
         for method, passed_on in PASSED_ON.items():
             if method not in vars(kind):

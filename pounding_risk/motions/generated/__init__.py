@@ -138,7 +138,7 @@ class Recipe(NamedTuple):
 
 
 def motion_kinds() -> Mapping[str, Kind]:
-    """List the kinds of generated motions of all modules of this folder, and those that users have added.
+    """List the kinds of generated motions of all modules of this folder, of plug-ins, and those of a user's script.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def motion_kinds() -> Mapping[str, Kind]:
         Function and keys of each kind by its name, in alphabetical order.
     """
     _import_kinds()
-    return dict(sorted(KINDS.items()))
+    return KINDS
 
 
 @cache

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk._common.plugins import Registry
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing.signals import Samples
@@ -173,7 +174,7 @@ class Kind(NamedTuple):
         return "{" + ", ".join([f'kind = "{self.name}"', *keys]) + "}"
 
 
-KINDS: dict[str, Kind] = {}
+KINDS = Registry("motions", arrange=sorted)
 # The keys that every kind has, and those of every kind that differs by a seed.
 OF_ALL = {
     "step": Option(
@@ -218,7 +219,7 @@ def motion_kind(
 
     def enter(function: Callable[..., Form]) -> Callable[..., Form]:
         every = {**options, **(OF_RANDOM if random else {}), **OF_ALL}
-        KINDS[name] = Kind(name, function, every, amplitude, named_by)
+        KINDS.enter(name, Kind(name, function, every, amplitude, named_by), function.__module__)
         return function
 
     return enter

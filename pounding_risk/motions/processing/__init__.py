@@ -17,6 +17,7 @@ from math import inf
 from pkgutil import iter_modules
 from typing import Any, NamedTuple
 
+from pounding_risk._common.plugins import Registry
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing.signals import Samples
@@ -61,7 +62,7 @@ class Known(NamedTuple):
     options: dict[str, Quantity | tuple[str, ...]]
 
 
-_REGISTRY: dict[str, Known] = {}
+_REGISTRY = Registry("steps", arrange=sorted)
 # What "auto" does to a raw record. No step of it needs a choice by the user; each says what field practice it follows.
 DEFAULT_CHAIN: tuple[Step, ...] = tuple(Step(name, {}) for name in ("mean", "taper", "bandpass", "baseline"))
 
@@ -70,14 +71,14 @@ def step(name: str, **options: Quantity | tuple[str, ...]) -> Callable[[Callable
     """Enter a function in the registry under ``name``, with the options it takes."""
 
     def enter(function: Callable[..., Done]) -> Callable[..., Done]:
-        _REGISTRY[name] = Known(function, options)
+        _REGISTRY.enter(name, Known(function, options), function.__module__)
         return function
 
     return enter
 
 
 def known_steps() -> Mapping[str, Known]:
-    """List the processing steps of all modules of this folder, and those that users have added.
+    """List the processing steps of all modules of this folder, of plug-ins, and those of a user's script.
 
     Returns
     -------
@@ -85,7 +86,7 @@ def known_steps() -> Mapping[str, Known]:
         Function and options of each step by its name, in alphabetical order.
     """
     _import_steps()
-    return dict(sorted(_REGISTRY.items()))
+    return _REGISTRY
 
 
 @cache

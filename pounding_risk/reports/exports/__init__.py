@@ -7,12 +7,13 @@ sentences on what they do not hold. The module's name is that of the format.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from pounding_risk._common.plugins import Registry
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.demands import check_dataset, open_dataset
 from pounding_risk.errors import PoundingError
@@ -21,19 +22,28 @@ from pounding_risk.results.files import RESULTS
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.units import GAP, PGA, shown, si
 
+FACTS = ("WORDS", "ENDINGS", "SOURCE", "TAKES", "write")  # that a format has
+
 if TYPE_CHECKING:
     import xarray as xr
 
     from pounding_risk.scene.scene import Scene
 
 
-def formats() -> dict[str, ModuleType]:
-    """The modules of the formats, by their names."""
+def formats() -> Mapping[str, Any]:
+    """The modules of the formats by their names, those of plug-ins too."""
     names = sorted(module.name for module in iter_modules(__path__) if not module.name.startswith("_"))
-    return {name: import_module(f"{__name__}.{name}") for name in names}
+    return Registry("writers", {name: import_module(f"{__name__}.{name}") for name in names}, _of_plugin)
 
 
-def known_format(name: str) -> ModuleType:
+def _of_plugin(name: str, module: Any) -> Any:
+    """The format that a plug-in names; raises PoundingError for what is none."""
+    if lacking := [fact for fact in FACTS if not hasattr(module, fact)]:
+        raise PoundingError(f"{module!r} has no {' nor '.join(lacking)}")
+    return module
+
+
+def known_format(name: str) -> Any:
     """The format of a name; raises PoundingError for another word."""
     known = formats()
     if name not in known:
@@ -105,7 +115,7 @@ def export(
     return written
 
 
-def _target(target: Path, to: str, module: ModuleType) -> Path:
+def _target(target: Path, to: str, module: Any) -> Path:
     """The file or folder to write; raises PoundingError for a name that it cannot have."""
     if target.suffix.lower() not in module.ENDINGS:
         endings = " or ".join(filter(None, module.ENDINGS))
@@ -114,7 +124,7 @@ def _target(target: Path, to: str, module: ModuleType) -> Path:
     return target
 
 
-def _opened(source: Any, to: str, module: ModuleType) -> Any:
+def _opened(source: Any, to: str, module: Any) -> Any:
     """The dataset, or the scene, that a format is made of; raises PoundingError for the other one."""
     if module.SOURCE == "scene":
         if (isinstance(source, str | Path) and Path(source).suffix in RESULTS) or hasattr(source, "data_vars"):

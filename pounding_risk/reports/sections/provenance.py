@@ -31,6 +31,7 @@ def write(data: ReportData) -> list[Block]:
         source("Commands.", "\n".join(_commands(data))),
         source("The scene, as written.", str(attributes.get("scene", ""))),
         facts("Versions.", sorted(data.facts("versions", {}).items())),
+        *([facts("Plug-ins.", sorted(data.facts("plugins", {}).items()))] if "plugins" in attributes else []),
         *([facts("Digests.", digests)] if (digests := _digests(attributes)) else []),
         _files(data),
         heading("Origin and terms of the records", "origins"),

@@ -15,8 +15,8 @@ from pounding_risk.studies.stability.trial import Trial, TrialScene
 # Contact laws that a case can be put to: those with a force, and also those whose velocities jump.
 FORCES = SHIPPED
 ALL = (*FORCES, *INSTANT_LAWS)
-CAPPED = tuple(name for name in FORCES if LAWS[name].capped)  # type: ignore[attr-defined]
-DAMPED = tuple(name for name in FORCES if LAWS[name].needs_restitution)  # type: ignore[attr-defined]
+CAPPED = tuple(name for name in FORCES if LAWS[name].capped)
+DAMPED = tuple(name for name in FORCES if LAWS[name].needs_restitution)
 LINEAR = tuple(name for name in FORCES if Trial(name, 1e-6).is_linear)
 HERTZ = tuple(name for name in FORCES if name not in LINEAR)
 # A law that remembers its path rests where the path leaves it, and its corners are stepped over, not landed on.

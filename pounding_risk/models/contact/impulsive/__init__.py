@@ -45,6 +45,7 @@ INSTANT_LAWS: dict[str, type] = {
     if "strike" in vars(law)
 }
 globals().update({law.__name__: law for law in INSTANT_LAWS.values()})
+LAWS.reserve(INSTANT_LAWS)
 # Everything that a scene may name, a user's own laws included: the laws of force first.
 CONTACT_MODELS: Mapping[str, type] = ChainMap(INSTANT_LAWS, LAWS)
 

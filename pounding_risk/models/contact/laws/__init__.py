@@ -13,11 +13,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from pounding_risk._common.plugins import Registry
 from pounding_risk.models._discovery import classes_of, documented, modules_in_order
 from pounding_risk.models.contact.law import *  # noqa: F403 - what a law of the user's own takes
 from pounding_risk.models.contact.law import ContactLaw, complete, snake_case
 
-LAWS: dict[str, type] = {}  # by scene-file name; a user's own are added as they are defined
+LAWS = Registry("laws")  # classes by scene-file name; a user's own are added as they are defined
 EXACT: dict[type, type] = {}  # the class that a law becomes under the exact relation; some are exact as they are
 RESTITUTION_OF_RATIO: dict[str, tuple[Callable[[float], float], float]] = {}
 
@@ -27,17 +28,15 @@ for _module in modules_in_order(__name__):
     _classes = classes_of(_module)
     globals().update(_classes)
     # The exact form of a law inherits its methods, and has no name of its own in a scene.
-    LAWS |= {
-        snake_case(name): documented(complete(law))
-        for name, law in _classes.items()
-        if all(method in vars(law) for method in _REQUIRED)
-    }
+    for _name, _law in _classes.items():
+        if all(method in vars(_law) for method in _REQUIRED):
+            LAWS.enter(snake_case(_name), documented(complete(_law)), __name__)
     EXACT |= getattr(_module, "EXACT", {})
     RESTITUTION_OF_RATIO |= {
         snake_case(law.__name__): inverse for law, inverse in getattr(_module, "RESTITUTION_OF_RATIO", {}).items()
     }
 
-SHIPPED = tuple(LAWS)
+SHIPPED = tuple(LAWS.members)
 
 if TYPE_CHECKING:
 

@@ -1,0 +1,277 @@
+"""Plug-ins: laws, effects, motions, steps, rules, formats of export and commands of other installed packages.
+
+A package names each by an entry point in one of the groups ``pounding_risk.laws``, ``pounding_risk.effects`` and so on
+(`GROUPS`), under the name that scenes and commands have for it. Which there are is read from the metadata of the
+installed distributions, once in a process, without `importlib.metadata`, whose import alone takes longer than that. A
+plug-in is imported when its name is asked for, or when all of its kind are listed, never while this package is being
+imported: its own modules import from here.
+
+One that cannot be loaded is an error where its name is asked for, and a warning where all are listed. A name that this
+package or another plug-in has as well is refused.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
+from functools import cache, reduce
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pounding_risk._common.words import nearest
+from pounding_risk.errors import PoundingError
+
+PREFIX = "pounding_risk."
+GROUPS = {
+    "laws": "contact law",
+    "effects": "effect",
+    "motions": "kind of motion",
+    "steps": "processing step",
+    "rules": "separation rule",
+    "writers": "format of export",
+    "commands": "command",
+}
+
+
+class PluginWarning(UserWarning):
+    """A plug-in is left out, because it cannot be loaded or its name is taken."""
+
+
+class Plugin(NamedTuple):
+    """An entry point of an installed distribution, ``name = value`` in the group ``pounding_risk.group``."""
+
+    group: str
+    name: str
+    value: str
+    distribution: str
+    version: str
+
+    @property
+    def origin(self) -> str:
+        """The distribution and its version."""
+        return f"{self.distribution} {self.version}"
+
+    @property
+    def said(self) -> str:
+        """Distribution, version and entry point."""
+        return f'{self.origin} (entry point "{self.name} = {self.value}" in {PREFIX}{self.group})'
+
+    @property
+    def module(self) -> str:
+        """The module that it is imported from."""
+        return self.value.partition("[")[0].partition(":")[0].strip()
+
+    def load(self) -> Any:
+        """Import what the entry point names; raises whatever that raises."""
+        attributes = self.value.partition("[")[0].partition(":")[2].strip()
+        return reduce(getattr, filter(None, attributes.split(".")), import_module(self.module))
+
+    def is_from(self, module: str) -> bool:
+        """Whether it is of the package that a module belongs to."""
+        return _top(self.module) == _top(module)
+
+    def is_being_imported(self) -> bool:
+        """Whether its module is being imported: then it is not there yet, and asks us for something itself."""
+        return getattr(getattr(sys.modules.get(self.module), "__spec__", None), "_initializing", False)
+
+
+Plugins = Mapping[str, tuple[Plugin, ...]]
+
+
+@cache
+def installed() -> Mapping[str, Plugins]:
+    """The plug-ins of all installed distributions: by group, then by name, of which each should have one."""
+    groups: dict[str, dict[str, tuple[Plugin, ...]]] = {group: {} for group in GROUPS}
+    for plugin in _installed():
+        if plugin.group in groups:
+            groups[plugin.group][plugin.name] = (*groups[plugin.group].get(plugin.name, ()), plugin)
+        else:
+            hint = nearest(plugin.group, GROUPS)
+            _warn(f"{plugin.said} is left out: no such group{hint}; groups are {', '.join(GROUPS)}")
+    return groups
+
+
+def plugin_of(group: str, name: str) -> Plugin | None:
+    """The plug-in of a name; None where no distribution has one."""
+    return next(iter(installed()[group].get(name, ())), None)
+
+
+def _installed() -> Iterator[Plugin]:
+    """Every entry point in a group of ours. Of two distributions of one name the first on the path counts."""
+    seen = set()
+    for folder in sys.path:
+        try:
+            names = os.listdir(folder or ".")
+        except OSError:  # an archive, or not there
+            continue
+        for name in sorted(name for name in names if name.endswith((".dist-info", ".egg-info"))):
+            if (distribution := name.partition("-")[0].lower()) not in seen:
+                seen.add(distribution)
+                yield from _plugins_in(Path(folder, name))
+
+
+def _plugins_in(folder: Path) -> Iterator[Plugin]:
+    """The entry points in groups of ours of the distribution with this folder of metadata."""
+    text = _read(folder / "entry_points.txt")
+    if f"[{PREFIX}" not in text:
+        return
+    about = _read(folder / "METADATA") or _read(folder / "PKG-INFO")
+    name, version = (re.search(rf"^{key}: *(\S+)", about, re.MULTILINE) for key in ("Name", "Version"))
+    group = ""
+    for line in map(str.strip, text.splitlines()):
+        if line.startswith("["):
+            group = line.strip("[] ")
+        elif group.startswith(PREFIX) and "=" in line and not line.startswith(("#", ";")):
+            key, _, value = line.partition("=")
+            stated = name[1] if name else folder.stem, version[1] if version else "of unknown version"
+            yield Plugin(group.removeprefix(PREFIX), key.strip(), value.strip(), *stated)
+
+
+def _read(file: Path) -> str:
+    try:
+        return file.read_text("utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+class Registry(MutableMapping[str, Any]):
+    """The members of one kind by name: of this package, of a user's script, and plug-ins, imported when asked for.
+
+    Parameters
+    ----------
+    group : str
+        One of `GROUPS`; "" for a registry without plug-ins.
+    members : mapping, optional
+        Members of this package.
+    take : callable, optional
+        From the name of a plug-in and what it names to the member, for a registry whose members no decorator enters.
+        Raises PoundingError for what is none.
+    arrange : callable, optional
+        From the names to the order in which they are listed; by default those of this package come first as they were
+        entered, plug-ins then by name.
+    """
+
+    def __init__(
+        self,
+        group: str,
+        members: Mapping[str, Any] | None = None,
+        take: Callable[[str, Any], Any] | None = None,
+        arrange: Callable[[Iterable[str]], list[str]] | None = None,
+    ):
+        self.group = group
+        self.members: dict[str, Any] = dict(members or {})
+        self._ours, self._take, self._arrange = set(self.members), take, arrange or self._in_order
+        self._problems: dict[str, str] = {}  # of plug-ins that were loaded; "" where that went well
+
+    def __getitem__(self, name: str) -> Any:
+        self._ask(name)
+        return self.members[name]
+
+    def __contains__(self, name: object) -> bool:
+        self._ask(name)
+        return name in self.members
+
+    def __iter__(self) -> Iterator[str]:
+        self._ask_all()
+        return iter(self._arrange(self.members))
+
+    def __len__(self) -> int:
+        self._ask_all()
+        return len(self.members)
+
+    def __setitem__(self, name: str, member: Any) -> None:
+        self.members[name] = member
+
+    def __delitem__(self, name: str) -> None:
+        del self.members[name]
+
+    def _in_order(self, names: Iterable[str]) -> list[str]:
+        last = len(self._plugins)
+        place = {name: number for number, name in enumerate(sorted(self._plugins), start=1)}
+        return sorted(names, key=lambda name: 0 if name in self._ours else place.get(name, last + 1))
+
+    def reserve(self, names: Iterable[str]) -> None:
+        """Keep names of this package that stand in another registry, and mean something in the same key of a scene."""
+        self._ours.update(names)
+
+    def enter(self, name: str, member: Any, module: str) -> None:
+        """Make known a member that a module defines; raises PoundingError where its name is another one's."""
+        if _top(module) == _top(__name__):
+            self._ours.add(name)
+        elif taken := self.taken(name, module):
+            raise PoundingError(f"{GROUPS[self.group]} {name}: {taken}")
+        self.members[name] = member
+
+    def taken(self, name: str, module: str) -> str:
+        """Why a module outside this package may not define a member of this name; "" where it may."""
+        if name in self._ours:
+            return f"pounding_risk has a {GROUPS[self.group]} of this name; choose another name"
+        others = [plugin for plugin in self._plugins.get(name, ()) if not plugin.is_from(module)]
+        return f"{others[0].said} has this name; choose another name, or uninstall it" if others else ""
+
+    def problem(self, name: str) -> str:
+        """Load the plug-in of a name, and say why it cannot be used; "" where it can, or where there is none."""
+        plugins = self._plugins.get(name, ())
+        if not plugins or (name not in self._problems and plugins[0].is_being_imported()):
+            return ""
+        if name not in self._problems:
+            self._problems[name] = self._collision(name, plugins) or self._load(plugins[0])
+        return self._problems[name]
+
+    @property
+    def _plugins(self) -> Plugins:
+        return installed().get(self.group, {})
+
+    def _ask(self, name: Any) -> None:
+        if isinstance(name, str) and (problem := self.problem(name)):
+            raise PoundingError(problem)
+
+    def _ask_all(self) -> None:
+        for name in self._plugins:
+            if problem := self.problem(name):
+                _warn(problem)
+
+    def _collision(self, name: str, plugins: tuple[Plugin, ...]) -> str:
+        """Why a name is that of more than one; "" where it is not."""
+        holders = [*(["pounding_risk itself"] if name in self._ours else []), *(plugin.said for plugin in plugins)]
+        if len(holders) == 1:
+            return ""
+        return (
+            f"{GROUPS[self.group]} {name}: {' and '.join(holders)} have this name, and which one is meant cannot be "
+            f"known; uninstall {' or '.join(plugin.distribution for plugin in plugins)}, or rename it there"
+        )
+
+    def _load(self, plugin: Plugin) -> str:
+        """Import a plug-in and have it among the members; why that fails, or "" where it does not."""
+        try:
+            target = plugin.load()
+            if self._take is not None:
+                self.members[plugin.name] = self._take(plugin.name, target)
+            if plugin.name not in self.members:
+                raise PoundingError(
+                    f"importing {plugin.module} makes no {GROUPS[self.group]} of this name known; give the entry point "
+                    "the name that scenes have for it"
+                )
+        except (Exception, SystemExit) as error:  # whatever the module of a plug-in may raise
+            self.members.pop(plugin.name, None)
+            why = str(error) if isinstance(error, PoundingError) else f"{type(error).__name__}: {error}"
+            return (
+                f"{GROUPS[self.group]} {plugin.name}: the plug-in {plugin.said} cannot be loaded: {why}; repair it, or "
+                f"uninstall {plugin.distribution}"
+            )
+        return ""
+
+
+def _top(module: str) -> str:
+    """The package at the top, which a module belongs to."""
+    return module.partition(".")[0]
+
+
+@cache
+def _warn(sentence: str) -> None:
+    """Warn once of what is left out."""
+    warnings.warn(sentence, PluginWarning, stacklevel=2)
