@@ -316,4 +316,6 @@ def test_an_edited_law_is_told_where_the_scene_runs_it():
     assert list(one["laws"]) == ["cushion"] and identity(asked())["laws"] == {}
     cell(formula="* 2.0")
     other = identity(asked('grid.contact_model=["linear", "cushion"]'))
-    assert difference(one, other) == ["contact model cushion: the code of this law of your own was changed since"]
+    assert difference(one, other) == [
+        "contact model cushion: its code, which is not this program's own, was changed since"
+    ]

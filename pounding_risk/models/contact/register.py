@@ -10,6 +10,7 @@ from types import CellType, CodeType, FunctionType, ModuleType
 from typing import Any, TypeVar
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.law import (
     HERTZ_STIFFNESS,
     LINEAR_STIFFNESS,
@@ -70,7 +71,7 @@ def _faults(law: Any) -> Iterator[str]:
         yield "is not a NamedTuple class; write class Name(NamedTuple): with its parameters as fields"
         return
     name = snake_case(law.__name__)
-    if name in SHIPPED:
+    if name in (*SHIPPED, *INSTANT_LAWS):
         yield f"{name} is a law of the package; give the class another name"
     elif taken := LAWS.taken(name, law.__module__):
         yield f"{name}: {taken}"

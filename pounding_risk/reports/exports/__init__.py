@@ -17,11 +17,12 @@ from pounding_risk._common.plugins import Registry
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.demands import check_dataset, open_dataset
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.exports._written import Asked, Written
+from pounding_risk.reports.exports._written import Asked, Written, write_file
 from pounding_risk.results.files import RESULTS
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.units import GAP, PGA, shown, si
 
+__all__ = ["Asked", "Written", "export", "formats", "known_format", "write_file"]
 FACTS = ("WORDS", "ENDINGS", "SOURCE", "TAKES", "write")  # that a format has
 
 if TYPE_CHECKING:
