@@ -19,14 +19,15 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.sites.openquake import AGAIN, IMT, Row, Table, head_of, read_table, split_site
 from pounding_risk.motions.sites.places import Asked, Site, read_site, site_words
+from pounding_risk.motions.sites.tables import AGAIN, Row, Table, head_of, read_table, split_site
 from pounding_risk.results.amplitudes import Spectral
 from pounding_risk.units import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
 
 PGV_UNIT = 0.01  # m/s
+_SA = re.compile(r"SA\(\s*(\d+\.?\d*(?:[eE]-?\d+)?|\.\d+)\s*\)")
 _POE = re.compile(r"poe-(\d+\.?\d*(?:[eE][+-]?\d+)?)")
 _SPECTRUM = re.compile(r"(\d*\.?\d+(?:[eE][+-]?\d+)?)~(.+)")
 
@@ -82,7 +83,7 @@ def measure_of(imt: str) -> tuple[str, float] | None:
     """The intensity that OpenQuake calls ``imt``, and its unit in SI; None of those that datasets do not hold."""
     if imt in ("PGA", "PGV"):
         return imt.lower(), STANDARD_GRAVITY if imt == "PGA" else PGV_UNIT
-    match = IMT.fullmatch(imt)
+    match = _SA.fullmatch(imt)
     return (Spectral(float(match[1])).intensity, STANDARD_GRAVITY) if match and float(match[1]) > 0.0 else None
 
 

@@ -22,6 +22,7 @@ RADIUS = 6371.0088  # km, mean radius of the earth
 FARTHEST = 10.0  # km, from a place to the site that stands for it, where no other distance is given
 LENGTH = Quantity("m", 0.0, inf, "distance", example="20 km")
 EXAMPLE = 'write longitude and latitude in degrees, such as "23.73, 37.98"'
+CHOOSE = f"choose one with --site, or #LONGITUDE,LATITUDE after the name of the file: {EXAMPLE}"
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
 _SITE = re.compile(rf"\s*({_NUMBER})\s*(?:,|\s)\s*({_NUMBER})\s*(?:\bwithin\b\s*(.+?))?\s*")
 
@@ -94,7 +95,9 @@ def nearest(places: Sequence[Place], at: Place) -> Site:
     return Site(position, places[position], away[position])
 
 
-def find_site(places: Sequence[Place], ids: Sequence[str], asked: Asked | None, where: str) -> Site:
+def find_site(
+    places: Sequence[Place], ids: Sequence[str], asked: Asked | None, where: str, choose: str = CHOOSE
+) -> Site:
     """The site that is asked for, or the only one where none is.
 
     Parameters
@@ -107,6 +110,8 @@ def find_site(places: Sequence[Place], ids: Sequence[str], asked: Asked | None, 
         What is asked for.
     where : str
         The list, which errors name first.
+    choose : str
+        How one of several is chosen.
 
     Raises
     ------
@@ -115,10 +120,7 @@ def find_site(places: Sequence[Place], ids: Sequence[str], asked: Asked | None, 
     """
     if asked is None:
         if len(places) > 1:
-            raise RecordError(
-                f"{where}: has {len(places)} sites, the first at {places[0]}; choose one with --site, "
-                f"or #LONGITUDE,LATITUDE after the name of the file: {EXAMPLE}"
-            )
+            raise RecordError(f"{where}: has {len(places)} sites, the first at {places[0]}; {choose}")
         return Site(0, places[0])
     if asked.place is None:
         if asked.id in ids:

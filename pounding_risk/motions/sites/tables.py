@@ -1,8 +1,8 @@
-"""Tables that the OpenQuake engine exports as CSV: a comment line of facts, a head, and rows of numbers.
+"""Tables that other programs export as CSV: comment lines of facts, a head, and rows, each at its place.
 
-Versions 3.0 to 3.21 write the facts as ``# mean, investigation_time=50.0, imt="PGA"`` or, in one quoted cell,
-``#,,,"generated_by='OpenQuake engine 3.15.0', kind='mean', investigation_time=50.0, imt='PGA'"`` (modules
-``openquake.baselib.writers`` and ``openquake.calculators.export`` of github.com/gem/oq-engine, and its test files).
+OpenQuake writes its facts as ``# mean, investigation_time=50.0, imt="PGA"`` or, in one quoted cell since version 3.7,
+``#,,,"generated_by='OpenQuake engine 3.15.0', kind='mean', investigation_time=50.0, imt='PGA'"`` (test files of
+github.com/gem/oq-engine); SimCenter writes none.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from pounding_risk.units import shown
 
 AGAIN = "export the file again"
 _FACT = re.compile(r"""(\w+)\s*=\s*(?:'([^']*)'|"([^"]*)"|(\[[^\]]*\])|([^,"]*))""")
-IMT = re.compile(r"SA\(\s*(\d+\.?\d*(?:[eE]-?\d+)?|\.\d+)\s*\)")
 
 
 class Row(NamedTuple):
@@ -38,6 +37,7 @@ class Table(NamedTuple):
     facts: dict[str, str]
     head: tuple[str, ...]
     rows: tuple[Row, ...]
+    again: str = AGAIN  # the repair of a damaged one
 
     def fault(self, words: str, row: Row | None = None) -> RecordError:
         """The error that a row causes, or the head."""
@@ -51,7 +51,7 @@ class Table(NamedTuple):
         except ValueError:
             value = float("nan")
         if not isfinite(value) or "_" in cell:
-            raise self.fault(f"{column} is {shown(cell)}; it must be a number: {AGAIN}", row)
+            raise self.fault(f"{column} is {shown(cell)}; it must be a number: {self.again}", row)
         return value
 
     def fact(self, key: str) -> float:
@@ -62,7 +62,7 @@ class Table(NamedTuple):
             value = float("nan")
         if not (isfinite(value) and value > 0.0):
             stated = f"{key} is {shown(self.facts[key])}" if key in self.facts else f"nothing says the {key}"
-            raise self.fault(f"{stated}; the comment line must state it, such as # {key}=50.0: {AGAIN}")
+            raise self.fault(f"{stated}; the comment line must state it, such as # {key}=50.0: {self.again}")
         return value
 
     def site(self, asked: Asked | None) -> tuple[Row, Site]:
@@ -74,9 +74,9 @@ class Table(NamedTuple):
         return self.rows[site.position], site
 
 
-def place_of(table: Table, row: Row) -> Place:
+def place_of(table: Table, row: Row, longitude: str = "lon", latitude: str = "lat") -> Place:
     """Longitude and latitude of a row."""
-    return place(table.number(row, "lon"), table.number(row, "lat"), f"{table.path}, line {row.line}")
+    return place(table.number(row, longitude), table.number(row, latitude), f"{table.path}, line {row.line}")
 
 
 def head_of(path: Path) -> tuple[str, ...]:
@@ -89,33 +89,33 @@ def head_of(path: Path) -> tuple[str, ...]:
     return _cells(first[:100_000])
 
 
-def read_table(path: Path, needed: Sequence[str]) -> Table:
+def read_table(path: Path, needed: Sequence[str], again: str = AGAIN) -> Table:
     """The table of a file; raises RecordError for columns that are missing, twice there or of unequal number."""
     facts: dict[str, str] = {}
     rows = []
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise RecordError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error}); {AGAIN}") from None
+        raise RecordError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error}); {again}") from None
     for number, line in enumerate(text.splitlines(), start=1):
         if line.startswith("#"):
             facts |= {key: next(filter(None, values), "").strip() for key, *values in _FACT.findall(line)}
         elif line.strip():
             rows.append(Row(number, _cells(line)))
     if not rows:
-        raise RecordError(f"{path}: holds no table; {AGAIN}")
+        raise RecordError(f"{path}: holds no table; {again}")
     head = rows.pop(0)
-    table = Table(path, facts, head.cells, tuple(rows))
+    table = Table(path, facts, head.cells, tuple(rows), again)
     missing = [name for name in needed if name not in head.cells]
     twice = [name for name in head.cells if head.cells.count(name) > 1]
     if missing or twice:
         words = f"has no column {missing[0]}" if missing else f"has the column {shown(twice[0])} twice"
-        raise table.fault(f"the head {shown(','.join(head.cells)[:60])} {words}; {AGAIN}", head)
+        raise table.fault(f"the head {shown(','.join(head.cells)[:60])} {words}; {again}", head)
     if not rows:
-        raise table.fault(f"has no rows below its head; {AGAIN}")
+        raise table.fault(f"has no rows below its head; {again}")
     for row in rows:
         if len(row.cells) != len(head.cells):
-            raise table.fault(f"has {len(row.cells)} cells, and the head has {len(head.cells)}; {AGAIN}", row)
+            raise table.fault(f"has {len(row.cells)} cells, and the head has {len(head.cells)}; {again}", row)
     return table
 
 
