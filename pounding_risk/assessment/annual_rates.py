@@ -16,9 +16,10 @@ from __future__ import annotations
 
 import re
 from math import inf, isfinite
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pounding_risk.units import QuantityError, shown
 
@@ -30,6 +31,9 @@ _UNIT = r"(?:years?|yrs?|a)"
 _PROBABILITY = re.compile(rf"(?:probability of )?{_NUMBER} *(%?) *in *{_NUMBER} *{_UNIT}")
 _RETURN_PERIOD = re.compile(rf"(?:(?:a )?return period(?: of)?|once in|every)? *{_NUMBER} *{_UNIT}")
 _RATE = re.compile(rf"(?:annual (?:rate|frequency)(?: of)?)? *{_NUMBER} *(?:(?:a|per) year|(?:1 */|/) *{_UNIT}|)")
+
+
+Rates = TypeVar("Rates", float, NDArray[np.float64])
 
 
 class AnnualRate(NamedTuple):
@@ -45,9 +49,10 @@ def in_years(annual: float, years: float = YEARS) -> float:
     return float(-np.expm1(-years * annual))
 
 
-def rate_of_probability(probability: float, years: float) -> float:
+def rate_of_probability(probability: Rates, years: float) -> Rates:
     """Annual rate of what has a probability in so many years, −ln(1 − p) / years."""
-    return float(-np.log1p(-probability) / years)
+    rate: Any = -np.log1p(-probability) / years
+    return rate if isinstance(probability, np.ndarray) else float(rate)
 
 
 def return_period_words(rate: float) -> str:

@@ -9,7 +9,7 @@ Four shapes are read, told apart by the first line:
 - ``sa [g],annual rate at 0.2 s [1/year],annual rate at 1 s [1/year]``: a row for each intensity of several curves.
 
 How often an intensity is exceeded may be an annual rate, a return period T [years], which is a rate of 1/T, or a
-probability p in t years, which is one of −ln(1 − p)/t.
+probability p in t years, which is one of −ln(1 − p)/t. Exports of the OpenQuake engine are read too.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.assessment.annual_rates import AnnualRate, rate_of_probability, read_rate
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
+from pounding_risk.assessment.hazard_openquake import Exported, exported
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import read_measure
 from pounding_risk.results.amplitudes import Spectral, intensity_quantity, spectral
@@ -119,12 +120,14 @@ def read_hazard(path: str | Path) -> Hazard | HazardSpectrum:
     """Read a hazard curve, or hazard spectra, from a CSV file.
 
     The head says what each column holds (the four shapes of the module's docstring). Lines that start with # are left
-    out.
+    out. Hazard curves and uniform hazard spectra of OpenQuake are read as they are.
 
     Parameters
     ----------
     path : str or Path
-        The file, such as ``pga [g],annual rate [1/year]`` above rows like ``0.1,0.02``.
+        The file, such as ``pga [g],annual rate [1/year]`` above rows like ``0.1,0.02``. Of an export of OpenQuake the
+        site stands after "#", ``hazard_curve-mean-PGA_1.csv#23.73,37.98``, with ``within 20 km`` after it for one that
+        is farther than 10 km; a pattern, ``hazard_curve-mean-*.csv``, stands for the curves of several intensities.
 
     Returns
     -------
@@ -135,8 +138,12 @@ def read_hazard(path: str | Path) -> Hazard | HazardSpectrum:
     ------
     PoundingError
         With the line, for what is no such table, where no column says how often an intensity is exceeded, for a
-        probability that does not lie between 0 and 1, and where intensities do not rise or rates do not fall.
+        probability that does not lie between 0 and 1, where intensities do not rise or rates do not fall, for several
+        sites of which none is named, and for one that is too far.
     """
+    curves = exported(path)
+    if curves is not None:
+        return _of_openquake(curves)
     lines = _lines(Path(path))
     cells = lines[0].cells
     if re.fullmatch(r"period *\[.*\]", cells[0], re.IGNORECASE):
@@ -146,6 +153,17 @@ def read_hazard(path: str | Path) -> Hazard | HazardSpectrum:
         return _by_rate(lines, stated)
     has_period = len(cells) > 2 or re.search(r" at (\.?\d|pga\b)", cells[-1], re.IGNORECASE)
     return _by_intensity(lines) if has_period else _one_curve(lines)
+
+
+def _of_openquake(curves: Exported) -> Hazard | HazardSpectrum:
+    """Annual rates from the probabilities of curves of one site."""
+    stated = Statement("probability", curves.years)
+    reading = " ".join((*curves.reading, stated.reading))
+    rates = [rate_of_probability(poe, curves.years) for poe in curves.probabilities]
+    if len(rates) == 1:
+        return Hazard(curves.intensities[0], curves.levels[0], rates[0], curves.name, reading)
+    head = Line(Path(curves.name), 1, "")
+    return _at_common_rates(head, curves.intensities, list(zip(curves.levels, rates, strict=True)), reading)
 
 
 def statement(head: str) -> Statement | None:

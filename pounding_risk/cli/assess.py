@@ -22,8 +22,10 @@ from pounding_risk.cli._common.options import (
     Percentile,
     Results,
     Select,
+    Site,
     Target,
     TargetRate,
+    at_site,
     opened_results,
     out_option,
     read_optional,
@@ -57,6 +59,7 @@ def assess(
     pga: Amplitude = None,
     intensity_level: IntensityLevel = None,
     hazard: Hazard = None,
+    site: Site = None,
     target_rate: TargetRate = None,
     select: Select = NONE,
     out: Annotated[Path | None, out_option("Write it all", ".json")] = None,
@@ -69,6 +72,7 @@ def assess(
     from pounding_risk.results.scene_axes import check_settled, open_axes
     from pounding_risk.units import GAP, PGA
 
+    hazard = at_site(hazard, site)
     criterion = read_criterion(target, percentile, confidence, prefix="--")
     rate = read_target_rate(target_rate, hazard is not None, prefix="--")
     chosen = opened_results(results, select)

@@ -18,6 +18,8 @@ from pounding_risk.cli._common.options import (
     New,
     Results,
     Select,
+    Site,
+    at_site,
     chosen_results,
     file_option,
     option,
@@ -44,6 +46,7 @@ def damage(
         str | None, option("Intensity at which probabilities are compared.", "the median without pounding")
     ] = None,
     hazard: Hazard = None,
+    site: Site = None,
     confidence: Confidence = "95 %",
     select: Select = NONE,
     out: Annotated[Path | None, out_option("Write the dataset, or a table", ".nc", ".csv")] = None,
@@ -61,7 +64,7 @@ def damage(
         check_replaceable(out, "damage", None, new)
     dataset = run(
         chosen_results(results, select), states=states, gap=gap, contact_model=contact_model, yield_force=yield_force,
-        method=method, intensity=intensity, at=at, hazard=hazard, confidence=confidence,
+        method=method, intensity=intensity, at=at, hazard=at_site(hazard, site), confidence=confidence,
     )  # fmt: skip
     print_damage(dataset)
     _write(dataset, out)

@@ -18,9 +18,11 @@ from pounding_risk.cli._common.options import (
     JudgedGap,
     Percentile,
     Select,
+    Site,
     Target,
     TargetRate,
     argument,
+    at_site,
     chosen_results,
     option,
     out_option,
@@ -42,6 +44,7 @@ def report(
     pga: Amplitude = None,
     intensity_level: IntensityLevel = None,
     hazard: Hazard = None,
+    site: Site = None,
     target_rate: TargetRate = None,
     others: Annotated[
         list[Path],
@@ -66,7 +69,7 @@ def report(
     report_file = run(
         chosen_results(results, select, partly=True),
         file,
-        hazard=hazard,
+        hazard=at_site(hazard, site),
         also=others,
         gap=read_optional("--gap", gap, GAP),
         project=project,

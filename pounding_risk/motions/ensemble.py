@@ -6,7 +6,7 @@ pattern, a folder and a file of several components stand for their horizontals; 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import isclose, isfinite
 from pathlib import Path
@@ -22,9 +22,11 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing import DEFAULT_CHAIN
 from pounding_risk.motions.processing.noise import shared_corners
 from pounding_risk.motions.read import processed
-from pounding_risk.motions.record import GENERATED, RAW, STATED, Source, recording, recording_words
+from pounding_risk.motions.record import FACTOR_OF_SITE, GENERATED, RAW, STATED, Source, recording, recording_words
 from pounding_risk.motions.request import RecordRequest, conflicts, matching
 from pounding_risk.motions.rotation import rotated
+from pounding_risk.motions.sites.event_grid import grid_sources, is_grid, sources_at
+from pounding_risk.motions.sites.places import Asked
 from pounding_risk.motions.source import components, file_name, generated, is_vertical, open_source, split_component
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
@@ -48,8 +50,8 @@ class _Chosen(NamedTuple):
 
     @property
     def factor(self) -> float:
-        """The factor of the manifest; 1 without one."""
-        return 1.0 if self.row is None else float(self.row["factor"])
+        """The factor of the manifest, or of the site; 1 without one."""
+        return float(self.source.record.get(FACTOR_OF_SITE, 1.0) if self.row is None else self.row["factor"])
 
 
 def read_ensemble(
@@ -109,8 +111,18 @@ def _of_sources(request: RecordRequest, folder: Path, left_out: list[str]) -> It
         sources = [open_source(name, **stated) for name in request.names]
     for pattern in request.files:
         sources += horizontals(list(sources_named(pattern, folder, left_out, **stated)), left_out)
-    once = {(source.record["file"], source.name): source for source in sources}
-    return (_Chosen(source) for source in once.values())
+    if request.sites:
+        asked = None if request.place is None else Asked(request.place)
+        sources = horizontals(list(grid_sources(folder / request.sites, asked, **stated)), left_out)
+    return map(_Chosen, each_once(sources))
+
+
+def each_once(sources: Iterable[Source]) -> list[Source]:
+    """The records without those named again; the same file with another factor, of a site, is another record."""
+    once = {
+        (one.record["file"], one.name, one.record.get("site"), one.record.get(FACTOR_OF_SITE)): one for one in sources
+    }
+    return list(once.values())
 
 
 def _each_once(chosen: list[_Chosen], one_size: bool) -> tuple[list[_Chosen], list[str], list[str]]:
@@ -161,16 +173,21 @@ def sources_named(
 ) -> Iterator[Source]:
     """Every component of every file that a name, a pattern or a folder stands for.
 
+    A grid of sites stands for the motions of all, with a site after "#" for those of one (`sites.event_grid`).
     Files of a folder that are no records are left out, with a sentence in ``left_out``; with ``lenient`` damaged
     records are too.
     """
     in_folder = (folder / pattern).is_dir()
     for path in matching(folder, pattern):
+        file, component = split_component(path)
+        if not in_folder and is_grid(file):
+            yield from sources_at(file, component, unit=unit, dt=dt)
+            continue
         if in_folder and not is_record(path):
             left_out += [] if path.suffix.lower() == BESIDE else [f"{path} is not a record"]
             continue
         try:
-            if split_component(path)[1]:
+            if component:
                 yield open_source(path, unit=unit, dt=dt)
             else:
                 yield from components(path, unit=unit, dt=dt)

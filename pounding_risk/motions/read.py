@@ -15,8 +15,10 @@ from pounding_risk.motions.motion import Motion, span_of
 from pounding_risk.motions.processing import DEFAULT_CHAIN, Step, read_steps
 from pounding_risk.motions.processing.amplitude import in_si, unit_doubts
 from pounding_risk.motions.quality import AT_REST, LASTING, OFFSET_OF_PEAK, failed, quality
-from pounding_risk.motions.record import GENERATED, RAW, STILL, Source
+from pounding_risk.motions.record import FACTOR_OF_SITE, GENERATED, RAW, STILL, Source
 from pounding_risk.motions.request import AS_RECORDED, REVERSED, conflicts
+from pounding_risk.motions.scaling import by_factor
+from pounding_risk.motions.sites.places import Place
 from pounding_risk.motions.source import check_shaking, components, open_source
 from pounding_risk.motions.treatment import Treatment, treated
 from pounding_risk.units import PGA, SCALE, STEP, TAIL, shown
@@ -126,7 +128,19 @@ def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "a
     # A window comes after the chain and not before: the offset is seen in the quiet before the earthquake
     # and the drift at its end, and a filter rings where a record is cut in mid-shaking. A cut that is to come
     # earlier, such as one of two earthquakes in a file, is a step of the chain.
-    return _after_steps(motion, _chain(processing, record["state"]))
+    return _at_site(_after_steps(motion, _chain(processing, record["state"])))
+
+
+def _at_site(motion: Motion) -> Motion:
+    """A motion of a site with the factor of its table, and a sentence on the site."""
+    record = motion.record
+    if "site" not in record:
+        return motion
+    away = f", {record['site_distance_km']:.3g} km from the place of the scene" if "site_distance_km" in record else ""
+    words = f"site: {record['site']} at {Place(record['longitude'], record['latitude'])}{away}"
+    motion = replace(motion, processing=(*motion.processing, words))
+    factor = record[FACTOR_OF_SITE]
+    return motion if factor == 1.0 else by_factor(motion, factor, f"the factor of {record['site']}")
 
 
 def read_trace(

@@ -22,6 +22,7 @@ class Source(NamedTuple):
     doubts: tuple[str, ...] = ()  # about how it was read, a sentence each
 
 
+FACTOR_OF_SITE = "site_factor"  # fact of a record: the factor that the table of its site states
 STATED = "recording"  # fact of a record: its recording, where copies were found and its other facts do not say
 
 

@@ -12,14 +12,15 @@ from typing import Any, NamedTuple
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.generated import Recipe
 from pounding_risk.motions.processing import known_steps
+from pounding_risk.motions.sites.places import Place
 from pounding_risk.units import DAMPING, PERIOD, PGA, Quantity, exact
 
 AS_RECORDED, REVERSED = "as recorded", "reversed"
 POLARITIES = (AS_RECORDED, REVERSED)
 MOST_ENTRIES = 100_000  # files and folders that a pattern "**" may walk through
 MEDIANS = ("pga", "pgv")  # what records can be brought to the ensemble's median of, beside Sa at a period
-SOURCES = ("names", "files", "set", "manifest", "generated")  # a request has one of them
-AMPLITUDES = ("manifest", "pga", "sa", "to_median")  # what sets the amplitude: one of them at most
+SOURCES = ("names", "files", "set", "manifest", "generated", "sites")  # a request has one of them
+AMPLITUDES = ("manifest", "sites", "pga", "sa", "to_median")  # what sets the amplitude: one of them at most
 INTENSITY = "intensity"  # levels of the grid, which a request does not hold; they set it too
 
 
@@ -86,10 +87,12 @@ class RecordRequest(NamedTuple):
     sa: Spectral | None = None  # every record is scaled to this spectral acceleration
     to_median: str | Spectral | None = None  # one of MEDIANS, or Sa at a period: every record to the ensemble's median
     generated: tuple[Recipe, ...] = ()  # motions that are no records
+    sites: str = ""  # a grid of sites with their motions (`sites.event_grid`), relative to the scene file's folder
+    place: Place | None = None  # where the row stands; the motions are those of the nearest site
 
     def given(self) -> tuple[str, ...]:
         """The keys of source, direction and amplitude that are given."""
-        keys = (*SOURCES, "direction", *AMPLITUDES[1:], "scale")
+        keys = dict.fromkeys((*SOURCES, "direction", *AMPLITUDES, "scale"))
         return tuple(key for key in keys if getattr(self, key) not in (None, "", ()))
 
 
@@ -115,7 +118,7 @@ def conflicts(keys: Collection[str], *, grid_pga: bool = False, is_factor: bool 
         yield "direction", "a generated motion has one component, along the row; remove direction"
     factor = INTENSITY if is_factor else "scale"
     amplitudes = [key for key in (*AMPLITUDES, *([] if is_factor else [INTENSITY])) if key in keys]
-    if len(amplitudes) > 1:
+    if len(amplitudes) > 1 and not set(amplitudes) <= set(SOURCES):
         several = "both" if len(amplitudes) == 2 else "all"
         words = " and ".join(amplitudes)
         yield amplitudes[-1], f"{words} are {several} given, and each sets the amplitude; keep one"
@@ -127,7 +130,7 @@ def conflicts(keys: Collection[str], *, grid_pga: bool = False, is_factor: bool 
     elif rivals and factor in keys:
         yield factor, f"{rivals[0]} and {factor} {both}"
     elif grid_pga:
-        for key in ("scale", "sa", "to_median", "manifest", INTENSITY):
+        for key in ("scale", "sa", "to_median", "manifest", "sites", INTENSITY):
             if key in keys:
                 yield key, f"the grid has a pga, which sets the amplitude; remove {key}, or pga from [grid]"
 

@@ -32,7 +32,8 @@ OFF_GRID = 0.05  # samples by which two starts may miss whole steps
 # Facts of a record that a rotated motion keeps where both components state the same.
 SHARED = (
     *("event", "magnitude", "date", "distance_km", "vs30", "station", "sensor", "recording"),
-    *("state", "format", "file", "origin", "terms", "polarity"),
+    *("state", "format", "file", "origin", "terms", "polarity", "factor"),
+    *("site", "longitude", "latitude", "site_distance_km", "site_factor"),
 )
 # Of what filters left of the components, both have only the narrower band.
 NARROWER = {"low_corner": max, "lowest_usable_frequency": max, "high_corner": min}

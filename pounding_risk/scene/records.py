@@ -22,6 +22,8 @@ from pounding_risk.motions.request import (
     conflicts,
     matching,
 )
+from pounding_risk.motions.sites.places import Place
+from pounding_risk.motions.sites.places import place as checked_place
 from pounding_risk.scene import levels
 from pounding_risk.scene.keys import (
     Draft,
@@ -45,7 +47,7 @@ STEPS_EXAMPLE = '[{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
 RENAMED = {"polarity": "polarities"}  # keys that are called otherwise in a request
 _STRINGS = {"type": "array", "items": {"type": "string"}}
 _STEPS = {"type": "array", "items": {"type": "object", "required": ["step"]}}
-_ONE_SOURCE = "one of names, files, set, manifest and generated is required"
+_ONE_SOURCE = "one of names, files, set, manifest, sites and generated is required"
 GENERATED_EXAMPLE = '[{kind = "ricker", pga = "0.4 g", period = "0.8 s"}]'
 
 
@@ -204,6 +206,27 @@ def _to_median(value: Any, number: Number) -> str | Spectral:
     return str(value)
 
 
+def _place(value: Any, number: Number) -> Place:
+    """A table {longitude, latitude} of plain numbers, in degrees."""
+    example = "write place = {longitude = 23.73, latitude = 37.98}, in degrees"
+    if isinstance(value, Place):
+        return value
+    if not isinstance(value, dict):
+        raise Unreadable(f"{shown(value)} is not a table; {example}")
+
+    def degrees(item: Any) -> float:
+        if isinstance(item, bool) or not isinstance(item, int | float):
+            raise Unreadable(f"{shown(item)} is no number of degrees; {example}")
+        return float(item)
+
+    kinds = {"longitude": degrees, "latitude": degrees}
+    values = options(value, kinds, list(kinds), lambda key: f"missing; {example}", f"it takes {', '.join(kinds)}")
+    try:
+        return checked_place(**values, where="place")
+    except RecordError as error:
+        raise Unreadable(str(error).partition(": ")[2]) from None
+
+
 def _generated(value: Any, number: Number) -> tuple[Recipe, ...]:
     """Generated motions: a list of tables with a kind and its keys."""
     if isinstance(value, dict):
@@ -290,6 +313,25 @@ class Records(Table):
         ),
     ] = ""
     manifest: Annotated[str, text("A list of records with their factors.", "selected.csv", _ONE_SOURCE)] = ""
+    sites: Annotated[
+        str,
+        text(
+            "A grid of sites with motions of their own, as SimCenter's EventGrid.csv; those of the nearest are taken.",
+            "EventGrid.csv",
+            _ONE_SOURCE,
+        ),
+    ] = ""
+    place: Annotated[
+        Place | None,
+        Key(
+            "Where the row stands, for sites: degrees east and north.",
+            _place,
+            "{longitude = 23.73, latitude = 37.98}",
+            "the only site",
+            write=lambda place: dict(place._asdict()),
+            schema={"type": "object"},
+        ),
+    ] = None
     unit: Annotated[
         str,
         Key(
@@ -415,6 +457,10 @@ def record_checks(draft: Draft) -> Iterator[Fault]:
         if not any(key in keys for key in SOURCES):
             example = 'missing; write names = ["RSN6-180"], files = ["my/*.AT2"], or set = "fema-p695-farfield"'
             yield keys.fault("names", example, absent=True)
+        if "place" in keys and "sites" not in keys:
+            yield keys.fault(
+                "place", 'there are no sites to choose from; write sites = "EventGrid.csv", or remove place'
+            )
         asked = keys.get(INTENSITY) or ()
         is_factor = any(level.measure.name == FACTOR for level in asked)
         for key, sentence in conflicts(keys.raw, grid_pga="pga" in draft.table("grid"), is_factor=is_factor):
@@ -423,10 +469,11 @@ def record_checks(draft: Draft) -> Iterator[Fault]:
 
 def missing_files(raw: Mapping[str, Any], folder: Path) -> Iterator[Fault]:
     """Names and patterns of files that no file answers to, of buildings too, and a manifest that is not there."""
-    named = table(raw, "records").get("manifest")
-    if isinstance(named, str) and named.strip() and not (folder / named).is_file():
-        sentence = f"no such file in {folder.resolve()}; files are relative to the scene file's folder"
-        yield Fault(("records", "manifest"), sentence)
+    for key in ("manifest", "sites"):
+        named = table(raw, "records").get(key)
+        if isinstance(named, str) and named.strip() and not (folder / named).is_file():
+            sentence = f"no such file in {folder.resolve()}; files are relative to the scene file's folder"
+            yield Fault(("records", key), sentence)
     for path, pattern in named_files(raw):
         try:
             if matching(folder, pattern):

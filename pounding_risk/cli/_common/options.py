@@ -79,8 +79,13 @@ IntensityLevel = Annotated[str | None, option('Level of a grid of any measure, "
 Hazard = Annotated[
     Path | None,
     option(
-        "Hazard (.csv): PGA, PGV or Sa with unit, and annual rate, return period or probability in years; or spectra."
+        "Hazard (.csv): PGA, PGV or Sa with unit, and annual rate, return period or probability in years; or spectra; "
+        "or an export of OpenQuake."
     ),
+]
+Site = Annotated[
+    str | None,
+    option('Site of an export of OpenQuake: "23.73, 37.98", "23.73, 37.98 within 20 km", or an id.', "its only one"),
 ]
 TargetRate = Annotated[
     str | None,
@@ -119,6 +124,18 @@ def opened_results(results: Path, select: list[str]) -> Any:
     with stream_results(chosen) as head:
         has_axes = bool(open_axes(head))
     return open_results(chosen) if has_axes else chosen
+
+
+def at_site(file: Path | None, site: str | None, option: str = "--hazard") -> Path | None:
+    """The file of an ``option`` with the site of ``--site`` after it; raises PoundingError where there is no file."""
+    if site is None:
+        return file
+    from pounding_risk.motions.sites.places import read_site
+
+    read_site(site, "--site")
+    if file is None:
+        raise PoundingError(f"--site: is the site of a file, and {option} names none; add it, or leave --site out")
+    return Path(f"{file}#{site}")
 
 
 def read_option(option: str, text: str, quantity: Quantity) -> float:

@@ -173,7 +173,7 @@ def find_sources(
     in_pairs : bool
         Take the two horizontal components of each recording as one group.
     """
-    from pounding_risk.motions.ensemble import horizontals, pairs
+    from pounding_risk.motions.ensemble import each_once, horizontals, pairs
     from pounding_risk.motions.record_sets import load, members
     from pounding_risk.motions.source import open_source
 
@@ -184,7 +184,7 @@ def find_sources(
     if horizontal or in_pairs:
         sources = horizontals(sources, left_out)
     sources += [] if record_set is None else [open_source(load(member)) for member in members(record_set)]
-    sources = list({(source.record["file"], source.name): source for source in sources}.values())
+    sources = each_once(sources)
     if not sources:
         why = f"left out: {left_out[0]}" if left_out else "the folder is empty"
         raise PoundingError(f"{' '.join(words)}: holds no record; {why}")

@@ -54,6 +54,7 @@ class Format(NamedTuple):
     read: Callable[..., Stream]
     native: bool = False  # ObsPy reads it by itself, so that it has no entry points of ours
     takes: tuple[str, ...] = ()  # of "unit" and "dt", what its files may leave to the user
+    needs: tuple[str, ...] = ()  # of these, what they always do: ObsPy cannot read them by itself, without entry points
 
 
 class FileRead(NamedTuple):

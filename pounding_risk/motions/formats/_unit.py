@@ -9,7 +9,7 @@ LONGEST_UNIT = 40  # characters; taking a unit apart takes the square of them
 # How a user says the unit of a file that does not; for messages.
 TO_GIVE = 'records.unit = "cm/s^2" in a scene, unit="cm/s^2" in Python, --unit "cm/s^2" on the command line'
 # The usual ones, for speed and for the capitals that older programs write.
-_USUAL = {"g": STANDARD_GRAVITY, "m/s2": 1.0, "cm/s2": 0.01, "mm/s2": 0.001, "gal": 0.01, "Gal": 0.01}
+_USUAL = {"g": STANDARD_GRAVITY, "m/s2": 1.0, "cm/s2": 0.01, "mm/s2": 0.001, "gal": 0.01, "Gal": 0.01, "mps2": 1.0}
 _SAME = (("sec", "s"), ("²", "2"), ("**", ""), ("^", ""), ("(", ""), (")", ""), (" ", ""), ("/s/s", "/s2"))
 
 

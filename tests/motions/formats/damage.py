@@ -60,8 +60,16 @@ def short_files() -> dict[str, list[bytes]]:
         "MSEED": list(short_mseed()),
         "PEER_AT2": [at2],
         "SAC": [written(whole_numbers(150), "SAC"), written(whole_numbers(150), "SAC", byteorder=">")],
+        "SIMCENTER": [short_simcenter(1), short_simcenter(None)],
         "SMC": [SMC.encode()],
     }
+
+
+def short_simcenter(indent: int | None) -> bytes:
+    """A motion of 40 samples and two components, with and without line breaks."""
+    x, y = ([round(size * np.sin(0.7 * at) * np.exp(-0.05 * at), 6) for at in range(40)] for size in (0.3, -0.2))
+    peaks = {"PGA_x": max(x), "PGA_y": max(map(abs, y))}
+    return json.dumps({"name": "GM1-7", "dT": 0.02, "data_x": x, "data_y": y, **peaks}, indent=indent).encode()
 
 
 def short_knet() -> bytes:

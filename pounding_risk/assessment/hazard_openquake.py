@@ -1,0 +1,184 @@
+"""Hazard curves and uniform hazard spectra as the OpenQuake engine exports them, at one of their sites.
+
+A file of curves, ``hazard_curve-mean-PGA_1.csv``, has a row for each site and a column ``poe-IML`` for each level, and
+says in its comment line the intensity and the investigation time of its probabilities; a file of spectra,
+``hazard_uhs-mean_1.csv``, has a column ``POE~IMT`` for each. PGA and SA are in g, PGV in cm/s.
+"""
+
+from __future__ import annotations
+
+import glob
+import re
+from collections.abc import Sequence
+from itertools import chain
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk._common.counted import counted
+from pounding_risk.errors import PoundingError
+from pounding_risk.motions.sites.places import Asked, Site, read_site, site_words
+from pounding_risk.motions.sites.tables import AGAIN, Row, Table, head_of, read_table, split_site
+from pounding_risk.results.amplitudes import Spectral
+from pounding_risk.units import STANDARD_GRAVITY
+
+Array = NDArray[np.float64]
+
+PGV_UNIT = 0.01  # m/s
+_SA = re.compile(r"SA\(\s*(\d+\.?\d*(?:[eE]-?\d+)?|\.\d+)\s*\)")
+_POE = re.compile(r"poe-(\d+\.?\d*(?:[eE][+-]?\d+)?)")
+_SPECTRUM = re.compile(r"(\d*\.?\d+(?:[eE][+-]?\d+)?)~(.+)")
+
+
+class Exported(NamedTuple):
+    """Curves of one site: by intensity its levels [SI] in rising order, and their probabilities in ``years``."""
+
+    name: str  # of the file or pattern, with the site
+    years: float
+    intensities: tuple[str, ...]  # "pga", "pgv" or "sa(0.5 s)"
+    levels: tuple[Array, ...]
+    probabilities: tuple[Array, ...]
+    reading: tuple[str, ...]  # sentences on how they were read
+
+
+def exported(path: str | Path) -> Exported | None:
+    """The curves that a name stands for: a file or a pattern of files, with ``#LONGITUDE,LATITUDE`` after it.
+
+    None where that is no export of OpenQuake. Raises PoundingError, with the line, for a damaged one, for a site that
+    it has not, and for files of a pattern that do not belong together.
+    """
+    name, where = split_site(str(path))
+    files = [Path(name)] if Path(name).exists() else [Path(file) for file in sorted(glob.glob(name))]
+    ours = [file for file in files if _is_export(head_of(file))]
+    if not ours:
+        if where and files:
+            raise PoundingError(f"{name}: is a table without sites; leave the site {where} out")
+        return None
+    if len(ours) < len(files):
+        odd = next(file for file in files if file not in ours)
+        raise PoundingError(f"{odd}: is no hazard curve of OpenQuake, as others of {name} are; narrow the pattern")
+    asked = read_site(where) if where else None
+    parts = [_curve_or_spectra(read_table(file, ("lon", "lat")), asked) for file in ours]
+    first = parts[0]
+    for file, part in zip(ours, parts, strict=True):
+        if (part.years, part.reading[0]) != (first.years, first.reading[0]):
+            raise PoundingError(
+                f"{file}: states {part.years:g} years and {part.reading[0]!r}, and {ours[0]} {first.years:g} years and "
+                f"{first.reading[0]!r}; name files of one calculation, one kind and one site"
+            )
+    reading = tuple(dict.fromkeys(sentence for part in parts for sentence in part.reading))
+    return Exported(
+        f"{Path(name).name}{f'#{where}' if where else ''}",
+        first.years,
+        tuple(chain.from_iterable(part.intensities for part in parts)),
+        tuple(chain.from_iterable(part.levels for part in parts)),
+        tuple(chain.from_iterable(part.probabilities for part in parts)),
+        reading,
+    )
+
+
+def measure_of(imt: str) -> tuple[str, float] | None:
+    """The intensity that OpenQuake calls ``imt``, and its unit in SI; None of those that datasets do not hold."""
+    if imt in ("PGA", "PGV"):
+        return imt.lower(), STANDARD_GRAVITY if imt == "PGA" else PGV_UNIT
+    match = _SA.fullmatch(imt)
+    return (Spectral(float(match[1])).intensity, STANDARD_GRAVITY) if match and float(match[1]) > 0.0 else None
+
+
+def _is_export(head: Sequence[str]) -> bool:
+    return "lon" in head and "lat" in head
+
+
+def _curve_or_spectra(table: Table, asked: Asked | None) -> Exported:
+    row, site = table.site(asked)
+    columns = [name for name in table.head if name not in ("custom_site_id", "lon", "lat", "depth")]
+    if columns and all(map(_POE.fullmatch, columns)):
+        return _curve(table, row, columns, _about(table, site, asked))
+    if columns and all(map(_SPECTRUM.fullmatch, columns)):
+        return _spectra(table, row, columns, _about(table, site, asked))
+    raise table.fault(
+        "is an export of OpenQuake, and neither a hazard curve (columns poe-0.1 ...) nor uniform hazard spectra "
+        "(columns 0.002105~PGA ...); export hcurves or uhs"
+    )
+
+
+def _about(table: Table, site: Site, asked: Asked | None) -> str:
+    kind = table.facts.get("kind", "")
+    return f"OpenQuake{f', {kind}' if kind else ''}. {site_words(site, asked)}"
+
+
+def _intensity(table: Table, imt: str) -> tuple[str, float]:
+    known = measure_of(imt)
+    if known is None:
+        raise table.fault(
+            f"is of {imt or 'an intensity that nothing states'}, which datasets do not hold for their motions; export "
+            'PGA, PGV, or SA at a period such as SA(0.5), and keep the comment line, which says imt="PGA"'
+        )
+    return known
+
+
+def _probability(table: Table, row: Row, column: str) -> float:
+    value = table.number(row, column)
+    if not 0.0 <= value <= 1.0:
+        raise table.fault(f"{column} is {value:g}; a probability goes from 0 to 1: {AGAIN}", row)
+    return value
+
+
+def _curve(table: Table, row: Row, columns: Sequence[str], about: str) -> Exported:
+    """One curve, without what has no finite rate, and without levels that are exceeded as often as a stronger one."""
+    intensity, unit = _intensity(table, table.facts.get("imt", ""))
+    levels = unit * np.array([float(column.removeprefix("poe-")) for column in columns])
+    poes = np.array([_probability(table, row, column) for column in columns])
+    for at in range(1, len(columns)):
+        if not (levels[at] > levels[at - 1] and poes[at] <= poes[at - 1]):
+            raise table.fault(
+                f"{columns[at]}: intensities must rise and probabilities fall from column to column, and {poes[at]:g} "
+                f"follows {poes[at - 1]:g}; {AGAIN}",
+                row,
+            )
+    bounded = (levels > 0.0) & (poes > 0.0) & (poes < 1.0)
+    kept = bounded & np.append(poes[1:] < poes[:-1], True)
+    if kept.sum() < 2:
+        raise table.fault(f"has {kept.sum()} different probabilities between 0 and 1, two are the least; {AGAIN}", row)
+    words = []
+    if (~bounded).any():
+        words.append(f"{counted((~bounded).sum(), 'level')} of {intensity} with a probability of 0 or 1 left out.")
+    if (bounded & ~kept).any():
+        equal = counted((bounded & ~kept).sum(), "level")
+        words.append(f"{equal} of {intensity} left out, exceeded as often as the next one.")
+    return Exported(
+        table.path.name, table.fact("investigation_time"), (intensity,), (levels[kept],), (poes[kept],), (about, *words)
+    )
+
+
+def _spectra(table: Table, row: Row, columns: Sequence[str], about: str) -> Exported:
+    """Uniform hazard spectra: a curve for each intensity, at the probabilities of the file."""
+    by_imt: dict[str, list[tuple[float, float]]] = {}
+    for column in columns:
+        poe, imt = _SPECTRUM.fullmatch(column).groups()  # type: ignore[union-attr]
+        by_imt.setdefault(imt, []).append((float(poe), table.number(row, column)))
+    names, levels, probabilities = [], [], []
+    for imt, pairs in by_imt.items():
+        intensity, unit = _intensity(table, imt)
+        poes, values = np.array(sorted(pairs, reverse=True)).T
+        if len(poes) < 2 or not (poes[-1] > 0.0 and poes[0] < 1.0):
+            raise table.fault(
+                f"has spectra of {len(poes)} probabilities of {imt}; two different ones between 0 and 1 are the least, "
+                "from which a rate follows: set poes = 0.1 0.02 in the job, or export hazard curves"
+            )
+        if not (values[0] > 0.0 and (np.diff(values) > 0.0).all() and (np.diff(poes) < 0.0).all()):
+            raise table.fault(
+                f"{imt} is {', '.join(f'{value:g}' for value in values)} at probabilities of "
+                f"{', '.join(f'{poe:g}' for poe in poes)}; it must be above 0 and rise as they fall (the engine cuts "
+                "it at its strongest level): ask for fewer poes, or export hazard curves",
+                row,
+            )
+        names.append(intensity)
+        levels.append(unit * values)
+        probabilities.append(poes)
+    about = about.replace(".", ", uniform hazard spectra.", 1)
+    return Exported(
+        table.path.name, table.fact("investigation_time"), tuple(names), tuple(levels), tuple(probabilities), (about,)
+    )

@@ -1,0 +1,223 @@
+"""Motions of a grid of sites: the nearest site's, with factors, units, components and their facts; damaged tables."""
+
+from __future__ import annotations
+
+import json
+import random
+
+import numpy as np
+import pytest
+
+import pounding_risk as pr
+from pounding_risk.errors import PoundingError, RecordError
+from pounding_risk.motions.ensemble import read_ensemble, sources_named
+from pounding_risk.motions.manifest import write_manifest
+from pounding_risk.motions.request import RecordRequest
+from pounding_risk.motions.sites.event_grid import read_grid
+from pounding_risk.motions.sites.places import Place, distance, nearest
+
+G = 9.80665
+PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "none", 0.0, unit="g", sites="EventGrid.csv")
+HERE = PLAIN._replace(place=Place(23.731, 37.981))
+
+
+def wave(seed: int) -> list[float]:
+    normal = np.random.default_rng(seed).standard_normal(200)
+    return (0.1 * normal * np.hanning(200)).round(7).tolist()
+
+
+@pytest.fixture
+def grid(tmp_path):
+    """Three sites; each has two of three motions, with other factors."""
+    rows = ["site0.csv,23.73,37.98,350", "site1.csv,23.75,37.98,420", "site2.csv,24.90,37.98,600"]
+    (tmp_path / "EventGrid.csv").write_text("\n".join(["GP_file,Longitude,Latitude,Vs30", *rows]) + "\n")
+    (tmp_path / "site0.csv").write_text("TH_file,factor\nRSN1,1.0\nRSN2,2.5\n")
+    (tmp_path / "site1.csv").write_text("TH_file,factor\nRSN2,1.5\nRSN3,0.5\n")
+    (tmp_path / "site2.csv").write_text("TH_file,factor\nRSN1,2.0\nRSN1,3.0\n")
+    for number in (1, 2):
+        motion = {"dT": 0.02, "data_x": wave(number), "data_y": wave(10 + number), "data_z": wave(20)}
+        (tmp_path / f"RSN{number}.json").write_text(json.dumps(motion, indent=1))
+    rows = [f"{0.02 * at:.2f},{value}" for at, value in enumerate(wave(3))]
+    (tmp_path / "RSN3.csv").write_text("\n".join(["time [s],acceleration [g]", *rows]) + "\n")
+    return tmp_path / "EventGrid.csv"
+
+
+def test_the_nearest_sites_motions_are_taken_with_their_factors(grid):
+    ensemble = read_ensemble(HERE, grid.parent)
+    assert [motion.name for motion in ensemble.motions] == ["RSN1#x", "RSN1#y", "RSN2#x", "RSN2#y"]
+    assert [text.rpartition("/")[2] for text in ensemble.left_out] == ["RSN1#z is vertical", "RSN2#z is vertical"]
+    first, third = ensemble.motions[0], ensemble.motions[2]
+    np.testing.assert_allclose(first.acceleration, G * np.array(wave(1)), rtol=1e-12)
+    np.testing.assert_allclose(third.acceleration, 2.5 * G * np.array(wave(2)), rtol=1e-12)
+    assert third.record["factor"] == 2.5 and first.record["factor"] == 1.0
+    assert third.record["site"] == "site0.csv" and third.record["vs30"] == 350.0
+    assert third.record["site_distance_km"] == pytest.approx(0.1415, abs=2e-4)  # 0.001 degrees of both
+    assert "site: site0.csv at 23.73, 37.98, 0.142 km from the place of the scene" in third.processing
+    assert any("times 2.5 to the factor of site0.csv" in sentence for sentence in third.processing)
+    assert not any("check the place" in flag for motion in ensemble.motions for flag in motion.flags)
+
+
+def test_a_far_site_is_flagged_and_a_motion_twice_counts_once(grid):
+    ensemble = read_ensemble(HERE._replace(place=Place(25.5, 37.98)), grid.parent)
+    assert all("52.6 km from 25.5, 37.98: check the place" in " ".join(one.flags) for one in ensemble.motions)
+    assert len(ensemble.motions) == 4 and len({motion.record["recording"] for motion in ensemble.motions}) == 1
+
+
+def test_both_components_turn_to_a_direction_with_one_factor(grid):
+    turned = read_ensemble(HERE._replace(direction=90.0), grid.parent).motions
+    assert [motion.name for motion in turned] == ["RSN1#x+RSN1#y@90", "RSN2#x+RSN2#y@90"]
+    np.testing.assert_allclose(turned[1].acceleration, 2.5 * G * np.array(wave(12)), atol=1e-12)
+    assert turned[1].record["factor"] == 2.5 and turned[1].record["site"] == "site0.csv"
+    assert "the azimuths are unknown: 90° counts from RSN2#x" in turned[1].flags
+
+
+def test_units_come_from_the_scene_or_from_the_workflow(grid):
+    bare = HERE._replace(unit="")
+    with pytest.raises(RecordError, match=r"RSN1.json: states no unit; write unit = .*input.json has it as TH_file"):
+        read_ensemble(bare, grid.parent)
+    (grid.parent / "input.json").write_text(json.dumps({"RegionalEvent": {"units": {"TH_file": "mps2"}}}))
+    in_si = read_ensemble(bare, grid.parent).motions[0]
+    np.testing.assert_allclose(in_si.acceleration, wave(1), rtol=1e-12)
+    with pytest.raises(RecordError, match=r"input.json: says that samples are in .mps2., and the unit .g. is given"):
+        read_ensemble(HERE, grid.parent)
+
+
+def test_motions_may_be_columns_and_a_site_may_be_named(grid):
+    sources = list(sources_named("EventGrid.csv#site1", grid.parent, [], unit="g"))
+    assert [source.record["component"] for source in sources][:3] == ["x", "y", "z"]
+    np.testing.assert_allclose(sources[-1].trace.data, G * np.array(wave(3)), rtol=1e-9)
+    assert len(list(sources_named("EventGrid.csv", grid.parent, [], unit="g"))) == 6 + 4 + 6
+    with pytest.raises(RecordError, match=r"EventGrid.csv: has 3 sites, the first at 23.73, 37.98; write place = "):
+        read_ensemble(PLAIN, grid.parent)
+
+
+def test_a_selection_of_site_motions_survives_its_manifest(grid):
+    motions = read_ensemble(HERE, grid.parent).motions
+    write_manifest(motions, grid.parent / "chosen.csv")
+    again = read_ensemble(PLAIN._replace(sites="", manifest="chosen.csv"), grid.parent).motions
+    for one, other in zip(motions, again, strict=True):
+        np.testing.assert_allclose(one.acceleration, other.acceleration, rtol=1e-14)
+
+
+SCENE = """
+[[building]]
+name = "a"
+mass = "40 t"
+period = "0.3 s"
+[[building]]
+name = "b"
+mass = "60 t"
+period = "0.5 s"
+[[interface]]
+gap = "20 mm"
+contact_model = "linear"
+stiffness = "1e8 N/m"
+restitution = 1.0
+[records]
+unit = "g"
+sites = "EventGrid.csv"
+{more}
+"""
+
+
+def test_a_scene_has_sites_and_its_place(grid):
+    scene = pr.read_scene(_written(grid, "place = {longitude = 23.75, latitude = 37.98}"))
+    assert scene.records.place == Place(23.75, 37.98)
+    assert "place = {longitude = 23.75, latitude = 37.98}" in scene.to_toml()
+    built = pr.Records(sites="EventGrid.csv", place={"longitude": 23.75, "latitude": 37.98}, unit="g")
+    assert built.request().place == scene.records.place
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("place = {longitude = 23.75}", "records.place.latitude: missing; write place = {longitude = 23.73"),
+        ("place = {longitude = 23.75, latitude = 123.0}", "the latitude is 123, and it goes from -90 to 90 degrees"),
+        ('place = {longitude = "x", latitude = 1}', "is no number of degrees"),
+        ('place = "Athens"', "is not a table"),
+        ('pga = "0.3 g"', "sites and pga are both given, and each sets the amplitude"),
+        ('files = ["RSN1.json"]', "files and sites are both given"),
+    ],
+)
+def test_keys_that_do_not_fit_are_refused(grid, more, words):
+    with pytest.raises(PoundingError) as caught:
+        pr.read_scene(_written(grid, more))
+    assert words in str(caught.value)
+
+
+def test_a_place_without_sites_and_a_grid_that_is_not_there(grid):
+    path = _written(grid, "place = {longitude = 23.75, latitude = 37.98}")
+    path.write_text(path.read_text().replace('sites = "EventGrid.csv"', 'files = ["RSN1.json"]'))
+    with pytest.raises(PoundingError, match="there are no sites to choose from"):
+        pr.read_scene(path)
+    path.write_text(path.read_text().replace('files = ["RSN1.json"]', 'sites = "Grid.csv"'))
+    with pytest.raises(PoundingError, match=r"records.sites.*no such file"):
+        pr.read_scene(path)
+
+
+def _written(grid, more):
+    path = grid.parent / "scene.toml"
+    path.write_text(SCENE.replace("{more}", more))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "words"),
+    [
+        ("EventGrid.csv", "37.98,420", "x,420", 'line 3: Latitude is "x"; it must be a number'),
+        ("EventGrid.csv", "23.75,37.98", "23.73,37.98", "line 3: has a second site at 23.73, 37.98"),
+        ("EventGrid.csv", ",420", "", "line 3: has 3 cells, and the head has 4"),
+        ("EventGrid.csv", "Latitude", "Lat", 'line 1: the head "GP_file,Longitude,Lat,Vs30" has no column Latitude'),
+        ("site0.csv", "2.5", "-1", "line 3: the factor is -1; it must be greater than 0"),
+        ("site0.csv", "RSN2", "RSN9", 'line 3: no motion "RSN9" is beside it, as RSN9.json, RSN9.csv'),
+        ("site0.csv", "TH_file,factor", "PGA,SA", "motions are in TH_file"),
+        ("RSN1.json", '"dT": 0.02', '"dT": -0.02', "line 2: dT is"),
+        ("RSN1.json", '"data_x": [', '"data_x": [\n"a",', 'line 4: sample 1 of data_x is "a"'),
+        (
+            "RSN1.json",
+            '"data_x": [',
+            '"data_x": [\n0.0,',
+            "samples are missing, there are 201 in data_x, 200 in data_y",
+        ),
+        ("RSN1.json", "]", "", "is no JSON at character"),
+        ("RSN1.json", '"dT"', '"PGA_x": 9.0, "dT"', "line 2: PGA_x is"),
+    ],
+)
+def test_damaged_files_are_refused_with_their_line(grid, file, old, new, words):
+    path = grid.parent / file
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(RecordError) as caught:
+        read_ensemble(HERE, grid.parent)
+    assert words in str(caught.value) and str(path) in str(caught.value)
+
+
+def test_thousands_of_damaged_grids_end_in_a_sentence_or_in_places(grid):
+    original, dice = grid.read_bytes(), random.Random(4)
+    outcomes = {"read": 0, "refused": 0}
+    for _ in range(2000):
+        raw = bytearray(original)
+        for _ in range(dice.choice((1, 1, 2, 3))):
+            at = dice.randrange(max(len(raw), 1))
+            if dice.random() < 0.5:
+                raw[at : at + 1] = bytes([dice.choice(b'0123456789.,-#e\n"\xff\x00')])
+            else:
+                del raw[at : at + dice.choice((1, 2, 8, 40))]
+        grid.write_bytes(bytes(raw))
+        try:
+            sites = read_grid(grid)
+        except RecordError as error:
+            assert str(error).startswith(str(grid)) and len(str(error)) < 600
+            outcomes["refused"] += 1
+        else:
+            assert all(abs(one.place.latitude) <= 90.0 and np.isfinite(one.place).all() for one in sites)
+            outcomes["read"] += 1
+    assert min(outcomes.values()) > 200
+
+
+def test_distances_are_those_of_the_sphere():
+    assert distance(Place(0.0, 0.0), Place(180.0, 0.0)) == pytest.approx(np.pi * 6371.0088)
+    assert distance(Place(10.0, 0.0), Place(10.0, 1.0)) == pytest.approx(np.pi / 180.0 * 6371.0088)
+    assert distance(Place(179.9, 10.0), Place(-179.9, 10.0)) == pytest.approx(distance(Place(0, 10), Place(0.2, 10)))
+    geodesic = pytest.importorskip("pyproj").Geod(ellps="WGS84").inv(23.73, 37.98, 22.94, 40.64)[2] / 1e3
+    assert distance(Place(23.73, 37.98), Place(22.94, 40.64)) == pytest.approx(geodesic, rel=6e-3)
+    assert nearest([Place(0, 0), Place(5, 0), Place(5, 1)], Place(4.8, 0.1)).position == 1
