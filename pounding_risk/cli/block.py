@@ -15,14 +15,17 @@ from pounding_risk.cli._common.tables import engineering, print_table
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
-    from pounding_risk.scene.street.rows import Block, BlockRow
+    from pounding_risk.scene.street.neighbours import BlockRow, Neighbours
+    from pounding_risk.scene.street.rows import Block
     from pounding_risk.scene.street.scenes import Contact
 
 ORDER = 210
 
 
 def block(
-    street: Annotated[Path, argument("STREET", "Table of a street (.csv or .geojson).")],
+    street: Annotated[
+        Path, argument("STREET", "Table of a street (.csv), or footprints (.geojson, .gpkg, .fgb, .parquet).")
+    ],
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Folder for a scene a row.", show_default="none is written")
     ] = None,
@@ -37,10 +40,25 @@ def block(
     floor_depth: Annotated[
         str, option("Depth of floors without one; floors that overlap in height meet floor to floor.")
     ] = "0.25 m",
+    storeys: Annotated[
+        int | None, typer.Option("--storeys", help="Of buildings without height and storeys.", show_default="a fault")
+    ] = None,
     least_facing: Annotated[
         str | None, option('Share of the shorter front over which neighbours face each other, "10 %".', "any")
     ] = None,
     metres: Annotated[bool, typer.Option("--metres", help="Coordinates are metres, not degrees.")] = False,
+    resolution: Annotated[
+        str | None,
+        option('Measured gaps are uniform within it, "0.5 m".', "what the file says, such as its last decimal"),
+    ] = None,
+    layer: Annotated[str | None, option("Layer of a GeoPackage.", "its only one of polygons")] = None,
+    within: Annotated[
+        str | None,
+        option('Only buildings in "west, south, east, north" in degrees, or in the polygons of a file.', "all"),
+    ] = None,
+    samples: Annotated[
+        int | None, typer.Option("--samples", help="Samples of uncertain gaps.", show_default="64")
+    ] = None,
     axis: Annotated[str | None, option('Direction of the street from north, "30 deg".', "its walls'")] = None,
     contact_model: Annotated[str, option("Contact model of every interface.")] = "jankowski",
     stiffness: Annotated[str, option("Its β or k.")] = "2.75e9 N/m^1.5",
@@ -51,16 +69,17 @@ def block(
         str | None, option("Levels of floors that meet may differ by it.", "by the floors' depth")
     ] = None,
 ) -> None:
-    """Rows and scenes from the table of a street.
+    """Rows and scenes from the table of a street, or from footprints.
 
-    Columns of a CSV, or properties of GeoJSON footprints, each with its unit as in "height [m]": name, street, height,
-    storeys, typology, period, damping, floor mass (or floor area and floor load), gap to the building on the right, and
-    in a CSV left wall and right wall. What is missing is filled by the rules below, and listed.
+    Columns of a CSV, or properties of footprints (GeoJSON, GeoPackage, FlatGeobuf, GeoParquet), each with its unit as
+    in "height [m]": name, street, height, storeys, typology, period, damping, floor mass (or floor area and floor
+    load), gap to the building on the right, and in a CSV left wall and right wall. Attributes of OpenStreetMap and
+    Overture are read as they are. What is missing is filled by the rules below, and listed.
     """
     if out is not None:
         check_folder(out)
     from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
-    from pounding_risk.scene.street.defaults import LIMIT, Rules
+    from pounding_risk.scene.street.defaults import LIMIT, RESOLUTION, Rules
     from pounding_risk.scene.street.rows import read_block, write_block
     from pounding_risk.scene.street.scenes import Contact
     from pounding_risk.scene.street.table import AREA, HEIGHT, LOAD
@@ -77,13 +96,19 @@ def block(
         least_facing=0.0 if least_facing is None else share(least_facing, "--least-facing"),
         metres=metres,
         axis=read_optional("--axis", axis, DIRECTION),
+        resolution=read_optional("--resolution", resolution, RESOLUTION),
+        storeys=storeys,
     )
     read_optional("--pga", pga, PGA)
     tables: dict[str, Any] = {} if pga is None else {"records": {"pga": pga}}
+    if samples is not None:
+        tables["uncertain"] = {"samples": samples}
     contact = Contact(contact_model, stiffness, _restitution(restitution), yield_force, column_yield_force, tolerance)
     _check_contact(contact)
     _check_records(record)
-    rows = read_block(street, rules)
+    rows = read_block(street, rules, layer=layer, within=within)
+    if samples is not None and not rows.resolution.size > 0.0:
+        raise PoundingError("--samples: no gap of this street is uncertain; state --resolution, or leave it out")
     print_block(rows)
     rows.check()
     if out is not None:
@@ -137,30 +162,62 @@ def _check_records(records: Sequence[str]) -> None:
             raise PoundingError(f"--record: {error}") from None
 
 
+LISTED = 40  # lines of a table, or names; what is left out stands in the files of --out
+
+
 def print_block(block: Block) -> None:
-    """Print the rows, the buildings in none of them, what was filled in, and notes."""
+    """Print the rows, who stands against whom, the buildings in no row, what was filled in, and notes."""
     from pounding_risk.scene.street.scenes import shares
 
     limit = engineering(block.rules.limit, "m")
     if block.rows:
-        heads = ("row", "buildings", "storeys", "gaps", "from left to right")
-        print_table(heads, [_row(row) for row in block.rows], "lrrrl")
+        _print_first(
+            ("row", "buildings", "storeys", "gaps", "from left to right"), [_row(row) for row in block.rows], "lrrrl"
+        )
+        print()
+        pairs = [pair for row in block.rows for pair in row.pairs]
+        heads = ("neighbours", "and", "gap", "shared face", "floors meet", "miss", "largest offset")
+        _print_first(heads, [_neighbours(pair) for pair in pairs], "llrrrrr")
+        print(f"\n{block.gap_words}")
+    if block.sides:
+        counts = ", ".join(f"{number} on {words}" for words, number in block.sides_adjoined())
+        print(f"sides on which another building stands within {limit}, by buildings: {counts}")
     if block.alone:
-        names = ", ".join(f"{building.street} {building.name}".strip() for building in block.alone)
         where = "in any direction" if block.has_footprints else "along the street"
-        print(f"\nalone, no neighbour within {limit} {where}: {names}")
+        names = [f"{building.street} {building.name}".strip() for building in block.alone]
+        more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+        print(f"\nalone, no neighbour within {limit} {where}: {', '.join(names[:LISTED])}{more}")
     if not block.has_footprints:
         print("\nwithout footprints it is not known what stands behind the buildings, or across the street's axis")
     if block.close:
         print(f"\ncloser than {limit}, and not neighbours in a row: no scene holds what they do to each other\n")
         lines = [(*pair.names, engineering(pair.distance, "m"), pair.reason) for pair in block.close]
-        print_table(("building", "and", "clear distance", "why not in a row"), lines, "llrl")
+        _print_first(("building", "and", "clear distance", "why not in a row"), lines, "llrl")
         print("give such buildings a table of their own, and with --axis the direction from one to the other")
     if block.filled:
         print()
         lines = [(share.column, str(share.number), share.values, share.rule) for share in shares(block.filled)]
         print_table(("filled in", "buildings", "value", "rule"), lines, "lrll")
     print_notes(block.notes)
+
+
+def _print_first(heads: tuple[str, ...], lines: Sequence[tuple[str, ...]], sides: str) -> None:
+    """Print the first lines of a table, and how many are left out."""
+    print_table(heads, lines[:LISTED], sides)
+    if len(lines) > LISTED:
+        print(f"and {len(lines) - LISTED} more, which --out writes to files")
+
+
+def _neighbours(pair: Neighbours) -> tuple[str, ...]:
+    """Cells of two neighbours: their gap, or its range where it is uncertain, shared face and floors."""
+    from math import isnan
+
+    from pounding_risk.scene.street.neighbours import floors
+
+    meet, miss, offset = floors(pair.left, pair.right)
+    gap = _range_words(*(engineering(end, "m") for end in pair.gaps))
+    face = "not known" if isnan(pair.faced) else engineering(pair.faced, "m")
+    return pair.left.name, pair.right.name, gap, face, str(meet), str(miss), engineering(offset, "m")
 
 
 def _row(row: BlockRow) -> tuple[str, ...]:

@@ -27,7 +27,9 @@ def draw(
     plan: Annotated[Path | None, file_option("The street in plan", FIGURES)] = None,
     profiles: Annotated[Path | None, file_option("Storeys", FIGURES)] = None,
     animation: Annotated[Path | None, file_option("One run with its histories, moving", (".html",))] = None,
-    street: Annotated[Path | None, option("Footprints for the plan (.geojson).", "plain rectangles")] = None,
+    street: Annotated[
+        Path | None, option("Footprints for the plan: a map, or buildings.csv of block.", "plain rectangles")
+    ] = None,
     building: Annotated[list[str], option("Of the profiles; repeat for several.", "those raised most")] = NONE,
     gap: Annotated[str | None, option("Gap, the grid's nearest.", "the scene's")] = None,
     contact_model: Annotated[str | None, option("Of the grid.", "the scene's")] = None,

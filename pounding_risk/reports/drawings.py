@@ -46,7 +46,8 @@ def draw(
     elevation, plan, profiles, animation : str or Path, optional
         Files to write; at least one.
     street : str, Path or mapping, optional
-        Footprints for the plan: a GeoJSON as `read_block` takes it, or corners (n, 2) [m] by the building's name.
+        Footprints for the plan: a map of footprints as `read_block` takes it, the buildings.csv of `write_block`, or
+        corners (n, 2) [m] by the building's name.
     building : sequence of str
         Names of the buildings whose profiles are drawn.
     gap : float or str, optional
@@ -113,12 +114,12 @@ def _figure(name: str, cases: list[RowCase], street: Any, building: Sequence[str
 
 
 def footprints_of(street: str | Path) -> dict[str, tuple[Any, ...]]:
-    """Footprints of a GeoJSON: outer rings (n, 2) [m] by the building's name.
+    """Footprints of a street: outer rings (n, 2) [m] by the building's name.
 
     Parameters
     ----------
     street : str or Path
-        A GeoJSON as `read_block` takes it.
+        A map of footprints as `read_block` takes it, or the buildings.csv that `write_block` writes.
 
     Returns
     -------
@@ -130,11 +131,9 @@ def footprints_of(street: str | Path) -> dict[str, tuple[Any, ...]]:
     PoundingError
         As `read_block`, and for a table without footprints.
     """
-    from pounding_risk.scene.street.rows import read_block
+    from pounding_risk.scene.street.rows import footprint_rings
 
-    block = read_block(street)
-    houses = [*(house for row in block.rows for house in row.buildings), *block.in_no_row]
-    footprints = {house.name: house.footprint.rings for house in houses if house.footprint is not None}
+    footprints = footprint_rings(street)
     if not footprints:
-        raise PoundingError(f"{street}: has no footprints; a plan to scale needs a GeoJSON with polygons")
+        raise PoundingError(f"{street}: has no footprints; a plan to scale needs a map with polygons")
     return footprints

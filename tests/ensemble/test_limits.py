@@ -29,7 +29,7 @@ from pounding_risk.motions import request as record_request
 from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.request import matching
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.street.footprints import Footprint, clear_distance, crosses_itself
+from pounding_risk.scene.street.footprints import Outline, clear_distance
 from pounding_risk.solver.pair.api import free_response, oscillators
 from pounding_risk.solver.row.api import free_response as free_row_response
 from pounding_risk.solver.row.layout import lay_out
@@ -224,37 +224,17 @@ def ring(corners: int) -> np.ndarray:
     return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
-def crosses_by_pairs(outline: np.ndarray) -> bool:
-    """Every two walls by themselves: the straightforward way."""
-    walls = list(zip(outline, np.roll(outline, -1, axis=0), strict=True))
-
-    def turn(a, b, c) -> float:
-        return np.sign((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
-
-    return any(
-        turn(a, b, c) * turn(a, b, d) < 0 and turn(c, d, a) * turn(c, d, b) < 0 for a, b in walls for c, d in walls
-    )
-
-
-def test_outlines_are_judged_as_wall_by_wall():
-    random = np.random.default_rng(5)
-    outlines = [random.uniform(-1.0, 1.0, (count, 2)) for count in (4, 5, 6, 7) for _ in range(20)]
-    outlines += [ring(30), ring(30)[::-1], np.roll(ring(30), 7, axis=0)]
-    found = [crosses_itself(outline) for outline in outlines]
-    assert found == [crosses_by_pairs(outline) for outline in outlines]
-    assert {True, False} <= set(found)
-    far = ring(2000)
-    far[[500, 1500]] = far[[1500, 500]]  # two corners of different groups change places
-    assert crosses_itself(far) and not crosses_itself(ring(2000))
+def outline(corners: np.ndarray) -> Outline:
+    return Outline(corners, np.roll(corners, -1, axis=0), corners.min(axis=0), corners.max(axis=0))
 
 
 def test_the_distance_between_outlines_of_many_corners():
     """Two circles of radius 1 m: their centres' distance less two radii, to the sagitta of a side, 1 - cos(pi / n)."""
     count = 1500
-    left, right = Footprint((ring(count),)), Footprint((ring(count) + np.array([2.5, 0.0]),))
+    left, right = outline(ring(count)), outline(ring(count) + np.array([2.5, 0.0]))
     sagitta = 1.0 - cos(pi / count)
     assert clear_distance(left, right) == pytest.approx(0.5, abs=2.0 * sagitta)
-    above = Footprint((ring(count) + np.array([2.5, 0.8]),))
+    above = outline(ring(count) + np.array([2.5, 0.8]))
     # At v the walls are cos(asin(v)) from their centres; nearest where both are as far: v = 0.4.
     exact = 2.5 - 2.0 * (1.0 - 0.4**2) ** 0.5
     # The chords lie within, by a sagitta across their direction, that is cos(asin 0.4) along u.

@@ -178,7 +178,7 @@ def test_streets_of_one_file_keep_their_places(folder):
     rings = [[[x * size / 10 + 8.0, y * size / 10 + 50.0 + street / 100] for x, y in SQUARE] for street in (0, 1)]
     features = [feature([ring], street=f"{street}", **{"floor mass [t]": 80}) for street, ring in enumerate(rings)]
     block = read(folder, json.dumps({"type": "FeatureCollection", "features": features}), "street.geojson")
-    one, other = (house.footprint.rings[0][0] for house in block.alone if house.footprint)
+    one, other = (np.array(house.footprint.exterior.coords[0]) for house in block.alone)
     assert other - one == pytest.approx([0.0, 1112.29], abs=0.1)
 
 
@@ -276,9 +276,37 @@ def test_a_building_behind_another_is_not_alone(folder):
     with (folder / "out" / "neighbours.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.reader(file))[1:]
     assert rows == [
-        ["", "1", "", "2", "0.02", "10", "1", "neighbours in street"],
-        ["", "1", "", "yard", "0.03", "", "", "in no row: across the axis of the street"],
-        ["", "2", "", "yard", "0.03", "", "", "in no row: across the axis of the street"],
+        ["", "1", "", "2", "0.02", "0.01", "0.03", "10", "1", "3", "0", "0", "neighbours in street"],
+        [
+            "",
+            "1",
+            "",
+            "yard",
+            "0.03",
+            "0.02",
+            "0.04",
+            "9",
+            "0.9",
+            "3",
+            "0",
+            "0",
+            f"in no row: {told[0].split(', ')[1]}",
+        ],
+        [
+            "",
+            "2",
+            "",
+            "yard",
+            "0.03",
+            "0.02",
+            "0.04",
+            "0.98",
+            "0.098",
+            "3",
+            "0",
+            "0",
+            f"in no row: {told[1].split(', ')[1]}",
+        ],
     ]
 
 
@@ -532,12 +560,12 @@ def test_coordinates_that_are_not_degrees_are_refused(folder):
     )
 
 
-def test_a_street_is_not_longer_than_a_plane_holds(folder):
-    """Two squares on one meridian, a tenth of a degree apart: 11.12 km at 50 degrees north."""
-    rings = [[[x * 1e-5 + 8.0, y * 1e-5 + 50.0 + north] for x, y in SQUARE] for north in (0.0, 0.1)]
+def test_a_map_is_not_larger_than_a_plane_holds(folder):
+    """Two squares on one meridian, ten degrees apart: 111.2 km each at 45 to 55 degrees north (WGS 84)."""
+    rings = [[[x * 1e-5 + 8.0, y * 1e-5 + 45.0 + north] for x, y in SQUARE] for north in (0.0, 10.0)]
     features = [feature([ring], name) for ring, name in zip(rings, "AB", strict=True)]
     (fault,) = faults(folder, json.dumps({"type": "FeatureCollection", "features": features}), "street.geojson")
-    assert "feature 1 to feature 2: their footprints lie 11100 m apart, a street has at most 5000 m" in fault
+    assert "feature 1 to feature 2: their footprints lie 1.11e6 m apart, and one plane holds at most 5e5 m" in fault
 
 
 def tagged(folder: Path, *tags: dict[str, Any], faulty: bool = False) -> Any:
@@ -754,7 +782,9 @@ def test_sections_of_a_scene_can_be_given(shipped):
     }
     other = tomllib.loads(table.scenes(tables={"records": {"set": "fema-p695-farfield"}})["street-row-1.toml"])
     assert other["records"] == {"polarity": ["as recorded", "reversed"], "set": "fema-p695-farfield"}
-    with pytest.raises(PoundingError, match='"building" cannot be given; it may be effects, records, grid, solver'):
+    with pytest.raises(
+        PoundingError, match='"building" cannot be given; it may be effects, records, grid, uncertain, solver'
+    ):
         table.scenes(tables={"building": []})
 
 
@@ -774,14 +804,14 @@ def test_the_command_writes_what_the_call_returns(tmp_path):
     told = CliRunner().invoke(app, ["block", str(STREETS / "street.csv"), "-o", str(out), "--pga", "0.3 g"])
     assert told.exit_code == 0, told.output
     scenes = [f"street-row-{n}.toml" for n in (1, 2, 3)]
-    assert sorted(each.name for each in out.iterdir()) == ["filled.csv", "neighbours.csv", *scenes]
+    assert sorted(each.name for each in out.iterdir()) == ["buildings.csv", "filled.csv", "neighbours.csv", *scenes]
     assert "alone, no neighbour within 1 m along the street: 47" in told.output
     assert re.search(r"street, row 2 +12 +2 to 9 +0 mm to 100 mm +23, 25", told.output)
     block = pr.block(STREETS / "street.csv", tmp_path / "again", tables={"records": {"pga": "0.3 g"}})
     assert {name: (out / name).read_text(encoding="utf-8") for name in block.file_names()} == block.scenes(
         tables={"records": {"pga": "0.3 g"}}
     )
-    for name in ("filled.csv", "neighbours.csv", *block.file_names()):
+    for name in ("buildings.csv", "filled.csv", "neighbours.csv", *block.file_names()):
         assert (out / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
 
 

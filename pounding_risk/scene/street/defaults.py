@@ -11,12 +11,12 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH, USUAL_DEPTH
 from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.models.structures.typologies import known_typology
-from pounding_risk.scene.street.footprints import Footprint, area
-from pounding_risk.scene.street.table import AREA, HEIGHT, LOAD, Entry
+from pounding_risk.scene.street.table import AREA, HEIGHT, LOAD, STOREYS, Entry, Mapped
 from pounding_risk.units import DAMPING, DIRECTION, GAP, MASS, STANDARD_GRAVITY, Quantity, say, si
 
 LOWEST_STOREY, HIGHEST_STOREY = 2.0, 6.0  # m; a storey outside is doubted
 LIMIT = Quantity("m", 0.0, inf, "gap that parts rows", open_low=True, open_high=True, example="1 m")
+RESOLUTION = Quantity("m", 0.0, 100.0, "resolution of footprints", example="0.5 m")
 FACING = Quantity("1", 0.0, 1.0, "share of a front", open_high=True, example="0.1")
 STATED = "stated for buildings without one"
 
@@ -56,6 +56,11 @@ class Rules:
     axis : float or str, optional
         Direction of a street from left to right [degrees clockwise from north]; without it each street has the
         direction of its own walls.
+    resolution : float or str, optional
+        How far off measured gaps may be [m]: each is then uniform within so much. Without it that is what the file
+        says, such as the last decimal of its coordinates.
+    storeys : int, optional
+        Storeys of a building without height and storeys, which without it is a fault.
 
     Raises
     ------
@@ -75,12 +80,16 @@ class Rules:
     least_facing: float = 0.0
     metres: bool = False
     axis: float | None = None
+    resolution: float | None = None
+    storeys: int | None = None
 
     def __post_init__(self) -> None:
         for name, quantity in _RANGES.items():
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, si(value, quantity, f"rules, {name}"))
+        if self.storeys is not None and self.storeys != int(self.storeys):
+            raise PoundingError(f"rules, storeys: {self.storeys} is no whole number; write one such as 3")
         known_typology(self.typology)
 
 
@@ -95,6 +104,8 @@ _RANGES = {
     "limit": LIMIT,
     "survey": GAP,
     "axis": DIRECTION,
+    "resolution": RESOLUTION,
+    "storeys": STOREYS,
 }
 
 
@@ -112,7 +123,9 @@ class House(NamedTuple):
     floor_depth: float = USUAL_DEPTH  # m
     gap: float = nan  # m, as given, to the building on its right
     walls: tuple[float, float] = (nan, nan)  # m along the street, left and right
-    footprint: Footprint | None = None  # m east and north of the middle of all footprints
+    footprint: Any = None  # a polygon of shapely, m east and north of the middle of all footprints
+    mapped: Mapped | None = None
+    place: str = ""  # in its file, such as "feature 3"
 
 
 class Filled(NamedTuple):
@@ -160,7 +173,7 @@ def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
     if "floor depth" not in values:
         fill("floor depth", say(depth, FLOOR_DEPTH), STATED)
     facts = (height, storeys, typology, mass, damping, values.get("period"), depth, values.get("gap", nan))
-    return House(name, street, *facts, walls, entry.footprint)
+    return House(name, street, *facts, walls, entry.footprint, entry.mapped, entry.place)
 
 
 def _check_typology(where: str, name: str, height: float, has_period: bool, notes: Notes) -> None:
@@ -176,13 +189,17 @@ def _check_typology(where: str, name: str, height: float, has_period: bool, note
 def _size(where: str, values: Mapping[str, Any], rules: Rules, notes: Notes, fill: Fill) -> tuple[float, int]:
     """Height and number of storeys; where one is missing it follows from the other."""
     usual = rules.storey_height
-    if "height" not in values and "storeys" not in values:
-        notes.faults.append(f"{where}: gives neither height nor storeys; write one of the two")
+    if "height" not in values and "storeys" not in values and rules.storeys is None:
+        notes.faults.append(f"{where}: gives neither height nor storeys; write one of the two, or state --storeys")
         return nan, 1
     if "height" not in values:
-        height = values["storeys"] * usual
+        storeys = values.get("storeys", rules.storeys)
+        storeys = round(storeys)
+        if "storeys" not in values:
+            fill("storeys", str(storeys), "stated for buildings without height and storeys")
+        height = storeys * usual
         fill("height", f"{height:g} m", f"its storeys at {usual:g} m each")
-        return height, values["storeys"]
+        return height, storeys
     height = values["height"]
     if "storeys" not in values:
         storeys = max(round(height / usual), 1)
@@ -208,7 +225,7 @@ def _floor_mass(where: str, entry: Entry, rules: Rules, notes: Notes, fill: Fill
         return float(values["floor mass"])
     size = values.get("floor area")
     if size is None and entry.footprint is not None:
-        size = round(area(entry.footprint), 2)
+        size = round(entry.footprint.area, 2)
         fill("floor area", f"{size:g} m²", "that of its footprint")
     elif size is None and rules.floor_area is not None:
         size = rules.floor_area

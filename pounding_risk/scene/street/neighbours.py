@@ -8,37 +8,85 @@ from __future__ import annotations
 
 import csv
 import io
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import cos, inf, isfinite, isnan, nan, radians, sin
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk.models.structures.contact_points import COLUMN, LevelRule, automatic_points
 from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules
 from pounding_risk.scene.street.footprints import (
+    Array,
     Facing,
-    Footprint,
+    Outline,
+    Pairs,
+    axes,
     azimuth,
-    clear_between,
     close_pairs,
     faced,
     facing,
-    street_axis,
+    groups,
+    shared_face,
     turned,
 )
 from pounding_risk.scene.street.table import repeated
 from pounding_risk.units import GAP, say, shown
 
-NEIGHBOURS = "neighbours.csv"
+NEIGHBOURS, BUILDINGS = "neighbours.csv", "buildings.csv"
 PARTIAL = 0.5  # share of the shorter front; neighbours that face each other over less are noted
 ACROSS = "across the axis of the street"
 CORNER = "corner to corner"
 STREETS = "in two streets"
 HEADS = (
     *("street", "building", "other street", "other building"),
-    *("clear distance [m]", "faced [m]", "faced share", "held"),
+    *("clear distance [m]", "least gap [m]", "largest gap [m]", "faced [m]", "faced share"),
+    *("floors that meet", "floors that miss", "largest offset of floors [m]", "held"),
 )
+
+
+class Floors(NamedTuple):
+    """How the floors of two buildings stand to each other, from the ground to the lower roof."""
+
+    meet: int  # pairs of floors that meet floor to floor
+    miss: int  # floors of either that meet a column of the other
+    offset: float  # m, of the floor that is farthest from any floor of the other; 0 where all are level
+
+
+class _Levels(NamedTuple):
+    """The levels of the floors of a building [m], its storeys all as high, as a scene has them."""
+
+    levels: tuple[float, ...]
+    is_rigid: bool = False
+
+
+def floors(one: House, other: House, tolerance: float | None = None) -> Floors:
+    """How the floors of two buildings stand to each other.
+
+    Parameters
+    ----------
+    one, other
+        With their heights, storeys and depths of floors.
+    tolerance
+        Of levels that meet [m], in place of the depths of the floors.
+    """
+    sides = [
+        _Levels(tuple(at * each.height / each.storeys for at in range(1, each.storeys + 1))) for each in (one, other)
+    ]
+    rule = LevelRule(one.floor_depth, other.floor_depth, tolerance)
+    points = automatic_points(sides[0], sides[1], rule.is_one)
+    lower = min(side.levels[-1] for side in sides)
+    # Without a tolerance: of all floors up to the lower roof, how far the nearest floor of the other is.
+    offsets = [
+        min(abs(level - beside) for beside in there.levels)
+        for here, there in (sides, sides[::-1])
+        for level in here.levels
+        if level <= lower + rule.largest
+    ]
+    miss = sum(point[2] == COLUMN for point in points)
+    return Floors(len(points) - miss, miss, max(offsets))
 
 
 class Neighbours(NamedTuple):
@@ -49,6 +97,12 @@ class Neighbours(NamedTuple):
     gap: float  # m
     faced: float = nan  # m, across the axis of the street
     share: float = nan  # of the shorter front
+    resolution: float = nan  # m, within which a measured gap is uniform; NaN of one that is known
+
+    @property
+    def gaps(self) -> tuple[float, float]:
+        """The least and the largest gap [m]; both the gap itself where that is known."""
+        return within(self.gap, self.resolution)
 
     @property
     def is_partial(self) -> bool:
@@ -71,6 +125,9 @@ class ClosePair(NamedTuple):
     other: House
     distance: float  # m, clear, in any direction; 0 where they touch
     reason: str
+    faced: float = nan  # m, along the grid of their own walls
+    share: float = nan  # of the shorter front
+    resolution: float = nan  # m
 
     @property
     def names(self) -> tuple[str, str]:
@@ -90,17 +147,31 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.2g} %"
 
 
-def neighbours_csv(rows: Iterable[tuple[str, Sequence[Neighbours]]], close: Iterable[ClosePair]) -> str:
+def within(gap: float, resolution: float) -> tuple[float, float]:
+    """The ends of a gap that is known to within a resolution [m]; none is below 0."""
+    spread = 0.0 if isnan(resolution) else resolution
+    return round(max(gap - spread, 0.0), ROUNDED), round(gap + spread, ROUNDED)
+
+
+def neighbours_csv(
+    rows: Iterable[tuple[str, Sequence[Neighbours]]], close: Iterable[ClosePair], tolerance: float | None = None
+) -> str:
     """Every close pair as CSV: the neighbours of each named row, then the pairs that no row holds, with the reason."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(HEADS)
+
+    def write(one: House, other: House, gap: float, pair: Neighbours | ClosePair, held: str) -> None:
+        ends = [f"{end:.6g}" for end in within(gap, pair.resolution)]
+        measured = ["" if isnan(value) else f"{value:.4g}" for value in (pair.faced, pair.share)]
+        meet, miss, offset = floors(one, other, tolerance)
+        writer.writerow((*_who(one, other), f"{gap:.6g}", *ends, *measured, meet, miss, f"{offset:.4g}", held))
+
     for name, pairs in rows:
-        for left, right, gap, *faced_and_share in pairs:
-            measured = ["" if isnan(value) else f"{value:.4g}" for value in faced_and_share]
-            writer.writerow((*_who(left, right), f"{gap:.6g}", *measured, f"neighbours in {name}"))
-    for pair in close:
-        writer.writerow((*_who(pair.one, pair.other), f"{pair.distance:.6g}", "", "", f"in no row: {pair.reason}"))
+        for pair in pairs:
+            write(pair.left, pair.right, pair.gap, pair, f"neighbours in {name}")
+    for each in close:
+        write(each.one, each.other, each.distance, each, f"in no row: {each.reason}")
     return text.getvalue()
 
 
@@ -108,6 +179,7 @@ def _who(first: House, second: House) -> tuple[str, str, str, str]:
     return first.street, first.name, second.street, second.name
 
 
+ROUNDED = 6  # decimals of a metre
 FINEST_GAP = 4  # decimals of a metre: no survey resolves less than 0.1 mm
 
 
@@ -127,6 +199,7 @@ class LinedUp(NamedTuple):
 
     rows: list[BlockRow]
     close: list[ClosePair]
+    sides: list[int]  # of each building, how many have another one closer than the limit; empty without footprints
 
 
 class Beside(NamedTuple):
@@ -137,6 +210,15 @@ class Beside(NamedTuple):
     share: float = nan  # of the shorter front
 
 
+class View(NamedTuple):
+    """Buildings that stand close to each other, seen along and across their axis."""
+
+    axis: Array
+    outlines: Mapping[int, Outline]
+    along: list[Facing]
+    across: list[Facing]
+
+
 class Street(NamedTuple):
     """The buildings of one street with their places in the file, and the rules by which they are lined up."""
 
@@ -144,38 +226,85 @@ class Street(NamedTuple):
     places: list[str]
     rules: Rules
     notes: Notes
+    resolution: float = nan  # m, of measured gaps
 
     def lined_up(self) -> LinedUp:
         """Rows in the order of their first buildings, and the pairs that no row holds."""
         self._check_names()
-        footprints = [each.footprint for each in self.houses if each.footprint is not None]
-        if len(footprints) < len(self.houses):
-            beside = [Beside(pair) for pair in _by_walls([each.walls for each in self.houses])]
-            return LinedUp(list(self._rows(self._held(beside, {}), nan)), [])  # without footprints no more is known
-        along = self._axis(footprints)
-        flat = turned(footprints, along)
+        shapes = [house.footprint for house in self.houses if house.footprint is not None]
+        if len(shapes) < len(self.houses):
+            beside = [Beside(pair) for pair in _by_walls([house.walls for house in self.houses])]
+            return LinedUp(list(self._rows(self._held(beside, {}), {})), [], [])  # without footprints no more is known
+        return self._among(shapes)
+
+    def _among(self, shapes: Sequence[Any]) -> LinedUp:
+        """The rows among footprints; each group of close buildings has an axis of its own, unless one is stated."""
+        near = close_pairs(shapes, self._reach)
+        distances = {
+            (int(one), int(other)): float(distance)
+            for (one, other), distance in zip(near.pairs, near.distances, strict=True)
+        }
+        views = [self._view(shapes, pairs) for pairs in groups(len(shapes), near.pairs)]
+        outlines = {number: outline for view in views for number, outline in view.outlines.items()}
+        directions = {number: azimuth(view.axis) for view in views for number in view.outlines}
         reasons: dict[frozenset[int], str] = {}
-        adjacent = self._held(self._beside(flat, reasons), reasons)
-        rows = list(self._rows(adjacent, azimuth(along)))
+        along = (pair for view in views for pair in view.along)
+        adjacent = self._held(self._beside(along, outlines, distances, reasons), reasons)
+        rows = list(self._rows(adjacent, directions))
         self._note_partial(each for row in rows for each in row.pairs if each.is_partial)
-        return LinedUp(rows, list(self._close(flat, adjacent, reasons)))
+        close = list(self._close(shapes, outlines, distances, adjacent, reasons))
+        return LinedUp(rows, close, self._sides(views))
 
-    def _axis(self, footprints: Sequence[Footprint]) -> np.ndarray:
-        """The unit vector along the street (east, north), as stated or by its walls."""
-        axis = self.rules.axis
-        if axis is not None:
-            return np.array([sin(radians(axis)), cos(radians(axis))])
-        return street_axis(footprints, self.rules.limit + self.rules.survey, self.rules.survey)
+    @property
+    def _reach(self) -> float:
+        return self.rules.limit + self.rules.survey
 
-    def _beside(self, flat: Sequence[Footprint], reasons: dict[frozenset[int], str]) -> Iterator[Beside]:
+    @property
+    def _overlap(self) -> float:
+        """The overlap [m] that is taken for buildings that touch."""
+        return self.rules.survey if isnan(self.resolution) else max(self.rules.survey, self.resolution)
+
+    def _view(self, shapes: Sequence[Any], pairs: Pairs) -> View:
+        """The buildings of close pairs along the axis in which most of them face each other, or that is stated."""
+        members, local = np.unique(pairs, return_inverse=True)
+        own = [shapes[member] for member in members]
+        stated = self.rules.axis
+        both = axes(own) if stated is None else _square(radians(stated))
+        outlines = [[turned(shape, axis) for shape in own] for axis in both]
+        met = [
+            [
+                pair._replace(left=int(members[pair.left]), right=int(members[pair.right]))
+                for pair in facing(seen, local.reshape(-1, 2), self._reach, self.rules.survey)
+            ]
+            for seen in outlines
+        ]
+        first = int(stated is None and len(met[1]) > len(met[0]))
+        return View(both[first], dict(zip(members.tolist(), outlines[first], strict=True)), met[first], met[1 - first])
+
+    def _sides(self, views: Sequence[View]) -> list[int]:
+        """Of each building the number of its sides, left, right, front and back, on which another one is close."""
+        sides: set[tuple[int, str]] = set()
+        for view in views:
+            for way, pairs in (("along", view.along), ("across", view.across)):
+                for left, right, gap in pairs:
+                    if -self._overlap <= gap < self.rules.limit:
+                        sides |= {(left, f"{way} +"), (right, f"{way} -")}
+        counts = Counter(number for number, _ in sides)
+        return [counts[number] for number in range(len(self.houses))]
+
+    def _beside(
+        self,
+        pairs: Iterable[Facing],
+        outlines: Mapping[int, Outline],
+        distances: Mapping[tuple[int, int], float],
+        reasons: dict[frozenset[int], str],
+    ) -> Iterator[Beside]:
         """The pairs that may be neighbours in a row; the reason is noted for those that may not."""
-        reach, survey = self.rules.limit + self.rules.survey, self.rules.survey
-        for pair in facing(flat, reach, survey):
-            left, right = flat[pair.left], flat[pair.right]
-            length, share = faced(left, right, reach)
+        for pair in pairs:
+            length, share = faced(outlines[pair.left], outlines[pair.right], self._reach)
             key = frozenset((pair.left, pair.right))
-            if pair.gap < -survey:
-                if clear_between(left, right) == 0.0:
+            if pair.gap < -self._overlap:
+                if distances[min(key), max(key)] == 0.0:
                     yield Beside(pair, length, share)  # a fault
                 else:
                     reasons[key] = ACROSS  # one stands in the other's corner, or a street bends: nothing overlaps
@@ -214,28 +343,39 @@ class Street(NamedTuple):
             return f"{self.houses[right].name} has {self.houses[before[right]].name} as its neighbour on that side"
         return "in a ring of buildings, which is no line"
 
-    def _rows(self, adjacent: Sequence[Beside], direction: float) -> Iterator[BlockRow]:
+    def _rows(self, adjacent: Sequence[Beside], directions: Mapping[int, float]) -> Iterator[BlockRow]:
         after = {neighbour.pair.left: neighbour for neighbour in adjacent}
         for first in sorted(set(range(len(self.houses))) - {neighbour.pair.right for neighbour in adjacent}):
             pairs, last = [], first
             while last in after:
                 (left, right, gap), length, share = after[last]
-                pairs.append(Neighbours(self.houses[left], self.houses[right], gap, length, share))
+                one, other = self.houses[left], self.houses[right]
+                has_walls = one.footprint is not None or not isnan(other.walls[0] - one.walls[1])
+                resolution = self.resolution if has_walls and isnan(one.gap) else nan
+                pairs.append(Neighbours(one, other, gap, length, share, resolution))
                 last = right
             buildings = (self.houses[first], *(neighbour.right for neighbour in pairs))
             gaps = tuple(neighbour.gap for neighbour in pairs)
+            direction = directions.get(first, nan)
             yield BlockRow("", self.houses[first].street, buildings, gaps, direction, tuple(pairs))
 
     def _close(
-        self, flat: Sequence[Footprint], adjacent: Sequence[Beside], reasons: Mapping[frozenset[int], str]
+        self,
+        shapes: Sequence[Any],
+        outlines: Mapping[int, Outline],
+        distances: Mapping[tuple[int, int], float],
+        adjacent: Sequence[Beside],
+        reasons: Mapping[frozenset[int], str],
     ) -> Iterator[ClosePair]:
         """The pairs closer than the limit that are no neighbours in a row, each with the reason."""
         neighbours = {frozenset(neighbour.pair[:2]) for neighbour in adjacent}
-        for first, second, distance in close_pairs(flat, self.rules.limit, metres=True):
+        for (first, second), distance in distances.items():
             key = frozenset((first, second))
-            if key not in neighbours:
-                reason = reasons.get(key) or _where(flat[first], flat[second])
-                yield ClosePair(self.houses[first], self.houses[second], round(distance, FINEST_GAP), reason)
+            if distance < self.rules.limit and key not in neighbours:
+                reason = reasons.get(key) or _where(outlines[first], outlines[second])
+                face = shared_face(shapes[first], shapes[second], self._reach)
+                apart = round(distance, FINEST_GAP)
+                yield ClosePair(self.houses[first], self.houses[second], apart, reason, *face, self.resolution)
 
     def _note_partial(self, pairs: Iterable[Neighbours]) -> None:
         """A note on neighbours that face each other over a part of their fronts."""
@@ -256,7 +396,7 @@ class Street(NamedTuple):
 
     def _check_overlaps(self, pairs: Iterable[Facing]) -> None:
         """A fault for each two that overlap by more than a survey may be off."""
-        survey = self.rules.survey
+        survey = self._overlap
         for left, right, gap in pairs:
             if gap < -survey:
                 self.notes.faults.append(
@@ -267,7 +407,7 @@ class Street(NamedTuple):
 
     def _gap(self, pair: Facing) -> float:
         """The gap of two neighbours: as given, as measured, or by rule."""
-        left, survey = self.houses[pair.left], self.rules.survey
+        left, survey = self.houses[pair.left], self._overlap
 
         def fill(gap: float, rule: str) -> float:
             self.notes.filled.append(Filled(left.street, left.name, "gap", say(gap, GAP), rule))
@@ -324,12 +464,16 @@ def _leads(onward: Mapping[int, int], start: int, goal: int) -> bool:
     return start == goal
 
 
-def _where(first: Footprint, second: Footprint) -> str:
+def _where(first: Outline, second: Outline) -> str:
     """The position of two that do not face each other along the street, in words."""
-    corners = [np.concatenate(each.rings) for each in (first, second)]
-    lows, highs = ([end(each, axis=0) for each in corners] for end in (np.min, np.max))
-    shared = np.minimum(*highs) - np.maximum(*lows)
-    return ACROSS if shared[0] > 0.0 else CORNER
+    shared = min(first.high[0], second.high[0]) - max(first.low[0], second.low[0])
+    return ACROSS if shared > 0.0 else CORNER
+
+
+def _square(direction: float) -> tuple[Array, Array]:
+    """Unit vectors (east, north) in a direction from north [rad], and to the left of it."""
+    along = np.array([sin(direction), cos(direction)])
+    return along, np.array([-along[1], along[0]])
 
 
 def _by_walls(walls: Sequence[tuple[float, float]]) -> Iterator[Facing]:

@@ -7,16 +7,22 @@ What a table does not give is filled by `Rules`, and every value so filled is li
 
 from __future__ import annotations
 
+import csv
+import io
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from math import isnan
 from pathlib import Path
 from typing import Any
 
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules, house
-from pounding_risk.scene.street.footprints import Array, close_pairs, length, local, middle
+from pounding_risk.scene.street.footprints import Array, close_pairs, rings, shared_face
 from pounding_risk.scene.street.neighbours import (
+    BUILDINGS,
     FINEST_GAP,
     NEIGHBOURS,
     STREETS,
@@ -26,10 +32,25 @@ from pounding_risk.scene.street.neighbours import (
     neighbours_csv,
 )
 from pounding_risk.scene.street.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_text
-from pounding_risk.scene.street.table import BlockError, Entry, read_table, repeated
-from pounding_risk.units import GAP, say
+from pounding_risk.scene.street.table import (
+    MAPS,
+    BlockError,
+    Entry,
+    Mapped,
+    Resolution,
+    Table,
+    need_maps,
+    read_table,
+    repeated,
+)
+from pounding_risk.units import GAP, parse, say, shown
 
-LONGEST_STREET = 5e3  # m, within which a plane stands for the ellipsoid to 1e-3
+BUILDING_HEADS = (
+    *("street", "name", "id", "place in the file", "row", "position", "sides adjoined"),
+    *("longitude [deg]", "latitude [deg]"),
+)
+SIDES = ("none", "one", "two", "three", "four")
+DIGITS = 9  # decimals of degrees, 0.1 mm
 
 
 @dataclass(frozen=True, repr=False)
@@ -37,7 +58,9 @@ class Block(ShortRepr):
     """The rows of a street's table, the buildings in no row, and the values that were filled in.
 
     ``close`` are pairs that stand closer than the limit and are no neighbours in a row; without footprints they are
-    not known. ``notes`` are sentences on columns that are not read and on doubtful values.
+    not known. ``sides`` has for each building, by its street and name, the number of its sides (left, right, front and
+    back) on which another one is closer than the limit. ``resolution`` is how far off measured gaps may be. ``notes``
+    are sentences on columns that are not read and on doubtful values.
     """
 
     source: str
@@ -47,6 +70,8 @@ class Block(ShortRepr):
     notes: tuple[str, ...] = ()
     rules: Rules = field(default_factory=Rules)
     close: tuple[ClosePair, ...] = ()
+    sides: Mapping[tuple[str, str], int] = field(default_factory=dict)
+    resolution: Resolution = field(default_factory=Resolution)
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Rows, buildings and number of values filled in, for its display."""
@@ -54,6 +79,9 @@ class Block(ShortRepr):
         yield "rows", "; ".join(" | ".join(house.name for house in row.buildings) for row in self.rows) or "none"
         yield "in no row", ", ".join(house.name for house in self.in_no_row) or "none"
         yield "close pairs in no row", str(len(self.close))
+        if self.sides:
+            yield "sides adjoined", "; ".join(f"{words} {number}" for words, number in self.sides_adjoined())
+        yield "gaps", self.gap_words
         yield "values filled in", str(len(self.filled))
 
     @property
@@ -62,11 +90,33 @@ class Block(ShortRepr):
         beside = {(house.street, house.name) for pair in self.close for house in (pair.one, pair.other)}
         return tuple(house for house in self.in_no_row if (house.street, house.name) not in beside)
 
+    @cached_property
+    def houses(self) -> tuple[House, ...]:
+        """All buildings: those of the rows, and those in none."""
+        return *(house for row in self.rows for house in row.buildings), *self.in_no_row
+
     @property
     def has_footprints(self) -> bool:
         """True where the outlines of the buildings are known, and with them what stands behind and across."""
-        houses = [*self.in_no_row, *(house for row in self.rows for house in row.buildings)]
-        return any(house.footprint is not None for house in houses)
+        return any(house.footprint is not None for house in self.houses)
+
+    def sides_adjoined(self) -> list[tuple[str, int]]:
+        """How many buildings have another one on none, one, two, three or four of their sides."""
+        counts = Counter(self.sides.values())
+        return [(words, counts[number]) for number, words in enumerate(SIDES) if counts[number]]
+
+    @property
+    def gap_words(self) -> str:
+        """How well the gaps between walls are known, in words."""
+        if self.resolution.size > 0.0:
+            off = say(self.resolution.size, GAP, 3)
+            return f"measured gaps are uniform within {off} of the distance of the walls ({self.resolution.words})"
+        if not self.has_footprints:
+            return "gaps are as the table has them"
+        return (
+            "gaps are the distances of the walls; the file does not say how well its outlines are known (--resolution, "
+            "resolution in Python, makes them distributions)"
+        )
 
     def scenes(
         self,
@@ -90,6 +140,7 @@ class Block(ShortRepr):
                 records=records,
                 contact=contact,
                 tables=tables,
+                gaps=self.gap_words,
             )
             for name, row in zip(self.file_names(), self.rows, strict=True)
         }
@@ -102,17 +153,55 @@ class Block(ShortRepr):
 
     def filled_of(self, row: BlockRow) -> list[Filled]:
         """The values that were filled in for the buildings of a row."""
-        names = {house.name for house in row.buildings}
-        return [value for value in self.filled if value.street == row.street and value.building in names]
+        own = [self._filled_by_building.get((row.street, house.name), []) for house in row.buildings]
+        return [self.filled[number] for number in sorted(number for numbers in own for number in numbers)]
+
+    @cached_property
+    def _filled_by_building(self) -> dict[tuple[str, str], list[int]]:
+        by_building: dict[tuple[str, str], list[int]] = {}
+        for number, value in enumerate(self.filled):
+            by_building.setdefault((value.street, value.building), []).append(number)
+        return by_building
 
     def close_to(self, row: BlockRow) -> list[ClosePair]:
         """The pairs of `close` with a building of this row."""
-        members = {(row.street, house.name) for house in row.buildings}
-        return [
-            pair
-            for pair in self.close
-            if members & {(pair.one.street, pair.one.name), (pair.other.street, pair.other.name)}
-        ]
+        own = {
+            number for house in row.buildings for number in self._close_by_building.get((row.street, house.name), ())
+        }
+        return [self.close[number] for number in sorted(own)]
+
+    @cached_property
+    def _close_by_building(self) -> dict[tuple[str, str], list[int]]:
+        by_building: dict[tuple[str, str], list[int]] = {}
+        for number, pair in enumerate(self.close):
+            for one in (pair.one, pair.other):
+                by_building.setdefault((one.street, one.name), []).append(number)
+        return by_building
+
+    def buildings_csv(self) -> str:
+        """Every building as CSV: its row and place in it, the sides adjoined, where it is, and its footprint.
+
+        A footprint is WKT in degrees of WGS 84, or in metres where nothing ties the coordinates to the Earth.
+        """
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        in_metres = any(house.footprint is not None and _outline(house) is None for house in self.houses)
+        writer.writerow((*BUILDING_HEADS, f"footprint [WKT, {'m' if in_metres else 'deg'}]"))
+        for row in self.rows:
+            for number, member in enumerate(row.buildings):
+                is_end = number in (0, len(row.buildings) - 1)
+                writer.writerow(self._building(member, row.name, "end" if is_end else "interior", in_metres))
+        for single in self.in_no_row:
+            writer.writerow(self._building(single, "", "in no row", in_metres))
+        return text.getvalue()
+
+    def _building(self, house: House, row: str, position: str, in_metres: bool) -> tuple[Any, ...]:
+        mapped = house.mapped or Mapped()
+        where = ["" if isnan(degrees) else f"{degrees:.8f}" for degrees in (mapped.longitude, mapped.latitude)]
+        outline = house.footprint if in_metres else mapped.outline
+        sides = self.sides.get((house.street, house.name), "")
+        wkt = "" if outline is None else _wkt(outline, 3 if in_metres else DIGITS)
+        return (house.street, house.name, mapped.id, house.place, row, position, sides, *where, wkt)
 
     def check(self) -> None:
         """Raise BlockError, with the reason, where no two buildings are neighbours in a row."""
@@ -132,11 +221,23 @@ class Block(ShortRepr):
         )
 
 
+def _outline(house: House) -> Any:
+    return None if house.mapped is None else house.mapped.outline
+
+
+def _wkt(outline: Any, digits: int) -> str:
+    import shapely
+
+    return str(shapely.to_wkt(outline, rounding_precision=digits))
+
+
 def block(
     path: str | Path,
     out: str | Path | None = None,
     rules: Rules | None = None,
     *,
+    layer: str | None = None,
+    within: str | None = None,
     records: Sequence[str] | None = None,
     contact: Contact = CONCRETE,
     tables: Mapping[str, Any] | None = None,
@@ -151,6 +252,8 @@ def block(
         Folder for the files of `write_block`; None writes nothing.
     rules : Rules, optional
         As for `read_block`.
+    layer, within : str, optional
+        As for `read_block`.
     records : sequence of str, optional
         Ids of the catalogue; None takes all its horizontal ones.
     contact : Contact
@@ -163,7 +266,7 @@ def block(
     Block
         The rows of the table. Nothing is written where the table has a fault.
     """
-    street = read_block(path, rules)
+    street = read_block(path, rules, layer=layer, within=within)
     if out is not None:
         write_block(street, out, records=records, contact=contact, tables=tables)
     return street
@@ -177,7 +280,9 @@ def write_block(
     contact: Contact = CONCRETE,
     tables: Mapping[str, Any] | None = None,
 ) -> list[Path]:
-    """Write the scene of each row, filled.csv with the values filled in, and neighbours.csv with every close pair.
+    """Write the scene of each row, and tables of the buildings, of every close pair and of the values filled in.
+
+    The tables are buildings.csv, neighbours.csv and filled.csv.
 
     Parameters
     ----------
@@ -208,23 +313,32 @@ def write_block(
     scenes = street.scenes(records, contact=contact, tables=tables)
     for name, text in scenes.items():
         parse_scene(text, source=name)  # so that no scene is written that cannot be read
-    pairs = neighbours_csv(((row.name, row.pairs) for row in street.rows), street.close)
-    texts = {**scenes, FILLED: filled_csv(street.filled), NEIGHBOURS: pairs}
+    tolerance = None if contact.tolerance is None else parse(contact.tolerance, GAP)
+    pairs = neighbours_csv(((row.name, row.pairs) for row in street.rows), street.close, tolerance)
+    texts = {**scenes, FILLED: filled_csv(street.filled), NEIGHBOURS: pairs, BUILDINGS: street.buildings_csv()}
     for name, text in texts.items():
         write_text(Path(out) / name, text)
     return [Path(out) / name for name in texts]
 
 
-def read_block(path: str | Path, rules: Rules | None = None) -> Block:
-    """Read the rows of a street's table.
+def read_block(
+    path: str | Path, rules: Rules | None = None, *, layer: str | None = None, within: str | None = None
+) -> Block:
+    """Read the rows of a street's table, or of a map of footprints.
 
     Parameters
     ----------
     path : str or Path
-        A .csv file with a head and a line for each building, or a .geojson file (RFC 7946) with a Polygon or a
-        MultiPolygon for each building and the columns as properties.
+        A .csv file with a head and a line for each building, or a file with a Polygon or a MultiPolygon for each and
+        the columns as properties: GeoJSON (RFC 7946), GeoPackage, FlatGeobuf or GeoParquet, in any coordinate reference
+        system. Files of maps need the extra ``pounding-risk[maps]``.
     rules : Rules, optional
         What fills missing values, and what makes a row.
+    layer : str, optional
+        Layer of a GeoPackage; needed where it has several of polygons.
+    within : str, optional
+        Only buildings of a map whose middle lies in there: "west, south, east, north" in degrees, or a file of
+        polygons.
 
     Returns
     -------
@@ -243,58 +357,99 @@ def read_block(path: str | Path, rules: Rules | None = None) -> Block:
     right), and in a CSV left wall and right wall (positions along the street). Without walls the lines are in the order
     of the street. Lines of a CSV that start with # are left out.
 
-    The axis of a street is that of ``rules``, or the direction of its walls in which most of its buildings face each
-    other, pointing as the file lists them.
+    Footprints are laid flat by a transverse Mercator projection about their middle, whose scale is 1 there. The axis of
+    a street is that of ``rules``; without it each group of buildings that hang together has that direction of its walls
+    in which most of them face each other, pointing as the file lists them.
     """
     source, rules = Path(path), rules or Rules()
-    table = read_table(source, rules.metres)
+    table = _table(source, rules, layer, within)
+    resolution = table.resolution if rules.resolution is None else Resolution(rules.resolution, "as stated")
     notes = Notes([], [], list(table.left_out))
     numbers = {entry.place: number for number, entry in enumerate(table.entries, start=1)}
-    outlines = [entry.footprint for entry in table.entries if entry.footprint is not None]
-    origin = middle(outlines) if outlines else None  # one for all streets, so that a plan can show them
     rows: list[BlockRow] = []
     in_no_row: list[House] = []
     close: list[ClosePair] = []
-    every: list[tuple[House, Entry]] = []
-    for street in dict.fromkeys(entry.values.get("street", "") for entry in table.entries):
-        entries_of_street = [entry for entry in table.entries if entry.values.get("street", "") == street]
-        entries = entries_of_street if rules.metres else _in_metres(entries_of_street, origin, notes.faults)
+    sides: dict[tuple[str, str], int] = {}
+    every: list[House] = []
+    streets: dict[str, list[Entry]] = {}
+    for entry in table.entries:
+        streets.setdefault(entry.values.get("street", ""), []).append(entry)
+    for street, entries in streets.items():
         houses = [house(numbers[entry.place], entry, rules, notes) for entry in entries]
-        lined_up = Street(houses, [entry.place for entry in entries], rules, notes).lined_up()
+        lined_up = Street(houses, [entry.place for entry in entries], rules, notes, resolution.size).lined_up()
         in_no_row += [row.buildings[0] for row in lined_up.rows if not row.gaps]
         rows += _named(street or source.stem, [row for row in lined_up.rows if row.gaps])
         close += lined_up.close
-        every += zip(houses, entries_of_street, strict=True)
+        sides |= {(house.street, house.name): number for house, number in zip(houses, lined_up.sides, strict=False)}
+        every += houses
     if notes.faults:
         raise BlockError(str(source), notes.faults)
-    close += _between_streets(every, rules)
-    facts = tuple(notes.filled), tuple(notes.doubts), rules, tuple(close)
+    if len(streets) > 1:
+        close += _between_streets(every, rules, resolution)
+    facts = tuple(notes.filled), tuple(notes.doubts), rules, tuple(close), sides, resolution
     return Block(source.name, tuple(rows), tuple(in_no_row), *facts)
 
 
-def _between_streets(every: Sequence[tuple[House, Entry]], rules: Rules) -> list[ClosePair]:
-    """Pairs of buildings of two streets that stand closer than the limit; footprints are those of the file."""
-    outlined = [(house, entry.footprint) for house, entry in every if entry.footprint is not None]
-    pairs = close_pairs([footprint for _, footprint in outlined], rules.limit, rules.metres)
+def footprint_rings(path: str | Path) -> dict[str, tuple[Array, ...]]:
+    """Outer rings (n, 2) [m] of the footprints of a street, by the name of the building.
+
+    Parameters
+    ----------
+    path : str or Path
+        A map of footprints as `read_block` takes it, or the buildings.csv that `write_block` writes.
+
+    Returns
+    -------
+    dict of str to tuple of array
+        Empty for a table without footprints.
+
+    Raises
+    ------
+    PoundingError
+        As `read_block`.
+    """
+    source = Path(path)
+    if source.name == BUILDINGS:
+        need_maps(str(source))
+        from pounding_risk.scene.street.maps import read_outlines
+
+        return {name: rings(shape) for name, shape in read_outlines(source).items()}
+    return {one.name: rings(one.footprint) for one in read_block(source).houses if one.footprint is not None}
+
+
+def _table(source: Path, rules: Rules, layer: str | None, within: str | None) -> Table:
+    """The buildings of a file, by its ending."""
+    suffix = source.suffix.lower()
+    if suffix in MAPS:
+        need_maps(str(source))
+        from pounding_risk.scene.street.maps import read_map
+
+        return read_map(source, metres=rules.metres, layer=layer, within=within)
+    if suffix != ".csv":
+        kinds = ", ".join((".csv", *MAPS))
+        raise BlockError(str(source), [f"{shown(suffix)} is no table of a street; give a file that ends in {kinds}"])
+    if rules.metres:
+        raise BlockError(str(source), ["a CSV has no coordinates to be in metres; leave the option out"])
+    if layer is not None or within is not None:
+        option = "layer" if layer is not None else "within"
+        raise BlockError(str(source), [f"a CSV has no footprints, so --{option} chooses nothing; leave it out"])
+    return read_table(source)
+
+
+def _between_streets(every: Sequence[House], rules: Rules, resolution: Resolution) -> list[ClosePair]:
+    """Pairs of buildings of two streets that stand closer than the limit."""
+    houses = [house for house in every if house.footprint is not None]
+    shapes = [house.footprint for house in houses]
+    near = close_pairs(shapes, rules.limit) if shapes else None
     return [
-        ClosePair(outlined[first][0], outlined[second][0], round(distance, FINEST_GAP), STREETS)
-        for first, second, distance in pairs
-        if outlined[first][0].street != outlined[second][0].street
-    ]
-
-
-def _in_metres(entries: Sequence[Entry], origin: Array | None, faults: list[str]) -> list[Entry]:
-    """The entries of a street with their footprints, where they have any, in metres."""
-    if origin is None:
-        return list(entries)
-    footprints = local([entry.footprint for entry in entries if entry.footprint is not None], origin)
-    if length(footprints) > LONGEST_STREET:
-        places = f"{entries[0].place} to {entries[-1].place}"
-        faults.append(
-            f"{places}: their footprints lie {say(length(footprints), GAP, 3)} apart, a street has at most "
-            f'{say(LONGEST_STREET, GAP)}; tell streets apart in a property "street"'
+        ClosePair(
+            *(houses[one], houses[other], round(float(distance), FINEST_GAP), STREETS),
+            *shared_face(shapes[one], shapes[other], rules.limit + rules.survey),
+            resolution.size,
         )
-    return [entry._replace(footprint=flat) for entry, flat in zip(entries, footprints, strict=True)]
+        for (one, other), distance in (zip(near.pairs, near.distances, strict=True) if near else ())
+        if houses[one].street != houses[other].street and distance < rules.limit
+    ]
 
 
 def _named(name: str, rows: Sequence[BlockRow]) -> list[BlockRow]:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pounding_risk._common.files import write_whole
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.request import SOURCES
+from pounding_risk.scene.overrides import address_of
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.units import GAP, MASS, PERIOD, Quantity, exact, parse, say, shown
 
@@ -21,8 +22,10 @@ if TYPE_CHECKING:
     from pounding_risk.scene.street.neighbours import BlockRow, ClosePair
 
 FILLED = "filled.csv"
-SECTIONS = ("effects", "records", "grid", "solver")
+SECTIONS = ("effects", "records", "grid", "uncertain", "solver")
+SAMPLES = 64  # of uncertain gaps; as a power of two balanced
 POLARITIES = ["as recorded", "reversed"]  # a row is not symmetric
+DEGREE_DIGITS = 6  # of the middle of a row, 0.1 m
 LISTED = 3  # values of a column that are listed one by one
 
 
@@ -121,33 +124,38 @@ def scene_text(
     records: Sequence[str] | None,
     contact: Contact,
     tables: Mapping[str, Any] | None,
+    gaps: str = "",
 ) -> str:
-    """The scene of a row as TOML, with comments on the origin of its numbers.
+    """The scene of a row as TOML, with comments on the origin of its numbers; ``gaps`` says how well gaps are known.
 
-    Raises PoundingError for a section of ``tables`` that is not one of effects, records, grid and solver.
+    Raises PoundingError for a section of ``tables`` that belongs to the buildings.
     """
     own_tables = dict(tables or {})
     for name in own_tables:
         if name not in SECTIONS:
             raise PoundingError(f"tables: {shown(name)} cannot be given; it may be {', '.join(SECTIONS)}")
-    tables_with_records = {
-        **own_tables,
-        "records": {**_records(records, own_tables.get("records", {})), **own_tables.get("records", {})},
-    }
+    own_records = own_tables.get("records", {})
+    place = {"place": _middle(row)} if "sites" in own_records and _middle(row) else {}
+    all_tables: dict[str, Any] = {**own_tables, "records": {**_records(records, own_records), **own_records, **place}}
+    uncertain = _uncertain(row, own_tables)
+    all_tables.pop("uncertain", None)
+    all_tables |= {"uncertain": uncertain} if uncertain else {}
     document = {
         "scene": {"name": f"{row.name}, {row.buildings[0].name} to {row.buildings[-1].name}"},
         "building": [_building(house) for house in row.buildings],
         "interface": [_interface(gap, contact) for gap in row.gaps],
-        **{name: tables_with_records[name] for name in SECTIONS if name in tables_with_records},
+        **{name: all_tables[name] for name in SECTIONS if name in all_tables},
     }
-    return "".join(f"# {line}\n" for line in _origin(row, filled, close, source)) + "\n" + write_toml(document)
+    return "".join(f"# {line}\n" for line in _origin(row, filled, close, source, gaps)) + "\n" + write_toml(document)
 
 
-def _origin(row: BlockRow, filled: Sequence[Filled], close: Sequence[ClosePair], source: str) -> list[str]:
+def _origin(row: BlockRow, filled: Sequence[Filled], close: Sequence[ClosePair], source: str, gaps: str) -> list[str]:
     """Comments on the origin of a scene's numbers, and on the close buildings that it does not hold."""
     lines = [f"{len(row.buildings)} buildings of {source}, side by side; written by pounding-risk block."]
     if not isnan(row.direction):
         lines.append(f"From left to right is {row.direction:.1f} degrees clockwise from north.")
+    if gaps:
+        lines.append(f"{gaps[0].upper()}{gaps[1:]}.")
     if filled:
         lines.append("Filled in, as the table does not say:")
         lines += [f"  {each.column} of {each.number}: {each.values}; {each.rule}" for each in shares(filled)]
@@ -166,6 +174,44 @@ def _records(names: Sequence[str] | None, own_table: Mapping[str, Any]) -> dict[
     if names is None and any(key in own_table for key in SOURCES):
         return {"polarity": POLARITIES}
     return {"names": horizontal_records() if names is None else list(names), "polarity": POLARITIES}
+
+
+def _uncertain(row: BlockRow, own_tables: Mapping[str, Any]) -> dict[str, Any]:
+    """The table [uncertain] of a row: its measured gaps within the resolution, beside what is given.
+
+    Gaps that the given tables vary themselves, by [grid] or by a distribution, are left to these.
+    """
+    given = dict(own_tables.get("uncertain", {}))
+    numbers = given.get("numbers", {})
+    varied = [*own_tables.get("grid", {}), *given, *(numbers if isinstance(numbers, Mapping) else ())]
+    if any(key == "gap" or (key.startswith("interface") and key.endswith("gap")) for key in varied):
+        return given
+    spreads = {
+        address_of(("interface", f"{pair.left.name} | {pair.right.name}", "gap")): {
+            "distribution": "uniform",
+            "low": written(pair.gaps[0], GAP),
+            "high": written(pair.gaps[1], GAP),
+        }
+        for pair in row.pairs
+        if pair.resolution > 0.0
+    }
+    if spreads:
+        return {"samples": SAMPLES, **given, **spreads}
+    return given if set(given) - {"samples", "method", "seed"} else {}  # no number of this row is uncertain
+
+
+def _middle(row: BlockRow) -> dict[str, float]:
+    """The middle of a row in degrees, the mean of its buildings' middles; empty where it is not known."""
+    mapped = [house.mapped for house in row.buildings if house.mapped is not None and not isnan(house.mapped.longitude)]
+    if not mapped:
+        return {}
+    first = mapped[0].longitude  # across the meridian of 180 degrees longitudes go on
+    east = sum((each.longitude - first + 180.0) % 360.0 - 180.0 for each in mapped) / len(mapped)
+    longitude = (first + east + 180.0) % 360.0 - 180.0
+    return {
+        "longitude": round(longitude, DEGREE_DIGITS),
+        "latitude": round(sum(each.latitude for each in mapped) / len(mapped), DEGREE_DIGITS),
+    }
 
 
 def horizontal_records() -> list[str]:
