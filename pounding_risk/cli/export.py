@@ -28,15 +28,24 @@ SCENE = ".toml"
 
 
 def export(
-    source: Annotated[Path, argument("SOURCE", "Dataset of a scan (.nc or .zarr), or a scene (.toml) for opensees.")],
-    to: Annotated[str, typer.Option("--to", help="Format: nrml, pelicun, csv or opensees.", show_default=False)],
+    source: Annotated[
+        list[Path], argument("SOURCE...", "Datasets of scan or damage (.nc or .zarr); a scene (.toml) for opensees.")
+    ],
+    to: Annotated[
+        str,
+        typer.Option(
+            "--to", help="Format: nrml, pelicun, geopackage, geoparquet, csv or opensees.", show_default=False
+        ),
+    ],
     out: Annotated[Path, typer.Option("--out", "-o", help="The file or folder to write.", show_default=False)],
-    of: Annotated[str | None, option("Fragilities of contact or yield.", "contact")] = None,
+    of: Annotated[str | None, option("Fragilities of contact, yield or damage.", "contact")] = None,
     gap: JudgedGap = None,
     pga: Amplitude = None,
     intensity_level: IntensityLevel = None,
     intensity: Intensity = None,
     discrete: Annotated[bool, typer.Option("--discrete", help="Probabilities at intensities, not parameters.")] = False,
+    without: Annotated[bool, typer.Option("--without", help="Damage without pounding.")] = False,
+    street: Annotated[Path | None, option("Footprints for layers (.geojson).", "nominal places")] = None,
     select: Select = NONE,
     overrides: Overrides = NONE,
 ) -> None:
@@ -45,7 +54,7 @@ def export(
     from pounding_risk.units import GAP, PGA
 
     written = run(
-        _source(source, select, overrides),
+        [_source(one, select, overrides) for one in source],
         to,
         out,
         of=of,
@@ -54,6 +63,8 @@ def export(
         intensity_level=intensity_level,
         intensity=intensity,
         discrete=discrete,
+        without=without,
+        street=street,
     )
     announce(*written.files)
     for sentence in written.told:

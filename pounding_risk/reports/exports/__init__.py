@@ -2,12 +2,13 @@
 
 A module states ``WORDS`` (what the file is), the ``ENDINGS`` of its name, its ``SOURCE`` ("results" or "scene") and
 which options it ``TAKES``, and has ``write(source, target, asked)``, which returns the files that it wrote, and
-sentences on what they do not hold. The module's name is that of the format.
+sentences on what they do not hold. One with ``SEVERAL`` gets a list of sources, one with ``OF_DAMAGE`` datasets of
+`damage` too. The module's name is that of the format.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -19,6 +20,7 @@ from pounding_risk.assessment.demands import check_dataset, open_dataset
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._written import Asked, Written, write_file
 from pounding_risk.results.files import RESULTS
+from pounding_risk.results.kinds import kind_of
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.units import GAP, PGA, shown, si
 
@@ -54,7 +56,7 @@ def known_format(name: str) -> Any:
 
 
 def export(
-    source: xr.Dataset | Scene | str | Path,
+    source: xr.Dataset | Scene | str | Path | Sequence[xr.Dataset | str | Path],
     to: str,
     target: str | Path,
     *,
@@ -64,19 +66,22 @@ def export(
     intensity_level: float | str | None = None,
     intensity: str | None = None,
     discrete: bool = False,
+    without: bool = False,
+    street: str | Path | None = None,
 ) -> Written:
     """Write results, or a scene, as files of another tool.
 
     Parameters
     ----------
-    source : xarray.Dataset, Scene, str or Path
-        A dataset of `scan` or the file it is in; of ``opensees`` a scene.
+    source : xarray.Dataset, Scene, str or Path, or a sequence of datasets or files
+        A dataset of `scan` or the file it is in, for ``nrml`` and ``pelicun`` also one of `damage`; of ``opensees`` a
+        scene; of ``geopackage`` and ``geoparquet`` one dataset for each row of a street.
     to : str
-        The format: ``nrml``, ``pelicun``, ``csv`` or ``opensees``.
+        The format: ``nrml``, ``pelicun``, ``geopackage``, ``geoparquet``, ``csv`` or ``opensees``.
     target : str or Path
-        The file to write; of ``pelicun`` and ``csv`` a folder.
-    of : {"contact", "yield"}, optional
-        What the fragilities are of; contact by default.
+        The file to write; of ``pelicun``, ``geoparquet`` and ``csv`` a folder.
+    of : {"contact", "yield", "damage"}, optional
+        What the fragilities are of: by default contact, or of ``pelicun`` all that there are.
     gap : float or str, optional
         The gap of fragilities and demands [m, or text with a unit]; that of the scene by default.
     pga : float or str, optional
@@ -87,6 +92,10 @@ def export(
         Intensity of the fragilities; as of `assess`.
     discrete : bool
         Write probabilities at intensities instead of the parameters of the lognormal curve.
+    without : bool
+        Write the fragilities of damage states without pounding, of each building alone.
+    street : str or Path, optional
+        Footprints of the buildings, a GeoJSON as `read_block` takes it, for layers of a map.
 
     Returns
     -------
@@ -108,11 +117,13 @@ def export(
         intensity_level,
         intensity,
         discrete,
+        without,
+        None if street is None else Path(street),
     )
     given = [name for name, value in asked._asdict().items() if value not in (None, False)]
-    if without := [name for name in given if name not in module.TAKES]:
-        raise PoundingError(f"--{without[0]}: has no effect on {to} ({module.WORDS}); leave it out")
-    written: Written = module.write(_opened(source, to, module), file, asked)
+    if refused := [name for name in given if name not in module.TAKES]:
+        raise PoundingError(f"--{refused[0].replace('_', '-')}: has no effect on {to} ({module.WORDS}); leave it out")
+    written: Written = module.write(_all_opened(source, to, module), file, asked)
     return written
 
 
@@ -123,6 +134,18 @@ def _target(target: Path, to: str, module: Any) -> Path:
         kind = f"a file that ends in {endings}" if endings else "a folder, a name without an ending"
         raise PoundingError(f"{target}: {to} is {kind}; choose another name")
     return target
+
+
+def _all_opened(source: Any, to: str, module: Any) -> Any:
+    """What a format is made of: one source, or a list of those that take several; raises as `_opened`."""
+    listed = list(source) if isinstance(source, Sequence) and not isinstance(source, str) else [source]
+    if getattr(module, "SEVERAL", False):
+        if not listed:
+            raise PoundingError(f"{to} is written from results, and none are given")
+        return [_opened(one, to, module) for one in listed]
+    if len(listed) != 1:
+        raise PoundingError(f"{to} is written from one source, and {len(listed)} are given; name one")
+    return _opened(listed[0], to, module)
 
 
 def _opened(source: Any, to: str, module: Any) -> Any:
@@ -139,7 +162,8 @@ def _opened(source: Any, to: str, module: Any) -> Any:
             "writes them"
         )
     results, whose = open_dataset(source)
-    check_dataset(results, whose)
+    if kind_of(results) != "damage" or not getattr(module, "OF_DAMAGE", False):
+        check_dataset(results, whose)
     return results
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from math import exp
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,13 +14,16 @@ from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import Measure, read_measure
 from pounding_risk.reports.exports._written import Asked
+from pounding_risk.results.kinds import kind_of
 from pounding_risk.units import GAP, STANDARD_GRAVITY, YIELD_FORCE, say
 
 if TYPE_CHECKING:
     import xarray as xr
 
-KINDS = ("contact", "yield")
+KINDS = ("contact", "yield", "damage")
+STATES = {"contact": "contact", "yield": "yielding"}  # limit states of curves that stand alone
 LONGEST = 100  # characters of an identifier in NRML
+TAIL = 4.0  # dispersions on either side of the median that a curve is written for: 0.003 % and 99.997 %
 
 
 class Known(NamedTuple):
@@ -28,50 +32,79 @@ class Known(NamedTuple):
     imt: str
     unit: str
     size: float
+    word: str  # as `assess` takes it
 
 
 class Curve(NamedTuple):
-    """A lognormal fragility: identifier, words, median and dispersion with standard errors, motions.
+    """A lognormal fragility: limit state, words, median and dispersion with standard errors, runs.
 
     Intensities are in the unit of `Known`.
-
-    ``seen`` are intensity, share of failures and count of motions of each stripe.
     """
 
-    identifier: str
+    state: str
     words: str
     median: float
     dispersion: float
     errors: tuple[float, float]  # of ln median, and of the dispersion
-    seen: tuple[tuple[float, float, int], ...]
+    runs: int
 
 
-class Curves(NamedTuple):
-    """Curves of one kind of failure against one intensity, and what is left out."""
+class Function(NamedTuple):
+    """The curves of the limit states of one place, the one of the lowest threshold first."""
 
-    kind: str
-    measure: Known
+    identifier: str
     curves: tuple[Curve, ...]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The intensities between which it is written: `TAIL` dispersions beyond its outermost medians."""
+        low, high = ([c.median * exp(side * TAIL * c.dispersion) for c in self.curves] for side in (-1.0, 1.0))
+        return min(low), max(high)
+
+
+class Model(NamedTuple):
+    """Functions that have the same limit states, for which other tools take each to hold where a later one does."""
+
+    identifier: str
+    states: tuple[str, ...]
+    functions: tuple[Function, ...]
+
+
+class Fragilities(NamedTuple):
+    """Models against one intensity, and what is left out."""
+
+    measure: Known
+    models: tuple[Model, ...]
     title: str
     told: tuple[str, ...]
 
 
-def curves_of(results: xr.Dataset, asked: Asked) -> Curves:
-    """The fragilities of an assessment; raises PoundingError where there are none, with why."""
-    kind = asked.of or KINDS[0]
+def fragilities_of(results: xr.Dataset, asked: Asked) -> Fragilities:
+    """The fragilities of one kind of failure; raises PoundingError where there are none, with why."""
+    kind = asked.of or ("damage" if kind_of(results) == "damage" else KINDS[0])
     if kind not in KINDS:
         raise PoundingError(f"--of: {kind!r} is none; it may be {' or '.join(KINDS)}")
+    if kind == "damage":
+        from pounding_risk.reports.exports._damage import of_damage
+
+        return of_damage(results, asked)
+    if kind_of(results) == "damage":
+        raise PoundingError(f"--of: {kind} is assessed from results of scan, and this dataset is of damage states")
+    if asked.without:
+        raise PoundingError(f"--without: without pounding there is no {STATES[kind]}; write --of damage")
     assessment = assess(
         results, gap=asked.gap, pga=asked.pga, intensity_level=asked.intensity_level, intensity=asked.intensity
     )
-    measure = _measure(assessment.intensity)
+    measure = known_measure(assessment.intensity)
     every = list(_every(assessment, kind))
-    without = tuple(f"{identifier}: no curve, {one.fault}" for identifier, one in every if one.fault)
-    curves = tuple(_curve(identifier, one, measure.size) for identifier, one in every if not one.fault)
-    if not curves:
+    left_out = tuple(f"{identifier}: no curve, {one.fault}" for identifier, one in every if one.fault)
+    curved = [(identifier, one) for identifier, one in every if not one.fault]
+    if not curved:
         why = "; ".join(dict.fromkeys(one.fault for _, one in every)) or _none(kind)
         raise PoundingError(f"the results hold no fragility of {kind}: {why}")
-    return Curves(kind, measure, curves, assessment.title, without)
+    names = distinct(identifier for identifier, _ in curved)
+    functions = (Function(name, (_curve(one, measure),)) for name, (_, one) in zip(names, curved, strict=True))
+    return Fragilities(measure, (Model(STATES[kind], (STATES[kind],), tuple(functions)),), assessment.title, left_out)
 
 
 def _none(kind: str) -> str:
@@ -96,22 +129,35 @@ def identifier_of(*parts: str) -> str:
     return re.sub(r"\.", "p", "_".join(filter(None, words)))[:LONGEST]
 
 
-def _curve(identifier: str, one: Fragility, size: float) -> Curve:
+def distinct(names: Iterable[str], otherwise: str = "") -> list[str]:
+    """The names, each another: a number follows one that stood before, and ``otherwise`` where nothing is left."""
+    taken: list[str] = []
+    for name in names:
+        name, number = name or otherwise, 1
+        numbered = name
+        while numbered in taken or not numbered:
+            number += 1
+            numbered = f"{name[: LONGEST - 4]}-{number}"
+        taken.append(numbered)
+    return taken
+
+
+def _curve(one: Fragility, measure: Known) -> Curve:
     where = "" if one.yield_force is None else f" under {one.contact_model} at F_E {say(one.yield_force, YIELD_FORCE)}"
-    seen = tuple((stripe.im / size, stripe.count / stripe.runs, stripe.runs) for stripe in one.stripes)
     words = f"{one.what} at a gap of {say(one.gap, GAP)}{where}, {one.method}"
-    return Curve(identifier, words, one.median / size, one.dispersion, one.errors, seen)
+    runs = sum(stripe.runs for stripe in one.stripes)
+    return Curve(STATES[one.what], words, one.median / measure.size, one.dispersion, one.errors, runs)
 
 
-def _measure(intensity: str) -> Known:
+def known_measure(intensity: str) -> Known:
     """The intensity as other tools know it; raises PoundingError for one that they do not."""
     measure = read_measure(intensity)
     if measure == Measure("pga"):
-        return Known("PGA", "g", STANDARD_GRAVITY)
+        return Known("PGA", "g", STANDARD_GRAVITY, intensity)
     if measure == Measure("pgv"):
-        return Known("PGV", "cm/s", 0.01)
+        return Known("PGV", "cm/s", 0.01, intensity)
     if measure is not None and measure.is_same(Measure("sa", measure.periods)):
-        return Known(f"SA({measure.periods[0]:.6g})", "g", STANDARD_GRAVITY)
+        return Known(f"SA({measure.periods[0]:.6g})", "g", STANDARD_GRAVITY, intensity)
     raise PoundingError(
         f"intensity {intensity!r} has no name in other tools; write --intensity pga, pgv, or a period such as "
         '"sa(0.5 s)", of 5 % damping'

@@ -18,6 +18,8 @@ class Asked(NamedTuple):
     intensity_level: float | str | None = None
     intensity: str | None = None
     discrete: bool = False
+    without: bool = False  # without pounding
+    street: Path | None = None  # footprints of a street
 
 
 class Written(NamedTuple):

@@ -7,14 +7,22 @@ are θ exp(β²/2) and the mean times sqrt(exp(β²) − 1).
 from __future__ import annotations
 
 from io import BytesIO
-from math import exp, sqrt
+from math import ceil, exp, log, sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from pounding_risk.reports.exports._curves import Curve, Curves, curves_of, probabilities
+from pounding_risk.reports.exports._curves import (
+    TAIL,
+    Fragilities,
+    Function,
+    Model,
+    distinct,
+    fragilities_of,
+    probabilities,
+)
 from pounding_risk.reports.exports._written import Asked, Written, write_file
 
 if TYPE_CHECKING:
@@ -23,69 +31,87 @@ if TYPE_CHECKING:
 WORDS = "OpenQuake fragility model, NRML 0.5"
 ENDINGS = (".xml",)
 SOURCE = "results"
-TAKES = ("of", "gap", "pga", "intensity_level", "intensity", "discrete")
+OF_DAMAGE = True
+TAKES = ("of", "gap", "pga", "intensity_level", "intensity", "discrete", "without")
 NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
-STATES = {"contact": "contact", "yield": "yielding"}
-TAIL = 4.0  # dispersions on either side of the median that a curve is written for: 0.003 % and 99.997 %
-LEVELS = 33  # of a discrete curve, evenly in the logarithm
+LEVELS = 33  # of a discrete curve within its range, evenly in the logarithm
+MOST_LEVELS = 257
+LONGEST_MODEL = 75  # characters of the identifier of a model
 
 
 def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
-    """Write the fragilities of one kind of failure; raises PoundingError where there are none."""
-    found = curves_of(results, asked)
-    told = (
-        *found.told,
+    """Write the fragilities of one kind of failure, a file for each model; raises PoundingError for none."""
+    found = fragilities_of(results, asked)
+    told = [*found.told]
+    files = [target]
+    if len(found.models) > 1:
+        names = distinct(model.identifier for model in found.models)
+        files = [target.with_name(f"{target.stem}-{name}{target.suffix}") for name in names]
+        told.append("OpenQuake takes one model from a file, with the same limit states for all its functions")
+    side = " without pounding" if asked.without else ""
+    written = [
+        write_file(file, document(found, model, side, asked.discrete))
+        for file, model in zip(files, found.models, strict=True)
+    ]
+    told += [
         "probabilities are those of the fitted lognormal; its standard errors are in the description",
         "the curves count no uncertainty of the buildings",
-    )
-    return Written((write_file(target, document(found, asked.discrete)),), told)
+    ]
+    return Written(tuple(written), tuple(told))
 
 
-def document(found: Curves, discrete: bool) -> str:
+def document(found: Fragilities, model: Model, side: str, discrete: bool) -> str:
     """The text of a fragility model."""
-    state = STATES[found.kind]
     root = Xml.Element("nrml", xmlns=NAMESPACE)
-    about = {"id": f"pounding_{state}", "assetCategory": "buildings", "lossCategory": "structural"}
-    model = Xml.SubElement(root, "fragilityModel", about)
-    Xml.SubElement(model, "description").text = _description(found)
-    Xml.SubElement(model, "limitStates").text = state
-    for curve in found.curves:
+    about = {"id": f"pounding_{model.identifier}"[:LONGEST_MODEL], "assetCategory": "buildings"}
+    element = Xml.SubElement(root, "fragilityModel", about | {"lossCategory": "structural"})
+    Xml.SubElement(element, "description").text = _description(found, model, side)
+    Xml.SubElement(element, "limitStates").text = " ".join(model.states)
+    for function in model.functions:
         form = {"format": "discrete"} if discrete else {"format": "continuous", "shape": "logncdf"}
-        function = Xml.SubElement(model, "fragilityFunction", {"id": curve.identifier, **form})
-        low, high = (curve.median * exp(side * TAIL * curve.dispersion) for side in (-1.0, 1.0))
-        if discrete:
-            _add_discrete(function, curve, found.measure.imt, state)
-            continue
-        limits = {"minIML": f"{low:.6g}", "maxIML": f"{high:.6g}"}
-        Xml.SubElement(function, "imls", {"imt": found.measure.imt, **limits})
-        mean = curve.median * exp(0.5 * curve.dispersion**2)
-        spread = mean * sqrt(exp(curve.dispersion**2) - 1.0)
-        Xml.SubElement(function, "params", {"ls": state, "mean": repr(mean), "stddev": repr(spread)})
+        (_add_discrete if discrete else _add_continuous)(
+            Xml.SubElement(element, "fragilityFunction", {"id": function.identifier, **form}),
+            function,
+            found.measure.imt,
+        )
     Xml.indent(root, " ")
     out = BytesIO()
     Xml.ElementTree(root).write(out, encoding="utf-8", xml_declaration=True)
     return f"{out.getvalue().decode()}\n"
 
 
-def _add_discrete(function: Xml.Element, curve: Curve, imt: str, state: str) -> None:
-    """Probabilities at intensities within `TAIL`; no limit of no damage is stated, which would cut the curve."""
-    levels = curve.median * np.exp(curve.dispersion * np.linspace(-TAIL, TAIL, LEVELS))
-    imls = Xml.SubElement(function, "imls", {"imt": imt})
-    written = [f"{level:.6g}" for level in levels]
-    imls.text = " ".join(written)
-    shares = probabilities(curve, np.array(written, dtype=float))
-    Xml.SubElement(function, "poes", {"ls": state}).text = " ".join(f"{share:.8g}" for share in shares)
+def _add_continuous(element: Xml.Element, function: Function, imt: str) -> None:
+    """Mean and deviation of the intensity at each limit state, not of its logarithm."""
+    low, high = function.ends
+    Xml.SubElement(element, "imls", {"imt": imt, "minIML": f"{low:.6g}", "maxIML": f"{high:.6g}"})
+    for curve in function.curves:
+        mean = curve.median * exp(0.5 * curve.dispersion**2)
+        spread = mean * sqrt(exp(curve.dispersion**2) - 1.0)
+        Xml.SubElement(element, "params", {"ls": curve.state, "mean": repr(mean), "stddev": repr(spread)})
 
 
-def _description(found: Curves) -> str:
+def _add_discrete(element: Xml.Element, function: Function, imt: str) -> None:
+    """Probabilities at intensities of the range; no limit of no damage is stated, which would cut the curve."""
+    low, high = function.ends
+    narrowest = min(curve.dispersion for curve in function.curves)
+    count = ceil((LEVELS - 1) * log(high / low) / (2.0 * TAIL * narrowest) - 1e-9) + 1
+    written = [f"{level:.6g}" for level in np.geomspace(low, high, min(count, MOST_LEVELS))]
+    Xml.SubElement(element, "imls", {"imt": imt}).text = " ".join(written)
+    for curve in function.curves:
+        shares = probabilities(curve, np.array(written, dtype=float))
+        Xml.SubElement(element, "poes", {"ls": curve.state}).text = " ".join(f"{share:.8g}" for share in shares)
+
+
+def _description(found: Fragilities, model: Model, side: str) -> str:
     """What the curves are, each with its median and dispersion, and the motions that they are from."""
-    each = "; ".join(
-        f"{curve.identifier}: {curve.words}, median {curve.median:.4g} {found.measure.unit} (standard error of "
-        f"its logarithm {curve.errors[0]:.2g}), dispersion {curve.dispersion:.3g} ({curve.errors[1]:.2g}), "
-        f"{sum(runs for *_, runs in curve.seen)} runs"
-        for curve in found.curves
-    )
     from pounding_risk._common.dates import created
 
+    each = "; ".join(
+        f"{function.identifier}, {curve.state}: {curve.words}, median {curve.median:.4g} {found.measure.unit} "
+        f"(standard error of its logarithm {curve.errors[0]:.2g}), dispersion {curve.dispersion:.3g} "
+        f"({curve.errors[1]:.2g}), {curve.runs} runs"
+        for function in model.functions
+        for curve in function.curves
+    )
     about = str(created("pounding_risk.export")["history"])
-    return f"{found.title}. {each}. {about}"
+    return f"{found.title}{side}. {each}. {about}"

@@ -1,7 +1,8 @@
-"""Demands of every building for pelicun, with and without contact: a folder with a pair of CSV files each.
+"""Demands of every building for pelicun, with and without contact, and fragilities: a folder of CSV files.
 
-A row is a motion of the scan, in the same order in both files of a building. Columns have pelicun's names of demands:
-``1-PFA-2-1`` is the peak floor acceleration of floor 2 in direction 1; floor 0 is the ground, whose peak is PGA.
+A row of demands is a motion of the scan, in the same order in both files of a building. Columns have pelicun's names of
+demands: ``1-PFA-2-1`` is the peak floor acceleration of floor 2 in direction 1; floor 0 is the ground, whose peak is
+PGA. The fragilities are against the intensity of the last column.
 """
 
 from __future__ import annotations
@@ -17,19 +18,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
+from pounding_risk.assessment.demands import intensities
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.exports._curves import identifier_of
+from pounding_risk.reports.exports._curves import Known, identifier_of
+from pounding_risk.reports.exports._pelicun_fragilities import (
+    components_of,
+    demand_name,
+    fragility_table,
+    fragility_words,
+)
 from pounding_risk.reports.exports._written import Asked, Written, make_folder, write_file
+from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.one_case import one_case
 
 if TYPE_CHECKING:
     import xarray as xr
 
-WORDS = "demands of each building with and without contact, for pelicun"
+WORDS = "demands of each building with and without contact, and fragilities, for pelicun"
 ENDINGS = ("",)
 SOURCE = "results"
-TAKES = ("gap", "pga", "intensity_level")
+OF_DAMAGE = True
+TAKES = ("of", "gap", "pga", "intensity_level", "intensity")
 Array = NDArray[np.float64]
 # Largest acceleration of a floor and drift of a storey, of buildings with storeys and of single masses.
 STOREYS = ("storey_acceleration", "storey_drift")
@@ -45,24 +55,57 @@ class Demand(NamedTuple):
 
 
 def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
-    """Write the demands at one gap, contact model and F_E, those of the scene; raises PoundingError as `one_case`."""
-    runs = _runs(results, asked)
+    """Write the demands at one gap, contact model and F_E, those of the scene, and the fragilities that there are.
+
+    Of a dataset of damage states fragilities alone. Raises PoundingError as `one_case`.
+    """
+    of_damage = kind_of(results) == "damage"
+    runs = None if of_damage else _runs(results, asked)
+    found = components_of(results, asked)
     make_folder(target)
     files: list[Path] = []
-    told = [_case_words(runs)]
+    told = ["demands are of results of scan; these are of damage states"]
+    if runs is not None:
+        told = list(_write_demands(results, runs, found.measure, target, files))
+    told += found.told
+    if found.measure is not None and found.components:
+        files.append(write_file(target / "fragility.csv", fragility_table(found.measure, found.components)))
+        words = fragility_words(found.components, str(results.attrs.get("title", "")))
+        files.append(write_file(target / "fragility.json", words))
+        told.append(
+            f"components stand at location 0 in direction 1, where {demand_name(found.measure)} is their demand"
+        )
+    else:
+        told.append("no fragilities are written")
+    return Written(tuple(files), tuple(told))
+
+
+def _write_demands(
+    results: xr.Dataset, runs: xr.Dataset, measure: Known | None, target: Path, files: list[Path]
+) -> Iterator[str]:
+    """Write the demands of each building, and yield sentences on them."""
+    yield _case_words(runs)
     complete = _complete(runs)
     if not complete.all():
-        told.append(f"{counted(int((~complete).sum()), 'run')} failed; their motions are in no file")
+        yield f"{counted(int((~complete).sum()), 'run')} failed; their motions are in no file"
+    intensity = () if measure is None else (_intensity(results, runs, measure),)
     for place, building in enumerate(map(str, runs["building"].values)):
         one = runs.isel(building=place)
         heights = _storey_heights(one)
         if heights is None:
-            told.append(f"{building}: no storey drift ratios, as the scene gives it no heights")
+            yield f"{building}: no storey drift ratios, as the scene gives it no heights"
         for ending, word in (("", "with"), ("_free", "without")):
-            columns = list(_demands(one, ending, heights))
+            columns = [*_demands(one, ending, heights), *intensity]
             name = f"{identifier_of(building)}-{word}-contact.csv"
             files.append(write_file(target / name, table(runs, columns, complete)))
-    return Written(tuple(files), tuple(told))
+
+
+def _intensity(results: xr.Dataset, runs: xr.Dataset, measure: Known) -> Demand:
+    """The intensity of the motions at the amplitude of the runs."""
+    axis = amplitude_axis(results)
+    level = int(np.argmin(np.abs(results[axis].values - float(runs[axis])))) if axis in results.dims else 0
+    unit = "mps" if measure.imt == "PGV" else "mps2"
+    return Demand(demand_name(measure), unit, intensities(results, measure.word)[:, level])
 
 
 def _runs(results: xr.Dataset, asked: Asked) -> xr.Dataset:

@@ -6,34 +6,13 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 import pytest
-from scenes import BOTH, scene_text, single
 from scipy import stats
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError
 from pounding_risk.units import STANDARD_GRAVITY
 
-RECORDS = ["RSN6-180", "RSN753-000", "CCC-HN1", "NAPA-HNE"]
 SPACE = {"n": "http://openquake.org/xmlns/nrml/0.5"}
-
-
-@pytest.fixture(scope="module")
-def results():
-    """A pair whose contact under four motions, at three amplitudes, is not the same."""
-    text = scene_text(
-        single("a frame", "500 t", "1.0 s", damping=0.05),
-        single("wall", "800 t", "0.5 s", damping=0.05),
-        records={
-            "names": ["RSN6-180", "RSN753-000", "CCC-HN1", "NAPA-HNE"],
-            "polarity": BOTH,
-            "window": ["0 s", "30 s"],
-        },
-        grid={"pga": ["0.1 g", "0.3 g", "0.6 g"], "yield_force": ["2 MN", "4 MN"]},
-        law="viscous_elastoplastic",
-        gap="60 mm",
-        yield_force="4 MN",
-    )
-    return pr.scan(pr.read_scene(text))
 
 
 def model_of(file) -> Xml.Element:
@@ -115,6 +94,75 @@ def test_what_has_no_name_elsewhere_is_refused(results, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def with_dispersions(damaged, *values):
+    """The damage states of the frame with other dispersions with pounding, of the slight and the moderate one."""
+    changed = damaged.copy(deep=True)
+    for state, value in zip(("slight, cracks", "moderate"), values, strict=True):
+        changed["dispersion"].loc[{"state": state, "pounding": "with"}] = value
+    return changed
+
+
+@pytest.mark.parametrize("without", [False, True])
+def test_states_of_one_demand_are_limit_states_in_order(results, damaged, tmp_path, without):
+    asked = {"of": "damage", "intensity": "pga", "without": without}
+    written = pr.export(results, "nrml", tmp_path / "f.xml", **asked)
+    names = [file.name for file in written.files]
+    # Without pounding no force acts between buildings, and one model is left, which has the name itself.
+    expected = ["f.xml"] if without else ["f-floor-displacement-of-a-frame.xml", "f-contact-force.xml"]
+    assert names == expected
+    assert any(sentence.startswith("blow, without pounding: no curve") for sentence in written.told) == without
+    model = model_of(written.files[0])
+    assert model.find("n:limitStates", SPACE).text.split() == ["slight-cracks", "moderate"]
+    (function,) = model.findall("n:fragilityFunction", SPACE)
+    assert function.get("id") == "floor-displacement-of-a-frame"
+    side = "without" if without else "with"
+    for params, state in zip(function.findall("n:params", SPACE), ("slight, cracks", "moderate"), strict=True):
+        one = damaged.sel(state=state, pounding=side)
+        median, dispersion = lognormal_of(params)
+        assert median * STANDARD_GRAVITY == pytest.approx(float(one["median"]), rel=1e-12)
+        assert dispersion == pytest.approx(float(one["dispersion"]), rel=1e-12)
+        low, high = (float(function.find("n:imls", SPACE).get(name)) for name in ("minIML", "maxIML"))
+        assert low <= median * np.exp(-3.99 * dispersion) and high >= median * np.exp(3.99 * dispersion)
+    assert f"{side} pounding" in model.find("n:description", SPACE).text
+
+
+def test_curves_that_cross_are_models_of_their_own(damaged, tmp_path):
+    medians = damaged["median"].sel(pounding="with", state=["slight, cracks", "moderate"]).values / STANDARD_GRAVITY
+    written = pr.export(with_dispersions(damaged, 0.3, 0.6), "nrml", tmp_path / "f.xml", discrete=True)
+    assert len(written.files) == 3
+    states = [model_of(file).find("n:limitStates", SPACE).text for file in written.files]
+    assert states == ["slight-cracks", "moderate", "blow"]
+    # Where both curves have the same argument: by bisection, not by the closed form.
+    low, high = 1e-3, float(medians[0])
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        apart = np.log(middle / medians[0]) / 0.3 - np.log(middle / medians[1]) / 0.6
+        low, high = (middle, high) if apart < 0.0 else (low, middle)
+    assert any(f"cross at PGA {middle:.3g} g" in sentence for sentence in written.told)
+    together = pr.export(with_dispersions(damaged, 0.4, 0.4), "nrml", tmp_path / "g.xml", discrete=True)
+    assert len(together.files) == 2 and not any("cross" in sentence for sentence in together.told)
+    first, second = (
+        np.array(poes.text.split(), dtype=float) for poes in model_of(together.files[0]).iter(f"{{{SPACE['n']}}}poes")
+    )
+    assert (first >= second).all() and first[0] < 1e-4 and second[-1] > 1.0 - 1e-4
+
+
+def test_options_that_damage_does_not_take_are_refused(results, damaged, tmp_path):
+    for source, asked, sentence in (
+        (results, {"without": True}, "--without: without pounding there is no contact"),
+        (results, {"of": "damage", "pga": "0.3 g"}, "--pga: curves of damage are of all levels"),
+        (damaged, {"intensity": "pga"}, "--intensity: the curves of this dataset are fitted; give --intensity to"),
+        (damaged, {"of": "contact"}, "--of: contact is assessed from results of scan"),
+    ):
+        with pytest.raises(PoundingError, match=sentence):
+            pr.export(source, "nrml", tmp_path / "f.xml", **asked)
+    with pytest.raises(PoundingError, match="this is a dataset of `damage`"):
+        pr.export(damaged, "csv", tmp_path / "tables")
+    with pytest.raises(PoundingError, match="nrml is written from one source, and 2 are given"):
+        pr.export([results, results], "nrml", tmp_path / "f.xml")
+    assert not list(tmp_path.iterdir())
+
+
 def test_openquake_reads_the_same_curve(results, tmp_path):
     """Where its engine is installed, which no extra of this project brings."""
     nrml = pytest.importorskip("openquake.hazardlib.nrml")
@@ -127,3 +175,24 @@ def test_openquake_reads_the_same_curve(results, tmp_path):
     (built,) = functions.build(model.limitStates, 50, 0)
     levels = np.linspace(0.5, 2.0, 7) * fitted.median / STANDARD_GRAVITY
     assert built(levels) == pytest.approx(fitted.probability(levels * STANDARD_GRAVITY), rel=1e-9)
+
+
+@pytest.mark.parametrize("discrete", [False, True])
+def test_openquake_reads_the_same_states(results, damaged, tmp_path, discrete):
+    """Where its engine is installed, which no extra of this project brings."""
+    nrml = pytest.importorskip("openquake.hazardlib.nrml")
+    pytest.importorskip("openquake.risklib.read_nrml")
+    for without in (False, True):
+        asked = {"of": "damage", "intensity": "pga", "without": without, "discrete": discrete}
+        file = pr.export(results, "nrml", tmp_path / "f.xml", **asked).files[0]
+        model = nrml.to_python(str(file))
+        assert model.limitStates == ["slight-cracks", "moderate"]
+        (functions,) = model.values()
+        built = functions.build(model.limitStates, 50, 0)
+        for function, state in zip(built, ("slight, cracks", "moderate"), strict=True):
+            one = damaged.sel(state=state, pounding="without" if without else "with")
+            median, dispersion = float(one["median"]) / STANDARD_GRAVITY, float(one["dispersion"])
+            # Between its levels the engine takes straight lines for a discrete curve.
+            levels = np.array(functions.imls) if discrete else median * np.array([0.5, 0.8, 1.0, 1.5])
+            exact = stats.norm.cdf(np.log(levels / median) / dispersion)
+            assert function(levels) == pytest.approx(exact, rel=1e-7 if discrete else 1e-9, abs=1e-12)
