@@ -15,10 +15,10 @@ from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import level_asked
 from pounding_risk.results.files import open_results
-from pounding_risk.results.scene_axes import open_axes, own_places
+from pounding_risk.results.scene_axes import open_axes, own_places, value_at
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
-from pounding_risk.units import GAP, SHOWN, say, si
+from pounding_risk.units import GAP, say, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -164,15 +164,8 @@ def _listed(names: list[str]) -> str:
 
 def value_words(assessed: xr.Dataset, axis: str, place: int) -> str:
     """The value along an axis at a place, and those that move with it: "building.frame.mass = 500 t"."""
-    words = []
-    for key, coordinate in assessed.coords.items():
-        if coordinate.dims != (axis,):
-            continue
-        value, unit = coordinate.values[place], str(coordinate.attrs.get("units", "1"))
-        shown, factor = SHOWN.get(unit, (unit, 1.0))
-        number = str(value) if coordinate.dtype.kind not in "if" else f"{float(value) * factor:.6g} {shown}".strip()
-        words.append(f"{key} = {number}")
-    return ", ".join(words)
+    keys = [str(key) for key, coordinate in assessed.coords.items() if coordinate.dims == (axis,)]
+    return ", ".join(f"{key} = {value_at(assessed, key, place)}" for key in keys)
 
 
 def along_finding(assessed: xr.Dataset) -> str:

@@ -185,8 +185,8 @@ class VariantJob(Job):
         """The attributes of the whole dataset from those of the first scene; what differs is told by place alone."""
         own = _leaves(self.study)
         # What is the same in all scenes and unlike the study's own, which has none of their values, is told too.
-        tables = [one for one in _as_lists(gathered.tables, whole=True) if one[1] or own.get(one[0], one) != one[2]]
-        variants = {"tables": tables, "attributes": _as_lists(gathered.attributes)}
+        tables = [one for one in gathered.tables.as_lists(whole=True) if one[1] or own.get(one[0], one) != one[2]]
+        variants = {"tables": tables, "attributes": gathered.attributes.as_lists()}
         differing = {name for name, *_ in variants["attributes"]}
         drawn = self.study.uncertain
         notes = [*(() if drawn is None else drawn.notes()), *gathered.notes]
@@ -221,12 +221,6 @@ def _leaves(study: Scene) -> dict[str, Any]:
 def _path_text(path: KeyPath) -> str:
     """A path in nested tables as the attribute has it; equal in every scene."""
     return as_text(path)
-
-
-def _as_lists(stack: Stack, whole: bool = False) -> list[list[Any]]:
-    """Names whose values differ, with the axes along which they do, and the values as nested lists; all of a whole."""
-    reduced = stack.reduced() if whole else stack.differing()
-    return [[name, list(along), values.tolist()] for name, (along, values) in reduced.items()]
 
 
 def _dims(given: Any) -> tuple[str, ...]:
@@ -288,7 +282,7 @@ class VariantWriter:
         self._close()
         attrs = {PARTS: as_text(dict(self._parts))} if self._parts else {}
         if self._parts:
-            counts = _as_lists(self._counts, whole=True)
+            counts = self._counts.as_lists(whole=True)
             variants = json.loads(self._job.template.skeleton.attrs[VARIANTS])
             attrs[VARIANTS] = as_text(variants | {"attributes": [*variants["attributes"], *counts]})
         return Finish(attrs, tuple(self._patches), dict(self._parts))

@@ -55,7 +55,7 @@ def along_figure(assessed: xr.Dataset, interface: str | None = None, note: str =
     drawn, others = _drawn_axes(part)
     part = part.isel(others)
     figure, axes = blank(1, 2, (11.5, 4.8))
-    if len(drawn) == 2 and not _is_few(part, drawn[1]) and _is_number(part, drawn[0]):
+    if len(drawn) == 2 and not _is_few(part, drawn[1]) and is_number(part, drawn[0]):
         _share_map(figure, axes[0, 0], part, drawn)
         _gap_map(figure, axes[0, 1], part, drawn)
     else:
@@ -106,48 +106,49 @@ def _drawn_axes(part: Any) -> tuple[list[str], dict[str, int]]:
     chosen = sorted(axes, key=lambda axis: -spans[axis])[:2]
     if len(chosen) == 2 and spans[chosen[1]] == 0.0 and part["contact_probability"].std(chosen[1]).max() == 0.0:
         chosen = chosen[:1]
-    drawn = sorted(chosen, key=lambda axis: (not _is_number(part, axis), -part.sizes[axis]))
+    drawn = sorted(chosen, key=lambda axis: (not is_number(part, axis), -part.sizes[axis]))
     return drawn, {axis: own.get(axis, part.sizes[axis] // 2) for axis in axes if axis not in drawn}
 
 
-def _is_number(part: Any, axis: str) -> bool:
+def is_number(part: Any, axis: str) -> bool:
+    """True for an axis whose values are numbers."""
     return part[axis].dtype.kind in "if"
 
 
 def _is_few(part: Any, axis: str) -> bool:
     """True for an axis whose values are drawn as lines."""
-    return part.sizes[axis] <= MOST_LINES or not _is_number(part, axis)
+    return part.sizes[axis] <= MOST_LINES or not is_number(part, axis)
 
 
-def _shown(part: Any, axis: str) -> tuple[Any, str]:
+def shown_values(part: Any, axis: str) -> tuple[Any, str]:
     """The values of an axis in the unit that readers see, and the axis with this unit; texts by their place."""
     moving = [str(key) for key, one in part.coords.items() if one.dims == (axis,) and key != axis]
     words = f"{axis}, with {', '.join(moving)}" if moving else axis
-    if not _is_number(part, axis):
+    if not is_number(part, axis):
         return np.arange(part.sizes[axis]), plain(words)
     unit = str(part[axis].attrs.get("units", "1"))
     name, factor = SHOWN.get(unit, (unit, 1.0))
     return part[axis].values * factor, plain(f"{words} [{name or '1'}]")
 
 
-def _label(axis: Any, side: str, part: Any, name: str) -> None:
+def label_side(axis: Any, side: str, part: Any, name: str) -> None:
     """Words of an axis, and the texts along it where its values are no numbers."""
-    values, words = _shown(part, name)
+    values, words = shown_values(part, name)
     getattr(axis, f"set_{side}label")(words)
-    if not _is_number(part, name):
+    if not is_number(part, name):
         getattr(axis, f"set_{side}ticks")(values, [plain(str(text)) for text in part[name].values])
 
 
 def _lines(left: Any, right: Any, part: Any, drawn: list[str]) -> None:
     """Draw both along the first axis: one line with its bounds, or a line for each value of the second."""
     along = drawn[0]
-    values, _ = _shown(part, along)
+    values, _ = shown_values(part, along)
     places = range(part.sizes[drawn[1]]) if len(drawn) == 2 else [None]
-    marker = "" if _is_number(part, along) and len(values) > 12 else "o"
+    marker = "" if is_number(part, along) and len(values) > 12 else "o"
     for place, (colour, dash) in zip(places, contact_styles(len(places)), strict=True):
         one = part if place is None else part.isel({drawn[1]: place})
         words = "motions that close it" if place is None else plain(value_words(part, drawn[1], place))
-        own = {"color": colour, "linestyle": dash if _is_number(part, along) else "", "marker": marker or None}
+        own = {"color": colour, "linestyle": dash if is_number(part, along) else "", "marker": marker or None}
         share, need = one["contact_probability"], one["required_gap"]
         tone = MEANING["required gap"] if place is None else colour
         if place is None:
@@ -160,11 +161,11 @@ def _lines(left: Any, right: Any, part: Any, drawn: list[str]) -> None:
     gaps = part["assessed_gap"].isel({drawn[1]: 0} if len(drawn) == 2 else {})
     right.plot(values, 1e3 * gaps, color=MEANING["gap"], linewidth=1.2, label="gap assessed")
     for axis, words in ((left, "P(contact) [1]"), (right, "gap [mm]")):
-        _label(axis, "x", part, along)
+        label_side(axis, "x", part, along)
         axis.set_ylabel(words)
         axis.set_ylim(bottom=0.0)
         axis.legend(fontsize=8)
-        if _is_number(part, along):
+        if is_number(part, along):
             axis.set_xlim(values.min(), values.max())
     left.set_ylim(0.0, 1.02)
 
@@ -178,9 +179,9 @@ def _bounds(axis: Any, values: Any, part: Any, name: str, factor: float, colour:
 def _over(axis: Any, part: Any, drawn: list[str]) -> tuple[Any, Any]:
     """Set up an axis of both numbers; returns their values."""
     for side, name in zip("xy", drawn, strict=True):
-        _label(axis, side, part, name)
+        label_side(axis, side, part, name)
     axis.grid(False)
-    return _shown(part, drawn[0])[0], _shown(part, drawn[1])[0]
+    return shown_values(part, drawn[0])[0], shown_values(part, drawn[1])[0]
 
 
 def _share_map(figure: Figure, axis: Any, part: Any, drawn: list[str]) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.figures.style import QUIET, blank, force_words, motion_words, styles, title
+from pounding_risk.results.scene_axes import settled
 from pounding_risk.studies.compare_findings import (
     LOW,
     NOTABLE,
@@ -60,20 +61,28 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     Returns
     -------
     matplotlib.figure.Figure
-        Four panels of ratios, one of conclusions, one of ranks; the history below.
+        Four panels of ratios, one of conclusions, one of ranks; below the history, where the dataset has one: that of a
+        place which was selected along axes of numbers of the scene has none.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset with several places along axes of numbers of its scene, and an interface that it has not.
     """
+    dataset = settled(dataset, "the comparison")
     index = place_of_interface(dataset, interface)
     which, dataset = which_interface(dataset, index), of_interface(dataset, index)
     laws = _laws(dataset)
     height = ROW_HEIGHT * max(len(laws), FEWEST_ROWS)
-    figure, axes = blank(2, 6, (15.0, 3.6 + height), height_ratios=(height, 2.4))
-    limits = _limits(dataset)
+    heights = (height, 2.4) if "history" in dataset else (height,)
+    figure, axes = blank(len(heights), 6, (15.0, 1.2 + sum(heights)), height_ratios=heights)
+    limits = ratio_limits(dataset)
     for axis, panel in zip(axes[0, :4], PANELS, strict=True):
         _ratios(axis, dataset, panel, (laws, limits))
         # One scale: what hardly moves looks so beside what does.
         axis.set_xscale("log")
         axis.set_xlim(limits)
-        ticks = _ticks(limits)
+        ticks = ratio_ticks(limits)
         axis.set_xticks(ticks, labels=[f"{tick:g}" for tick in ticks])
         axis.minorticks_off()
     _flips(axes[0, 4], dataset, laws)
@@ -81,13 +90,14 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     for axis in axes[0, 1:]:
         axis.tick_params(labelleft=False)
     _name_laws(axes[0, 0], dataset, laws)
-    span = axes[1, 0].get_gridspec()[1, :]
-    for axis in axes[1]:
-        axis.remove()
-    _history(figure.add_subplot(span), dataset, laws)
+    if "history" in dataset:
+        span = axes[1, 0].get_gridspec()[1, :]
+        for axis in axes[1]:
+            axis.remove()
+        _history(figure.add_subplot(span), dataset, laws)
     cases = counted(dataset["impact_count"].size // len(laws), "case")
     terms = (
-        f"{dataset.attrs['title']}; {cases} a law; same {_terms(dataset)}; "
+        f"{dataset.attrs['title']}; {cases} a law; same {terms_words(dataset)}; "
         f"ratios: median and {LOW:g}-{100 - LOW:g} % of the cases with contact"
     )
     title(figure, str(dataset.attrs["finding"]), "; ".join(filter(None, (which, terms))), note)
@@ -106,9 +116,11 @@ def _laws(dataset: xr.Dataset) -> Laws:
     return sorted(laws, key=lambda law: (law[0] != baseline, list(KINDS).index(law[1])))
 
 
-def _terms(dataset: xr.Dataset) -> str:
+def terms_words(dataset: xr.Dataset) -> str:
+    """What the laws have in common in the reference impact, and at which speed, where that is one."""
     also = "e and " if dataset.attrs.get("restitution_relation") == "exact" else ""
-    return f"{also}{dataset.attrs['same']} at {dataset.attrs['speed']:g} m/s as {dataset.attrs['reference_law']}"
+    speed = f" at {dataset.attrs['speed']:g} m/s" if "speed" in dataset.attrs else ""
+    return f"{also}{dataset.attrs['same']}{speed} as {dataset.attrs['reference_law']}"
 
 
 def _name_laws(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
@@ -127,7 +139,7 @@ def _rows(axis: Any, laws: Laws, words: str, below: str) -> None:
     axis.tick_params(axis="x", labelsize=8.5)
 
 
-def _limits(dataset: xr.Dataset) -> tuple[float, float]:
+def ratio_limits(dataset: xr.Dataset) -> tuple[float, float]:
     """Ends of the scale of ratios, within 0.1 to 10; a law with terms of its own may lie beyond."""
     shown = dataset.isel(output=[str(name).partition(",")[0] in PANELS for name in dataset["output"].values])
     shown = shown.isel(contact_model=~with_terms_of_its_own(dataset))
@@ -136,7 +148,7 @@ def _limits(dataset: xr.Dataset) -> tuple[float, float]:
     return max(low, TICKS[0]) / 1.06, min(high, TICKS[-1]) * 1.06
 
 
-def _ticks(limits: tuple[float, float]) -> list[float]:
+def ratio_ticks(limits: tuple[float, float]) -> list[float]:
     """Ticks of ratios between two ends: those of `TICKS`, or 1 and a round step beside it where they are close to 1."""
     ticks = [tick for tick in TICKS if limits[0] <= tick <= limits[1]]
     if len(ticks) >= FEWEST_TICKS:
@@ -269,7 +281,13 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     -------
     matplotlib.figure.Figure
         Two panels a row.
+
+    Raises
+    ------
+    PoundingError
+        As `agreement_figure`.
     """
+    dataset = settled(dataset, "the comparison")
     place = place_of_interface(dataset, interface)
     which, dataset = which_interface(dataset, place), of_interface(dataset, place)
     names = [str(name) for name in dataset["contact_model"].values]
@@ -291,7 +309,9 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     axes[-1, 1].set_xlabel("penetration [mm]")
     without = [name for name, unit in zip(names, dataset["stiffness_unit"].values, strict=True) if unit not in units]
     without_force = f"{', '.join(without)}: no force against penetration" if without else ""
-    blow = f"{say_in(float(dataset['reduced_mass']), 't')} against a wall, same {_terms(dataset)}, without yielding"
+    blow = (
+        f"{say_in(float(dataset['reduced_mass']), 't')} against a wall, same {terms_words(dataset)}, without yielding"
+    )
     curves = dataset.isel(contact_model=np.isin(dataset["stiffness_unit"].values, units))
     title(figure, _reference_finding(curves), "; ".join(filter(None, (which, blow, without_force))), note)
     return figure

@@ -17,6 +17,7 @@ from pounding_risk.figures.along import along_figure
 from pounding_risk.figures.amplification_chart import amplification_figure
 from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.figures.compare import agreement_figure, reference_figure
+from pounding_risk.figures.compare_along import agreement_along_figure
 from pounding_risk.figures.damage import damage_figure, ida_figure
 from pounding_risk.figures.effects import effects_figure
 from pounding_risk.figures.elevation import elevation_figure
@@ -28,7 +29,7 @@ from pounding_risk.figures.spectra import gap_spectra_figure
 from pounding_risk.figures.storey_profiles import profiles_figure
 from pounding_risk.figures.uncertainty import uncertainty_figure
 from pounding_risk.results.kinds import kind_of
-from pounding_risk.results.scene_axes import is_drawn_along
+from pounding_risk.results.scene_axes import is_drawn_along, settled
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import shown
 
@@ -49,6 +50,7 @@ class Kind(NamedTuple):
 KINDS = {
     "agreement": Kind(("compare",), agreement_figure),
     "reference": Kind(("compare",), reference_figure),
+    "agreement_along": Kind(("compare",), agreement_along_figure),
     "scan": Kind(("scan", "compare"), scan_figure),
     "simulation": Kind(("simulate",), simulation_figure),
     "accuracy": Kind(("accuracy",), accuracy_figure),
@@ -67,7 +69,8 @@ KINDS = {
     "profiles": Kind(("scan",), profiles_figure, row_case),
     "along": Kind(("scan",), along_figure, assess_along),
 }
-ALONG = "along"  # the figure of a scan with several places along axes of numbers of its scene; all others take one
+# The figures of several places along axes of numbers of the scene, by the call; all others take one place.
+ALONG = {"scan": "along", "compare": "agreement_along"}
 
 
 def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = "", **options: Any) -> Figure:
@@ -81,8 +84,9 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     kind : str, optional
         Of a scan "scan", "ratio", "window", "assessment", "separations", "elevation", "plan" or "profiles", and with
         several values along axes of numbers of its scene "along"; of a run "simulation"; of a comparison "agreement",
-        "reference", "scan" or "ratio"; "accuracy", "effects", "gap_spectra", "amplification" and "uncertainty"; of
-        damage states "damage" and "ida". By default the first of these that the dataset has.
+        "reference", "scan" or "ratio", and along such an axis "agreement_along"; "accuracy", "effects", "gap_spectra",
+        "amplification" and "uncertainty"; of damage states "damage" and "ida". By default the first of these that the
+        dataset has.
     note : str
         Added to the caption.
     **options
@@ -105,8 +109,7 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     if not kinds:
         subject = f"a dataset of {made_by}" if made_by else "a dataset that pounding_risk did not make"
         raise PoundingError(f"{subject} has no figure here; draw its variables with their own method plot")
-    several = made_by == "scan" and is_drawn_along(results)
-    usual = ALONG if several else kinds[0]
+    usual = ALONG[made_by] if made_by in ALONG and is_drawn_along(results) else kinds[0]
     name = usual if kind is None else kind
     if name not in kinds:
         meant = nearest(str(name), kinds)
@@ -115,7 +118,8 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     draw_options = {key: value for key, value in options.items() if key in _options(figure.draw)}
     other_options = {key: value for key, value in options.items() if key not in draw_options}
     _check_options(name, other_options, () if figure.made_by is None else _options(figure.made_by))
-    dataset = with_axes(results) if made_by == "scan" and name != ALONG else results
+    one_place = {"scan": with_axes, "compare": settled}.get(made_by) if name not in ALONG.values() else None
+    dataset = results if one_place is None else one_place(results)
     return figure.draw(
         dataset if figure.made_by is None else figure.made_by(dataset, **other_options), note=note, **draw_options
     )

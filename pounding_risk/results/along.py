@@ -32,6 +32,11 @@ class Stack:
         """`reduced`, of the names whose values differ."""
         return {name: (along, values) for name, (along, values) in self.reduced().items() if along}
 
+    def as_lists(self, whole: bool = False) -> list[list[Any]]:
+        """`differing`, or all of a ``whole``, as an attribute has them: name, axes, and the values as nested lists."""
+        reduced = self.reduced() if whole else self.differing()
+        return [[name, list(along), values.tolist()] for name, (along, values) in reduced.items()]
+
     def _reduced(self, given: list[Any]) -> tuple[tuple[int, ...], NDArray[Any]]:
         """The axes along which values differ, and the values, with these axes first."""
         if isinstance(given[0], np.ndarray):

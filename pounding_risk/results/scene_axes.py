@@ -26,7 +26,7 @@ from pounding_risk.results.variables import described
 from pounding_risk.scene.overrides import address_of, override, parts_of
 from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap, labels_of, overrides_at
 from pounding_risk.scene.toml import write_toml
-from pounding_risk.units import GAP, Quantity, QuantityError, parse, shown
+from pounding_risk.units import GAP, SHOWN, Quantity, QuantityError, parse, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -142,6 +142,16 @@ def along_words(dataset: xr.Dataset) -> list[str]:
         for axis in open_axes(dataset)
         for key in ((axis.name,) if axis.dimension else axis.keys)
     ]
+
+
+def value_at(dataset: xr.Dataset, key: str, place: int) -> str:
+    """The value of a key at a place along its axis, in the unit that readers see: "500 t"."""
+    coordinate = dataset[key]
+    value, unit = np.atleast_1d(coordinate.values)[place], str(coordinate.attrs.get("units", "1"))
+    shown_unit, factor = SHOWN.get(unit, (unit, 1.0))
+    if coordinate.dtype.kind not in "if":
+        return str(value)
+    return f"{float(value) * factor:.6g} {shown_unit}".strip()
 
 
 def is_drawn_along(dataset: xr.Dataset) -> bool:
@@ -274,6 +284,16 @@ def selected(dataset: xr.Dataset, choices: Sequence[str], source: str = "the dat
         place = _place(dataset, key, right.strip())
         dataset = dataset.isel({axis.name: [place]} if axis.name in dataset.dims else {})
     return dataset
+
+
+def overrides_of(axes: Sequence[SceneAxis], choices: Sequence[str], source: str) -> tuple[str, ...]:
+    """What `--set` takes for the values that are chosen along axes of a scene; raises as `selected`."""
+    import xarray as xr
+
+    whole = xr.Dataset(coords=axis_coordinates(axes, {}), attrs={SCENE_AXES: axis_text(axes)})
+    chosen = selected(whole, choices, source)
+    single = [axis for axis in axes if chosen.sizes[axis.name] == 1]
+    return tuple(text for axis in single for text in axis.overrides(_place_of_label(chosen, axis, source)))
 
 
 def title_at(dataset: xr.Dataset, choices: Sequence[str]) -> xr.Dataset:

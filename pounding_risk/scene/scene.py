@@ -6,7 +6,7 @@ reads every key, the checks tell what keys do not make together, `assembled` mak
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from importlib import import_module
 from itertools import pairwise
@@ -169,6 +169,8 @@ class Scene(ShortRepr):
     text: str = field(compare=False)
     source: str = field(compare=False)
     overrides: tuple[str, ...] = field(compare=False)
+    # What makes of the scene at a place along the axes the one that is run there; see `scene.variants`.
+    at_every_place: Callable[[Scene], Scene] | None = field(compare=False, default=None)
 
     # What the first interface says.
     gap = _of_first("gap", "Clear distance [m].")

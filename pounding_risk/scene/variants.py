@@ -51,20 +51,25 @@ class Variants:
         try:
             made = self.made(overrides)
         except SceneError as error:
-            where = ", ".join(text.replace("=", " = ", 1) for text in overrides)
+            where = where_words(overrides)
             raise SceneError(error.source, [f"grid, at {where}: {fault}" for fault in error.faults]) from None
         for what, repair in unlike(self.study, made):
-            where = ", ".join(text.replace("=", " = ", 1) for text in overrides)
-            raise SceneError(made.source, [f"grid, at {where}: changes {what}; {repair}"])
+            raise SceneError(made.source, [f"grid, at {where_words(overrides)}: changes {what}; {repair}"])
         return made
 
     def made(self, overrides: Sequence[str]) -> Scene:
-        """The scene with these values set, and no axes."""
-        return self._made.made(overrides)
+        """The scene with these values set, and no axes; with what the study asks to be done `at_every_place`."""
+        made, brought = self._made.made(overrides), self.study.at_every_place
+        return made if brought is None else brought(made)
 
     def alone(self) -> Iterator[Scene]:
         """The scenes at places along each axis, the other keys as the scene has them."""
         return (self.made(overrides) for _, _, overrides in alone(self.axes))
+
+
+def where_words(overrides: Sequence[str]) -> str:
+    """The values at a place along axes in words: "building.left.period = '0.5 s'"."""
+    return ", ".join(text.replace("=", " = ", 1) for text in overrides)
 
 
 def check_one_scene(study: Scene, command: str) -> None:

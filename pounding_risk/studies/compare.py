@@ -12,7 +12,7 @@ import json
 from collections.abc import Callable, Sequence
 from math import inf, nan
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -27,13 +27,19 @@ from pounding_risk.models.contact.impulsive import CONTACT_MODELS, needs_floors
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import AS_ASKED, AS_PUBLISHED, misfit, relation_fault
 from pounding_risk.models.effects import refusal
+from pounding_risk.models.structures.contact_points import LevelRule
+from pounding_risk.results.along import Stack
+from pounding_risk.results.attributes import as_text
 from pounding_risk.results.files import check_target, save
 from pounding_risk.results.labels import described
+from pounding_risk.results.scene_axes import VARIANTS, axes_of, settled
 from pounding_risk.scene.interfaces import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, known_law, unknown_law
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
-from pounding_risk.scene.variants import check_one_scene
+from pounding_risk.scene.scene_axis import SceneAxis, count_of
+from pounding_risk.scene.variants import Variants, check_one_scene, where_words
 from pounding_risk.solver.pair.isolated import Impact
+from pounding_risk.studies.compare_along import along_finding
 from pounding_risk.studies.compare_findings import (
     APART,
     AT_SOME,
@@ -57,7 +63,11 @@ IMPACT_COLUMNS = {
     "peak_penetration": ("m", "largest penetration of the reference impact"),
     "duration": ("s", "duration of the reference impact"),
 }
+TABLES = (*(f"ratio_{part}" for part in ("low", "median", "high")), "rank_agreement", "rank_agreement_lowest")
+TABLES += ("flips", "judged", "gap_without_contact")
 CURVES = {"time": ("s", "time since the touch"), "penetration": ("m", "penetration"), "force": ("N", "contact force")}
+Known = dict[Any, list[Impact]]  # reference impacts by all that they depend on
+Made = TypeVar("Made")
 
 
 def compare(
@@ -87,7 +97,8 @@ def compare(
     laws : sequence of str
         Contact models to compare. By default those of the scene's grid; where the grid names one, every model but those
         that the scene's solver does not compute, that lack a ``floor_length``, that an effect of the scene does not act
-        on, or that cannot return the scene's e (the attribute ``left_out`` says so).
+        on, or that cannot return the scene's e (the attribute ``left_out`` says so). Along axes of numbers of the scene
+        a model that cannot be compared at one place is left out at all.
     baseline : str, optional
         Contact model beside which the others are set; the scene's own by default.
     same : {"peak force", "penetration"}, optional
@@ -97,7 +108,7 @@ def compare(
         by default.
     relation : {"exact", "published"}, optional
         How damping follows from e; "exact" by default, "published" where a law has no other (the attribute
-        ``unequal_e`` says why).
+        ``unequal_e`` says why), and then at every place along axes of numbers of the scene.
     new : bool
         Replace other results under the name ``out``.
     progress : callable, optional
@@ -111,39 +122,187 @@ def compare(
         In a row ratios, ranks and conclusions are by interface, and the histories are those of the interface where the
         laws move the peak relative displacement most.
 
+        Of a scene with axes of its numbers ratios, ranks, conclusions and gaps are along them, at each place as a
+        comparison of the scene there has them; ``finding`` says how they change, and histories are left out. What
+        ``sel`` leaves at one place has the finding of that place.
+
     Raises
     ------
     PoundingError
-        As `scan`; and for an unknown law, baseline, speed, relation or ``same``, for fewer than two laws and, unless
-        ``new``, if ``out`` holds other results. All before the first run.
+        As `scan`; for samples of uncertain numbers; and for an unknown law, baseline, speed, relation or ``same``, for
+        fewer than two laws and, unless ``new``, if ``out`` holds other results. All before the first run.
     """
     target = None if out is None else check_target(out)
     study = as_scene(study)
-    check_one_scene(study, "compare")
-    without = "" if laws or len(study.grid.contact_models) > 1 else left_out(study)
-    study = on_equal_terms(study, laws, baseline, (same, speed))
-    study, unequal = with_relation(study, relation)
-    baseline = baseline or study.contact_model
+    check_one_scene(study.updated(axes=tuple(axis for axis in study.axes if axis.dimension)), "compare")
+    if study.axes and count_of(study.axes) == 1:
+        study = Variants(study).scene(0)
+    asked = Asked(tuple(laws), baseline, (same, speed), relation)
+    equal = _equal_along(study, asked) if study.axes else _equal(study, asked)
     if target is not None:
-        check_replaceable_scene(target, "compare", study, new)
-    dataset = scan(study, progress=progress)
-    dataset = dataset.assign(_impacts(study, dataset))
-    dataset = dataset.assign(tables(dataset, baseline))
-    terms = study.equal_terms or USUAL_TERMS
-    dataset.attrs |= {
-        "baseline": baseline,
-        "reference_law": study.contact_model,
-        "same": terms.same,
-        "speed": terms.speed,
-    }
-    interface = widest_interface(dataset)
-    shown_case = Shown(typical_case(at_interface(dataset, interface), baseline), interface)
-    dataset = dataset.assign(histories_of_laws(study, shown_case, baseline))
-    dataset.attrs |= {"left_out": without, "unequal_e": unequal, "finding": finding(dataset)}
+        check_replaceable_scene(target, "compare", equal.study, new)
+    whole, baseline = scan(equal.study, progress=progress), baseline or study.contact_model
+    if study.axes:
+        dataset = _along(equal, whole, baseline)
+    else:
+        dataset = _of_scene(equal.study, whole, baseline, {})
+        interface = widest_interface(dataset)
+        shown_case = Shown(typical_case(at_interface(dataset, interface), baseline), interface)
+        dataset = dataset.assign(histories_of_laws(equal.study, shown_case, baseline))
+        dataset.attrs |= equal.told() | {"finding": finding(dataset)}
     dataset.attrs |= created("pounding_risk.compare")
     if target is not None:
         save(dataset, target)
     return dataset
+
+
+class Asked(NamedTuple):
+    """What a call of `compare` asks for, whatever the scene."""
+
+    laws: tuple[str, ...]  # none for those of the grid, or for all
+    baseline: str | None
+    terms: tuple[str | None, float | str | None]  # what is the same in the reference impact, and its speed
+    relation: str | None
+
+    def has_laws(self, study: Scene) -> bool:
+        """Whether the call or the grid says which laws are compared."""
+        return bool(self.laws) or len(study.grid.contact_models) > 1
+
+
+class Equal(NamedTuple):
+    """A scene whose laws are on equal terms, along its axes at every place, and what could not be had."""
+
+    study: Scene
+    left_out: str  # which laws, and why
+    unequal_e: str  # why e is not equal
+
+    def told(self) -> dict[str, str]:
+        """The attributes of the dataset that say so."""
+        return {"left_out": self.left_out, "unequal_e": self.unequal_e}
+
+
+def _equal(study: Scene, asked: Asked) -> Equal:
+    without = "" if asked.has_laws(study) else left_out(study)
+    equal = on_equal_terms(study, asked.laws, asked.baseline, asked.terms)
+    equal, unequal = with_relation(equal, asked.relation)
+    return Equal(equal, without, unequal)
+
+
+def _of_scene(study: Scene, dataset: xr.Dataset, baseline: str, known: Known) -> xr.Dataset:
+    """The scan of a scene with the reference impacts, and what is set against the baseline."""
+    dataset = dataset.assign(_impacts(study, dataset, known))
+    dataset = dataset.assign(tables(dataset, baseline))
+    terms = study.equal_terms or USUAL_TERMS
+    return dataset.assign_attrs(
+        baseline=baseline, reference_law=study.contact_model, same=terms.same, speed=terms.speed
+    )
+
+
+# ------------------------------------------------------------------------------------------------ along axes
+
+
+def _equal_along(study: Scene, asked: Asked) -> Equal:
+    """The scene with what brings its laws on equal terms at every place along its axes.
+
+    Compared are the laws that can be at every place, under one relation: the exact one where all places have it.
+    """
+    variants = Variants(study)
+    places = {where_words(variants.overrides(number)): variants.scene(number) for number in range(variants.count)}
+    laws, without = asked.laws, ""
+    if not asked.has_laws(study):
+        common = set.intersection(*(set(runnable(scene)) for scene in places.values()))
+        laws = tuple(name for name in CONTACT_MODELS if name in common) or (study.contact_model,)
+        without = _left_out_along(places)
+    equal = _at_all(places, lambda scene: on_equal_terms(scene, laws, asked.baseline, asked.terms))
+    related = _at_all(equal, lambda scene: with_relation(scene, asked.relation))
+    reasons = {where: why for where, (_, why) in related.items() if why}
+    unequal = _at_some(next(iter(reasons.values())), list(reasons), len(places)) if reasons else ""
+
+    def brought(scene: Scene) -> Scene:
+        scene = on_equal_terms(scene, laws, asked.baseline, asked.terms)
+        return scene.updated(relation=AS_PUBLISHED) if unequal else with_relation(scene, asked.relation)[0]
+
+    first = brought(next(iter(places.values())))
+    terms = terms_of(study, asked.terms)
+    grid = study.grid._replace(contact_models=first.grid.contact_models)
+    base = study.updated(grid=grid, equal_terms=terms, relation=first.relation, at_every_place=brought)
+    return Equal(base, without, unequal)
+
+
+def _at_all(places: dict[str, Scene], made: Callable[[Scene], Made]) -> dict[str, Made]:
+    """What is made of the scene at every place; raises as ``made``, with the place where not all places raise it."""
+    results: dict[str, Made] = {}
+    errors: dict[str, PoundingError] = {}
+    for where, scene in places.items():
+        try:
+            results[where] = made(scene)
+        except PoundingError as error:
+            errors[where] = error
+    for where, first in errors.items():
+        raise first if len(errors) == len(places) else PoundingError(f"{first} (at {where})")
+    return results
+
+
+def _left_out_along(places: dict[str, Scene]) -> str:
+    """As `left_out`, with where it is where that is not at every place."""
+    hindered: dict[str, dict[str, str]] = {}  # by law: why, by place
+    for where, scene in places.items():
+        for name in CONTACT_MODELS:
+            if why := _hindered(scene, name):
+                hindered.setdefault(name, {})[where] = why
+    reasons: dict[str, list[str]] = {}
+    for name, by_place in hindered.items():
+        why = _at_some(next(iter(by_place.values())), list(by_place), len(places))
+        reasons.setdefault(why, []).append(name)
+    return "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
+
+
+def _at_some(sentence: str, where: Sequence[str], count: int) -> str:
+    """A sentence with the first place where it holds, and at how many it does, unless at all of ``count``."""
+    if len(where) == count:
+        return sentence
+    return f"{sentence} (at {len(where)} of {count} places, the first {where[0]})"
+
+
+def _along(equal: Equal, whole: xr.Dataset, baseline: str) -> xr.Dataset:
+    """The scan along axes with what a comparison adds at each place, and a finding on how that changes.
+
+    Ratios, ranks, flips and gaps have all axes as dimensions, what describes the laws those along which it differs.
+    """
+    axes, known = axes_of(whole), dict[Any, Any]()
+    variants = Variants(equal.study, axes)
+    attributes = Stack(variants.shape)
+    parts: list[xr.Dataset] = []
+    for number in range(variants.count):
+        places = zip(axes, variants.places(number), strict=True)
+        part = settled(whole.isel({axis.name: [place] for axis, place in places}))
+        compared = _of_scene(variants.scene(number), part, baseline, known)
+        facts = {name: compared.attrs[name] for name in ("same", "speed")}
+        attributes.add(number, facts | {"finding": finding(compared)})
+        parts.append(compared.drop_vars(part.variables).drop_attrs(deep=False))
+    facts = {name: compared.attrs[name] for name in ("baseline", "reference_law", "same", "speed")}
+    facts = {name: value for name, value in facts.items() if name not in attributes.differing()}
+    told = json.loads(whole.attrs[VARIANTS])
+    told["attributes"] += attributes.as_lists(whole=True)
+    dataset = whole.assign(_stacked(parts, axes, variants.shape))
+    dataset.attrs |= facts | {VARIANTS: as_text(told)} | equal.told()
+    return dataset.assign_attrs(finding=along_finding(dataset))
+
+
+def _stacked(parts: list[xr.Dataset], axes: Sequence[SceneAxis], shape: tuple[int, ...]) -> dict[str, Any]:
+    """The variables of the places along axes, as xarray takes them, their dimensions first."""
+    longest = max(part.sizes["impact_step"] for part in parts)
+    padded = [part.pad(impact_step=(0, longest - part.sizes["impact_step"])) for part in parts]
+    stack, variables = Stack(shape), dict[str, Any]()
+    for number, part in enumerate(padded):
+        stack.add(number, {str(name): part[name].values for name in part.variables})
+    for name, (along, values) in stack.reduced().items():
+        own = parts[0][name]
+        if name in TABLES:
+            along, values = tuple(range(len(shape))), np.stack([part[name].values for part in parts])
+            values = values.reshape(*shape, *own.shape)
+        variables[name] = ((*(axes[number].name for number in along), *own.dims), values, own.attrs)
+    return variables
 
 
 def on_equal_terms(
@@ -170,14 +329,16 @@ def on_equal_terms(
             "interface a contact_model that has one, and name this one as the baseline"
         )
     _check_restitution(study, names)
+    return study.updated(grid=study.grid._replace(contact_models=names), equal_terms=terms_of(study, terms))
+
+
+def terms_of(study: Scene, terms: tuple[str | None, float | str | None]) -> EqualTerms:
+    """What the reference impacts have in common, and their speed: as asked for, or as the scene has them, or usual."""
     scene_terms = study.equal_terms or USUAL_TERMS
     same, speed = terms[0] or scene_terms.same, scene_terms.speed if terms[1] is None else terms[1]
     if same not in EQUAL_TERMS:
         raise PoundingError(f"compare: same is {shown(same)}; it may be {' or '.join(map(shown, EQUAL_TERMS))}")
-    fast = si(speed, SPEED, "compare: speed")
-    return study.updated(
-        grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same=same, speed=fast, every_law=True)
-    )
+    return EqualTerms(same=same, speed=si(speed, SPEED, "compare: speed"), every_law=True)
 
 
 def with_relation(study: Scene, relation: str | None) -> tuple[Scene, str]:
@@ -265,15 +426,18 @@ def reference_impacts(study: Scene, stiffnesses: dict[str, float]) -> list[Impac
     return impacts
 
 
-def _impacts(study: Scene, dataset: xr.Dataset) -> dict[str, Any]:
-    """Calibrated stiffness, restitution achieved, and the curves of the reference impacts, padded with NaN."""
+def _impacts(study: Scene, dataset: xr.Dataset, known: Known) -> dict[str, Any]:
+    """Calibrated stiffness, restitution achieved, and the curves of the reference impacts, padded with NaN.
+
+    Impacts that are ``known`` are not computed again, and others become so.
+    """
     names, places = study.grid.contact_models, range(len(interface_names(dataset)))
     # A law without a stiffness may have none there.
     stiffness_lists = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
     stiffnesses = [
         {name: float(np.atleast_1d(k)[interface]) for name, k in stiffness_lists.items()} for interface in places
     ]
-    impacts = [reference_impacts(study.at(interface), stiffnesses[interface]) for interface in places]
+    impacts = [_known_impacts(study.at(interface), stiffnesses[interface], known) for interface in places]
     elastic = [all(blow.restitution > 1.0 - ELASTIC for blow in of_law) for of_law in zip(*impacts, strict=True)]
     capped = np.array([_capped(study, label) for label in names], dtype=np.int8)
     of_laws: dict[str, tuple[Any, str]] = {
@@ -311,6 +475,19 @@ def _impacts(study: Scene, dataset: xr.Dataset) -> dict[str, Any]:
         about = described(unit, f"{words}, reference impact; NaN after the parting")
         variables[f"impact_{name}"] = ((*axes, "contact_model", "impact_step"), laid(rows), about)
     return variables
+
+
+def _known_impacts(study: Scene, stiffnesses: dict[str, float], known: Known) -> list[Impact]:
+    """As `reference_impacts`; computed once for all scenes that have what they depend on in common."""
+    between = study.interfaces[0]._replace(
+        gap=0.0, yield_force=inf, column_yield_force=inf, points=(), levels=LevelRule()
+    )
+    has_floors = any(needs_floors(known_law(name)) for name in study.grid.contact_models)
+    struck = study.buildings if has_floors else study.striking_mass
+    key = between, struck, study.grid.contact_models, tuple(stiffnesses.items())
+    if key not in known:
+        known[key] = reference_impacts(study, stiffnesses)
+    return known[key]
 
 
 def _padded(values: np.ndarray, length: int) -> np.ndarray:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Sequence
 from math import nan
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,9 @@ APART = " | "  # between the units of a stiffness that has another one at each i
 AT_SOME = -1  # whether the yield force acts, of a model that stands for another one at each interface
 TOLD = 2  # outputs that the sentence gives numbers for
 FEWEST_TO_RANK = 3  # motions
+# What a comparison may find: that the model matters, that yielding does, neither; or that there is nothing to compare.
+MODEL, YIELDING, HARDLY, UNTOUCHED, ALONE = "model", "yielding", "hardly", "no contact", "no other law"
+Moved = tuple[str, str, float, float]  # (output, law that goes furthest, its 16th and 84th percentile)
 
 
 def interface_names(dataset: xr.Dataset) -> list[str]:
@@ -294,8 +297,19 @@ def peers(dataset: xr.Dataset) -> list[str]:
     return [name for name in names if name != baseline]
 
 
-def finding(dataset: xr.Dataset) -> str:
-    """One plain sentence: does the choice of the contact model matter for these outputs and conclusions?
+class Verdict(NamedTuple):
+    """What the choice of the contact model changes in one comparison, of which `finding` makes a sentence."""
+
+    kind: str  # one of MODEL, YIELDING, HARDLY, UNTOUCHED and ALONE
+    names: list[str]  # laws that it is about
+    alike: list[str] = []  # noqa: RUF012 - those of them that yield as the baseline does, or not, as it does not
+    moved: list[Moved] = []  # noqa: RUF012 - outputs that these move, widest first
+    apart: list[Moved] = []  # noqa: RUF012 - and the others
+    shares: dict[str, Array] = {}  # noqa: RUF012 - `flip_share` of each conclusion
+
+
+def verdict(dataset: xr.Dataset) -> Verdict:
+    """Does the choice of the contact model matter for these outputs and conclusions?
 
     It does where, of some law that yields as the baseline does, or not, as it does not, the 16-84 % range of an
     output's ratio leaves 1 ± 10 %, or a conclusion flips in more than 5 % of the cases. What moves under the other laws
@@ -303,27 +317,49 @@ def finding(dataset: xr.Dataset) -> str:
     """
     names, baseline = peers(dataset), str(dataset.attrs["baseline"])
     if not int(dataset["judged"].sel(conclusion="displacement", contact_model=baseline).sum()):
-        return f"The model cannot matter here: {baseline} has contact in no case."
+        return Verdict(UNTOUCHED, names)
     if not names:
-        return f"Nothing to compare on equal terms: no other law dissipates as {baseline} does."
+        return Verdict(ALONE, names)
     alike, other = _by_cap(dataset, names)
-    alone, apart = _moved(dataset, alike), _moved(dataset, other)[:1]
+    moved, apart = _moved(dataset, alike), _moved(dataset, other)
+    by_model, by_yielding = bool(moved) or _often(dataset, alike), bool(apart) or _often(dataset, other)
+    kind = MODEL if by_model else YIELDING if by_yielding else HARDLY
     shares = {conclusion: flip_share(dataset, conclusion, names) for conclusion in CONCLUSIONS}
-    by_model = bool(alone) or _often(dataset, alike)
-    if by_model or apart or _often(dataset, other):
-        parts = [_moves(alone)] if alike or not apart else []
-        if apart:
-            yields = int(dataset["capped"].sel(contact_model=baseline))
-            parts.append(f"{'without' if yields else 'with'} yielding, {_moves(apart)}")
+    return Verdict(kind, names, alike, moved, apart, shares)
+
+
+def finding(dataset: xr.Dataset) -> str:
+    """One plain sentence on what `verdict` says."""
+    baseline, said = str(dataset.attrs["baseline"]), verdict(dataset)
+    if said.kind == UNTOUCHED:
+        return f"The model cannot matter here: {baseline} has contact in no case."
+    if said.kind == ALONE:
+        return f"Nothing to compare on equal terms: no other law dissipates as {baseline} does."
+    if said.kind == HARDLY:
+        sentence = f"The model hardly matters here: {within_words(baseline)}"
+    else:
+        apart = said.apart[:1]
+        parts = [_moves(said.moved)] if said.alike or not apart else []
+        parts += [f"{yields_otherwise(dataset)}, {_moves(apart)}"] if apart else []
+        by_model = said.kind == MODEL
         cause = "The model matters here" if by_model else "Yielding matters here, which is F_E and not the model"
         sentence = f"{cause}: against {baseline}, {'; '.join(parts)}"
-    else:
-        sentence = (
-            "The model hardly matters here: in the middle 68 % of the cases every output of every law stays within "
-            f"{100 * NOTABLE:.0f} % of that of {baseline}"
-        )
     where = interface_names(dataset)
-    return "; ".join([sentence, *_flipping(shares, names, where), *_aside(dataset, names)]) + "."
+    return "; ".join([sentence, *_flipping(said.shares, said.names, where), *aside(dataset, said.names)]) + "."
+
+
+def within_words(baseline: str) -> str:
+    """That no law is far from the baseline."""
+    return (
+        "in the middle 68 % of the cases every output of every law stays within "
+        f"{100 * NOTABLE:.0f} % of that of {baseline}"
+    )
+
+
+def yields_otherwise(dataset: xr.Dataset) -> str:
+    """What laws do that do not yield as the baseline does."""
+    yields = int(dataset["capped"].sel(contact_model=str(dataset.attrs["baseline"])))
+    return f"{'without' if yields else 'with'} yielding"
 
 
 def _often(dataset: xr.Dataset, names: list[str]) -> bool:
@@ -332,7 +368,7 @@ def _often(dataset: xr.Dataset, names: list[str]) -> bool:
     return any(np.nanmax(share, initial=0.0) > OFTEN for share in shares)
 
 
-def _aside(dataset: xr.Dataset, names: list[str]) -> list[str]:
+def aside(dataset: xr.Dataset, names: list[str]) -> list[str]:
     """Which laws the sentence does not speak of."""
     others = [str(name) for name in dataset["contact_model"].values if name not in (*names, dataset.attrs["baseline"])]
     if not others or "reference_restitution_asked" not in dataset:
@@ -353,29 +389,32 @@ def _by_cap(dataset: xr.Dataset, names: list[str]) -> tuple[list[str], list[str]
     return alike, [name for name in names if name not in alike]
 
 
-def _moved(dataset: xr.Dataset, names: list[str]) -> list[tuple[str, str, float, float]]:
+def _moved(dataset: xr.Dataset, names: list[str]) -> list[Moved]:
     """(output, law that goes furthest, its 16th and 84th percentile) where that range leaves 1 ± 10 %, widest first."""
     ranges = [(str(output), *furthest(dataset, str(output), names)) for output in dataset["output"].values if names]
     return sorted(
-        (entry for entry in ranges if _reach(*entry[2:]) > 1.0 + NOTABLE), key=lambda entry: -_reach(*entry[2:])
+        (entry for entry in ranges if reach(*entry[2:]) > 1.0 + NOTABLE), key=lambda entry: -reach(*entry[2:])
     )
 
 
-def _moves(moved: list[tuple[str, str, float, float]]) -> str:
+def _moves(moved: list[Moved]) -> str:
     """The outputs that move most, with numbers, and how many others do."""
     parts: list[str] = []
     for output, law, low, high in moved[:TOLD]:
         verb, as_large = ("", "") if parts else ("is ", " as large")
-        ends = f"{low:.2f}", f"{high:.2f}"
-        times = " to ".join(dict.fromkeys(ends))  # of one case, or of like ones, one number
-        parts.append(f"{output} {verb}{times} times{as_large} ({law})")
+        parts.append(f"{output} {verb}{times_words(low, high)} times{as_large} ({law})")
     n_more = len(moved) - len(parts)
     if n_more:
         parts.append(f"{n_more} more output{'s' if n_more > 1 else ''} off by over {100 * NOTABLE:.0f} %")
     return ", ".join(parts) or f"no output is off by over {100 * NOTABLE:.0f} % in the middle 68 % of the cases"
 
 
-def _reach(low: float, high: float) -> float:
+def times_words(low: float, high: float) -> str:
+    """Both ends of a range of ratios; of one case, or of like ones, one number."""
+    return " to ".join(dict.fromkeys((f"{low:.2f}", f"{high:.2f}")))
+
+
+def reach(low: float, high: float) -> float:
     """How far a range of ratios goes from 1, either way; 0 where there is none."""
     if np.isnan(high):
         return 0.0
@@ -388,18 +427,24 @@ def furthest(dataset: xr.Dataset, output: str, names: list[str]) -> tuple[str, f
     rows = list(
         zip(names, of_output["ratio_low"].values.tolist(), of_output["ratio_high"].values.tolist(), strict=True)
     )
-    return max(rows, key=lambda row: _reach(*row[1:]))
+    return max(rows, key=lambda row: reach(*row[1:]))
 
 
 def _flipping(shares: dict[str, Array], names: list[str], interfaces: list[str]) -> Iterator[str]:
     """For each conclusion that is judged, how often at most it flips, under which law and at which interface."""
     for conclusion, words in FLIPS.items():
-        share = shares[conclusion].reshape(len(names), len(interfaces))
-        if np.isnan(share).all():
-            continue
-        law, interface = np.unravel_index(int(np.nanargmax(share)), share.shape)
-        most, where = float(share[law, interface]), _at(names[law], interfaces[interface], interfaces)
-        yield f"{words} in {f'up to {percent(most)} of the cases ({where})' if most > 0.0 else 'none'}"
+        most, where = most_often(shares[conclusion], names, interfaces)
+        if not np.isnan(most):
+            yield f"{words} in {f'up to {percent(most)} of the cases ({where})' if most > 0.0 else 'none'}"
+
+
+def most_often(share: Array, names: list[str], interfaces: list[str]) -> tuple[float, str]:
+    """The largest of the shares by law and interface, and which it is of; NaN where none is judged."""
+    share = share.reshape(len(names), len(interfaces))
+    if np.isnan(share).all():
+        return nan, ""
+    law, interface = np.unravel_index(int(np.nanargmax(share)), share.shape)
+    return float(share[law, interface]), _at(names[law], interfaces[interface], interfaces)
 
 
 def percent(share: float) -> str:
@@ -421,10 +466,15 @@ def widest_interface(dataset: xr.Dataset) -> int:
 
     Of the laws that the finding is about, of all where it is about none; the first interface where none moves any.
     """
+    return int(np.argmax(displacement_reaches(dataset)))
+
+
+def displacement_reaches(dataset: xr.Dataset) -> list[float]:
+    """By interface how far the laws move its peak relative displacement, as `reach` has it; 0 where none does."""
     names = peers(dataset) or [str(name) for name in dataset["contact_model"].values]
     interfaces = interface_names(dataset)
     ranges = [furthest(dataset, _at(REACH, interface, interfaces), names) for interface in interfaces]
-    return int(np.argmax([_reach(*law_range[1:]) for law_range in ranges]))
+    return [reach(*law_range[1:]) for law_range in ranges]
 
 
 def place_of_interface(dataset: xr.Dataset, interface: str | None = None) -> int:

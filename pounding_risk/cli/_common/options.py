@@ -99,6 +99,15 @@ Select = Annotated[
 ]
 
 
+def chosen_scene(scene: Path, overrides: list[str], select: list[str]) -> Any:
+    """The scene of a file with its overrides, at the values of ``select`` along its axes, which are then none."""
+    from pounding_risk.results.scene_axes import overrides_of
+    from pounding_risk.scene.reader import read_scene
+
+    study = read_scene(scene, overrides)
+    return read_scene(scene, [*overrides, *overrides_of(study.axes, select, str(scene))]) if select else study
+
+
 def chosen_results(results: Path, select: list[str], *, partly: bool = False) -> Any:
     """The file itself where nothing is selected, or its dataset at the values of ``select``, told in the title.
 
