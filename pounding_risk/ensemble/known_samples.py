@@ -16,7 +16,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.results.along import at_places
 from pounding_risk.results.files import stream_results
 from pounding_risk.results.layout import AMPLITUDE, AXES, Template, amplitude_axis, scene_dims
-from pounding_risk.results.scene_axes import VARIANTS, axes_of
+from pounding_risk.results.scene_axes import VARIANTS, axes_of, has_drawn_motions
 from pounding_risk.scene.sampling import GROWING
 from pounding_risk.scene.scene_axis import SAMPLE, UNCERTAIN, SceneAxis
 
@@ -82,6 +82,8 @@ class KnownSamples:
     def free(self, places: Mapping[str, int], names: Iterable[str]) -> dict[str, np.ndarray]:
         """These variables of motions without contact: (record, polarity, amplitude, own dimensions)."""
         whole = {name: self._at(name, places) for name in names}
+        if has_drawn_motions(self._dataset):  # one record and one polarity, which are no axes
+            whole = {name: values[None, None] for name, values in whole.items()}
         if amplitude_axis(self._dataset) in self._dataset.dims:
             return whole
         return {name: np.expand_dims(values, AMPLITUDE) for name, values in whole.items()}

@@ -25,14 +25,15 @@ from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.along import Stack, leaves_of
 from pounding_risk.results.attributes import as_text
-from pounding_risk.results.labels import axes_of_motions, flags_of, made_from
+from pounding_risk.results.labels import axes_of_motions, flags_of, made_from, with_drawn_motions
 from pounding_risk.results.layout import SCENE_AXES, Template
-from pounding_risk.results.scene_axes import VARIANTS, axis_coordinates, axis_text
+from pounding_risk.results.scene_axes import MOTIONS_DRAWN, VARIANTS, axis_coordinates, axis_text
 from pounding_risk.results.variables import own_dims
 from pounding_risk.scene.motions import as_before, for_buildings
 from pounding_risk.scene.scene import Scene
-from pounding_risk.scene.scene_axis import SceneAxis, alone
+from pounding_risk.scene.scene_axis import SAMPLE, SceneAxis, alone
 from pounding_risk.scene.toml import KeyPath
+from pounding_risk.scene.uncertain import DrawnMotions
 from pounding_risk.scene.variants import Variants
 
 JOBS = 1000  # of places along the axes that are kept, some 10 kB each
@@ -64,6 +65,9 @@ class VariantJob(Job):
         self._held: dict[str, Shared[Any]] | None = None
         self._peaks: dict[Any, Any] = {}
         self._unflagged = as_before(scan_input.motions, study)
+        self.drawn: DrawnMotions | None = None  # the motion of each sample, where it has one
+        if study.uncertain is not None and study.uncertain.is_drawn:
+            self.drawn = study.uncertain.drawn_motions(len(scan_input.motions), len(study.records.polarities))
         self._first = self._made(0)
         self._held, self.each, self.width = self._first.held, self._first.batches, self._first.width
         self.batches = self.each * self.variants.count
@@ -92,9 +96,10 @@ class VariantJob(Job):
         return self._jobs.of(number, lambda: self._made(number))
 
     def _made(self, number: int) -> GridJob:
-        scene = self.variants.scene(number)
-        job: GridJob = self._kind(self.scan_input._replace(study=scene, motions=self._motions(scene)))  # type: ignore[call-arg]
-        job.number, job.free_key, job.peaks = number, self._kind.alone_key(scene), self._peaks
+        scene, motions, motion = self._driven(number)
+        job: GridJob = self._kind(self.scan_input._replace(study=scene, motions=motions))  # type: ignore[call-arg]
+        job.number, job.free_key = number, (self._kind.alone_key(scene), motion)
+        job.peaks = self._peaks.setdefault(motion, {})
         if self._held is not None:
             job.held = self._held
             job.own_kernels = self._first.own_kernels
@@ -102,9 +107,18 @@ class VariantJob(Job):
             job.own_kernels = job.worth_kernels(self.variants.count)
         return job
 
-    def _motions(self, scene: Scene) -> tuple[Motion, ...]:
-        """The motions with the doubts that follow from the periods of a scene."""
-        return for_buildings(self._unflagged, scene)
+    def _driven(self, number: int) -> tuple[Scene, tuple[Motion, ...], tuple[int, ...]]:
+        """A scene by its number, its motions with the doubts that follow from its periods, and which one was drawn."""
+        scene, motions = self.variants.scene(number), self._unflagged
+        if self.drawn is None:
+            return scene, for_buildings(motions, scene), ()
+        sample = self.places(number)[SAMPLE]
+        record, polarity = int(self.drawn.records[sample]), int(self.drawn.polarities[sample])
+        motions = motions[record : record + 1]
+        records = scene.records._replace(polarities=scene.records.polarities[polarity : polarity + 1])
+        if motions[0].name in records.names:
+            records = records._replace(names=(motions[0].name,))
+        return scene.updated(records=records), for_buildings(motions, scene), (record, polarity)
 
     @cached_property
     def prepared(self) -> str:
@@ -145,15 +159,19 @@ class VariantJob(Job):
         # Where a gap is drawn its label is the stated one, and `interface_gap` says which each sample has.
         skeleton = skeleton.assign_coords(gap=base.skeleton["gap"].variable.copy(data=np.array(self.study.grid.gaps)))
         motions = axes_of_motions(self.study)
-        one_amplitude = {} if motions[-1] in skeleton.sizes else {motions[-1]: 0}  # which is no dimension
+        one_place = {} if motions[-1] in skeleton.sizes else {motions[-1]: 0}  # which is no dimension
+        if self.drawn is not None:
+            skeleton = with_drawn_motions(skeleton, self.study, self.scan_input.motions, self.drawn)
+            one_place |= dict.fromkeys(motions[:-1], 0)
         for name, (along, values) in gathered.free.differing().items():
             dims = (*(names[axis] for axis in along), *motions, *own_dims(name))
-            variable = Variable(dims, values, base.skeleton[name].attrs).isel(one_amplitude)
+            variable = Variable(dims, values, base.skeleton[name].attrs).isel(one_place)
             skeleton = skeleton.assign({name: variable})
         own = self._first.coordinates(whole=True)
         for name, (along, values) in gathered.coords.differing().items():
             dims = (*(names[axis] for axis in along), *_dims(own[name][0]))
-            skeleton = skeleton.assign_coords({name: Variable(dims, values, own[name][2])})
+            variable = Variable(dims, values, own[name][2])
+            skeleton = skeleton.assign_coords({name: variable.isel(one_place, missing_dims="ignore")})
         skeleton.attrs = self._attributes(dict(base.skeleton.attrs), gathered)
         return Template(skeleton, base.cases, self.shape, names)
 
@@ -194,6 +212,8 @@ class VariantJob(Job):
             variants["attributes"].append(["notes", [], as_text(list(gathered.notes)) if gathered.notes else None])
         attrs = {name: value for name, value in first.items() if name not in differing}
         attrs |= made_from(self.study, self.scan_input.motions)
+        if self.drawn is not None:
+            attrs[MOTIONS_DRAWN] = len(self.scan_input.motions) * len(self.study.records.polarities)
         attrs |= {SCENE_AXES: axis_text(self.variants.axes), VARIANTS: as_text(variants)}
         attrs["flags"] = as_text({name: list(flags) for name, flags in gathered.flags.items() if flags})
         return attrs | ({"notes": as_text(notes)} if notes else {})

@@ -170,7 +170,8 @@ def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
 def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:
     """Faults of the labels of axes."""
     for name in ("record", "polarity", "contact_model", "building", "interface", "contact_point"):
-        if name in dataset.coords:
+        # Where motions are drawn with samples, each sample has its own record and polarity.
+        if name in dataset.coords and dataset[name].dims in ((), (name,)):
             labels = [str(label) for label in np.atleast_1d(dataset[name].values)]
             if len(set(labels)) < len(labels) or not all(labels):
                 yield f"the labels of the axis {name} are empty or stand there twice"

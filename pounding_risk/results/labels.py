@@ -25,6 +25,8 @@ from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import said_restitution
 from pounding_risk.scene.level_notes import level_notes
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene, plugins_of
+from pounding_risk.scene.scene_axis import SAMPLE
+from pounding_risk.scene.uncertain import DrawnMotions
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.solver.counters import STATUS_SENTENCES
 
@@ -124,6 +126,33 @@ OUTCOME = {
         {"long_name": "1 where the case was simulated, 0 where the result follows exactly from another run"},
     ),
 }
+
+
+def with_drawn_motions(
+    dataset: xr.Dataset, study: Scene, motions: tuple[Motion, ...], drawn: DrawnMotions
+) -> xr.Dataset:
+    """A dataset along samples with the facts on the motion of each in place of its axes of records and polarities.
+
+    ``record`` and ``polarity`` are then labels along ``sample``, and so is what is known of a record.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        With one place along its axes ``record`` and ``polarity``, where it has them.
+    motions : tuple of Motion
+        All from which those of ``drawn`` are drawn.
+    """
+    import xarray as xr
+
+    labels = case_coordinates(study, motions)
+    axes = {"record", "polarity"}
+    of_motions = {name: one for name, one in labels.items() if axes & set(np.atleast_1d(one[0]))}
+    axis = study.grid.measure.axis
+    facts = xr.Dataset(motion_spectra(motions), of_motions | {axis: labels[axis], "period": labels["period"]})
+    places = {"record": drawn.records, "polarity": drawn.polarities}
+    facts = one_amplitude(facts, study).isel({name: xr.DataArray(at, dims=SAMPLE) for name, at in places.items()})
+    bare = dataset.drop_vars([name for name in facts.variables if name in dataset.variables])
+    return bare.isel(dict.fromkeys(axes & set(bare.dims), 0)).merge(facts, join="exact")
 
 
 def motion_spectra(motions: tuple[Motion, ...]) -> dict[str, Any]:

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 SAMPLES = "number of a sample of the uncertain numbers, from 0"  # what the coordinate `sample` is
 ASSESSED_APART = ("sample",)  # axes along which nothing is drawn or reported place by place
 VARIANTS = "scene_variants"  # the attribute that holds what else differs along the axes
+MOTIONS_DRAWN = "motions_drawn"  # the attribute of how many motions those of the samples were drawn from
 NEAR = 1e-9  # relative: a value that was written down and read again
 FEW = 8  # values of an axis that a sentence lists
 CHECKED = ("simulated", "sensitive")  # of how a case was found, not of what came of it
@@ -154,6 +155,11 @@ def value_at(dataset: xr.Dataset, key: str, place: int) -> str:
     return f"{float(value) * factor:.6g} {shown_unit}".strip()
 
 
+def has_drawn_motions(dataset: xr.Dataset) -> bool:
+    """Whether each sample of a dataset has one motion, drawn with it: its record is a label along the samples."""
+    return "record" in dataset.variables and dataset["record"].dims == ("sample",)
+
+
 def is_drawn_along(dataset: xr.Dataset) -> bool:
     """Whether there are several places along axes, none of which has an assessment of its own."""
     several = open_axes(dataset)
@@ -191,6 +197,7 @@ def settled(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
             "selected"
         )
     places = [_place_of_label(dataset, axis, source) for axis in axes]
+    is_drawn = "record" not in dataset.dims and MOTIONS_DRAWN in dataset.attrs
     chosen = dataset.isel({axis.name: 0 for axis in axes if axis.name in dataset.dims})
     chosen = chosen.drop_vars([key for axis in axes for key in axis.names if key in chosen.variables])
     try:
@@ -200,7 +207,26 @@ def settled(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
             f"{source}: the attributes {VARIANTS} and scene_resolved cannot be read together: the file was damaged or "
             "changed since it was written"
         ) from None
+    chosen = _of_one_motion(chosen) if is_drawn else chosen
     return _with_drawn_gap(chosen) if any(axis.dimension and has_gap(axis.keys) for axis in axes) else chosen
+
+
+def _of_one_motion(chosen: xr.Dataset) -> xr.Dataset:
+    """The dataset of one sample whose motion was drawn, with nothing of the other motions in its attributes.
+
+    Its record and polarity are labels without an axis, as of a dataset of all motions of which one was selected.
+    """
+    name = str(chosen["record"].item())
+    attrs = {key: value for key, value in chosen.attrs.items() if key != MOTIONS_DRAWN}
+    if "records" in attrs:
+        attrs["records"] = as_text([one for one in json.loads(attrs["records"]) if one.get("name") == name])
+    for key in ("processing", "motions_sha256"):
+        if key in attrs:
+            attrs[key] = as_text({one: value for one, value in json.loads(attrs[key]).items() if one == name})
+    recording = chosen["record_recording"].variable
+    chosen = chosen.assign_coords(record_recording=recording.copy(data=np.zeros_like(recording.values)))
+    chosen.attrs = attrs
+    return chosen
 
 
 def _with_drawn_gap(chosen: xr.Dataset) -> xr.Dataset:

@@ -9,6 +9,7 @@ from math import inf, log2, nextafter
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.scene.distributions import VALUE, WIDTH, Array, Continuous, Discrete, Distribution
@@ -17,8 +18,16 @@ from pounding_risk.scene.scene_axis import SAMPLE, SceneAxis
 from pounding_risk.units import Quantity, exact, say
 
 GIVEN = "given"  # the method of points that the scene gives
+ALL, DRAWN = "all", "drawn"  # the motions of a sample: every one of the records, or one that is drawn with it
 TOLD = 1e-6  # a cut of less than this is not told
 LEAST_LEFT = 1e-6  # a distribution of which less than this is left lies outside; of this it has ten digits
+
+
+class DrawnMotions(NamedTuple):
+    """The one motion of each sample, by its place among the records and among the polarities of a scene."""
+
+    records: NDArray[np.int64]
+    polarities: NDArray[np.int64]
 
 
 class Correlation(NamedTuple):
@@ -134,6 +143,8 @@ class UncertainNumbers:
         A discrete number takes its values in the order in which the scene has them.
     given : tuple of tuple of float
         The points that the scene gives, one for each sample.
+    motions : str
+        "all": every sample runs under every motion; "drawn": each under one, by a further coordinate of its point.
     """
 
     numbers: tuple[UncertainNumber, ...]
@@ -142,17 +153,42 @@ class UncertainNumbers:
     seed: int
     correlations: tuple[Correlation, ...] = ()
     given: tuple[tuple[float, ...], ...] = ()
+    motions: str = ALL
 
     @property
     def keys(self) -> tuple[str, ...]:
         """The addresses of the numbers, as `--set` takes them."""
         return tuple(number.key for number in self.numbers)
 
+    @property
+    def is_drawn(self) -> bool:
+        """True where each sample runs under one motion, which is drawn with it."""
+        return self.motions == DRAWN
+
+    @property
+    def columns(self) -> int:
+        """How many coordinates a point has: one for each number, and one for the motion where it is drawn."""
+        return len(self.numbers) + self.is_drawn
+
     def points(self) -> Array:
-        """The points (samples, numbers) in the open unit cube at which the numbers are drawn, not yet correlated."""
+        """The points (samples, columns) in the open unit cube at which samples are drawn, not yet correlated.
+
+        The last column is that of the motion, where motions are drawn.
+        """
         if self.given:
             return inside(np.array(self.given, dtype=float))
-        return points_of(self.method, self.samples, len(self.numbers), self.seed)
+        return points_of(self.method, self.samples, self.columns, self.seed)
+
+    def drawn_motions(self, records: int, polarities: int, points: Any = None) -> DrawnMotions:
+        """The motion of each sample: every pair of record and polarity is as likely as any other.
+
+        The pairs, polarity by polarity of each record, share the last coordinate of a point equally. So points of a
+        design that is balanced along it draw every motion as often as any other, to within one or two.
+        """
+        cube = self.points() if points is None else inside(self._checked(points))
+        pairs = records * polarities
+        places = np.minimum((cube[:, -1] * pairs).astype(np.int64), pairs - 1)
+        return DrawnMotions(places // polarities, places % polarities)
 
     def values_at(self, points: Any) -> tuple[tuple[Any, ...], ...]:
         """Of each number its values at independent points of the unit cube, as a scene file has them.
@@ -160,24 +196,24 @@ class UncertainNumbers:
         Parameters
         ----------
         points : array
-            (samples, numbers), between 0 and 1.
+            (samples, numbers), between 0 and 1; with a further column where motions are drawn.
 
         Raises
         ------
         PoundingError
             For points of another shape, or outside.
         """
-        cube = inside(self._checked(points))
+        cube = inside(self._checked(points))[:, : len(self.numbers)]
         drawn = correlated(cube, self.matrix) if self.correlations else cube
         return tuple(number.values(drawn[:, column]) for column, number in enumerate(self.numbers))
 
     def _checked(self, points: Any) -> Array:
         """The points as an array; raises PoundingError for another shape, and outside the unit cube."""
         cube = np.asarray(points, dtype=float)
-        if cube.ndim != 2 or cube.shape[1] != len(self.numbers) or not np.all((cube >= 0.0) & (cube <= 1.0)):
+        if cube.ndim != 2 or cube.shape[1] != self.columns or not np.all((cube >= 0.0) & (cube <= 1.0)):
             raise PoundingError(
-                f"points of shape {cube.shape}: they are (samples, {len(self.numbers)}), one column for each of "
-                f"{', '.join(self.keys)}, and between 0 and 1"
+                f"points of shape {cube.shape}: they are (samples, {self.columns}), one column for each of "
+                f"{', '.join([*self.keys, *['the drawn motion'] * self.is_drawn])}, and between 0 and 1"
             )
         return cube
 
@@ -193,7 +229,8 @@ class UncertainNumbers:
     @property
     def drawn(self) -> str:
         """How the samples are drawn, such as "sobol, seed 1"."""
-        return "at points that are given" if self.given else f"{self.method}, seed {self.seed}"
+        how = "at points that are given" if self.given else f"{self.method}, seed {self.seed}"
+        return f"{how}, each under one motion that is drawn with it" if self.is_drawn else how
 
     @cached_property
     def axis(self) -> SceneAxis:

@@ -27,7 +27,7 @@ from pounding_risk.scene.overrides import parts_of
 from pounding_risk.scene.sampling import cholesky
 from pounding_risk.scene.scene_axis import UNCERTAIN
 from pounding_risk.scene.toml import Fault, KeyPath
-from pounding_risk.scene.uncertain import GIVEN, LEAST_LEFT, Correlation, UncertainNumber, UncertainNumbers
+from pounding_risk.scene.uncertain import DRAWN, GIVEN, LEAST_LEFT, Correlation, UncertainNumber, UncertainNumbers
 from pounding_risk.scene.uncertain_tables import NUMBERS, Uncertain
 from pounding_risk.units import Quantity, QuantityError, bounds, exact, parse, shown, si
 
@@ -285,10 +285,11 @@ def uncertain_checks(draft: Draft) -> Iterator[Fault]:
 
 def _wrong_points(table: Section, count: int) -> Iterator[Fault]:
     """A fault for points that are not of ``count`` numbers, or as many as the samples."""
-    points = table.get("points", ())
-    wrong = next((point for point in points if len(point) != count), None)
+    points, is_drawn = table.get("points", ()), table.get("motions") == DRAWN
+    wrong = next((point for point in points if len(point) != count + is_drawn), None)
     if wrong is not None:
-        yield table.fault("points", f"a point has {len(wrong)} coordinates, and {count} numbers are uncertain")
+        last = ", beside the motion, which is drawn by the last coordinate" * is_drawn
+        yield table.fault("points", f"a point has {len(wrong)} coordinates, and {count} numbers are uncertain{last}")
     if points and table.get("samples", len(points)) not in (0, len(points)):
         yield table.fault("samples", f"{table.get('samples')}, and points gives {len(points)}; remove one of the two")
 
@@ -320,5 +321,6 @@ def uncertain_of(draft: Draft) -> UncertainNumbers | None:
         GIVEN if table.points else table.method,
         0 if table.points else table.seed,
         tuple(one for one in table.correlations if set(one.between) <= set(keys)),
-        tuple(tuple(point[place] for place in kept) for point in table.points),
+        tuple((*(point[place] for place in kept), *point[len(draft.uncertain) :]) for point in table.points),
+        table.motions,
     )

@@ -9,7 +9,7 @@ from pounding_risk.scene.distributions import EXAMPLE, KINDS
 from pounding_risk.scene.keys import Key, Number, Table, Unreadable, each, list_of, one_of, options
 from pounding_risk.scene.overrides import address_of, parts_of
 from pounding_risk.scene.sampling import METHODS, SOBOL
-from pounding_risk.scene.uncertain import Correlation, UncertainNumbers
+from pounding_risk.scene.uncertain import ALL, DRAWN, Correlation, UncertainNumbers
 from pounding_risk.units import Quantity, shown
 
 MOST_SAMPLES = 100_000
@@ -100,6 +100,17 @@ class Uncertain(Table):
         ),
     ] = SOBOL
     seed: Annotated[int, whole("seed", 0, 2**63 - 1, "Seed of the points.", "7", "1")] = 1
+    motions: Annotated[
+        str,
+        one_of(
+            (ALL, DRAWN),
+            "a choice of motions",
+            "Under which motions each sample runs: all, every record in every polarity, or drawn, one of them, by a "
+            "further coordinate of the sample's point, so that as many samples are as many runs.",
+            '"drawn"',
+            '"all"',
+        ),
+    ] = ALL
     correlations: Annotated[
         tuple[Correlation, ...],
         Key(
@@ -116,7 +127,7 @@ class Uncertain(Table):
         tuple[tuple[float, ...], ...],
         Key(
             "Points of another design in place of drawn ones: of each sample one coordinate from 0 to 1 for each "
-            "uncertain number, in their order, before correlation.",
+            "uncertain number, in their order, before correlation, and a last one for the motion where it is drawn.",
             _points,
             "[[0.1, 0.9], [0.5, 0.5]]",
             "drawn by method",
@@ -146,6 +157,7 @@ def table_of_numbers(uncertain: UncertainNumbers) -> dict[str, Any]:
     drawn = {"samples": uncertain.samples, "method": uncertain.method, "seed": uncertain.seed}
     values: dict[str, Any] = {"points": uncertain.given} if uncertain.given else drawn
     values |= {"correlations": uncertain.correlations} if uncertain.correlations else {}
+    values |= {"motions": uncertain.motions} if uncertain.is_drawn else {}
     numbers = {number.key: number.written() for number in uncertain.numbers}
     table: Uncertain = Uncertain.made(values)
     return table.written() | numbers

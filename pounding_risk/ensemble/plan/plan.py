@@ -86,7 +86,7 @@ class Plan(ShortRepr):
     @property
     def shaking(self) -> float:
         """Duration of ground motion, summed over all cases [s]."""
-        return self.cases // len(self.records) * sum(record.duration for record in self.records)
+        return self.cases / len(self.records) * sum(record.duration for record in self.records)
 
     def summary(self) -> list[tuple[str, str]]:
         """The scene and its scan in words: (what, words) by line of a table."""
@@ -252,7 +252,7 @@ def _timed(made: Plan, ensemble: MotionEnsemble) -> Plan:
     from pounding_risk.ensemble.plan.cost import alone, costs, few_batches
     from pounding_risk.ensemble.plan.size import memory
 
-    motions, count = ensemble.motions, count_of(made.study.axes)
+    motions, count = ensemble.motions, float(count_of(made.study.axes))
     scenes = _few_scenes(made.study)
     touching, size, sampled, seconds, errors = 0, 0, 0, [], []
     for scene in scenes:
@@ -264,6 +264,8 @@ def _timed(made: Plan, ensemble: MotionEnsemble) -> Plan:
         seconds.append(sum(cost.seconds for cost in samples) / made.threads / share)
         errors.append(sqrt(sum(cost.error**2 for cost in samples)) / made.threads / share)
         sampled += sum(cost.sampled for cost in samples)
+    if made.study.uncertain is not None and made.study.uncertain.is_drawn:
+        count = count / (len(motions) * len(made.study.records.polarities))  # those of which each runs under one motion
     times = count / len(scenes)  # scenes that each of these stands for
     return replace(
         made,
@@ -287,9 +289,9 @@ def _few_scenes(study: Scene) -> list[Scene]:
     return [variants.scene((2 * number + 1) * variants.count // (2 * few)) for number in range(few)]
 
 
-def _scatter(seconds: Sequence[float], count: int) -> float:
+def _scatter(seconds: Sequence[float], count: float) -> float:
     """Standard error of the mean time of ``count`` scenes, from those of some of them."""
-    return stdev(seconds) * sqrt((1.0 - len(seconds) / count) / len(seconds)) if len(seconds) > 1 else 0.0
+    return stdev(seconds) * sqrt(max(1.0 - len(seconds) / count, 0.0) / len(seconds)) if len(seconds) > 1 else 0.0
 
 
 def _planned(motion: Motion) -> PlannedRecord:

@@ -27,9 +27,14 @@ def sizes(study: Scene) -> Sizes:
 
 
 def shape_of(study: Scene, records: int) -> dict[str, int]:
-    """Number of values along each dimension of the dataset, by its name, in order."""
+    """Number of values along each dimension of the dataset, by its name, in order; 1 of what is no dimension.
+
+    Where each sample has a motion that is drawn with it there is one record and one polarity.
+    """
     grid = study.grid
-    values = (records, len(study.records.polarities), *map(len, (grid.amplitudes, grid.contact_models)))
+    drawn = study.uncertain is not None and study.uncertain.is_drawn
+    motions = (1, 1) if drawn else (records, len(study.records.polarities))
+    values = (*motions, *map(len, (grid.amplitudes, grid.contact_models)))
     own = dict(zip(axes_by(grid.measure.axis), (*values, len(grid.gaps), len(grid.yield_forces)), strict=True))
     return {axis.name: axis.size for axis in study.axes} | own
 
