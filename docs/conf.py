@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ import pounding_risk  # noqa: E402
 project = "pounding_risk"
 author = "The pounding_risk developers"
 copyright = author
-version = release = pounding_risk.__version__
+version = release = os.environ.get("DOCS_VERSION", pounding_risk.__version__)  # of a release before it is installed
 
 extensions = ["myst_parser", "mathml"]
 myst_enable_extensions = ["dollarmath"]
@@ -31,6 +32,13 @@ nitpicky = True
 html_theme = "furo"
 html_title = f"pounding_risk {version}"
 html_static_path = ["_static"]
+templates_path = ["_templates"]
+html_sidebars = {
+    "**": [
+        *(f"sidebar/{part}.html" for part in ("brand", "search", "scroll-start", "navigation", "scroll-end")),
+        "versions.html",
+    ]
+}
 html_css_files = ["tables.css"]
 html_show_sphinx = False
 html_copy_source = False

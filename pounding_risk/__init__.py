@@ -10,9 +10,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-__version__ = "0.1.0"
-
 _HOMES = {
+    "__version__": "_common.version",
     "demo": "reports.demo",
     "export": "reports.exports",
     "validate": "ensemble.plan.plan",
@@ -83,7 +82,7 @@ _NAMESPACES = {
     "units": "units",
 }
 
-__all__ = ["__version__", *_HOMES]
+__all__ = [*_HOMES]
 
 
 def __getattr__(name: str) -> Any:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tarfile
 import tomllib
 import zipfile
 from importlib import metadata
-from pathlib import Path
+from importlib.machinery import SourceFileLoader
+from pathlib import Path, PureWindowsPath
 
 import obspy
 import pytest
@@ -28,7 +31,6 @@ def project(root) -> dict:
 @pytest.fixture(scope="module")
 def built(root, tmp_path_factory) -> dict[str, Path]:
     """Wheel and source archive, made by the project's own build backend."""
-    pytest.importorskip("hatchling")
     folder = tmp_path_factory.mktemp("dist")
     for target in ("wheel", "sdist"):
         code = f"from hatchling.build import build_{target} as build\nbuild({str(folder)!r})"
@@ -37,23 +39,30 @@ def built(root, tmp_path_factory) -> dict[str, Path]:
     return {"wheel": next(folder.glob("*.whl")), "sdist": next(folder.glob("*.tar.gz"))}
 
 
+@pytest.fixture(scope="module")
+def version(built) -> str:
+    """The version that the wheel states."""
+    return built["wheel"].name.split("-")[1]
+
+
 def tracked(root: Path, *folders: str) -> set[str]:
     """Files of these folders that belong to the project."""
     return {
         file.relative_to(root).as_posix()
         for folder in folders
         for file in (root / folder).rglob("*")
-        if file.is_file() and not {"__pycache__", ".ipynb_checkpoints"} & set(file.parts)
+        if file.is_file() and not {"__pycache__", ".ipynb_checkpoints", ".hypothesis"} & set(file.parts)
     }
 
 
-def test_the_wheel_is_the_package_and_its_records(root, built, project):
+def test_the_wheel_is_the_package_and_its_records(root, built, version):
     names = set(zipfile.ZipFile(built["wheel"]).namelist())
     assert tracked(root, "pounding_risk") <= names
     assert {f"pounding_risk/motions/{name}" for name in tracked(root, "records")} <= names
     tops = {name.partition("/")[0] for name in names}
-    assert tops == {"pounding_risk", f"pounding_risk-{project['version']}.dist-info"}
-    assert f"pounding_risk-{project['version']}.dist-info/licenses/LICENSE" in names
+    assert tops == {"pounding_risk", f"pounding_risk-{version}.dist-info"}
+    licences = {f"pounding_risk-{version}.dist-info/licenses/{name}" for name in ("LICENSE", "records/README.md")}
+    assert licences <= names and not [name for name in names if "/tests/" in name]
     assert not [name for name in names if name.endswith((".pyc", ".nbi", ".nbc"))]
 
 
@@ -73,12 +82,32 @@ def test_the_wheel_finds_its_records_far_from_the_checkout(built, tmp_path):
     assert Path(done.stdout.strip()) == (tmp_path / "site" / "pounding_risk" / "motions" / "records").resolve()
 
 
-def test_the_source_archive_can_be_tested(root, built, project):
-    top = f"pounding_risk-{project['version']}/"
+def test_the_source_archive_can_be_tested(root, built, version):
+    top = f"pounding_risk-{version}/"
     with tarfile.open(built["sdist"]) as archive:
         names = {name.removeprefix(top) for name in archive.getnames()}
-    assert tracked(root, "pounding_risk", "tests", "records", "notebooks", "benchmarks") <= names
-    assert {"pyproject.toml", "README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", ".ci/run"} <= names
+    assert tracked(root, "pounding_risk", "tests", "records", "notebooks", "benchmarks", "examples") <= names
+    assert {"pyproject.toml", "README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", ".ci/run", ".ci/release"} <= names
+
+
+def test_registries_of_packages_take_what_is_built(built):
+    """Metadata, description and names, as twine checks them before an upload."""
+    line = [sys.executable, "-m", "twine", "check", "--strict", *map(str, built.values())]
+    done = subprocess.run(line, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0 and done.stdout.count("PASSED") == 2, done.stdout
+
+
+def test_every_file_can_stand_on_windows_and_macos(root, built):
+    """No name that Windows keeps for itself or refuses, and no two that differ by the size of letters alone."""
+    with tarfile.open(built["sdist"]) as archive:
+        names = [member.partition("/")[2] for member in archive.getnames()]
+    refused = [
+        name
+        for name in names
+        if PureWindowsPath(name).is_reserved() or re.search(r'[<>:"|?*\\\x00-\x1f]|[. ](/|$)', name) or len(name) > 150
+    ]
+    assert len(names) > 900 and refused == []
+    assert len({name.casefold() for name in names}) == len(names)
 
 
 def test_every_record_of_the_catalogue_is_there(root):
@@ -94,12 +123,82 @@ def test_packages_with_records_are_pinned_as_the_catalogue_says(project):
     assert pins <= set(project["dependencies"])
 
 
-def test_the_version_is_the_same_everywhere(root, project):
-    version = project["version"]
-    assert metadata_version() in (None, version)
-    assert pounding_risk.__version__ == version
-    assert re.search(rf"^version: {re.escape(version)}$", (root / "CITATION.cff").read_text("utf-8"), re.M)
-    assert re.search(rf"^## {re.escape(version)}\b", (root / "CHANGELOG.md").read_text("utf-8"), re.M)
+@pytest.fixture(scope="module")
+def release(root):
+    """The checklist of a release, as a module."""
+    loader = SourceFileLoader("release", str(root / ".ci" / "release"))
+    spec = importlib.util.spec_from_loader("release", loader)
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    loader.exec_module(module)
+    return module
+
+
+def test_the_newest_release_is_the_same_everywhere(release):
+    """In changelog, citation, pyproject.toml and the recipe for conda; the recipe asks for the same packages."""
+    stated = release.stated_versions()
+    assert len(set(stated.values())) == 1 and len(stated) == 4
+    assert list(release.check_recipe()) == []
+    assert pounding_risk.__version__ == (metadata_version() or "0+unknown")
+
+
+def test_the_checklist_of_a_release_names_what_is_wrong(release, tmp_path, monkeypatch):
+    names = ("CHANGELOG.md", "CITATION.cff", "pyproject.toml", ".ci/conda/recipe.yaml", ".ci/Containerfile")
+    for name in names:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(release.text(name), "utf-8")
+    monkeypatch.setattr(release, "ROOT", tmp_path)
+    edit(tmp_path / "CHANGELOG.md", r"^## Unreleased$", "## 0.2.0 (2027-01-01)")
+    edit(tmp_path / ".ci/conda/recipe.yaml", "- obspy >=1.5", "- obspy >=1.4")
+    edit(tmp_path / ".ci/Containerfile", "pdf,view", "pdf,show")
+    assert release.stated_versions()["CHANGELOG.md"] == "0.2.0"
+    wrong = list(release.check_versions("0.2.0"))
+    assert len(wrong) == 3 and all("states 0.1.0, CHANGELOG.md 0.2.0; write 0.2.0 there" in fault for fault in wrong)
+    assert sum("obspy >=1." in fault for fault in release.check_recipe()) == 2
+    assert any("Containerfile: show is no extra" in fault for fault in release.check_recipe())
+    edit(tmp_path / "CHANGELOG.md", r"^## 0\.2\.0.*$", "## Unreleased\n\n- Something.\n\n## 0.1.0")
+    assert any("text under '## Unreleased'" in fault for fault in release.check_versions("0.1.0"))
+
+
+def edit(file: Path, pattern: str, text: str) -> None:
+    """Replace the one place of a pattern in a file."""
+    changed, count = re.subn(pattern, text, file.read_text("utf-8"), count=1, flags=re.M)
+    assert count == 1
+    file.write_text(changed, "utf-8")
+
+
+VERSION = """
+from hatchling.metadata.core import ProjectMetadata
+from hatchling.plugin.manager import PluginManager
+print(ProjectMetadata(".", PluginManager()).version)
+"""
+
+
+def test_the_version_comes_from_the_tag_and_is_there_without_one(root, release, tmp_path):
+    """Of a plain copy, a repository without tags (or a shallow one), a tagged commit, and the commit after it."""
+    newest = release.stated_versions()["CHANGELOG.md"]
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(root / name, tmp_path)
+
+    def stated() -> str:
+        line = [sys.executable, "-c", VERSION]
+        return subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=True).stdout.strip()
+
+    def git(*words: str) -> None:
+        who = ["-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false", "-c", "tag.gpgsign=false"]
+        subprocess.run(["git", *who, *words], cwd=tmp_path, check=True, capture_output=True)
+
+    assert stated() == newest
+    if shutil.which("git") is None:
+        return
+    git("init")
+    git("add", "-A")
+    git("commit", "-m", "one")
+    assert re.fullmatch(r"\d+\.\d+\.\d+\.dev1\+g\w+", stated())
+    git("tag", "v9.8.7")
+    assert stated() == "9.8.7"
+    git("commit", "--allow-empty", "-m", "two")
+    assert stated().startswith("9.8.8.dev1+g")
 
 
 def metadata_version() -> str | None:
@@ -111,7 +210,8 @@ def metadata_version() -> str | None:
 
 
 def test_the_licence_is_the_one_named(root, project):
-    assert project["license"] == "MIT"
+    assert project["license"] == "MIT AND CC0-1.0"  # of the code, and of the records
+    assert "(CC0 1.0)" in (root / "records" / "README.md").read_text("utf-8")
     text = (root / "LICENSE").read_text("utf-8")
     assert text.startswith("MIT License")
     assert "The pounding_risk developers" in text

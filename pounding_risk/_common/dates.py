@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import os
 from datetime import UTC, datetime
-from importlib import metadata
 
+from pounding_risk._common.version import __version__
 from pounding_risk.errors import PoundingError
 
 FIXED = "SOURCE_DATE_EPOCH"
@@ -42,4 +42,4 @@ def created(by: str, when: str = "") -> dict[str, str]:
         ``date_created`` and ``history``, whose line is a time, what was run, and the version of this package.
     """
     time = when or now()
-    return {"date_created": time, "history": f"{time} {by} (pounding-risk {metadata.version('pounding-risk')})"}
+    return {"date_created": time, "history": f"{time} {by} (pounding-risk {__version__})"}

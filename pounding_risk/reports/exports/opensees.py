@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from importlib import metadata
 from itertools import pairwise
 from pathlib import Path
 from pprint import pformat
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.version import __version__
 from pounding_risk.errors import SceneError
 from pounding_risk.motions.levels import at_pga
 from pounding_risk.reports.exports._written import Asked, Written, write_file
@@ -150,7 +150,7 @@ def write(study: Scene, target: Path, asked: Asked) -> Written:
     text = TEMPLATE.format(
         title=study.name or "A scene",
         case=bench.labels[0],
-        version=metadata.version("pounding-risk"),
+        version=__version__,
         name=target.name,
         step=motion.dt / STEPS_A_SAMPLE,
         told="\n".join(f"- {sentence}" for sentence in told),
