@@ -39,6 +39,8 @@ class History(NamedTuple):
     size: float
     unit: str
     samples: Samples
+
+
 MARKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # s, on an axis of periods
 
 
