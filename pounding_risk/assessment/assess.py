@@ -268,7 +268,7 @@ def assess(
     criterion = read_criterion(target, percentile, confidence)
     fields = read_fields(gmfs) if isinstance(gmfs, str | Path) else gmfs
     if fields is not None and intensity is None and hazard is None:
-        intensity = _intensity_of_fields(results, fields)
+        intensity = intensity_of_fields(results, fields)
     intensity, curve, reading = intensity_and_hazard(results, hazard, intensity)
     options = Options(gap, curve, criterion, intensity, level, rate, fields)
     counts = data.run_counts(results)
@@ -294,7 +294,7 @@ def assess(
     )
 
 
-def _intensity_of_fields(results: xr.Dataset, fields: Fields) -> str:
+def intensity_of_fields(results: xr.Dataset, fields: Fields) -> str:
     """The intensity of fragilities where none is asked for: the usual one if fields have it, or another of theirs."""
     usual = usual_intensity(results)
     if not fields.has(data.spectral_intensity(results, usual)):

@@ -127,4 +127,16 @@ def test_an_assessment_tells_the_probability_in_an_event(fields, monkeypatch):
     written = json.loads((fields.parent / "a.json").read_text())
     assert written["interfaces"][0]["scenario"][0]["probability"] is not None
     alone = CliRunner().invoke(cli.app, ["assess", "scan.nc", "--site", "1"], prog_name="pounding-risk")
-    assert "--site: is the site of a file, and --hazard names none" in str(alone.exception)
+    assert "--site: is the site of a file, and --hazard names none" in alone.output
+
+
+def test_states_of_damage_have_their_probability_in_an_event(fields):
+    states = [{"name": "cracks", "displacement": "20 mm"}]
+    dataset = pr.damage(
+        pr.scan(pr.read_scene(SCENE), check_fraction=0.0), states=states, method="ida", gmfs=f"{fields}#0"
+    )
+    for side in ("with", "without"):
+        one = dataset.sel(pounding=side, state="cracks")
+        each = norm.cdf(np.log(G * np.array([0.1, 0.4]) / float(one["median"])) / float(one["dispersion"]))
+        assert float(one["event_probability"]) == pytest.approx(each.sum() / 3)
+    assert any("3 events, 2 of them with a row" in sentence for sentence in json.loads(dataset.attrs["told"]))
