@@ -23,6 +23,7 @@ from pounding_risk.assessment.contact_fragility import ContactMotions
 from pounding_risk.assessment.demands import Motions, interfaces
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.assessment.gap_for_rate import USUAL, GapForRate, RateOfGaps
+from pounding_risk.assessment.gmfs import Fields, Scenario, read_fields, scenario_of
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, rate_of
 from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
@@ -105,6 +106,7 @@ class InterfaceAssessment(ShortRepr):
     separations: tuple[Comparison, ...]
     verdict: Verdict
     rate_verdict: RateVerdict | None = None
+    scenario: tuple[Scenario, ...] = ()  # by fragility, where ground-motion fields are given
     intensity: str = "pga"  # of ``amplitude``, as an assessment takes it
 
     def required_at(self, percentile: float) -> RequiredGap:
@@ -133,7 +135,8 @@ class Assessment(ShortRepr):
     ``confidence`` and ``target`` are fractions, ``percentile`` is in %; ``asked`` says in words how they were read.
     ``hazard`` names the hazard curve; ``hazard_rows`` are its rows, intensity [SI] and annual rate [1/year], and
     ``hazard_reading`` says how the table was read. ``target_rate`` is the accepted rate of contact [1/year], and
-    ``target_rate_words`` how it was given. ``unused_keys`` are the keys of the scene that change nothing in it, and
+    ``target_rate_words`` how it was given. ``gmfs`` names the ground-motion fields, and ``gmfs_reading`` says how they
+    were read. ``unused_keys`` are the keys of the scene that change nothing in it, and
     why.
     """
 
@@ -156,6 +159,8 @@ class Assessment(ShortRepr):
     hazard_reading: str = ""
     target_rate: float | None = None
     target_rate_words: str = ""
+    gmfs: str = ""
+    gmfs_reading: str = ""
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Scene, cases, and the verdict on each gap, as pairs of a name and words."""
@@ -185,6 +190,7 @@ class Options(NamedTuple):
     intensity: str
     level: int | None  # index of the amplitude that is asked for
     target_rate: AnnualRate | None
+    fields: Fields | None = None
 
 
 def assess(
@@ -199,6 +205,7 @@ def assess(
     pga: float | str | None = None,
     intensity_level: float | str | None = None,
     target_rate: AnnualRate | float | str | None = None,
+    gmfs: Fields | str | Path | None = None,
 ) -> Assessment:
     """Assess the gaps of a dataset of `scan`: probabilities of contact, gaps required, fragilities and a verdict.
 
@@ -237,6 +244,10 @@ def assess(
     target_rate : AnnualRate, float or str, optional
         Accepted rate of contact under the hazard curve: "1 % in 50 years", a return period such as "2475 years", or a
         rate such as "4e-4 a year", which may be a plain number.
+    gmfs : Fields, str or Path, optional
+        Ground-motion fields of OpenQuake with their site, ``gmf-data_1.csv#3`` (`pounding_risk.assessment.gmfs`), from
+        which probabilities in a scenario or an event set follow. Without an intensity and a hazard the fragilities are
+        against the first that the fields have of: the usual one, "sa(longer)", "pga".
 
     Returns
     -------
@@ -255,8 +266,11 @@ def assess(
     level = level_asked(results, pga, intensity_level)
     rate = read_target_rate(target_rate, hazard is not None)
     criterion = read_criterion(target, percentile, confidence)
+    fields = read_fields(gmfs) if isinstance(gmfs, str | Path) else gmfs
+    if fields is not None and intensity is None and hazard is None:
+        intensity = intensity_of_fields(results, fields)
     intensity, curve, reading = intensity_and_hazard(results, hazard, intensity)
-    options = Options(gap, curve, criterion, intensity, level, rate)
+    options = Options(gap, curve, criterion, intensity, level, rate, fields)
     counts = data.run_counts(results)
     assessed = tuple(_interface(name, part, index, options) for index, (name, part) in enumerate(interfaces(results)))
     return Assessment(
@@ -275,7 +289,18 @@ def assess(
         hazard_reading=reading,
         target_rate=rate.rate if rate else None,
         target_rate_words=rate.words if rate else "",
+        gmfs=fields.source if fields else "",
+        gmfs_reading=" ".join(fields.reading) if fields else "",
     )
+
+
+def intensity_of_fields(results: xr.Dataset, fields: Fields) -> str:
+    """The intensity of fragilities where none is asked for: the usual one if fields have it, or another of theirs."""
+    usual = usual_intensity(results)
+    if not fields.has(data.spectral_intensity(results, usual)):
+        longer = data.resolved_intensity(results, "sa(longer)")
+        usual = next((one for one in (longer, "pga") if fields.has(one)), usual)
+    return usual
 
 
 def intensity_and_hazard(
@@ -403,6 +428,8 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
     )
     hazard = options.hazard
     rates = () if hazard is None else tuple(rate_of(hazard, curve, criterion.confidence) for curve in fragility)
+    levels = None if options.fields is None else options.fields.at(data.spectral_intensity(results, options.intensity))
+    scenario = () if levels is None else tuple(scenario_of(levels, one, criterion.confidence) for one in fragility)
     gaps_for_rates, rate_verdict = _by_rate(touching, options, gap, observed.lost)
     return InterfaceAssessment(
         name=name,
@@ -428,6 +455,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
         ),
         rate_verdict=rate_verdict,
         intensity=amplitudes_of(results).name,
+        scenario=scenario,
     )
 
 

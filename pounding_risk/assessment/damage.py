@@ -15,11 +15,12 @@ import numpy as np
 from pounding_risk._common.dates import created
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment import demands as data
-from pounding_risk.assessment.assess import intensity_and_hazard
+from pounding_risk.assessment.assess import intensity_and_hazard, intensity_of_fields
 from pounding_risk.assessment.damage_curves import DRAWS, SEED, Motions, Options, curves_of
 from pounding_risk.assessment.damage_dataset import dataset_of
 from pounding_risk.assessment.damage_fits import METHODS, bootstrap_weights
 from pounding_risk.assessment.damage_words import finding, told_of
+from pounding_risk.assessment.gmfs import Fields, read_fields
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.assessment.options import USUAL_CONFIDENCE
 from pounding_risk.errors import PoundingError
@@ -52,6 +53,7 @@ def damage(
     at: float | str | None = None,
     hazard: Hazard | HazardSpectrum | str | Path | None = None,
     confidence: float | str = USUAL_CONFIDENCE,
+    gmfs: Fields | str | Path | None = None,
 ) -> xr.Dataset:
     """Fragility of each damage state with pounding and without, and what pounding changes.
 
@@ -78,6 +80,8 @@ def damage(
         A hazard curve, or spectra, as `assess` takes it; annual rates follow from it.
     confidence : float or str
         Confidence of all bounds, above 50 %.
+    gmfs : Fields, str or Path, optional
+        Ground-motion fields of OpenQuake, as `assess` takes them; probabilities in an event follow from them.
 
     Returns
     -------
@@ -99,6 +103,9 @@ def damage(
     data.check_dataset(results, whose)
     asked = _states(results, states, whose)
     case = _case(results, {"gap": gap, "contact_model": contact_model, "yield_force": yield_force})
+    fields = read_fields(gmfs) if isinstance(gmfs, str | Path) else gmfs
+    if fields is not None and intensity is None and hazard is None:
+        intensity = intensity_of_fields(results, fields)
     word, curve, reading = intensity_and_hazard(results, hazard, intensity)
     if curve is not None:
         data.check_intensity(results, word, curve.name)
@@ -110,6 +117,7 @@ def damage(
         curve,
         None if at is None else si(at, intensity_quantity(word), "at"),
         int(motions.recordings.max(initial=0)) + 1,
+        None if fields is None else fields.at(data.spectral_intensity(results, word)),
     )
     weights = bootstrap_weights(motions.recordings, DRAWS, SEED)
     found = [curves_of(case, state, motions, options, weights) for state in asked]
@@ -120,10 +128,23 @@ def damage(
         "source": "pounding_risk: fragility of damage states from runs with and without contact",
         "amplitude": amplitude_words(results),
         "finding": finding(dataset),
-        "told": as_text([*told_of(found, motions, options, results), *([reading] if reading else [])]),
+        "told": as_text(
+            [*told_of(found, motions, options, results), *([reading] if reading else []), *_of_fields(fields)]
+        ),
         **created("pounding_risk.damage"),
     }
     return dataset
+
+
+def _of_fields(fields: Fields | None) -> tuple[str, ...]:
+    """Sentences on the ground-motion fields of the probabilities in an event."""
+    if fields is None:
+        return ()
+    bounds = (
+        "Bounds of probabilities in an event carry what the motions leave open of the fragility, that the events are a "
+        "sample, and those without a row at the site, which count as without failure."
+    )
+    return (f"{fields.source}: {' '.join(fields.reading)}", bounds)
 
 
 def _states(results: xr.Dataset, given: Any, whose: str) -> tuple[Any, ...]:

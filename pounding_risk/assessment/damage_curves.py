@@ -51,6 +51,7 @@ class Options(NamedTuple):
     hazard: Hazard | None
     at: float | None
     recordings: int
+    fields: Array | None = None  # intensities of the events of ground-motion fields at the site
 
     @property
     def tails(self) -> tuple[float, float]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.assessment.damage_curves import POUNDING, Curves, Motions, Options
 from pounding_risk.assessment.fragility import Fit, Fragility, fragility_curve
+from pounding_risk.assessment.gmfs import scenario_of
 from pounding_risk.assessment.hazard import Rate, annual_rate, rate_of
 from pounding_risk.results.amplitudes import intensity_unit, intensity_words
 from pounding_risk.results.variables import described
@@ -73,7 +74,7 @@ def dataset_of(found: Sequence[Curves], motions: Motions, options: Options, case
         variables[name] = (both, values, described("1", f"standard error of {said}, by recording or by motion"))
     variables |= _of_motions(found, motions, unit, common is not None)
     variables |= _compared(found, im, options, (unit, words))
-    variables |= _rates(found, options)
+    variables |= _rates(found, options) | _in_an_event(found, options)
     return xr.Dataset(variables, coords=labels, attrs={"intensity": options.intensity, "method": options.method})
 
 
@@ -238,6 +239,29 @@ def _rates(found: Sequence[Curves], options: Options) -> dict[str, Any]:
     return variables | _with_bounds(
         {"annual_rate_ratio": (("state",), "annual rate with over without pounding", ratios)}
     )
+
+
+def _in_an_event(found: Sequence[Curves], options: Options) -> dict[str, Any]:
+    """Probabilities of reaching each state in an event; none without ground-motion fields."""
+    if options.fields is None:
+        return {}
+    known = [
+        [scenario_of(options.fields, _fragility(one, side, options), options.confidence) for side in (0, 1)]
+        for one in found
+    ]
+    words = "probability that the state is reached in an event"
+    return {
+        name: (
+            ("state", "pounding"),
+            np.array([[getattr(scenario, field) for scenario in pair] for pair in known]),
+            described("1", f"{bound}{words}"),
+        )
+        for name, field, bound in (
+            ("event_probability", "probability", ""),
+            ("event_probability_low", "low", "lower bound: "),
+            ("event_probability_high", "high", "upper bound: "),
+        )
+    }
 
 
 def _rate_ratio(one: Curves, rates: Sequence[Rate], options: Options) -> Ratio:

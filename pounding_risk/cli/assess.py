@@ -15,6 +15,7 @@ from pounding_risk.cli._common.options import (
     Amplitude,
     Confidence,
     Figure,
+    Gmfs,
     Hazard,
     Intensity,
     IntensityLevel,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
     from pounding_risk.assessment.fragility import Fragility
     from pounding_risk.assessment.gap_for_rate import GapForRate
+    from pounding_risk.assessment.gmfs import Scenario
     from pounding_risk.assessment.hazard import Rate
 
 ORDER = 130
@@ -59,6 +61,7 @@ def assess(
     pga: Amplitude = None,
     intensity_level: IntensityLevel = None,
     hazard: Hazard = None,
+    gmfs: Gmfs = None,
     site: Site = None,
     target_rate: TargetRate = None,
     select: Select = NONE,
@@ -72,21 +75,22 @@ def assess(
     from pounding_risk.results.scene_axes import check_settled, open_axes
     from pounding_risk.units import GAP, PGA
 
-    hazard = at_site(hazard, site)
+    hazard, gmfs = (at_site(hazard, site), gmfs) if gmfs is None else (hazard, at_site(gmfs, site))
     criterion = read_criterion(target, percentile, confidence, prefix="--")
     rate = read_target_rate(target_rate, hazard is not None, prefix="--")
     chosen = opened_results(results, select)
     if not isinstance(chosen, Path) and [axis.name for axis in open_axes(chosen)] == [SAMPLE]:
         judged = read_optional("--gap", gap, GAP), read_optional("--pga", pga, PGA)
-        if hazard is not None:
+        if hazard is not None or gmfs is not None:
+            option = "--gmfs" if hazard is None else "--hazard"
             raise PoundingError(
-                "--hazard: is not joined with samples of uncertain numbers; choose one with --select sample=0"
+                f"{option}: is not joined with samples of uncertain numbers; choose one with --select sample=0"
             )
         return _assess_samples(
             chosen, out, figure, gap=judged[0], pga=judged[1], intensity=intensity, **criterion._asdict()
         )
     if not isinstance(chosen, Path) and open_axes(chosen):
-        if hazard is not None or intensity is not None:
+        if hazard is not None or intensity is not None or gmfs is not None:
             check_settled(chosen, str(results))
         judged = read_optional("--gap", gap, GAP), read_optional("--pga", pga, PGA)
         amplitude = {"pga": judged[1], "intensity_level": intensity_level}
@@ -100,6 +104,7 @@ def assess(
         pga=read_optional("--pga", pga, PGA),
         intensity_level=intensity_level,
         target_rate=rate,
+        gmfs=gmfs,
     )
     # Files first: a reader of the first lines alone, such as `head`, ends the printing.
     if out is not None:
@@ -182,6 +187,7 @@ def print_assessment(assessment: Assessment) -> None:
         _print_sensitivity(interface)
         _print_fragilities(interface, assessment)
         _print_rates(interface, assessment)
+        _print_scenario(interface, assessment)
         _print_gaps_for_rates(interface, assessment)
         _print_separations(interface, assessment.percentile)
     print_notes(assessment.unused_keys)
@@ -330,7 +336,7 @@ def _curve_names(curves: Iterable[Fragility]) -> str:
     return "; ".join(event + (f" at F_E {', '.join(of)}" if of != ["–"] else "") for event, of in forces.items())
 
 
-def _event(curve: Fragility | Rate) -> str:
+def _event(curve: Fragility | Rate | Scenario) -> str:
     """What a curve or rate is of: contact, or yielding under its contact model."""
     return f"yielding, {curve.contact_model}" if curve.what == "yield" else curve.what
 
@@ -368,6 +374,36 @@ def _print_rates(interface: InterfaceAssessment, assessment: Assessment) -> None
     print("left out: the share of failures beyond the curve's ends, were it continued at the slope of its last rows;")
     print(f"stronger motions add at most {rates[0].above:.2g} a year, of weaker ones a curve says nothing")
     print("bounds carry what the motions leave open of the fragility, and nothing of the hazard's own uncertainty\n")
+
+
+def _print_scenario(interface: InterfaceAssessment, assessment: Assessment) -> None:
+    """Print the probabilities in a scenario or an event set, where ground-motion fields are given."""
+    known = [one for one in interface.scenario if not one.fault]
+    shown = [one for one in known if one.what == "yield" or one.gap == interface.gap]
+    if not shown:
+        return
+    from pounding_risk.results.amplitudes import intensity_words
+
+    words = intensity_words(assessment.intensity)
+    print(f"Probability in an event of {assessment.gmfs}, by its {words} at the site")
+    print(f"{assessment.gmfs_reading}\n")
+    heads = ("of", "gap", "F_E", "P in an event", f"{100 * assessment.confidence:g} % bounds", "by events left out")
+    rows = [
+        (
+            _event(one),
+            _given_length(one.gap),
+            _force(one.yield_force),
+            _probability(one.probability),
+            "–" if isnan(one.low) else f"{_probability(one.low)} to {_probability(one.high)}",
+            "–" if isnan(one.left_out) else f"at most +{one.left_out:.2g}",
+        )
+        for one in shown
+    ]
+    print_table(heads, rows, "lrrrrr")
+    print(
+        "bounds carry what the motions leave open of the fragility, that the events are a sample, and those left out:"
+    )
+    print("events without a row at the site are below the engine's least intensity, and count as without failure\n")
 
 
 def _print_gaps_for_rates(interface: InterfaceAssessment, assessment: Assessment) -> None:

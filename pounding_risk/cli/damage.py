@@ -13,6 +13,7 @@ from pounding_risk.cli._common.options import (
     NONE,
     Confidence,
     Figure,
+    Gmfs,
     Hazard,
     Intensity,
     New,
@@ -46,6 +47,7 @@ def damage(
         str | None, option("Intensity at which probabilities are compared.", "the median without pounding")
     ] = None,
     hazard: Hazard = None,
+    gmfs: Gmfs = None,
     site: Site = None,
     confidence: Confidence = "95 %",
     select: Select = NONE,
@@ -62,9 +64,11 @@ def damage(
 
     if out is not None and out.suffix.lower() == ".nc":
         check_replaceable(out, "damage", None, new)
+    hazard, gmfs = (at_site(hazard, site), gmfs) if gmfs is None else (hazard, at_site(gmfs, site))
     dataset = run(
         chosen_results(results, select), states=states, gap=gap, contact_model=contact_model, yield_force=yield_force,
-        method=method, intensity=intensity, at=at, hazard=at_site(hazard, site), confidence=confidence,
+        method=method, intensity=intensity, at=at, hazard=hazard, confidence=confidence,
+        gmfs=gmfs,
     )  # fmt: skip
     print_damage(dataset)
     _write(dataset, out)
@@ -111,6 +115,10 @@ def print_damage(dataset: Any) -> None:
         print(
             "left out: the share beyond the ends of the hazard curve, were it continued at the slope of its last rows"
         )
+    if "event_probability" in dataset:
+        print("\nProbability in an event\n")
+        events = [_event_cells(dataset.sel(state=state)) for state in dataset["state"].values]
+        print_table(("state", "with", "bounds", "without", "bounds"), events, "lrrrr")
     print(f"\n{dataset.attrs['finding']}\n")
     print_notes(json.loads(dataset.attrs["told"]))
 
@@ -136,6 +144,12 @@ def _ratio_cells(one: Any, unit: str) -> tuple[str, ...]:
         _number(float(one["probability_ratio_at"])),
         _bounds(one, "probability_ratio_at"),
     )
+
+
+def _event_cells(one: Any) -> tuple[str, ...]:
+    sides = [one.sel(pounding=side) for side in ("with", "without")]
+    cells = [(_number(float(side["event_probability"])), _bounds(side, "event_probability")) for side in sides]
+    return (str(one["state"].item()), *cells[0], *cells[1])
 
 
 def _rate_cells(one: Any) -> tuple[str, ...]:

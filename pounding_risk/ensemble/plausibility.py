@@ -17,6 +17,7 @@ from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quanti
 from pounding_risk.models.ground import SHARED
 from pounding_risk.motions.levels import PEAK, Level, driven
 from pounding_risk.motions.request import AS_RECORDED
+from pounding_risk.motions.sites.places import site_of
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
 from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import known_law
@@ -88,7 +89,7 @@ UNIT_CHECKED = "check the unit"  # ends the flag of a motion whose unit another 
 
 
 def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
-    """A sentence for each unusual number of a scene and of its motions.
+    """A sentence on the site that the motions of a scene are of, and for each unusual number of both.
 
     Parameters
     ----------
@@ -100,14 +101,20 @@ def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        The number, the usual range with its source, and the likely mistake.
+        The site and its distance; the number, the usual range with its source, and the likely mistake.
     """
     read = tuple(motions)
     of_scene = *_of_buildings(study), *_of_gaps(study), *_of_stiffnesses(study)
-    return (*of_scene, *_of_motions(study, read), *_of_grounds(study, read))
+    return (*_of_sites(read), *of_scene, *_of_motions(study, read), *_of_grounds(study, read))
 
 
 # --- the input --------------------------------------------------------------------------------------------
+
+
+def _of_sites(motions: Iterable[Motion]) -> Iterator[str]:
+    """The site of the motions, where they are those of a grid."""
+    sites = dict.fromkeys(filter(None, (site_of(motion.record) for motion in motions)))
+    yield from (f"the motions are those of {site}" for site in sites)
 
 
 def _unusual(what: str, values: Mapping[str, float]) -> Iterator[str]:

@@ -41,6 +41,9 @@ class History(NamedTuple):
     samples: Samples
 
 
+MARKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # s, on an axis of periods
+
+
 def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note: str = "") -> Figure:
     """A record before and after processing: acceleration, velocity, displacement, and Fourier amplitudes.
 
@@ -362,6 +365,12 @@ def _target(axis: Axes, target: Target | None, periods: Samples) -> None:
     if target is not None:
         shown = at_periods(target, periods) / STANDARD_GRAVITY
         axis.plot(periods, shown, color=TARGET, linewidth=2.2, linestyle=(0, (6, 1.5)), label=f"target: {target.name}")
+        inside = np.isfinite(shown)
+        if target.deviation is not None and inside.any():
+            at, spread = periods[inside], np.exp(target.deviation_at(periods[inside]))
+            words = "target, one standard deviation of ln Sa to each side"
+            for values, label in ((shown[inside] * spread, words), (shown[inside] / spread, "")):
+                axis.plot(at, values, color=TARGET, linewidth=1.2, linestyle=(0, (2, 1.5)), label=label)
     axis.set(xscale="log", yscale="log", xlabel="period [s]", ylabel="spectral acceleration Sa [g]")
     axis.set_xlim(periods[0], periods[-1])
     for scale in (axis.xaxis, axis.yaxis):
@@ -395,11 +404,18 @@ def selection_figure(
     Returns
     -------
     matplotlib.figure.Figure
-        Spectra on the left, misfits on the right.
+        Spectra on the left, misfits on the right; between them the standard deviation of ln Sa, where the target has
+        one.
     """
     rows, target = selection.rows, selection.wanted
-    figure, axes = blank(1, 2, (14.0, max(6.0, 1.6 + 0.28 * len(rows))), width_ratios=(1.5, 1.0))
-    left, right = axes[0]
+    has_spread = selection.target.deviation is not None
+    widths = (1.5, 1.0, 1.0) if has_spread else (1.5, 1.0)
+    figure, axes = blank(
+        1, len(widths), (7.0 * sum(widths) / 1.25, max(6.0, 1.6 + 0.28 * len(rows))), width_ratios=widths
+    )
+    left, right = axes[0][0], axes[0][-1]
+    if has_spread:
+        _deviation(axes[0][1], selection)
     periods = ensemble_periods(selection.motions())
     ensemble = Ensemble(periods, selection.spectra_at(periods), selection.target.damping)
     noun = "components" if target.spectrum == "component" else f"pairs ({target.spectrum})"
@@ -422,6 +438,23 @@ def selection_figure(
     terms = f"damping {100.0 * selection.target.damping:g} %; factors {min(factors):.2f} to {max(factors):.2f}"
     title(figure, f"{finding} {selection.target.name} from {range_words}", terms, note)
     return figure
+
+
+def _deviation(axis: Axes, selection: Selection) -> None:
+    """Draw the standard deviation of ln Sa of the chosen records over the periods, and that of the target."""
+    periods = selection.periods
+    axis.plot(periods, selection.deviation, color=AFTER, linewidth=2.2, label=f"{len(selection.rows)} chosen")
+    goal = selection.target.deviation_at(periods)
+    axis.plot(periods, goal, color=TARGET, linewidth=2.2, linestyle=(0, (6, 1.5)), label="target")
+    axis.set(
+        xscale="log", xlabel="period [s]", ylabel="standard deviation of ln Sa [1]", xlim=(periods[0], periods[-1])
+    )
+    axis.set_ylim(bottom=0.0)
+    inside = [mark for mark in MARKS if periods[0] <= mark <= periods[-1]]
+    axis.set_xticks(inside, [f"{mark:g}" for mark in inside])
+    axis.minorticks_off()
+    axis.legend(fontsize=9)
+    axis.set_title("spread in the range that is compared", fontsize=10)
 
 
 def _misfits(axis: Axes, selection: Selection) -> None:

@@ -18,7 +18,7 @@ from pounding_risk.motions.quality import AT_REST, LASTING, OFFSET_OF_PEAK, fail
 from pounding_risk.motions.record import FACTOR_OF_SITE, GENERATED, RAW, STILL, Source
 from pounding_risk.motions.request import AS_RECORDED, REVERSED, conflicts
 from pounding_risk.motions.scaling import by_factor
-from pounding_risk.motions.sites.places import Place
+from pounding_risk.motions.sites.places import site_of
 from pounding_risk.motions.source import check_shaking, components, open_source
 from pounding_risk.motions.treatment import Treatment, treated
 from pounding_risk.units import PGA, SCALE, STEP, TAIL, shown
@@ -133,14 +133,12 @@ def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "a
 
 def _at_site(motion: Motion) -> Motion:
     """A motion of a site with the factor of its table, and a sentence on the site."""
-    record = motion.record
-    if "site" not in record:
+    site = site_of(motion.record)
+    if not site:
         return motion
-    away = f", {record['site_distance_km']:.3g} km from the place of the scene" if "site_distance_km" in record else ""
-    words = f"site: {record['site']} at {Place(record['longitude'], record['latitude'])}{away}"
-    motion = replace(motion, processing=(*motion.processing, words))
-    factor = record[FACTOR_OF_SITE]
-    return motion if factor == 1.0 else by_factor(motion, factor, f"the factor of {record['site']}")
+    motion = replace(motion, processing=(*motion.processing, f"site: {site}"))
+    factor = motion.record[FACTOR_OF_SITE]
+    return motion if factor == 1.0 else by_factor(motion, factor, f"the factor of {motion.record['site']}")
 
 
 def read_trace(

@@ -12,15 +12,16 @@
     (1, {'magnitude outside 6.5 to 8': 1})
 
 Each record, or pair of horizontal components, is scaled by the one factor that brings it closest to the target; the
-closest are taken. Sa is the pseudo-spectral acceleration, at the damping of the target.
+closest are taken. Of a target with a standard deviation of ln Sa those are taken that have its mean and deviation
+together (`matching`). Sa is the pseudo-spectral acceleration, at the damping of the target.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
-from math import exp, inf, isfinite
+from dataclasses import dataclass, field, replace
+from math import exp, inf, isclose, isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,6 +30,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.copies import copies
+from pounding_risk.motions.matching import Aim, Limits, match
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.amplitude import USUAL_FACTORS, in_si
 from pounding_risk.motions.processing.signals import Samples
@@ -181,6 +183,26 @@ class Selection(ShortRepr):
         """
         return float((self.spectra.mean(axis=0) / self.target.at(self.periods)).min())
 
+    @property
+    def deviation(self) -> Samples:
+        """Standard deviation of ln Sa of the scaled spectra, shape (periods,)."""
+        return np.asarray(np.log(self.spectra).std(axis=0, ddof=1))
+
+    def _spread_words(self) -> tuple[str, ...]:
+        """Sentences on mean and deviation of ln Sa against those of the target, where it has a deviation."""
+        if self.target.deviation is None:
+            return ()
+        shift, goal = np.log(self.median_ratio), self.target.deviation_at(self.periods)
+        off = self.deviation - goal
+        pivot = self.target.pivot
+        scaled = "each scaled to a simulated spectrum" if pivot is None else f"all scaled to the target at {pivot:g} s"
+        return (
+            f"target: {self.target.origin or self.target.name}; {scaled}",
+            f"mean of ln Sa: {shift.min():+.3f} to {shift.max():+.3f} off the target's",
+            f"deviation of ln Sa: {self.deviation.min():.3f} to {self.deviation.max():.3f}, {off.min():+.3f} to "
+            f"{off.max():+.3f} off the target's, which is {goal.min():.3f} to {goal.max():.3f}",
+        )
+
     def words(self) -> tuple[str, ...]:
         """Sentences that summarise the selection."""
         low, high = self.wanted.periods
@@ -200,6 +222,7 @@ class Selection(ShortRepr):
             f"misfits: {min(misfits):.3g} to {max(misfits):.3g}, root mean square of ln(Sa / target)",
             f"median: {median.min():.3g} to {median.max():.3g} of {self.target.name} from {low:g} to {high:g} s",
             f"mean: {mean:.3g} of it at least{rule}",
+            *self._spread_words(),
         )
 
 
@@ -250,6 +273,9 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
 
     Notes
     -----
+    A target with a standard deviation is matched as in `pounding_risk.motions.matching`; the candidates whose factor to
+    its conditioning period is beyond ``limits`` are left out.
+
     Vertical components are left out by their names (UP, DWN, HNZ ...). Pairs are two components of one recording: of
     the same ``rsn``, or else of the same event, date and station; a recording with one, or with more than two, is
     left out. So are records without a fact that a criterion needs, copies, and records whose spectrum is zero.
@@ -261,16 +287,26 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
     candidates = _candidates(list(motions), criteria, left_out)
     considered = len(candidates) + sum(left_out.values())
     candidates = [candidate for candidate in candidates if _passes(candidate, criteria, left_out)]
-    spectra = SPECTRA[criteria.spectrum](candidates, periods, target.damping) if candidates else np.empty((0, NODES))
+    compared = periods if target.pivot is None else np.append(periods, target.pivot)
+    made = SPECTRA[criteria.spectrum]
+    spectra = made(candidates, compared, target.damping) if candidates else np.empty((0, compared.size))
     rows = []
     for parts, spectrum in zip(candidates, spectra, strict=True):
         if not (np.isfinite(spectrum).all() and (spectrum > 0.0).all()):
             left_out["a spectrum of zero"] += 1
             continue
-        best = fit(spectrum, goal, criteria.limits)
-        rows.append(Row(parts, best.factor, best.misfit, best.limited, spectrum, _doubts(parts, criteria)))
+        at_pivot, spectrum = spectrum[NODES:], spectrum[:NODES]
+        limits = criteria.limits
+        if at_pivot.size:
+            limits = (float(target.at(compared[-1]) / at_pivot[0]),) * 2
+            if not criteria.limits[0] <= limits[0] <= criteria.limits[1]:
+                left_out[f"a factor to the target at {compared[-1]:g} s outside the limits"] += 1
+                continue
+        best = fit(spectrum, goal, limits)
+        is_limited = best.limited and not at_pivot.size
+        rows.append(Row(parts, best.factor, best.misfit, is_limited, spectrum, _doubts(parts, criteria)))
     rows.sort(key=lambda row: (row.misfit, row.name))
-    chosen = _first(rows, criteria, left_out)
+    chosen = _first(rows, criteria, left_out) if target.deviation is None else _matched(rows, target, criteria)
     if not chosen:
         why = ", ".join(f"{count} for {reason}" for reason, count in left_out.items()) or "none was given"
         raise RecordError(f"no record is left of {considered}: {why}; widen the choice")
@@ -354,6 +390,29 @@ def _first(rows: list[Row], criteria: Criteria, left_out: Counter[str]) -> list[
             chosen.append(row)
             events[event] += 1
     return chosen
+
+
+def _matched(rows: list[Row], target: Target, criteria: Criteria) -> list[Row]:
+    """Candidates that have the mean and the deviation of the target together, the closest to its mean first."""
+    if not rows:
+        return []
+    if criteria.count < 2 or len(rows) < 2:
+        raise RecordError(
+            f"{target.name}: a standard deviation needs two records at least; {len(rows)} can be chosen and "
+            f"{criteria.count} asked for: ask for more, or widen the choice"
+        )
+    periods = np.geomspace(*criteria.periods, NODES)
+    aim = Aim(periods, np.log(target.at(periods)), target.deviation_at(periods), target.pivot)
+    logs = np.log([row.acceleration for row in rows])
+    fixed = None if target.pivot is None else np.log([row.factor for row in rows])
+    events = [(row.known("event"), row.known("date")) for row in rows]
+    count, limits = min(criteria.count, len(rows)), Limits(criteria.limits, criteria.per_event)
+    chosen = []
+    for choice in match(logs, fixed, aim, count, limits, events):
+        row, ends = rows[choice.position], [bound for bound in criteria.limits if isclose(choice.factor, bound)]
+        misfit = float(np.sqrt(np.mean((logs[choice.position] + np.log(choice.factor) - aim.mean) ** 2)))
+        chosen.append(replace(row, factor=choice.factor, misfit=misfit, limited=bool(ends) and fixed is None))
+    return sorted(chosen, key=lambda row: (row.misfit, row.name))
 
 
 def _doubts(parts: tuple[Motion, ...], criteria: Criteria) -> tuple[str, ...]:

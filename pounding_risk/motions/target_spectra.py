@@ -26,11 +26,15 @@ from numpy.typing import ArrayLike
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import record_sets
 from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.motions.sites.conditional_spectrum import is_conditional, read_conditional
+from pounding_risk.motions.sites.tables import split_site
 from pounding_risk.units import PERIOD, PGA, STANDARD_GRAVITY, Quantity, QuantityError, parse, shown
 
 NODES = 200  # periods at which a shape is tabulated, besides its corners
 SHORTEST, LONGEST, LONGEST_EC8 = 0.01, 10.0, 4.0  # s; EN 1998-1 ends at 4 s, and its annex A goes on
 LEAST_ETA = 0.55
+CONDITIONED = 0.02  # deviation of ln Sa at a period on which a spectrum is conditioned; rounding leaves up to 0.01
+OF_MODELS = 0.05  # damping ratio of models of ground motion
 # EN 1998-1:2004, tables 3.2 and 3.3, recommended values: S, T_B, T_C, T_D [s] by type of spectrum and ground.
 GROUNDS = {
     1: {
@@ -67,6 +71,10 @@ class Target:
         Damping ratio.
     shape : callable, optional
         The formula of the ordinates [m/s²] over periods [s], where there is one.
+    deviation : array_like, shape (n,), optional
+        Standard deviation of ln Sa at the periods, where the target has one; its ordinates are medians then.
+    origin : str
+        Words on where it is from.
 
     Raises
     ------
@@ -80,6 +88,8 @@ class Target:
     acceleration: Samples
     damping: float = 0.05
     shape: Callable[[Samples], Samples] | None = field(default=None, repr=False)  # the formula, where there is one
+    deviation: Samples | None = field(default=None, repr=False)
+    origin: str = ""
 
     def __post_init__(self) -> None:
         periods, values = (np.array(given, dtype=np.float64) for given in (self.periods, self.acceleration))
@@ -91,7 +101,12 @@ class Target:
             raise RecordError(f"{self.name}: the periods do not rise; sort them, each once, from 0 s up")
         if not (np.isfinite(values).all() and (values > 0.0).all()):
             raise RecordError(f"{self.name}: an ordinate is not above zero and finite; correct or leave it out")
-        for key, value in (("periods", periods), ("acceleration", values)):
+        given = {"periods": periods, "acceleration": values}
+        if self.deviation is not None:
+            given["deviation"] = spread = np.array(self.deviation, dtype=np.float64)
+            if spread.shape != periods.shape or not (np.isfinite(spread).all() and (spread >= 0.0).all()):
+                raise RecordError(f"{self.name}: give a finite standard deviation of ln Sa, 0 or above, at each period")
+        for key, value in given.items():
             value.flags.writeable = False
             object.__setattr__(self, key, value)
 
@@ -109,6 +124,27 @@ class Target:
                 "is asked for; narrow the range of periods"
             )
         return self.shape(at) if self.shape else self._between(at)
+
+    @property
+    def pivot(self) -> float | None:
+        """The period [s] on whose Sa the target is conditioned, so that there is no deviation; None without one."""
+        if self.deviation is None or self.deviation.min() > CONDITIONED:
+            return None
+        return float(self.periods[np.argmin(self.deviation)])
+
+    def deviation_at(self, periods: ArrayLike) -> Samples:
+        """The standard deviation of ln Sa, by straight lines over ln(period), and from a period of 0 over the period.
+
+        Zero where the target has none; raises as `at`.
+        """
+        at = np.asarray(periods, dtype=np.float64)
+        self.at(at)
+        if self.deviation is None:
+            return np.zeros(at.shape)
+        start = 1 if self.periods[0] == 0.0 else 0
+        first = self.periods[start]
+        joined = np.interp(np.log(np.maximum(at, first)), np.log(self.periods[start:]), self.deviation[start:])
+        return np.where(at < first, np.interp(at, self.periods, self.deviation), joined)
 
     def _between(self, at: Samples) -> Samples:
         start = 1 if self.periods[0] == 0.0 else 0
@@ -129,6 +165,8 @@ def read_target(text: str | Path, *, damping: float = 0.05) -> Target:
         - "asce7:sds=1.0,sd1=0.6,tl=8": the two-period design spectrum, S_DS and S_D1 in g, T_L in s;
         - "ec8:ag=0.25 g,ground=B,type=1": Eurocode 8, with ``damping=0.02`` for another than 5 %;
         - "fema-p695-farfield" or another published set: the geometric mean of its spectra as recorded;
+        - a conditional spectrum that OpenQuake exported, with its deviation; after "#" the probability of exceedance
+          where it has several, ``conditional-spectrum-0.csv#0.02``, or its column, ``#val1``;
         - a file: comma, semicolon or tab between two columns, and a first line that states both units, such as
           ``period [s], Sa [g]``; lines that begin with # are left out.
     damping : float
@@ -151,7 +189,19 @@ def read_target(text: str | Path, *, damping: float = 0.05) -> Target:
     if name in record_sets.SETS:
         carried = record_sets.carried_spectra(name)
         return Target(name, carried.periods, np.exp(np.log(carried.pseudo_acceleration).mean(axis=0)))
+    file, poe = split_site(name)
+    if is_conditional(Path(file)):
+        return _conditional(Path(file), poe, damping)
     return _file(Path(text), damping)
+
+
+def _conditional(path: Path, poe: str, damping: float) -> Target:
+    """The target of a conditional spectrum, which OpenQuake gives for 5 % damping."""
+    if damping != OF_MODELS:
+        raise RecordError(f"{path}: is for {100 * OF_MODELS:g} % damping; leave the damping of {100 * damping:g} % out")
+    read = read_conditional(path, poe)
+    name = f"{path.stem}{f'#{poe}' if poe else ''}"
+    return Target(name, read.periods, read.median, damping, deviation=read.deviation, origin=read.words)
 
 
 def asce7(sds: float, sd1: float, tl: float) -> Target:

@@ -127,7 +127,12 @@ def _folder(raw: Mapping[str, Any], attrs: Mapping[str, Any], path: Path, folder
         if not faults:
             return place
     looked = " nor ".join(str(place.resolve()) for place in dict.fromkeys(places))
-    what = table(raw, "records").get("manifest") or ", ".join(dict.fromkeys(name for _, name in named_files(raw)))
+    records = table(raw, "records")
+    what = (
+        records.get("manifest")
+        or records.get("sites")
+        or ", ".join(dict.fromkeys(name for _, name in named_files(raw)))
+    )
     raise PoundingError(
         f"{path}: its scene takes records from {what}, and they are not all in {looked}; name the folder of the scene "
         "with --folder, or folder= in Python"

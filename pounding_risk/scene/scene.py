@@ -244,7 +244,7 @@ class Scene(ShortRepr):
             yield "effects", ", ".join(effect.name for effect in self.effects)
         asked = self.records
         made = (recipe.text() for recipe in asked.generated)
-        yield "records", ", ".join(asked.names or asked.files or made) or asked.set or asked.manifest
+        yield "records", ", ".join(asked.names or asked.files or made) or asked.set or asked.manifest or asked.sites
 
     def axis_words(self) -> Iterator[tuple[str, str]]:
         """What varies along the axes of numbers, and how: the distributions of those that are drawn."""

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import pounding_risk as pr
+from pounding_risk.cli import main
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.motions.ensemble import read_ensemble, sources_named
 from pounding_risk.motions.manifest import write_manifest
@@ -221,3 +222,20 @@ def test_distances_are_those_of_the_sphere():
     geodesic = pytest.importorskip("pyproj").Geod(ellps="WGS84").inv(23.73, 37.98, 22.94, 40.64)[2] / 1e3
     assert distance(Place(23.73, 37.98), Place(22.94, 40.64)) == pytest.approx(geodesic, rel=6e-3)
     assert nearest([Place(0, 0), Place(5, 0), Place(5, 1)], Place(4.8, 0.1)).position == 1
+
+
+def test_the_commands_on_records_take_a_grid(grid, capsys, monkeypatch):
+    monkeypatch.chdir(grid.parent)
+
+    def said(*words):
+        with pytest.raises(SystemExit) as ended:
+            monkeypatch.setattr("sys.argv", ["pounding-risk", "records", *words])
+            main()
+        assert not ended.value.code
+        return capsys.readouterr().out
+
+    sites = said("info", "EventGrid.csv")
+    assert "site0.csv" in sites and "350 m/s" in sites and "1 to 2.5" in sites
+    one = said("info", "EventGrid.csv#23.9,37.98", "--unit", "g")
+    assert "site1.csv at 23.75, 37.98, 13.1 km away" in one and "check the place" in one
+    assert said("list", "--folder", "EventGrid.csv#site2", "--unit", "g").count("RSN1.json#x") == 2

@@ -200,7 +200,7 @@ ALWAYS = {  # keys that act in every scene that may have them, with what would s
     "are parts of equal_terms, which is told whole": ("equal_terms.same", "equal_terms.speed", "equal_terms.every_law"),
     "say which motions there are, and how large (test_gather, test_scaling)": (
         *("records.names", "records.files", "records.set", "records.manifest", "records.generated"),
-        *("records.unit", "records.dt"),
+        *("records.unit", "records.dt", "records.sites", "records.place"),
         *("records.direction", "records.sa", "records.to_median", "records.intensity"),
         *("records.polarity", "records.processing"),
     ),

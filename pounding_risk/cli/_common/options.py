@@ -83,6 +83,9 @@ Hazard = Annotated[
         "or an export of OpenQuake."
     ),
 ]
+Gmfs = Annotated[
+    Path | None, option("Ground-motion fields of OpenQuake (.csv), for probabilities in a scenario or an event set.")
+]
 Site = Annotated[
     str | None,
     option('Site of an export of OpenQuake: "23.73, 37.98", "23.73, 37.98 within 20 km", or an id.', "its only one"),

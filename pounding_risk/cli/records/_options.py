@@ -42,6 +42,9 @@ SpectralAcceleration = Annotated[
     tuple[str, str] | None, option("Scale to this Sa at a period, such as 0.5g 1s.", metavar="VALUE PERIOD")
 ]
 Direction = Annotated[str | None, option("Turn both horizontals of each recording to this direction, such as 30deg.")]
+Poe = Annotated[
+    str | None, option("Probability of a conditional spectrum with several: 0.02, or val1.", "its only one")
+]
 Damping = Annotated[str, option("Damping ratio of the spectra.")]
 
 
@@ -125,11 +128,16 @@ def stated_facts(unit: str | None, dt: str | None) -> dict[str, Any]:
         raise PoundingError(f"--unit: {error}") from None
 
 
-def target_spectrum(text: str, damping: float) -> Target:
-    """The target of ``--target``; raises PoundingError where it is for another damping than ``--damping``."""
+def target_spectrum(text: str, damping: float, poe: str | None = None) -> Target:
+    """The target of ``--target``, of the probability ``--poe`` where it has several.
+
+    Raises PoundingError where it is for another damping than ``--damping``.
+    """
     from pounding_risk.motions.target_spectra import read_target
 
-    target = read_target(text, damping=damping)
+    target = read_target(text if poe is None else f"{text}#{poe}", damping=damping)
+    if poe is not None and target.deviation is None:
+        raise PoundingError(f"--poe: is of a conditional spectrum of OpenQuake, and {text} is none; leave it out")
     if target.damping != damping:
         raise PoundingError(
             f"--damping: {100.0 * damping:g} % is asked for, and {target.name} is for {100.0 * target.damping:g} %; "

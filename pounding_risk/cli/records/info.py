@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pounding_risk.cli._common.notes import print_notes
@@ -26,18 +27,47 @@ SIZES = {"header_pga": "m/s2", "header_pgv": "m/s", "header_pgd": "m", "pgv_peer
 
 
 def info(
-    source: Annotated[str, argument("SOURCE", "An id, a file, file#component, or a generated motion.")],
+    source: Annotated[
+        str, argument("SOURCE", "An id, a file, file#component, a grid of sites, or a generated motion.")
+    ],
     unit: Unit = None,
     dt: Step = None,
 ) -> None:
     """One record: origin, terms, checksum, where its file is, PGA to Sa."""
     from pounding_risk.motions.catalogue import entries, entry
-    from pounding_risk.motions.source import open_source
+    from pounding_risk.motions.sites.event_grid import is_grid
+    from pounding_risk.motions.source import open_source, split_component
 
+    grid, site = split_component(source)
+    if is_grid(grid):
+        return print_grid(grid, site, stated_facts(unit, dt))
     if any(known.id == source for known in entries()):
         print_record(entry(source))
     else:
         print_source(open_source(source, **stated_facts(unit, dt)))
+
+
+def print_grid(grid: Path, site: str, facts: dict[str, Any]) -> None:
+    """Print the sites of a grid with the number and the factors of their motions, or the motions of one of them."""
+    from pounding_risk.cli.records.list import print_sources
+    from pounding_risk.motions.sites.event_grid import read_grid, site_motions, sources_at
+
+    if site:
+        sources = tuple(sources_at(grid, site, **facts))
+        first = sources[0].record
+        print(f"{first['site']} at {first['longitude']:g}, {first['latitude']:g}", end="")
+        print(f", {first['site_distance_km']:.3g} km away\n" if "site_distance_km" in first else "\n")
+        print_sources(sources)
+        return print_notes(dict.fromkeys(doubt for source in sources for doubt in source.doubts))
+    rows = []
+    for one in read_grid(grid):
+        factors = [motion.factor for motion in site_motions(one)]
+        spread = f"{min(factors):.4g} to {max(factors):.4g}" if min(factors) < max(factors) else f"{factors[0]:.4g}"
+        vs30 = "" if one.vs30 is None else f"{one.vs30:g} m/s"
+        rows.append(
+            (one.file.name, f"{one.place.longitude:g}", f"{one.place.latitude:g}", vs30, str(len(factors)), spread)
+        )
+    print_table(("site", "longitude", "latitude", "Vs30", "motions", "factors"), rows, "lrrrrr")
 
 
 def print_record(entry: Entry) -> None:

@@ -25,7 +25,10 @@ HEADS = ("record", "event", "date", "station", "component", "state", "PGA", "dur
 
 def list(
     set: Set = None,
-    folder: Annotated[Path | None, option("A folder of record files.")] = None,
+    folder: Annotated[
+        Path | None,
+        option("A folder of record files, or a grid of sites (EventGrid.csv, or EventGrid.csv#23.73,37.98)."),
+    ] = None,
     unit: Unit = None,
     dt: Step = None,
     generated: Annotated[
@@ -39,11 +42,18 @@ def list(
         from pounding_risk.motions.catalogue import entries
 
         return print_records(entries())
-    if folder is not None and not folder.is_dir():
-        raise PoundingError(f"--folder: {folder} is not a folder; check the name")
+    if folder is not None and not folder.is_dir() and not _is_grid(folder):
+        raise PoundingError(f"--folder: {folder} is not a folder, nor a grid of sites; check the name")
     sources = find_sources([str(folder)] if folder else [], set, stated_facts(unit, dt), lenient=True)
     print_sources([source for group in sources.groups for source in group])
     print_left_out(sources.left_out)
+
+
+def _is_grid(path: Path) -> bool:
+    from pounding_risk.motions.sites.event_grid import is_grid
+    from pounding_risk.motions.source import split_component
+
+    return is_grid(split_component(path)[0])
 
 
 def print_kinds() -> None:
@@ -64,14 +74,16 @@ def print_records(entries: Sequence[Entry]) -> None:
 
 
 def print_sources(sources: Sequence[Source]) -> None:
-    """Print records that were read, one line each."""
+    """Print records that were read, one line each; those of a site with the factor of its table in the PGA."""
+    from pounding_risk.motions.record import FACTOR_OF_SITE
     from pounding_risk.motions.source import file_name
 
     rows = []
     for source in sources:
         stats = source.trace.stats
         facts = {**source.record, "id": file_name(source)}
-        rows.append(_cells(facts, source.record["pga_recorded"], (stats.npts - 1) * stats.delta, stats.delta))
+        pga = source.record["pga_recorded"] * source.record.get(FACTOR_OF_SITE, 1.0)
+        rows.append(_cells(facts, pga, (stats.npts - 1) * stats.delta, stats.delta))
     print_table(HEADS, rows, "llllllrrr")
 
 

@@ -27,6 +27,7 @@ def plot(
         bool, typer.Option("--histories", help="Acceleration, velocity, displacement of each.", show_default=False)
     ] = False,
     target: Annotated[str | None, option("Target spectrum: a file, or a code shape.")] = None,
+    poe: options.Poe = None,
     damping: options.Damping = "5 %",
     set: options.Set = None,
     processing: options.Processing = None,
@@ -48,7 +49,7 @@ def plot(
         raise PoundingError("--histories: spectra are asked for too, which are another figure; leave one out")
     ratio = read_option("--damping", damping, DAMPING)
     request = options.record_request(processing, step, window, pga, scale, sa, direction)
-    spectrum = None if target is None else options.target_spectrum(target, ratio)
+    spectrum = None if target is None else options.target_spectrum(target, ratio, poe)
     facts = options.stated_facts(unit, dt)
     with ProgressDisplay("plot", "records") as progress:
         sources = options.find_sources(source or (), set, facts, horizontal=True, in_pairs=direction is not None)

@@ -37,6 +37,7 @@ def select(
     pga: Annotated[
         tuple[str, str] | None, option('As recorded, such as "0.1 g" "0.5 g".', metavar="LEAST MOST")
     ] = None,
+    poe: options.Poe = None,
     damping: options.Damping = "5 %",
     processing: options.Processing = None,
     unit: options.Unit = None,
@@ -59,7 +60,7 @@ def select(
         bounds["vs30"] = tuple(read_option("--vs30", text, velocity) for text in vs30)
     if pga is not None:
         bounds["pga"] = tuple(read_option("--pga", text, PGA) for text in pga)
-    goal = options.target_spectrum(target, read_option("--damping", damping, DAMPING))
+    goal = options.target_spectrum(target, read_option("--damping", damping, DAMPING), poe)
     facts = options.stated_facts(unit, dt)
     with ProgressDisplay("select", "records") as progress:
         sources = options.find_sources(source or (), set, facts, horizontal=True)

@@ -10,10 +10,10 @@ Asked(place=Place(longitude=23.73, latitude=37.98), id='', within=20.0)
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from math import asin, cos, inf, isfinite, radians, sin, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pounding_risk.errors import RecordError
 from pounding_risk.units import Quantity, QuantityError, parse, shown
@@ -138,6 +138,14 @@ def find_site(
             f"write '{asked.place} within {1.05 * site.distance:.2g} km'"
         )
     return site
+
+
+def site_of(record: Mapping[str, Any]) -> str:
+    """The site of a record in words, from its facts; "" of a record that is of none."""
+    if "site" not in record:
+        return ""
+    away = f", {record['site_distance_km']:.3g} km from the place of the scene" if "site_distance_km" in record else ""
+    return f"{record['site']} at {Place(record['longitude'], record['latitude'])}{away}"
 
 
 def site_words(site: Site, asked: Asked | None) -> str:

@@ -1,0 +1,215 @@
+"""Probabilities of a scenario, or of an event set, from ground-motion fields that the OpenQuake engine exports.
+
+A file of fields has a row for each site and event, ``event_id,site_id,gmv_PGA,gmv_SA(0.3)`` or, of older versions,
+``rlzi,sid,eid,gmv_PGA``; PGA and SA in g, PGV in cm/s. A site is named by its id, or by its place where the table of
+sites, ``sitemesh_1.csv`` with ``site_id,lon,lat``, stands beside the file. The engine leaves rows out whose intensities
+are below its minimum: events of the file without a row at the site, and zeros, count as without failure.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from math import nan, sqrt
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.assessment.fragility import Fragility, fragility_curve
+from pounding_risk.assessment.hazard import SEED, draws
+from pounding_risk.assessment.hazard_openquake import measure_of
+from pounding_risk.errors import PoundingError
+from pounding_risk.motions.sites.places import find_site, read_site, site_words
+from pounding_risk.motions.sites.tables import AGAIN, Table, place_of, read_table, split_site
+from pounding_risk.results.amplitudes import Spectral, spectral
+
+Array = NDArray[np.float64]
+
+MESH = "sitemesh"
+_NAMES = {"site": ("site_id", "sid"), "event": ("event_id", "eid"), "realisation": ("rlz_id", "rlzi")}
+
+
+@dataclass(frozen=True)
+class Fields:
+    """Intensities [SI] at one site, by measure ("pga", "sa(0.3 s)"), one for each event; 0 where it has no row.
+
+    ``reading`` are sentences on the file, the site and the events.
+    """
+
+    source: str
+    levels: dict[str, Array] = field(repr=False)
+    reading: tuple[str, ...] = ()
+
+    @property
+    def events(self) -> int:
+        """Number of events of the file, at this site or not."""
+        return len(next(iter(self.levels.values())))
+
+    def has(self, intensity: str) -> bool:
+        """True for an intensity of the file, and for Sa at a period between two of the file."""
+        return intensity in self.levels or self._around(intensity) is not None
+
+    def at(self, intensity: str) -> Array:
+        """Intensities of all events; Sa between two periods by straight lines in the logarithms, event by event.
+
+        Raises PoundingError for an intensity that the file has not.
+        """
+        if intensity in self.levels:
+            return self.levels[intensity]
+        around = self._around(intensity)
+        if around is None:
+            raise PoundingError(
+                f"{self.source}: has no {intensity}, it has {', '.join(self.levels)}; choose one of them with "
+                f'--intensity, such as --intensity "{next(iter(self.levels))}"'
+            )
+        (low, below), (high, above) = around
+        period = _period(intensity)
+        share = np.log(period / low) / np.log(high / low)
+        both = (below > 0.0) & (above > 0.0)
+        safe = [np.where(both, one, 1.0) for one in (below, above)]
+        return np.asarray(np.where(both, np.exp((1.0 - share) * np.log(safe[0]) + share * np.log(safe[1])), 0.0))
+
+    def _around(self, intensity: str) -> tuple[tuple[float, Array], tuple[float, Array]] | None:
+        """The periods below and above that of an intensity, with their levels."""
+        period = _period(intensity)
+        known = sorted((_period(name), levels) for name, levels in self.levels.items() if _period(name) > 0.0)
+        after = [at for at, (one, _) in enumerate(known) if one >= period]
+        return (known[after[0] - 1], known[after[0]]) if period > 0.0 and after and after[0] else None
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Probability of a failure at one gap [m] in an event of a file: the mean over its events of the fragility.
+
+    ``low`` and ``high`` carry what the motions leave open of the fragility (`pounding_risk.assessment.hazard.draws`)
+    and that the events are a sample; ``left_out`` is what events without a row would add to the probability at most,
+    were each as strong as the weakest that has one, and ``high`` includes it.
+    """
+
+    what: str
+    gap: float
+    yield_force: float | None
+    contact_model: str | None
+    probability: float
+    low: float
+    high: float
+    left_out: float
+    fault: str = ""
+
+
+def scenario_of(levels: Array, fragility: Fragility, confidence: float) -> Scenario:
+    """Probability of one fragility over events of these intensities; NaN where it could not be fitted."""
+    about = (fragility.what, fragility.gap, fragility.yield_force, fragility.contact_model)
+    if fragility.fault:
+        return Scenario(*about, nan, nan, nan, nan, fragility.fault)
+    each = _probabilities(levels, fragility.median, fragility.dispersion)
+    silent = float((levels <= 0.0).mean())
+    weakest = levels[levels > 0.0].min(initial=np.inf)
+    left_out = silent * float(fragility_curve(weakest, fragility.median, fragility.dispersion)) if silent < 1.0 else nan
+    low = high = nan
+    medians, dispersions = draws(fragility)
+    if medians.size:
+        drawn = np.array([_probabilities(levels, *pair) for pair in zip(medians, dispersions, strict=True)])
+        spread = drawn.std(axis=1, ddof=1) / sqrt(levels.size) if levels.size > 1 else np.zeros(len(drawn))
+        means = drawn.mean(axis=1) + spread * np.random.default_rng(SEED).standard_normal(len(drawn))
+        tail = 50.0 * (1.0 - confidence)
+        low, high = np.clip(np.percentile(means, (tail, 100.0 - tail)), 0.0, 1.0)
+        high = min(high + left_out, 1.0)
+    return Scenario(*about, float(each.mean()), float(low), float(high), left_out)
+
+
+def _probabilities(levels: Array, median: float, dispersion: float) -> Array:
+    """Probability of failure in each event, 0 in those without shaking."""
+    shaking = levels > 0.0
+    return np.where(shaking, fragility_curve(np.where(shaking, levels, 1.0), median, dispersion), 0.0)
+
+
+def read_fields(path: str | Path) -> Fields:
+    """Read the ground-motion fields of OpenQuake at one site.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, with the site after "#": ``gmf-data_1.csv#3`` by its id, ``gmf-data_1.csv#23.73,37.98`` by its place.
+
+    Raises
+    ------
+    PoundingError
+        With the line, for a damaged file, for a site that it has not, and for several of which none is named.
+    """
+    name, where = split_site(str(path))
+    table = read_table(Path(name), ())
+    columns = {what: next((one for one in names if one in table.head), "") for what, names in _NAMES.items()}
+    measures = {column: measure_of(column[4:]) for column in table.head if column.startswith("gmv_")}
+    if not (columns["site"] and columns["event"] and any(measures.values())):
+        raise table.fault(
+            "is no file of ground-motion fields: it needs the columns event_id, site_id and gmv_PGA, or gmv_SA(0.3) at "
+            f"some period; {AGAIN}"
+        )
+    site, words = _site(table, columns["site"], where)
+    at_site, at_event = (table.head.index(columns[what]) for what in ("site", "event"))
+    at_realisation = table.head.index(columns["realisation"]) if columns["realisation"] else at_event
+    events: dict[tuple[str, str], int] = {}
+    rows = {}
+    for row in table.rows:
+        event = events.setdefault((row.cells[at_realisation], row.cells[at_event]), len(events))
+        if row.cells[at_site] == site:
+            if event in rows:
+                raise table.fault(f"has event {row.cells[at_event]} at site {site} a second time; {AGAIN}", row)
+            rows[event] = row
+    levels = {}
+    for column, known in measures.items():
+        if known is None:
+            continue
+        levels[known[0]] = values = np.zeros(len(events))
+        for event, row in rows.items():
+            value = table.number(row, column)
+            if value < 0.0:
+                raise table.fault(f"{column} is {value:g}; it must be 0 or above: {AGAIN}", row)
+            values[event] = known[1] * value
+    left = [column for column, known in measures.items() if known is None]
+    sentences = [f"{words} {len(events)} events, {len(rows)} of them with a row at the site; all count alike."]
+    sentences += [f"Left out, as datasets do not hold it: {', '.join(left)}."] if left else []
+    if columns["realisation"] and len({key[0] for key in events}) > 1:
+        sentences.append("Realisations are not weighted.")
+    return Fields(f"{Path(name).name}{f'#{where}' if where else ''}", levels, tuple(sentences))
+
+
+def _site(table: Table, column: str, where: str) -> tuple[str, str]:
+    """The id of the site that is asked for, and a sentence on it."""
+    at = table.head.index(column)
+    ids = list(dict.fromkeys(row.cells[at] for row in table.rows))
+    asked = read_site(where, str(table.path)) if where else None
+    if asked is None or asked.place is None:
+        site = asked.id if asked else ids[0] if len(ids) == 1 else ""
+        if site not in ids:
+            known = f"{len(ids)} sites, {', '.join(ids[:5])}{' ...' if len(ids) > 5 else ''}"
+            lacking = f"has no site {site}, and {known}" if site else f"has {known}"
+            raise table.fault(f"{lacking}; choose one with --site, by its id, or by longitude and latitude")
+        return site, f"Site {site}."
+    mesh = _mesh(table.path)
+    places = [place_of(mesh, row) for row in mesh.rows]
+    names = [row.cells[mesh.head.index("site_id")] for row in mesh.rows]
+    found = find_site(places, names, asked, str(mesh.path))
+    return names[found.position], site_words(found, asked)
+
+
+def _mesh(path: Path) -> Table:
+    """The table of sites beside a file of fields: the one of its calculation, or the only one."""
+    number = re.search(r"_(\d+)$", path.stem)
+    own = path.parent / f"{MESH}_{number[1]}.csv" if number else path.parent / f"{MESH}.csv"
+    beside = [own] if own.is_file() else sorted(path.parent.glob(f"{MESH}*.csv"))
+    if len(beside) != 1:
+        found = f"{len(beside)} are" if beside else "none is"
+        raise PoundingError(
+            f"{path}: a site by its place needs the table of sites {own.name} beside it, and {found} there; copy it "
+            "there, or name the site by its id"
+        )
+    return read_table(beside[0], ("site_id", "lon", "lat"))
+
+
+def _period(intensity: str) -> float:
+    """The period [s] of Sa with 5 % damping; 0 of another intensity."""
+    one = spectral(intensity[3:-1]) if intensity.startswith("sa(") else None
+    return one.period if one is not None and one.is_at(Spectral(one.period)) else 0.0
