@@ -36,6 +36,7 @@ RUN_OUTPUTS = {
 }
 SIDE_OUTPUTS = {"peak_displacement": "peak displacement", "peak_floor_acceleration": "peak floor acceleration"}
 REACH = "peak relative displacement"
+FIRST_TWO = tuple(RUN_OUTPUTS.values())[:2]  # that a line of a table has room for
 NOTABLE = 0.10  # a peak that differs by more than this share leads to another answer
 OFTEN = 0.05  # and a conclusion that flips in more than this share of the cases matters
 LOW, MIDDLE, HIGH = 16.0, 50.0, 84.0  # percentiles: one standard deviation to either side, were it normal

@@ -47,6 +47,10 @@ def written_by(command: str, folder: Path) -> Path:
         pr.histories(study, file, gaps=[0.005], most=20)
     elif name == "compare":
         pr.compare(study, file, laws=["linear", "viscous_elastoplastic"])
+    elif name == "compare_along":
+        axes = '"building.left.mass" = ["10 t", "15 t"]\n"building.right.period" = ["0.25 s", "0.3 s"]\n'
+        zipped = 'zip = [["building.left.mass", "building.right.period"]]\n"interface.stiffness" = ["1e5 kN/m", "2e5 kN/m"]\n'
+        pr.compare(parse_scene(PAIR + axes + zipped), file, laws=["linear", "viscous_elastoplastic"])
     elif name == "accuracy":
         pr.accuracy(study, file, cases=2, budget=0.2, scipy=False)
     elif name == "damage":
@@ -73,6 +77,7 @@ COMMANDS = [
     "effects",
     "accuracy",
     "compare",
+    "compare_along",
 ]
 
 
