@@ -27,7 +27,6 @@ from pounding_risk.cli._common.tables import engineering, print_pairs, print_tab
 
 ORDER = 60
 MOST_PLACES = 60  # rows of the table along axes
-FLIPPED = ("displacement over 10 % off", "yielding or not", "gap needed")
 HEADS = {
     "peak relative displacement": "displacement",
     "peak contact force": "force",
@@ -85,7 +84,7 @@ def compare(
 
 def print_along(comparison: Any, interface: str | None = None) -> None:
     """Print one line a place along the axes, of a row those of one interface, and how the finding changes."""
-    from pounding_risk.studies.compare_along import keys_along, rows_along, widest_along
+    from pounding_risk.studies.compare_along import FLIPPED, keys_along, rows_along, widest_along
     from pounding_risk.studies.compare_findings import at_interface, index_of_interface, interface_names
 
     names = interface_names(comparison)

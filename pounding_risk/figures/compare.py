@@ -24,6 +24,7 @@ from pounding_risk.units import say_in
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+    from numpy.typing import ArrayLike
 
 Laws = list[tuple[str, str]]  # (name, kind), from the top down
 # Colour, marker and dash of a kind of law.
@@ -76,7 +77,7 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     height = ROW_HEIGHT * max(len(laws), FEWEST_ROWS)
     heights = (height, 2.4) if "history" in dataset else (height,)
     figure, axes = blank(len(heights), 6, (15.0, 1.2 + sum(heights)), height_ratios=heights)
-    limits = ratio_limits(dataset)
+    limits = _limits(dataset)
     for axis, panel in zip(axes[0, :4], PANELS, strict=True):
         _ratios(axis, dataset, panel, (laws, limits))
         # One scale: what hardly moves looks so beside what does.
@@ -139,12 +140,17 @@ def _rows(axis: Any, laws: Laws, words: str, below: str) -> None:
     axis.tick_params(axis="x", labelsize=8.5)
 
 
-def ratio_limits(dataset: xr.Dataset) -> tuple[float, float]:
-    """Ends of the scale of ratios, within 0.1 to 10; a law with terms of its own may lie beyond."""
+def _limits(dataset: xr.Dataset) -> tuple[float, float]:
+    """Ends of the scale of the panels of ratios; a law with terms of its own may lie beyond."""
     shown = dataset.isel(output=[str(name).partition(",")[0] in PANELS for name in dataset["output"].values])
     shown = shown.isel(contact_model=~with_terms_of_its_own(dataset))
-    low = float(np.nanmin(shown["ratio_low"].values, initial=1.0 - 2.0 * NOTABLE))
-    high = float(np.nanmax(shown["ratio_high"].values, initial=1.0 + 2.0 * NOTABLE))
+    return ratio_limits(shown["ratio_low"].values, shown["ratio_high"].values)
+
+
+def ratio_limits(lows: ArrayLike, highs: ArrayLike) -> tuple[float, float]:
+    """Ends of a scale on which ratios are shown: within 0.1 to 10, and not closer to 1 than twice `NOTABLE`."""
+    low = float(np.nanmin(lows, initial=1.0 - 2.0 * NOTABLE))
+    high = float(np.nanmax(highs, initial=1.0 + 2.0 * NOTABLE))
     return max(low, TICKS[0]) / 1.06, min(high, TICKS[-1]) * 1.06
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.along import is_number, label_side, shown_values
@@ -21,6 +23,7 @@ from pounding_risk.studies.compare_findings import (
     of_interface,
     peers,
     reach,
+    with_terms_of_its_own,
 )
 
 if TYPE_CHECKING:
@@ -63,9 +66,9 @@ def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str |
     index = widest_along(dataset) if interface is None else index_of_interface(names, interface)
     others = {one.name: 0 for one in axes_of(dataset) if one.name != axis.name and one.name in dataset.dims}
     part = of_interface(dataset.isel(others), index)
-    drawn = Drawn(part, axis, _styles(part))
+    drawn = Drawn(part, axis, _looks(part, axis.name))
     figure, panels = blank(2, 3, (14.5, 7.4))
-    limits = ratio_limits(part)
+    limits = drawn.limits()
     for panel, words in zip(panels.flat, PANELS, strict=False):
         drawn.ratios(panel, words, limits)
     drawn.flips(panels[1, 1])
@@ -78,26 +81,28 @@ def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str |
     caption = (
         f"{dataset.attrs['title']}; {counted(runs, 'case')} a law at each place; same {terms_words(dataset)} at each; "
         f"ratios to {dataset.attrs['baseline']}: median, shaded {LOW:g}-{100 - LOW:g} % of the cases with contact"
-        f"{'' if len(drawn.looks) <= MOST_SHADED else ', of the law that goes furthest'}"
+        f"{'' if drawn.shades_all else ', of the law that goes furthest'}"
     )
     title(figure, plain(along_finding(dataset)), plain("; ".join(filter(None, (where, caption)))), note)
     return figure
 
 
 class Look(NamedTuple):
-    """How the line of a law looks."""
+    """How the line of a law looks; that of one which cannot be on equal terms is thin."""
 
     colour: str
     dash: Any
-    marker: str
+    marker: str = "o"
+    is_equal: bool = True
 
 
-def _styles(part: xr.Dataset) -> dict[str, Look]:
+def _looks(part: xr.Dataset, axis: str) -> dict[str, Look]:
     """The look of every law beside the baseline."""
     names = [str(name) for name in part["contact_model"].values if str(name) != part.attrs["baseline"]]
+    equal = {name for place in range(part.sizes[axis]) for name in peers(part.isel({axis: place}))}
     return {
-        name: Look(*style, MARKERS[number // len(STYLES) % len(MARKERS)])
-        for number, (name, style) in enumerate(zip(names, styles(len(names)), strict=True))
+        name: Look(colour, dash, MARKERS[number // len(STYLES) % len(MARKERS)], name in equal)
+        for number, (name, (colour, dash)) in enumerate(zip(names, styles(len(names)), strict=True))
     }
 
 
@@ -125,19 +130,39 @@ class Drawn(NamedTuple):
         is_ordered = is_number(self.labels, self.axis.name)
         marker = look.marker if len(places) <= MOST_MARKED or not is_ordered else ""
         dash = look.dash if is_ordered else ""
-        panel.plot(places, values, color=look.colour, linestyle=dash, marker=marker, markersize=4, label=label)
+        style = {"linestyle": dash, "marker": marker, "markersize": 4, "linewidth": 1.6 if look.is_equal else 0.8}
+        panel.plot(places, values, color=look.colour, label=label, **style)
+
+    def limits(self) -> tuple[float, float]:
+        """Ends of the scale of all panels of ratios; a law with terms of its own may lie beyond."""
+        shown = self.part.isel(contact_model=~with_terms_of_its_own(self.part))
+        outputs = [self._output(words) for words in PANELS]
+        medians = shown["ratio_median"].sel(output=outputs).values.ravel()
+        ranges = [self.part.sel(output=output, contact_model=self._shaded(output)) for output in outputs]
+        lows, highs = ([one[f"ratio_{end}"].values.ravel() for one in ranges] for end in ("low", "high"))
+        return ratio_limits(np.concatenate([medians, *lows]), np.concatenate([medians, *highs]))
+
+    @property
+    def shades_all(self) -> bool:
+        """Whether the ranges of all laws on equal terms are drawn."""
+        return sum(look.is_equal for look in self.looks.values()) <= MOST_SHADED
+
+    def _shaded(self, output: str) -> list[str]:
+        """The laws whose range over the cases is drawn."""
+        equal = [name for name, look in self.looks.items() if look.is_equal]
+        return equal if self.shades_all else [self._most(output)[0]]
 
     def ratios(self, panel: Any, words: str, limits: tuple[float, float]) -> None:
         """Draw the median ratios of one output under every law, and the range of those that are told apart."""
         output = self._output(words)
         panel.axhspan(1.0 - NOTABLE, 1.0 + NOTABLE, color="#e4e4e4", linewidth=0.0, zorder=0)
         panel.axhline(1.0, color="black", linewidth=1.6, label=f"{self.part.attrs['baseline']}, the baseline")
-        shaded = set(self.looks) if len(self.looks) <= MOST_SHADED else {self._furthest(output)}
+        shaded = self._shaded(output)
         for name, look in self.looks.items():
             cell = self.part.sel(output=output, contact_model=name)
             if name in shaded:
                 self._range(panel, cell, look)
-            self.line(panel, cell["ratio_median"], look, name)
+            self.line(panel, cell["ratio_median"], look, name if look.is_equal else f"{name}, not on equal terms")
         panel.set_yscale("log")
         panel.set_ylim(limits)
         ticks = ratio_ticks(limits)
@@ -158,10 +183,6 @@ class Drawn(NamedTuple):
         """The output of a panel; of one known by building that of the building where the laws go furthest."""
         known = [str(name) for name in self.part["output"].values if str(name).partition(",")[0] == words]
         return max(known, key=lambda output: reach(*self._most(output)[1:]))
-
-    def _furthest(self, output: str) -> str:
-        """The law that moves an output furthest at any place."""
-        return self._most(output)[0]
 
     def _most(self, output: str) -> tuple[str, float, float]:
         """(law, its range) where an output is moved furthest at any place, of the laws that the finding is about."""
@@ -184,7 +205,7 @@ class Drawn(NamedTuple):
         """Draw how many cases have contact under the baseline: over how many the ratios are."""
         baseline = str(self.part.attrs["baseline"])
         count = self.part["judged"].sel(conclusion="displacement", contact_model=baseline)
-        self.line(panel, count, Look("black", "-", "o"))
+        self.line(panel, count, Look("black", "-"))
         panel.set_ylim(0.0, 1.12 * max(1.0, float(count.max())))
         panel.set_title(f"cases with contact under {baseline}", fontsize=9.5)
         panel.set_ylabel("number of cases [1]", fontsize=9)

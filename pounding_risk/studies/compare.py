@@ -19,7 +19,7 @@ import xarray as xr
 
 from pounding_risk._common.dates import created
 from pounding_risk.ensemble.job_choice import job_kind
-from pounding_risk.ensemble.laws import beyond_reach
+from pounding_risk.ensemble.laws import beyond_reach, check_reach
 from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError, SceneError
@@ -138,7 +138,7 @@ def compare(
     if study.axes and count_of(study.axes) == 1:
         study = Variants(study).scene(0)
     asked = Asked(tuple(laws), baseline, (same, speed), relation)
-    equal = _equal_along(study, asked) if study.axes else _equal(study, asked)
+    equal = equal_along(study, asked) if study.axes else _equal(study, asked)
     if target is not None:
         check_replaceable_scene(target, "compare", equal.study, new)
     whole, baseline = scan(equal.study, progress=progress), baseline or study.contact_model
@@ -183,9 +183,13 @@ class Equal(NamedTuple):
 
 def _equal(study: Scene, asked: Asked) -> Equal:
     without = "" if asked.has_laws(study) else left_out(study)
-    equal = on_equal_terms(study, asked.laws, asked.baseline, asked.terms)
-    equal, unequal = with_relation(equal, asked.relation)
+    equal, unequal = _on_terms(study, asked)
     return Equal(equal, without, unequal)
+
+
+def _on_terms(study: Scene, asked: Asked) -> tuple[Scene, str]:
+    """The scene with its laws on the terms that are asked for, and why e is not equal."""
+    return with_relation(on_equal_terms(study, asked.laws, asked.baseline, asked.terms), asked.relation)
 
 
 def _of_scene(study: Scene, dataset: xr.Dataset, baseline: str, known: Known) -> xr.Dataset:
@@ -201,31 +205,35 @@ def _of_scene(study: Scene, dataset: xr.Dataset, baseline: str, known: Known) ->
 # ------------------------------------------------------------------------------------------------ along axes
 
 
-def _equal_along(study: Scene, asked: Asked) -> Equal:
+def equal_along(study: Scene, asked: Asked) -> Equal:
     """The scene with what brings its laws on equal terms at every place along its axes.
 
     Compared are the laws that can be at every place, under one relation: the exact one where all places have it.
     """
     variants = Variants(study)
     places = {where_words(variants.overrides(number)): variants.scene(number) for number in range(variants.count)}
-    laws, without = asked.laws, ""
+    without = ""
     if not asked.has_laws(study):
         common = set.intersection(*(set(runnable(scene)) for scene in places.values()))
         laws = tuple(name for name in CONTACT_MODELS if name in common) or (study.contact_model,)
-        without = _left_out_along(places)
-    equal = _at_all(places, lambda scene: on_equal_terms(scene, laws, asked.baseline, asked.terms))
-    related = _at_all(equal, lambda scene: with_relation(scene, asked.relation))
-    reasons = {where: why for where, (_, why) in related.items() if why}
+        asked, without = asked._replace(laws=laws), _left_out_along(places)
+    equal = _at_all(places, lambda scene: _on_terms(scene, asked))
+    reasons = {where: why for where, (_, why) in equal.items() if why}
     unequal = _at_some(next(iter(reasons.values())), list(reasons), len(places)) if reasons else ""
 
     def brought(scene: Scene) -> Scene:
-        scene = on_equal_terms(scene, laws, asked.baseline, asked.terms)
-        return scene.updated(relation=AS_PUBLISHED) if unequal else with_relation(scene, asked.relation)[0]
+        scene, _ = _on_terms(scene, asked)
+        return scene.updated(relation=AS_PUBLISHED) if unequal else scene
 
     first = brought(next(iter(places.values())))
-    terms = terms_of(study, asked.terms)
-    grid = study.grid._replace(contact_models=first.grid.contact_models)
-    base = study.updated(grid=grid, equal_terms=terms, relation=first.relation, at_every_place=brought)
+    names = first.grid.contact_models
+    _at_all(places, lambda scene: check_reach(brought(scene), names))
+    base = study.updated(
+        grid=study.grid._replace(contact_models=names),
+        equal_terms=terms_of(study, asked.terms),
+        relation=first.relation,
+        at_every_place=brought,
+    )
     return Equal(base, without, unequal)
 
 

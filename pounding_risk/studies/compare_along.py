@@ -16,11 +16,11 @@ from pounding_risk.results.scene_axes import axes_of, open_axes, value_at
 from pounding_risk.scene.scene_axis import SceneAxis
 from pounding_risk.studies.compare_findings import (
     ALONE,
+    FIRST_TWO,
     FLIPS,
     HARDLY,
     MODEL,
     NOTABLE,
-    RUN_OUTPUTS,
     TOLD,
     UNTOUCHED,
     YIELDING,
@@ -47,6 +47,8 @@ if TYPE_CHECKING:
 
 # What a comparison of each place says: the axes have no effect on it where none of these changes.
 COMPARED = ("ratio_low", "ratio_median", "ratio_high", "rank_agreement", "flips", "judged")
+
+FLIPPED = ("displacement over 10 % off", "yielding or not", "gap needed")  # `FLIPS` as heads of a table
 
 
 class Place(NamedTuple):
@@ -112,9 +114,7 @@ def rows_along(dataset: xr.Dataset, index: int) -> Iterator[Row]:
         part = of_interface(place.part, index)
         names, baseline = peers(part), str(part.attrs["baseline"])
         touched = int(part["judged"].sel(conclusion="displacement", contact_model=baseline))
-        ranges = [
-            furthest(part, output, names) if names else ("", nan, nan) for output in list(RUN_OUTPUTS.values())[:2]
-        ]
+        ranges = [furthest(part, output, names) if names else ("", nan, nan) for output in FIRST_TWO]
         flips = [_at_most(flip_share(part, conclusion, names), names) for conclusion in FLIPS]
         yield Row(place.cells, touched, runs // len(places), ranges, flips)
 
@@ -161,7 +161,7 @@ def along_finding(dataset: xr.Dataset) -> str:
 
 def _places(places: list[str], count: int) -> str:
     if len(places) == count:
-        return f"at all {count} places"
+        return f"at {'both' if count == 2 else f'all {count}'} places"
     return f"at {len(places)} of {count} places{_where(places[0]) if len(places) == 1 else ''}"
 
 

@@ -9,7 +9,6 @@ over those with contact at either of its interfaces. Tables have the dimension `
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Sequence
 from math import nan
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -36,6 +35,7 @@ RUN_OUTPUTS = {
 }
 SIDE_OUTPUTS = {"peak_displacement": "peak displacement", "peak_floor_acceleration": "peak floor acceleration"}
 REACH = "peak relative displacement"
+FIRST_TWO = tuple(RUN_OUTPUTS.values())[:2]  # that a line of a table has room for
 NOTABLE = 0.10  # a peak that differs by more than this share leads to another answer
 OFTEN = 0.05  # and a conclusion that flips in more than this share of the cases matters
 LOW, MIDDLE, HIGH = 16.0, 50.0, 84.0  # percentiles: one standard deviation to either side, were it normal
@@ -182,24 +182,32 @@ def rank_agreement(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]
     shape = (len(ordered), -1, values.sizes["gap"] * values.sizes["yield_force"])
     table, used = ordered.reshape(shape), cases.reshape(shape[1:])
     agreements = []
-    for law in table:
-        correlations = [
-            _spearman(law[used[:, at], at], table[baseline][used[:, at], at]) for at in range(used.shape[1])
-        ]
-        defined = [value for value in correlations if not np.isnan(value)]
-        agreements.append((np.median(defined), min(defined)) if defined else (nan, nan))
+    for law in spearman(table, np.broadcast_to(table[baseline], table.shape), used):
+        defined = law[~np.isnan(law)]
+        agreements.append((np.median(defined), defined.min()) if defined.size else (nan, nan))
     return np.array(agreements)
 
 
-def _spearman(first: Array, second: Array) -> float:
-    from scipy.stats import ConstantInputWarning, spearmanr
+def spearman(one: Array, other: Array, used: NDArray[np.bool_]) -> Array:
+    """Correlation of the ranks of two variables along the second axis from the end, over the cases that are used.
 
-    defined = ~np.isnan(first) & ~np.isnan(second)
-    if defined.sum() < FEWEST_TO_RANK:
-        return nan
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConstantInputWarning)  # its answer, NaN, is the one wanted
-        return float(spearmanr(first[defined], second[defined]).statistic)
+    NaN for fewer than `FEWEST_TO_RANK` defined ones, and where either is constant. As `scipy.stats.spearmanr` to the
+    bit, for all columns at once: sums of half-integers are exact in any order.
+    """
+    from scipy.stats import rankdata
+
+    both = used & ~np.isnan(one) & ~np.isnan(other)
+    count = both.sum(axis=-2, keepdims=True)
+    ranks = (rankdata(np.where(both, values, nan), axis=-2, nan_policy="omit") for values in (one, other))
+    first, second = (np.where(both, rank - 0.5 * (count + 1), 0.0) for rank in ranks)
+    count = count[..., 0, :]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = 1.0 / (count - 1)
+        deviations = (np.sqrt((values * values).sum(axis=-2) * share) for values in (second, first))
+        correlation = (first * second).sum(axis=-2) * share
+        for deviation in deviations:
+            correlation = correlation / deviation
+    return np.where(count < FEWEST_TO_RANK, nan, np.clip(correlation, -1.0, 1.0))
 
 
 def is_varied(dataset: xr.Dataset) -> bool:

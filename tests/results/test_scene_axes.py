@@ -89,7 +89,7 @@ def test_calls_of_one_scene_refuse_several_and_say_how_to_choose(whole, tmp_path
 
 def test_commands_of_one_scene_refuse_axes_and_say_how_to_set_them():
     study = parse_scene(pair_text(AXES))
-    for call in (pr.compare, pr.effects, pr.accuracy):
+    for call in (pr.effects, pr.accuracy):
         with pytest.raises(SceneError, match=r"runs one scene: choose with --set 'interface\.restitution=0\.5'"):
             call(study)
 

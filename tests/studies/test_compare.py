@@ -11,6 +11,7 @@ import xarray as xr
 from figure_words import words_of
 from interpreted import interpreted
 from scenes import BOTH, PAIR, TWO_AND_A_WALL, rigid, scene_text
+from scipy.stats import spearmanr
 from typer.testing import CliRunner
 
 from pounding_risk import cli, compare, figures, scan, simulate
@@ -300,6 +301,23 @@ def test_ranks_are_spearmans():
     assert ranks == pytest.approx([1.0, -1.0, 0.8], abs=1e-12)
     # Every motion has three impacts: nothing is ranked.
     assert np.isnan(whole["rank_agreement"].sel(output="impact count")).all()
+
+
+def test_ranks_of_all_columns_at_once_are_scipys_to_the_bit():
+    """With ties, undefined cases, columns of too few and constant ones."""
+    random = np.random.default_rng(1)
+    one = random.integers(0, 6, (4, 12, 25)).astype(float)
+    one[random.random(one.shape) < 0.1] = np.nan
+    one[1, :, :5] = 2.0
+    other, used = random.random(one.shape).round(1), random.random(one.shape) < 0.5
+    found = compare_findings.spearman(one, other, used)
+    for law, column in np.ndindex(4, 25):
+        cases = used[law, :, column] & ~np.isnan(one[law, :, column])
+        first, second = one[law, cases, column], other[law, cases, column]
+        constant = cases.sum() < 3 or np.ptp(first) == 0.0 or np.ptp(second) == 0.0
+        expected = np.nan if constant else spearmanr(first, second).statistic
+        assert np.array_equal(found[law, column], expected, equal_nan=True), (law, column)
+    assert np.isnan(found).any() and not np.isnan(found).all()
 
 
 def test_the_sentence_follows_from_the_numbers():

@@ -27,6 +27,8 @@ from pounding_risk.reports.blocks import (
     table,
 )
 from pounding_risk.reports.data import Pair, ReportData
+from pounding_risk.studies.compare_along import FLIPPED, is_along, keys_along, rows_along, widest_along
+from pounding_risk.studies.compare_findings import FIRST_TWO, interface_names, times_words
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
@@ -115,7 +117,9 @@ def draw_models(names: Sequence[str], panels: dict[str, np.ndarray]) -> Figure:
 
 
 def _compared(dataset: xr.Dataset) -> list[Block]:
-    """The finding of `compare`, and each law's ratios and changed conclusions."""
+    """The finding of `compare`, and each law's ratios and changed conclusions; along axes what each place says."""
+    if is_along(dataset):
+        return _compared_along(dataset)
     baseline = str(dataset.attrs["baseline"])
     outputs = [str(name) for name in dataset["output"].values[:FIRST_OUTPUTS]]
     conclusions = [str(name) for name in dataset["conclusion"].values]
@@ -141,6 +145,33 @@ def _compared(dataset: xr.Dataset) -> list[Block]:
             differing,
         ),
     ]
+
+
+def _compared_along(dataset: xr.Dataset) -> list[Block]:
+    """The finding of `compare` along axes, and of each place the law that moves an output or a conclusion most."""
+    names, index = interface_names(dataset), widest_along(dataset)
+    rows = [
+        [*row.cells, f"{row.touched} of {row.cases}", *(_moved(*one) for one in row.furthest), *map(name_of, row.flips)]
+        for row in rows_along(dataset, index)
+    ]
+    heads = [(key, "l") for key in keys_along(dataset)]
+    heads += [("cases with contact", "r"), *((words, "l") for words in (*FIRST_TWO, *FLIPPED))]
+    where = f", at {names[index]}, where the peak relative displacement moves most" if len(names) > 1 else ""
+    return [
+        heading("On equal terms", "equal-terms"),
+        paragraph(str(dataset.attrs["finding"])),
+        paragraph(f"From `pounding-risk compare` of “{dataset.attrs['title']}”, along axes of the scene."),
+        table(
+            f"Which law moves an output furthest from {name_of(dataset.attrs['baseline'])} (16 to 84 % of the ratios), "
+            f"and in how many cases at most a conclusion differs{where}.",
+            heads,
+            rows,
+        ),
+    ]
+
+
+def _moved(law: str, low: float, high: float) -> str:
+    return "–" if np.isnan(high) else f"{times_words(low, high)} ({name_of(law)})"
 
 
 def _ratio(cell: xr.Dataset) -> Cell:

@@ -1,0 +1,340 @@
+"""A comparison of contact models along axes of numbers: at each place that of `--set`, and what is said of them all."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+from axes import WHEN, pair_text, row_text
+from figure_words import words_of
+from typer.testing import CliRunner
+from uncertain import uncertain_text
+
+import pounding_risk as pr
+from pounding_risk import cli, figures
+from pounding_risk.cli.compare import print_along
+from pounding_risk.errors import PoundingError
+from pounding_risk.reports.sections import models
+from pounding_risk.results.files import open_results
+from pounding_risk.results.layout import SCENE_AXES
+from pounding_risk.results.scene_axes import axis_text, selected, settled
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.scene_axis import SceneAxis
+from pounding_risk.scene.variants import Variants
+from pounding_risk.studies import compare as study_of_laws
+from pounding_risk.studies import compare_findings
+from pounding_risk.studies.compare import Asked, equal_along, runnable
+from pounding_risk.studies.compare_along import along_finding, idle_axes, keys_along, rows_along
+
+LAWS = ["jankowski", "kelvin_voigt", "viscous_elastoplastic"]
+PERIOD, RESTITUTION = "building.left.period", "interface.restitution"
+USUAL = Asked((), None, (None, None), None)
+
+
+@pytest.fixture(scope="module")
+def text() -> str:
+    return pair_text({PERIOD: ["0.3 s", "0.5 s", "0.7 s"], RESTITUTION: [0.5, 0.8]}, {"yield_force": ["3 MN", "inf"]})
+
+
+@pytest.fixture(scope="module")
+def whole(text) -> xr.Dataset:
+    return pr.compare(parse_scene(text), laws=LAWS)
+
+
+def equals_the_loop(text: str, whole: xr.Dataset, **options) -> None:
+    """Each place has the variables and attributes of the comparison of `--set` there, but the history of one case."""
+    study = parse_scene(text)
+    variants = Variants(study)
+    for number in range(variants.count):
+        values = variants.overrides(number)
+        here, alone = settled(selected(whole, values)), pr.compare(parse_scene(text, overrides=values), **options)
+        assert set(alone.variables) - set(here.variables) == {"history", "time"}
+        assert not set(here.variables) - set(alone.variables)
+        for name in map(str, here.variables):
+            found, expected = here[name], alone[name]
+            if "impact_step" in found.dims:  # padded to the longest impact of any place
+                steps = expected.sizes["impact_step"]
+                assert found.isel(impact_step=slice(steps, None)).isnull().all()
+                found = found.isel(impact_step=slice(steps))
+            assert (found.dims, found.dtype, str(found.attrs)) == (expected.dims, expected.dtype, str(expected.attrs))
+            assert np.array_equal(found, expected, equal_nan=found.dtype.kind == "f"), name
+        assert sorted(json.loads(here.attrs.pop("overrides"))) == sorted(json.loads(alone.attrs.pop("overrides")))
+        for key in {*here.attrs, *alone.attrs} - set(WHEN):
+            assert str(here.attrs.get(key)) == str(alone.attrs.get(key)), key
+
+
+def test_a_product_of_axes_equals_the_loop(text, whole):
+    equals_the_loop(text, whole, laws=LAWS)
+    findings = {settled(selected(whole, Variants(parse_scene(text)).overrides(at))).attrs["finding"] for at in (0, 5)}
+    assert len(findings) == 2  # the places differ, so that they cannot be exchanged
+    assert whole["ratio_median"].sizes[RESTITUTION] == 2 and RESTITUTION not in whole["reduced_mass"].dims
+
+
+def test_axes_of_a_row_that_move_together_equal_the_loop():
+    axes = {"building.B.mass": ["200 t", "300 t"], "building.B.period": ["0.3 s", "0.5 s"]}
+    text = row_text(axes | {"zip": [list(axes)]})
+    options = {"laws": ["jankowski", "kelvin_voigt"], "relation": "published", "speed": 0.3}
+    along = pr.compare(parse_scene(text), **options)
+    equals_the_loop(text, along, **options)
+    assert keys_along(along) == list(axes) and along["reduced_mass"].dims == ("building.B.mass", "interface")
+    sentence = along.attrs["finding"]
+    assert "both places" in sentence or "of 2 places" in sentence
+    assert "building.B.mass = 200 t, building.B.period = 0.3 s" in sentence or "0.5 s" in sentence
+
+
+def test_a_speed_that_is_an_axis_is_that_of_each_place():
+    terms = 'equal_terms = {same = "peak force", speed = "0.5 m/s"}\n[records]'
+    text = pair_text({"interface.equal_terms.speed": ["0.2 m/s", "0.8 m/s"]}).replace("[records]", terms)
+    along = pr.compare(parse_scene(text), laws=LAWS[:2])
+    equals_the_loop(text, along, laws=LAWS[:2])
+    assert "speed" not in along.attrs
+    assert settled(along.isel({"interface.equal_terms.speed": [1]})).attrs["speed"] == 0.8
+
+
+def test_what_is_the_same_at_all_places_is_computed_once(text, monkeypatch):
+    """The reference impacts depend on mass and restitution: of two periods and two restitutions there are two sets."""
+    calls = []
+    own = study_of_laws.reference_impacts
+    monkeypatch.setattr(
+        study_of_laws, "reference_impacts", lambda scene, stiffness: calls.append(scene) or own(scene, stiffness)
+    )
+    pr.compare(parse_scene(text), laws=LAWS[:2])
+    assert len(calls) == 2
+
+
+def test_laws_that_cannot_be_had_at_one_place_are_left_out_at_all():
+    study = parse_scene(pair_text({RESTITUTION: [0.2, 0.65, 0.8]}))
+    equal = equal_along(study, USUAL)
+    scenes = [Variants(study).scene(number) for number in range(3)]
+    common = set.intersection(*(set(runnable(scene)) for scene in scenes))
+    assert set(equal.study.grid.contact_models) == common and "bilinear" in set(runnable(scenes[1])) - common
+    assert "bilinear: bilinear returns no e below 0.354" in equal.left_out
+    assert f"(at 1 of 3 places, the first {RESTITUTION} = 0.2)" in equal.left_out
+    assert "tabulated: the scene gives no table of forces" in equal.left_out
+    assert (equal.study.relation, equal.unequal_e) == ("exact", "")
+
+
+def test_one_relation_holds_at_all_places():
+    """Where a law asked for has no exact one at a place, the published one holds everywhere, and why is told."""
+    study = parse_scene(pair_text({RESTITUTION: [0.65, 0.2]}))
+    equal = equal_along(study, USUAL._replace(laws=("jankowski", "bilinear")))
+    variants = Variants(equal.study)
+    assert [variants.scene(number).relation for number in range(2)] == ["published"] * 2
+    assert equal.unequal_e.startswith("bilinear returns no e below 0.354")
+    assert equal.unequal_e.endswith(f"(at 1 of 2 places, the first {RESTITUTION} = 0.2)")
+
+
+def test_what_is_refused_at_some_places_is_told_with_the_first():
+    study = parse_scene(pair_text({RESTITUTION: [0.65, 0.2]}))
+    asked = USUAL._replace(laws=("jankowski", "bilinear"), relation="exact")
+    with pytest.raises(PoundingError, match=r"bilinear returns no e below 0.354.* \(at interface.restitution = 0.2\)"):
+        equal_along(study, asked)
+    with pytest.raises(
+        PoundingError, match=r'"herz" is not a contact model \(did you mean "hertz"\?\).* distributed_mass$'
+    ):
+        equal_along(study, USUAL._replace(laws=("jankowski", "herz")))
+
+
+def test_one_place_is_the_comparison_of_the_scene_there():
+    text = pair_text({PERIOD: ["0.4 s"]})
+    one = pr.compare(parse_scene(text), laws=LAWS[:2])
+    alone = pr.compare(parse_scene(text, overrides=(f"{PERIOD}='0.4 s'",)), laws=LAWS[:2])
+    assert "history" in one and PERIOD not in one.dims
+    assert one.attrs["finding"] == alone.attrs["finding"]
+    assert np.array_equal(one["history"], alone["history"])
+
+
+def test_samples_of_uncertain_numbers_are_refused():
+    with pytest.raises(PoundingError, match=r"compare runs one scene: choose with --set 'uncertain.samples=0'"):
+        pr.compare(parse_scene(uncertain_text()), laws=LAWS[:2])
+
+
+# ------------------------------------------------------------------------------------------------ what is said
+
+
+def made_up(factors: list[float], touching: list[bool], exceeded: int = 0) -> xr.Dataset:
+    """A comparison at places along a mass: under "other" the force is so many times as large, in contact or not."""
+    dims = ("record", "polarity", "contact_model", "gap", "yield_force", "interface")
+    parts = []
+    for factor, touched in zip(factors, touching, strict=True):
+        peak = np.ones((3, 1, 2, 1, 1, 1)) * np.array([0.01, 0.02, 0.03]).reshape(3, 1, 1, 1, 1, 1)
+        force = peak * np.array([1.0, factor]).reshape(2, 1, 1, 1) * 1e8
+        side = (*dims[:5], "building")
+        variables = {
+            "peak_relative_displacement": (dims, peak),
+            "peak_contact_force": (dims, force),
+            "impact_count": (dims, np.full(peak.shape, 2 if touched else 0)),
+            "impulse": (dims, peak * 1e6),
+            "yield_exceedance": (dims, np.zeros(peak.shape, dtype=int)),
+            "peak_displacement": (side, np.repeat(peak, 2, axis=-1)),
+            "peak_floor_acceleration": (side, np.repeat(peak, 2, axis=-1)),
+            "dissipates": ("contact_model", [1, 1]),
+            "capped": ("contact_model", [0, 0]),
+        }
+        coords = {
+            "record": ["a", "b", "c"],
+            "polarity": ["as recorded"],
+            "contact_model": ["base", "other"],
+            "gap": [0.01],
+            "yield_force": [np.inf],
+            "interface": ["left | right"],
+            "building": ["left", "right"],
+        }
+        one = xr.Dataset(variables, coords=coords)
+        parts.append(one.assign(compare_findings.tables(one, "base")))
+    axis = SceneAxis(("building.left.mass",), (tuple(f"{100 + 50 * at} t" for at in range(len(factors))),))
+    whole = xr.concat(parts, "building.left.mass", join="exact")
+    masses = ("building.left.mass", [1e5 + 5e4 * at for at in range(len(factors))], {"units": "kg"})
+    attrs = {"baseline": "base", "title": "made up", "same": "peak force", "speed": 0.5, "reference_law": "base"}
+    return whole.assign_coords({"building.left.mass": masses}).assign_attrs(attrs | {SCENE_AXES: axis_text([axis])})
+
+
+def test_the_finding_tells_where_the_model_matters_and_where_most():
+    assert along_finding(made_up([1.5, 1.05, 0.5], [True, True, True])) == (
+        "The model matters at 2 of 3 places, the model hardly matters at 1 of 3 places where building.left.mass = "
+        "150 t; against base, peak contact force is 0.50 times as large (other) where building.left.mass = 200 t; it "
+        "moves least where building.left.mass = 150 t, 1.05 times (other); peak relative displacement is off by over "
+        "10 % in none; the gap needed differs in none."
+    )
+    assert along_finding(made_up([1.05, 0.95], [True, False])) == (
+        "The model hardly matters at 1 of 2 places where building.left.mass = 100 t, base has contact in no case at 1 "
+        "of 2 places where building.left.mass = 150 t; in the middle 68 % of the cases every output of every law stays "
+        "within 10 % of that of base; peak relative displacement is off by over 10 % in none; the gap needed differs "
+        "in none."
+    )
+    assert along_finding(made_up([1.5, 1.5], [False, False])) == (
+        "Base has contact in no case at both places; nothing that is compared depends on building.left.mass."
+    )
+
+
+def test_an_axis_without_effect_is_told():
+    made = made_up([1.5, 1.5, 1.5], [True] * 3)
+    assert idle_axes(made) == ["building.left.mass"]
+    assert along_finding(made) == (
+        "The model matters at all 3 places; against base, peak contact force is 1.50 times as large (other); it moves "
+        "least, 1.50 times (other); peak relative displacement is off by over 10 % in none; the gap needed differs in "
+        "none; nothing that is compared depends on building.left.mass."
+    )
+    assert idle_axes(made_up([1.5, 1.5, 1.4], [True] * 3)) == []
+
+
+def test_a_place_has_the_numbers_of_its_tables(whole, capsys):
+    rows = list(rows_along(whole, 0))
+    assert [row.cells for row in rows[:3]] == [("0.3 s", "0.5"), ("0.3 s", "0.8"), ("0.5 s", "0.5")]
+    for row, at in zip(rows, np.ndindex(3, 2), strict=True):
+        here = whole.isel(dict(zip((PERIOD, RESTITUTION), at, strict=True)))
+        count = here["impact_count"].sel(contact_model="jankowski")
+        assert (row.touched, row.cases) == (int((count > 0).sum()), count.size)
+        law, low, high = row.furthest[1]
+        cell = here.sel(output="peak contact force", contact_model=law)
+        assert (low, high) == (float(cell["ratio_low"]), float(cell["ratio_high"]))
+        others = here.sel(output="peak contact force")
+        assert max(high, 1.0 / low) >= float(others["ratio_high"].max())
+        assert max(high, 1.0 / low) >= 1.0 / float(others["ratio_low"].min())
+    print_along(whole)
+    told = capsys.readouterr().out
+    assert whole.attrs["finding"] in told and "Equal terms at each place: the same peak force as jankowski" in told
+    assert told.count(" of 8 ") == 6 and "terms are equal at one speed only" in told
+
+
+# ------------------------------------------------------------------------------------------------ figure
+
+
+def test_the_figure_has_a_line_for_each_law_with_its_bounds(whole):
+    part = whole.isel({RESTITUTION: [1]})
+    figure = figures.results_figure(part)
+    panel = figure.axes[1]
+    lines = {line.get_label(): line for line in panel.get_lines()}
+    bands = iter(panel.collections)
+    for law in LAWS[1:]:
+        cell = part.isel({RESTITUTION: 0}).sel(output="peak contact force", contact_model=law)
+        np.testing.assert_array_equal(lines[law].get_ydata(), cell["ratio_median"])
+        np.testing.assert_array_equal(lines[law].get_xdata(), [0.3, 0.5, 0.7])
+        heights = next(bands).get_paths()[0].vertices[:, 1]
+        assert heights.max() == float(cell["ratio_high"].max()) and heights.min() == float(cell["ratio_low"].min())
+    assert panel.get_title() == "peak contact force" and panel.get_xlabel() == f"{PERIOD} [s]"
+    counted = figure.axes[5].get_lines()[0].get_ydata()
+    touched = part["impact_count"].sel(contact_model="jankowski") > 0
+    np.testing.assert_array_equal(counted, touched.transpose(PERIOD, ...).values.reshape(3, -1).sum(axis=1))
+    words = words_of(figure).replace("\n", " ")
+    assert along_finding(part).partition(";")[0] in words and "8 cases a law at each place" in words
+
+
+def test_figures_of_one_place_and_of_more_than_one_axis(whole):
+    with pytest.raises(PoundingError, match=r"the figure has one axis; choose .*--select 'interface.restitution=0.5'"):
+        figures.agreement_along_figure(whole)
+    with pytest.raises(PoundingError, match=r"choose with --select 'building.left.period=0.3 s'"):
+        figures.agreement_figure(whole)
+    here = whole.sel({PERIOD: 0.5, RESTITUTION: 0.8})
+    with pytest.raises(PoundingError, match="one place along axes"):
+        figures.agreement_along_figure(here)
+    figure = figures.results_figure(here)
+    assert len(figure.axes) == 6  # no history
+    assert settled(here).attrs["finding"].split(";")[0] in words_of(figure).replace("\n", " ")
+
+
+def test_values_along_an_axis_that_are_texts_are_points():
+    """Of what has no order no line tells a course."""
+    axis = SceneAxis(("interface.restitution",), (("concrete", "steel"),))
+    made = made_up([1.5, 0.5], [True, True]).rename({"building.left.mass": "interface.restitution"})
+    made = made.assign_coords({"interface.restitution": ["concrete", "steel"]})
+    made = made.assign_attrs({SCENE_AXES: axis_text([axis])})
+    panel = figures.agreement_along_figure(made).axes[1]
+    line = next(line for line in panel.get_lines() if line.get_label() == "other")
+    assert line.get_linestyle() == "None" and list(line.get_ydata()) == [1.5, 0.5]
+    assert [label.get_text() for label in panel.get_xticklabels()] == ["concrete", "steel"]
+
+
+# ------------------------------------------------------------------------------------------------ command
+
+
+def run(*words):
+    return CliRunner().invoke(cli.app, ["compare", *map(str, words), "--law", "jankowski", "--law", "kelvin_voigt"])
+
+
+@pytest.fixture
+def scene(tmp_path, monkeypatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    text = pair_text({PERIOD: ["0.3 s", "0.5 s"], RESTITUTION: [0.5, 0.8]})
+    Path("s.toml").write_text(text, encoding="utf-8")
+    return Path("s.toml")
+
+
+def test_the_command_prints_writes_draws_and_chooses(scene):
+    told = run(scene, "-o", "c.nc", "--figure", "c.png", "--select", f"{RESTITUTION}=0.8")
+    assert told.exit_code == 0, told.output
+    stored = open_results(Path("c.nc"))
+    assert stored.attrs["finding"] in told.stdout and stored["ratio_high"].dims[0] == PERIOD
+    assert RESTITUTION not in stored.dims and Path("c.png").stat().st_size
+    assert "--select of one value along each axis gives the whole comparison" in told.stdout
+    one = run(scene, "-o", "one.nc", "--select", f"{RESTITUTION}=0.8", "--select", f"{PERIOD}=300 ms")
+    same = run(scene, "-o", "set.nc", "--set", f"{RESTITUTION}=0.8", "--set", f"{PERIOD}=0.3 s")
+    assert one.stdout.replace("one.nc", "set.nc") == same.stdout and "Ratio to jankowski" in one.stdout
+
+
+def test_a_report_has_the_finding_and_a_row_for_each_place(whole):
+    data = SimpleNamespace(pairs=(), laws=["jankowski"], others={"compare": whole}, results=whole)
+    _, finding, origin, table = models.write(data)
+    assert finding["text"] == whole.attrs["finding"] and "along axes of the scene" in origin["text"]
+    assert len(table["rows"]) == 6 and table["rows"][0][0]["text"] == "0.3 s"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--figure", "c.png"], "--figure: the comparison lies along building.left.period and interface.restitution"),
+        (["--select", f"{RESTITUTION}=0.6"], "0.6 is none of its values; it has 0.5, 0.8"),
+        (["--select", "building.right.period=1 s"], "s.toml has no such axis"),
+        (["--select", RESTITUTION], "is not axis=value"),
+        (["--interface", "left | wall"], '"left | wall" is not an interface'),
+        (["--speed", "0 m/s"], "--speed: "),
+    ],
+)
+def test_the_command_refuses_before_any_run(scene, words, sentence):
+    told = run(scene, "-o", "c.nc", *words)
+    assert told.exit_code == 2 and sentence in told.stderr
+    assert not Path("c.nc").exists() and not Path("c.png").exists()
