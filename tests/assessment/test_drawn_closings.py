@@ -14,6 +14,7 @@ from pounding_risk.assessment.drawn_closings import Clusters, DrawnClosings, ana
 from pounding_risk.assessment.uncertain_words import parts_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.uncertainty import uncertainty_figure
+from pounding_risk.results.files import open_results, save
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.toml import write_toml
@@ -233,3 +234,10 @@ def test_the_figure_has_the_motion_beside_the_numbers(of_scene):
     figure = uncertainty_figure(of_scene)
     assert "the motion" in [label.get_text() for label in figure.axes[1].get_yticklabels()]
     assert not any("of samples" in label for label in figure.axes[0].get_legend_handles_labels()[1])
+
+
+def test_histories_of_a_sample_are_those_of_its_motion(scanned, tmp_path):
+    save(scanned, tmp_path / "r.nc")
+    made = open_results(pr.histories(tmp_path / "r.nc", tmp_path / "h.nc", select=["sample=5"]))
+    assert made.sizes["record"] == 1 and made["record"].item() == scanned["record"].values[5]
+    assert made["polarity"].values.tolist() == [scanned["polarity"].values[5]]
