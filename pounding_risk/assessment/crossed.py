@@ -251,6 +251,11 @@ class Counted(NamedTuple):
         more = self.samples * samples if self.samples > 1 else 1
         return self._replace(samples=more, motions=self.motions * recordings)
 
+    def variance_of_mean(self, components: Components) -> float:
+        """The variance of the mean over samples and motions; a component below 0 counts as none."""
+        samples, motions, rest = (max(float(part), 0.0) for part in components[:3])
+        return samples / self.samples + motions / self.motions + rest / (self.samples * self.motions)
+
     @property
     def without_contact(self) -> float:
         """Independent outcomes where all are the same, which does not show what they have in common."""

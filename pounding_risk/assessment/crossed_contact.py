@@ -53,14 +53,26 @@ class CrossedClosings:
         Equal for the motions of one recording.
     """
 
+    is_drawn = False  # each sample meets every motion, not one that is drawn with it
+
     def __init__(self, closing: Array, recordings: Labels):
         order = np.argsort(recordings, kind="stable")
         self.recordings: Labels = np.unique(recordings[order], return_inverse=True)[1].astype(np.int64)
         self.order = order
         self.closing: Array = np.ascontiguousarray(closing[:, order])
         self.rising: Array = np.sort(closing, axis=None)
-        self.analysis: Analysis = analysed(self.logs, self.recordings)
-        self.counted: Counted = counted_outcomes(self.logs, self.recordings, self.analysis)
+        self.analysis: Analysis
+        self.counted: Counted
+        self.analysis, self.counted = self.of_logs(self.logs)
+
+    def of_logs(self, logs: Array) -> tuple[Analysis, Counted]:
+        """Variance components of logarithms of values in the order of the closings, and how many outcomes count."""
+        analysis = analysed(logs, self.recordings)
+        return analysis, counted_outcomes(logs, self.recordings, analysis)
+
+    def of_polarity(self, closed: NDArray[np.bool_], is_one: NDArray[np.bool_]) -> float:
+        """The share of what is ``closed`` under the motions of one polarity."""
+        return float(closed[:, is_one[self.order]].mean())
 
     @property
     def logs(self) -> Array:

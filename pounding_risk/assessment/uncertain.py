@@ -6,7 +6,7 @@ From the motion without contact of every sample, which a scene is run for, or fr
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ from pounding_risk.assessment import uncertain_words as words
 from pounding_risk.assessment.crossed import Analysis, Components
 from pounding_risk.assessment.crossed_contact import CrossedClosings
 from pounding_risk.assessment.demands import record_doubts
+from pounding_risk.assessment.drawn_closings import DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
 from pounding_risk.assessment.sobol import Indices, given_indices, sobol_indices
 from pounding_risk.assessment.uncertain_fragility import CURVES, Capacities
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 PARTS = ("parameters", "motions", "interaction", "total")
+PARTS_DRAWN = ("parameters and interaction", "motions", "total")  # where motions are drawn with the samples
 OVER_SAMPLES = (5.0, 16.0, 50.0, 84.0, 95.0)  # percentiles over the samples
 GAPS = 81  # at which P(contact) is given
 USUAL_SOBOL = 256
@@ -97,6 +99,8 @@ def uncertainty(
         What the indices and the sentence on what narrows the answer are of: "contact_probability", "required_gap" or
         "log_median_closing"; of a dataset also any of its outputs, such as "peak_contact_force", the median over the
         motions at the scene's own case. P(contact) by default, or the required gap where P(contact) does not vary.
+        Where motions are drawn with the samples: "contact", the default, "log_closing", or an output of a dataset, each
+        under the sample's own motion.
     samples : int, optional
         How many samples of a scene, in place of its own number.
     sobol : bool or int
@@ -115,13 +119,15 @@ def uncertainty(
         Along ``interface``: P(contact) over ``gap`` with bounds, and its percentiles over the samples; required gaps;
         the deviations of ln closing that parameters, motions and their interaction have; fragilities; indices of each
         ``uncertain_number``, and for a scene each output at its 10 % and 90 % quantiles. ``verdict``, ``sentence`` and
-        ``narrowing`` are words, the attribute ``assumptions`` says what is assumed and left out.
+        ``narrowing`` are words, the attribute ``assumptions`` says what is assumed and left out. Where motions are
+        drawn with the samples there is no P(contact) of a sample, and the share of the motions stands beside the
+        indices.
 
     Raises
     ------
     PoundingError
-        For a scene or a dataset without samples, for Sobol indices of correlated numbers or of a dataset, for options
-        out of their range, and for an ``out`` that cannot be written or holds other results.
+        For a scene or a dataset without samples, for Sobol indices of correlated numbers, of drawn motions or of a
+        dataset, for options out of their range, and for an ``out`` that cannot be written or holds other results.
     SceneError
         For a scene with faults.
     RecordError
@@ -205,17 +211,22 @@ def _interface(
         **_required(closings, criterion),
         **_of_samples(closings, gap, criterion),
         **_variances(
-            outputs[chosen].analysis or closings.analysis, outputs[chosen].analysis_unit, criterion.confidence
+            outputs[chosen].analysis or closings.analysis,
+            outputs[chosen].analysis_unit,
+            criterion.confidence,
+            _parts_of(closings),
         ),
         **_fragilities(Capacities.of(subject, index, closings, gap, asked), criterion.confidence),
     }
     indices = _indices(subject, outputs, criterion.confidence)
     parts |= indices | subject.moved(index, gap, asked)
+    if closings.is_drawn:
+        parts |= _share_of_motions(outputs, closings, criterion.confidence)
     dataset = xr.Dataset(
         parts,
         {
             "gap": ("gap", gaps, described("m", "gap")),
-            "component": ("component", list(PARTS), {"long_name": "part of the variance"}),
+            "component": ("component", list(_parts_of(closings)), {"long_name": "part of the variance"}),
             "percentile": ("percentile", list(_percentiles(criterion)), described("1", "percentile [%]")),
             "sample_percentile": ("sample_percentile", list(OVER_SAMPLES), described("1", "percentile of samples [%]")),
             "uncertain_number": ("uncertain_number", list(subject.keys), {"long_name": "address in the scene"}),
@@ -238,17 +249,12 @@ def _interface(
 def _contact(closings: CrossedClosings, gap: float, gaps: Array, criterion: Criterion) -> dict[str, Any]:
     """P(contact) over the gaps and at the judged one."""
     over, here = closings.contact(gaps, criterion.confidence), closings.contact(gap, criterion.confidence)
-    of_samples = np.stack([np.percentile(closings.of_samples(one), OVER_SAMPLES) for one in gaps.tolist()])
     contact = "P(contact) over samples and motions"
     return {
+        **({} if closings.is_drawn else _contact_of_samples(closings, gaps)),
         "contact_probability": ("gap", over.value, described("1", contact)),
         "contact_probability_low": ("gap", over.low, described("1", f"lower bound of {contact}")),
         "contact_probability_high": ("gap", over.high, described("1", f"upper bound of {contact}")),
-        "contact_probability_of_samples": (
-            ("gap", "sample_percentile"),
-            of_samples,
-            described("1", "percentiles over the samples of P(contact) over the motions"),
-        ),
         "judged_gap": ((), gap, described("m", "gap that is judged")),
         "judged_probability": ((), here.value[0], described("1", f"{contact} at the judged gap")),
         "judged_probability_low": ((), here.low[0], described("1", "its lower bound")),
@@ -256,6 +262,13 @@ def _contact(closings: CrossedClosings, gap: float, gaps: Array, criterion: Crit
         "independent": ((), here.independent[0], described("1", "independent outcomes that these bounds are for")),
         "independent_motions": ((), closings.counted.motions, described("1", "independent motions")),
     }
+
+
+def _contact_of_samples(closings: CrossedClosings, gaps: Array) -> dict[str, Any]:
+    """Percentiles over the samples of P(contact) over the motions, over the gaps."""
+    of_samples = np.stack([np.percentile(closings.of_samples(one), OVER_SAMPLES) for one in gaps.tolist()])
+    about = described("1", "percentiles over the samples of P(contact) over the motions")
+    return {"contact_probability_of_samples": (("gap", "sample_percentile"), of_samples, about)}
 
 
 def _percentiles(criterion: Criterion) -> tuple[float, ...]:
@@ -268,9 +281,9 @@ def _required(closings: CrossedClosings, criterion: Criterion) -> dict[str, Any]
     """Required gaps at the percentiles, over samples and motions, and over the samples."""
     percentiles = _percentiles(criterion)
     required = closings.required(percentiles, criterion.confidence)
-    over_samples = np.percentile(np.percentile(closings.closing, percentiles, axis=1), OVER_SAMPLES, axis=1).T
     gap = "gap that a percentile of samples and motions together needs"
     return {
+        **({} if closings.is_drawn else _required_of_samples(closings, percentiles)),
         "required_gap": ("percentile", [one.gap for one in required], described("m", gap)),
         "required_gap_low": ("percentile", [one.low for one in required], described("m", f"lower bound of the {gap}")),
         "required_gap_high": (
@@ -283,18 +296,23 @@ def _required(closings: CrossedClosings, criterion: Criterion) -> dict[str, Any]
             np.array([one.bounded for one in required], dtype=np.int8),
             described("1", "1 where the upper bound is one"),
         ),
-        "required_gap_of_samples": (
-            ("percentile", "sample_percentile"),
-            over_samples,
-            described("m", "percentiles over the samples of the gap that a percentile of the motions needs"),
-        ),
     }
 
 
+def _required_of_samples(closings: CrossedClosings, percentiles: tuple[float, ...]) -> dict[str, Any]:
+    """Percentiles over the samples of the gaps that percentiles of the motions need."""
+    over_samples = np.percentile(np.percentile(closings.closing, percentiles, axis=1), OVER_SAMPLES, axis=1).T
+    about = described("m", "percentiles over the samples of the gap that a percentile of the motions needs")
+    return {"required_gap_of_samples": (("percentile", "sample_percentile"), over_samples, about)}
+
+
 def _of_samples(closings: CrossedClosings, gap: float, criterion: Criterion) -> dict[str, Any]:
-    """P(contact) in each sample, and the share of samples in which it exceeds the target."""
+    """P(contact) in each sample, and the share of samples in which it exceeds the target; what drawn motions close."""
     from pounding_risk.assessment.proportions import exact_bounds
 
+    if closings.is_drawn:
+        about = described("m", "what the sample's motion closes without contact, which its gap is to be wider than")
+        return {"closing_of_sample": ("sample", closings.closing[:, 0], about)}
     share = closings.of_samples(gap)
     count, runs = int((share > criterion.target).sum()), share.size
     low, high = exact_bounds(count, runs, criterion.confidence)
@@ -307,16 +325,21 @@ def _of_samples(closings: CrossedClosings, gap: float, criterion: Criterion) -> 
     }
 
 
-def _variances(analysis: Analysis, unit: str, confidence: float) -> dict[str, Any]:
+def _parts_of(closings: CrossedClosings) -> tuple[str, ...]:
+    return PARTS_DRAWN if closings.is_drawn else PARTS
+
+
+def _variances(analysis: Analysis, unit: str, confidence: float, parts: tuple[str, ...]) -> dict[str, Any]:
     """Standard deviations by what they come from, with bounds, and each as a share of the variance."""
-    of = (
-        lambda components: components.samples,
-        lambda components: components.motions,
-        lambda components: components.interaction,
-        lambda components: components.total,
-    )
-    bounds = np.sqrt([analysis.variance_bounds(one, confidence) for one in of])
-    shares = _shares(analysis.all)
+    of: dict[str, Callable[[Components], Any]] = {
+        "parameters": lambda components: components.samples,
+        "parameters and interaction": lambda components: components.samples,
+        "motions": lambda components: components.motions,
+        "interaction": lambda components: components.interaction,
+        "total": lambda components: components.total,
+    }
+    bounds = np.sqrt([analysis.variance_bounds(of[name], confidence) for name in parts])
+    shares = _shares([of[name](analysis.all) for name in parts[:-1]])
     whose = "of the logarithm of what is closed" if unit == "1" else "of the output"
     deviation = f"standard deviation {whose} by what it comes from"
     return {
@@ -327,8 +350,8 @@ def _variances(analysis: Analysis, unit: str, confidence: float) -> dict[str, An
     }
 
 
-def _shares(components: Components) -> Array:
-    parts = np.maximum([components.samples, components.motions, components.interaction], 0.0)
+def _shares(components: Sequence[float]) -> Array:
+    parts = np.maximum(components, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.append(parts / parts.sum(), 1.0)
 
@@ -347,6 +370,20 @@ def _fragilities(capacities: Capacities, confidence: float) -> dict[str, Any]:
     parts["fragility_intensity"] = ((), capacities.intensity, {"long_name": "intensity of the fragilities"})
     parts["fragility_fault"] = ((), capacities.fault, {"long_name": "why there are no fragilities"})
     return parts
+
+
+def _share_of_motions(outputs: Mapping[str, Any], closings: CrossedClosings, confidence: float) -> dict[str, Any]:
+    """The share that the motions have in the variance of each output, as first-order indices of a number have one."""
+    assert isinstance(closings, DrawnClosings), "asked of drawn motions alone"
+    values = []
+    for one in outputs.values():
+        values.append(motion_share(analysed_clusters(one.values, closings.of_motions, closings.recordings), confidence))
+    known = "share of the variance over the samples that would go were the motion known exactly"
+    ends = {"": "", "_low": "lower bound of the ", "_high": "upper bound of the "}
+    return {
+        f"first_order_of_motions{end}": ("output", [value[at] for value in values], described("1", f"{words_}{known}"))
+        for at, (end, words_) in enumerate(ends.items())
+    }
 
 
 def _indices(subject: Samples, outputs: Mapping[str, Any], confidence: float) -> dict[str, Any]:

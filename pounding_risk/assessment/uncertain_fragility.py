@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from pounding_risk.assessment import demands as data
 from pounding_risk.assessment import fragility as curves
-from pounding_risk.assessment.crossed import analysed, counted_outcomes
 from pounding_risk.assessment.crossed_contact import CrossedClosings
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import spectral, usual_intensity
@@ -33,7 +32,7 @@ class Capacities(NamedTuple):
     """Logarithms of the intensities at which motions close a gap, (samples, motions), or why there are none."""
 
     logs: Array | None
-    recordings: NDArray[np.int64]
+    closings: CrossedClosings  # whose motions and recordings they have
     intensity: str
     fault: str
 
@@ -53,16 +52,16 @@ class Capacities(NamedTuple):
         drawn = subject.gaps_of(subject.dataset, index, gap)
         gaps = np.full(len(reach), gap) if drawn is None else drawn
         fault = cls._fault(subject, index, (reach, gaps), one_sample)
-        if not fault and closings.recordings[-1] == 0:
+        if not fault and closings.recordings.max() == 0:
             fault = curves.ALONE
         if fault:
-            return cls(None, closings.recordings, intensity, fault)
+            return cls(None, closings, intensity, fault)
         ims = data.intensities(one_sample, intensity)
-        ims = ims[:, min(subject.level(asked.level), ims.shape[1] - 1)][closings.order]
+        ims = subject.by_outcome(ims[:, min(subject.level(asked.level), ims.shape[1] - 1)], closings)
         factors = np.log(gaps)[:, None] - np.log(reach)
         logs = np.log(ims) + factors
         _, fault = curves.out_of_scale(curves.Fit(median=float(np.exp(logs.mean()))), np.exp([factors.mean()]))
-        return cls(None if fault else logs, closings.recordings, intensity, fault)
+        return cls(None if fault else logs, closings, intensity, fault)
 
     @staticmethod
     def _fault(subject: Samples, index: int, closed: tuple[Array, Array], one_sample: Any) -> str:
@@ -85,15 +84,14 @@ class Capacities(NamedTuple):
             return {"fragility_median": empty, "fragility_dispersion": empty}
         from scipy.stats import t as student
 
-        analysis = analysed(self.logs, self.recordings)
-        components, counted = analysis.all, counted_outcomes(self.logs, self.recordings, analysis)
+        analysis, counted = self.closings.of_logs(self.logs)
         alone, total = (
             np.sqrt(analysis.variance_bounds(of, confidence))
             for of in (lambda one: one.motions + one.interaction, lambda one: one.total)
         )
-        # Of the mean over samples and motions; a component below 0 counts as none.
-        samples, motions, rest = (max(float(part), 0.0) for part in components[:3])
-        variance = samples / counted.samples + motions / counted.motions + rest / (counted.samples * counted.motions)
+        variance = counted.variance_of_mean(analysis.all)
+        if self.closings.is_drawn:  # what motions do in a sample is not told from what they do in the mean over samples
+            alone = np.full(3, nan)
         freedom = max(min(counted.motions, float(counted.samples)) - 1.0, 1.0)
         half = float(student.ppf(0.5 * (1.0 + confidence), freedom)) * np.sqrt(variance)
         median = np.exp(self.logs.mean() + np.array([0.0, -half, half]))

@@ -19,16 +19,19 @@ from pounding_risk._common.words import nearest
 from pounding_risk.assessment import demands as data
 from pounding_risk.assessment.crossed import Analysis, analysed
 from pounding_risk.assessment.crossed_contact import CrossedClosings, logs_of
+from pounding_risk.assessment.drawn_closings import DrawnClosings, analysed_clusters
 from pounding_risk.assessment.options import Criterion
+from pounding_risk.assessment.proportions import labels
 from pounding_risk.assessment.sobol import QUANTILES, power_of_two, saltelli_points, tornado_points
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
+from pounding_risk.motions.processing.signals import LEAST_SHAKING
 from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.files import open_results
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.own_case import own_case, own_level, scene_gap
-from pounding_risk.results.scene_axes import axes_of
+from pounding_risk.results.scene_axes import axes_of, has_drawn_motions
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
 from pounding_risk.units import shown
@@ -43,6 +46,13 @@ Array = NDArray[np.float64]
 SAMPLE = "sample"
 LEAST_SAMPLES, MOST_SAMPLES = 2, 1_000_000  # of a scene, and of a design
 MOST_SOBOL = 65536
+OF_RECORDS = ("records", "processing", "motions_sha256", "flags", "copies")  # attributes that tell of all records
+ONE_MOTION = (
+    "Each sample has one motion, drawn with it: bounds count recordings, of which the samples are clusters. What the "
+    "uncertain numbers do alone is not told from what they do together with the motions, and no sample has its own "
+    "P(contact) over the motions."
+)
+ALL_MOTIONS = 'run all motions in each: motions = "all" in [uncertain], or --set uncertain.motions=all'
 
 
 def _contact(closing: Array, gap: float, percentile: float) -> Array:
@@ -75,11 +85,27 @@ class OutputKind(NamedTuple):
     words: str
 
 
+# Outputs of a sample whose motion is drawn with it: of that one motion.
+OF_ONE_MOTION = {
+    "contact": OutputKind(
+        lambda closing, gap, _: np.asarray((closing[:, 0] > gap).astype(float)),
+        "1",
+        "whether the sample's motion closes the gap, 1 or 0",
+    ),
+    "log_closing": OutputKind(
+        lambda closing, gap, _: logs_of(closing)[:, 0], "1", "ln(closing in m) under the sample's motion"
+    ),
+}
 OF_CLOSING = {
     "contact_probability": OutputKind(_contact, "1", "P(contact) over the motions at the gap"),
     "required_gap": OutputKind(_required, "m", "gap that the percentile of the motions needs"),
     "log_median_closing": OutputKind(_log_median, "1", "mean over the motions of ln(closing in m)"),
 }
+
+
+def kinds_of_output(is_drawn: bool) -> dict[str, OutputKind]:
+    """The outputs of a sample that follow from what its motions close, or the one that is drawn with it."""
+    return OF_ONE_MOTION if is_drawn else OF_CLOSING
 
 
 class Output(NamedTuple):
@@ -122,7 +148,28 @@ class Samples:
     def first_sample(self) -> xr.Dataset:
         """The dataset of the first sample, for what is the same in all."""
         one_sample = with_axes(self.dataset.isel({SAMPLE: [0]}))
-        return one_sample.isel({SAMPLE: 0}, drop=True) if SAMPLE in one_sample.dims else one_sample
+        one_sample = one_sample.isel({SAMPLE: 0}, drop=True) if SAMPLE in one_sample.dims else one_sample
+        return self._with_drawn_records(one_sample) if self.is_drawn else one_sample
+
+    def _with_drawn_records(self, one_sample: xr.Dataset) -> xr.Dataset:
+        """The dataset of one sample without its motion, and with the facts on every record that is drawn."""
+        _, first = np.unique(self.dataset["record"].values, return_index=True)
+        facts = [str(name) for name in self.dataset.variables if str(name).startswith("record")]
+        variables = {name: self.dataset[name].variable.isel({SAMPLE: first}) for name in facts}
+        for name, variable in variables.items():
+            dims = tuple("record" if dim == SAMPLE else dim for dim in variable.dims)
+            variables[name] = type(variable)(dims, variable.values, variable.attrs)
+        cases = [name for name, variable in one_sample.variables.items() if "record" in variable.dims]
+        own = {name: self.dataset.attrs[name] for name in OF_RECORDS if name in self.dataset.attrs}
+        bare = one_sample.drop_vars([*cases, *({"polarity"} & set(one_sample.variables))]).assign_attrs(own)
+        variables["polarity"] = type(variables["record"])("polarity", self.dataset["polarity"].values[:1])
+        spectra = {name: variables.pop(name) for name in facts if name not in self.dataset.coords}
+        return bare.assign_coords(variables).assign(spectra)
+
+    @property
+    def is_drawn(self) -> bool:
+        """True where each sample has one motion, which is drawn with it."""
+        return has_drawn_motions(self.dataset)
 
     @property
     def interfaces(self) -> tuple[str, ...]:
@@ -142,8 +189,26 @@ class Samples:
         return {"long_name": f"value of {key}"} | {str(name): str(value) for name, value in about.items()}
 
     def motions(self, index: int) -> data.Motions:
-        """The motions of an interface in the first sample: their names, recordings and amplitudes."""
-        return data.motions_of(data.interfaces(self.first_sample)[index][1])
+        """The motions of an interface in the first sample: their names, recordings and amplitudes.
+
+        Where motions are drawn with the samples, that of each sample.
+        """
+        if not self.is_drawn:
+            return data.motions_of(data.interfaces(self.first_sample)[index][1])
+        records, polarities = (tuple(map(str, self.dataset[name].values)) for name in ("record", "polarity"))
+        closing = _by_sample(self.dataset["peak_closing_free"].isel(interface=index), 0)
+        finite = np.isfinite(closing[:, 0]) & (self.dataset["record_pga"].values >= LEAST_SHAKING)
+        recordings = data.numbered_recordings(self.dataset, records)
+        amplitudes = data.amplitudes_of(self.first_sample).values
+        return data.Motions(records, polarities, recordings, amplitudes, closing, finite)
+
+    def by_outcome(self, values: Array, closings: CrossedClosings) -> Array:
+        """Values of the motions of `first_sample` in the order of the closings: (1, motions), or (samples, 1)."""
+        if not self.is_drawn:
+            return values[None, closings.order]
+        at = {name: place for place, name in enumerate(self.first_sample["record"].values.tolist())}
+        turns = self.first_sample.sizes["polarity"]
+        return np.array([[values[turns * at[name]]] for name in self.dataset["record"].values.tolist()])
 
     def level(self, asked: int | None) -> int:
         """Index of the assessed amplitude."""
@@ -152,7 +217,9 @@ class Samples:
     def motions_words(self, level: int | None) -> str:
         """How many motions of how many recordings at which amplitude, in words."""
         motions = self.motions(0)
-        many = f"{counted(len(motions.records), 'motion')} of {counted(int(motions.recordings.max()) + 1, 'recording')}"
+        number = len(set(zip(motions.records, motions.polarities, strict=True)))
+        many = f"{counted(number, 'motion')} of {counted(int(motions.recordings.max()) + 1, 'recording')}"
+        many = f"one of {many} drawn with each," if self.is_drawn else many
         return f"{many} {amplitude_words(self.first_sample, motions.amplitudes[self.level(level)])}"
 
     def gap(self, index: int) -> float:
@@ -161,7 +228,10 @@ class Samples:
 
     def closings(self, index: int, level: int | None) -> CrossedClosings:
         """What every motion closes in every sample."""
-        return CrossedClosings(self.closing_of(self.dataset, index, level), self.motions(index).recordings)
+        closing, motions = self.closing_of(self.dataset, index, level), self.motions(index)
+        if not self.is_drawn:
+            return CrossedClosings(closing, motions.recordings)
+        return DrawnClosings(closing[:, 0], _numbered(motions), motions.recordings)
 
     def closing_of(self, dataset: xr.Dataset, index: int, level: int | None) -> Array:
         """Closings (samples, motions) [m], less what the gap of a sample has more than the scene's own.
@@ -181,7 +251,8 @@ class Samples:
         one = dataset.isel(interface=index) if "interface" in dataset.dims else dataset
         closing = _by_sample(one["peak_closing_free"], self.level(level))
         # A record without motion has no finite response in the first sample, nor in any other.
-        alone = np.where(np.isfinite(closing) & self.motions(index).finite, closing, np.inf)
+        finite = self.motions(index).finite
+        alone = np.where(np.isfinite(closing) & (finite[:, None] if self.is_drawn else finite), closing, np.inf)
         if "impact_count" in dataset and self.is_inner(index):
             alone = np.fmax(alone, self._pushed(one, level))
         return alone
@@ -208,18 +279,20 @@ class Samples:
                 kind.words,
                 None if design is None else kind.of(design, *about),
             )
-            for name, kind in OF_CLOSING.items()
+            for name, kind in kinds_of_output(self.is_drawn).items()
         }
-        if asked.output is not None and asked.output not in OF_CLOSING:
+        if asked.output is not None and asked.output not in outputs:
             outputs[asked.output] = self._other_output(index, asked)
         return outputs
 
     def _other_output(self, index: int, asked: Asked) -> Output:
         """The median over the motions of an output at the scene's own case, in each sample."""
         name = str(asked.output)
-        known = [*OF_CLOSING, *map(str, self._others())]
+        known = [*kinds_of_output(self.is_drawn), *map(str, self._others())]
         if name not in self._others():
             why = "" if "impact_count" in self.dataset else "; others need runs of contact: name a dataset of a scan"
+            if self.is_drawn and name in OF_CLOSING:
+                why = f"; it is over all motions in each sample, and these have one each: {ALL_MOTIONS}"
             raise PoundingError(
                 f"output: {shown(name)} is none{nearest(name, known)}; it may be {', '.join(known)}{why}"
             )
@@ -228,25 +301,32 @@ class Samples:
         variable = self.dataset[name]
         values = _by_sample(variable.isel({axis: at for axis, at in case.items() if axis in variable.dims}), 0)
         known_values = np.isfinite(values)
-        order = np.argsort(self.motions(index).recordings, kind="stable")
+        order = [0] if self.is_drawn else np.argsort(self.motions(index).recordings, kind="stable")
         with np.errstate(invalid="ignore"):
             medians = np.nanmedian(np.where(known_values, values, np.nan), axis=1)
         if not np.isfinite(medians).all():
             raise PoundingError(f"output: {name} has no number in some sample at the scene's own case; choose another")
         whole = np.where(known_values, values, medians[:, None])[:, order]
         positive = bool((whole > 0.0).all())
-        recordings = np.sort(np.unique(self.motions(index).recordings, return_inverse=True)[1]).astype(np.int64)
-        analysis = analysed(np.log(whole) if positive else whole, recordings)
         unit = str(variable.attrs.get("units", "1"))
         said = f"median over the motions of {variable.attrs.get('long_name', name)}"
+        motions, recordings = self.motions(index), np.unique(self.motions(index).recordings, return_inverse=True)[1]
+        compared = np.log(whole) if positive else whole
+        if self.is_drawn:
+            said = f"{variable.attrs.get('long_name', name)}, under the sample's motion"
+            analysis = analysed_clusters(compared[:, 0], _numbered(motions), recordings.astype(np.int64))
+        else:
+            analysis = analysed(compared, np.sort(recordings).astype(np.int64))
         return Output(medians, unit, said, None, analysis, "1" if positive else unit)
 
     def _others(self) -> tuple[str, ...]:
         """Outputs of cases that the dataset has for each sample."""
+        axes = {SAMPLE} if self.is_drawn else {SAMPLE, "record", "polarity"}
         return tuple(
             str(name)
             for name, variable in self.dataset.data_vars.items()
-            if {SAMPLE, "record", "polarity"} <= set(variable.dims) and variable.dtype.kind in "fiu"
+            if (axes if name != "record_spectral_acceleration" else {""}) <= set(variable.dims)
+            and variable.dtype.kind in "fiu"
         )
 
     def moved(self, index: int, gap: float, asked: Asked) -> dict[str, Any]:
@@ -277,11 +357,17 @@ class Samples:
 
 
 def _by_sample(values: xr.DataArray, level: int) -> Array:
-    """Values as (samples, motions) at one amplitude; the largest over any other axis."""
+    """Values as (samples, motions) at one amplitude, or (samples, 1); the largest over any other axis."""
     values = values.isel({axis: level for axis in (PGA_AXIS, LEVEL_AXIS) if axis in values.dims})
-    others = [axis for axis in values.dims if axis not in (SAMPLE, "record", "polarity")]
-    ordered = (values.max(others) if others else values).transpose(SAMPLE, "record", "polarity").values
+    axes = [axis for axis in (SAMPLE, "record", "polarity") if axis in values.dims]
+    others = [axis for axis in values.dims if axis not in axes]
+    ordered = (values.max(others) if others else values).transpose(*axes).values
     return np.asarray(ordered.reshape(len(ordered), -1), dtype=float)
+
+
+def _numbered(motions: data.Motions) -> NDArray[np.int64]:
+    """Numbers from 0, equal for samples of one record and polarity."""
+    return labels(list(zip(motions.records, motions.polarities, strict=True)))
 
 
 def _gaps_of_samples(one: xr.Dataset) -> Array | None:
@@ -294,10 +380,14 @@ def _gaps_of_samples(one: xr.Dataset) -> Array | None:
 
 
 def named_output(outputs: Mapping[str, Output], asked: str | None) -> str:
-    """The output that sentences are of: as asked, else P(contact), or the required gap where P(contact) is constant."""
+    """The output that sentences are of: as asked, else P(contact), or the required gap where P(contact) is constant.
+
+    Where motions are drawn with the samples: contact, or the logarithm of the closing.
+    """
     if asked is not None:
         return asked
-    return "contact_probability" if np.ptp(outputs["contact_probability"].values) > 0.0 else "required_gap"
+    first, second, *_ = outputs
+    return first if np.ptp(outputs[first].values) > 0.0 else second
 
 
 # ------------------------------------------------------------------------------------------------------------ sources
@@ -350,6 +440,8 @@ def _assumptions_of_dataset(dataset: xr.Dataset, keys: tuple[str, ...]) -> Itera
         "spread more evenly, so that bounds are wider than need be."
     )
     yield f"Every number but {', '.join(keys)} is taken as known exactly."
+    if has_drawn_motions(dataset):
+        yield ONE_MOTION
     yield from json.loads(dataset.attrs.get("notes", "[]"))
     correlations = tables_of(str(dataset.attrs.get("scene_resolved", ""))).get("uncertain", {}).get("correlations", [])
     if correlations:
@@ -372,8 +464,14 @@ def sampled_scene(
         uncertain = replace(uncertain, samples=samples)
     numbers = len(uncertain.keys)
     drawn = np.asarray(uncertain.points())
-    parts = [drawn, independent_points(tornado_points(numbers), uncertain)]
+    # A tornado and a design of their own are over all motions in each point.
+    parts = [drawn, *([] if uncertain.is_drawn else [independent_points(tornado_points(numbers), uncertain)])]
     if num:
+        if uncertain.is_drawn:
+            raise PoundingError(
+                f"sobol: motions are drawn with the samples, and Sobol indices are over all of them; {ALL_MOTIONS}. "
+                "First-order indices follow from the samples without it"
+            )
         if uncertain.correlations:
             between = " and ".join(uncertain.correlations[0].between)
             raise PoundingError(
@@ -393,7 +491,7 @@ def sampled_scene(
         str(whole.attrs.get("title", "")),
         "; ".join(f"{name}: {said}" for name, said in uncertain.described()).removeprefix("samples: "),
         tuple(_assumptions_of_scene(uncertain, whole)),
-        pieces[1],
+        None if uncertain.is_drawn else pieces[1],
         pieces[2] if num else None,
     )
 
@@ -420,6 +518,8 @@ def _assumptions_of_scene(uncertain: Any, free: xr.Dataset) -> Iterator[str]:
             f"The samples are points of a design ({uncertain.method}), counted as if they were drawn independently: "
             "they are spread more evenly, so that bounds are wider than need be."
         )
+    if uncertain.is_drawn:
+        yield ONE_MOTION
     yield from uncertain.notes()
     if uncertain.correlations:
         yield _correlated(" and ".join(one.between) for one in uncertain.correlations)

@@ -25,6 +25,8 @@ OUTPUT_WORDS = {
     "contact_probability": "P(contact)",
     "required_gap": "the required gap",
     "log_median_closing": "the logarithm of the median closing",
+    "contact": "whether there is contact",
+    "log_closing": "the logarithm of the closing",
 }
 MOSTLY = 0.6  # of the variance of the bounds, from which one side is named
 
@@ -49,13 +51,15 @@ def verdict_of(
     """Adequate, inadequate or depends by the rule of `verdict`, with bounds over samples and motions."""
     here = closings.contact(gap, criterion.confidence)
     share, low, high = float(here.value[0]), float(here.low[0]), float(here.high[0])
-    polarities = np.array(subject.motions(index).polarities)[closings.order]
-    closed = closings.closing > gap
-    by_polarity = {str(one): float(closed[:, polarities == one].mean()) for one in dict.fromkeys(polarities.tolist())}
+    polarities, closed = np.array(subject.motions(index).polarities), closings.closing > gap
+    by_polarity = {
+        str(one): closings.of_polarity(closed, polarities == one) for one in dict.fromkeys(polarities.tolist())
+    }
     sides = {one > criterion.target for one in by_polarity.values()}
     word = DEPENDS if len(sides) > 1 else ADEQUATE if high <= criterion.target else INADEQUATE
     word = word if word != INADEQUATE or low > criterion.target else DEPENDS
-    who = f"{counted(len(closings.closing), 'sample')} × {subject.motions_words(level)}"
+    joint = ", " if closings.is_drawn else " × "
+    who = f"{counted(len(closings.closing), 'sample')}{joint}{subject.motions_words(level)}"
     bounds = f"{100 * criterion.confidence:g} % bounds {share_words(low)} to {share_words(high)}"
     finding = (
         f"{word.capitalize()}: over {who} P(contact) at a gap of {say(gap, GAP, 3)} is {share_words(share)} ({bounds})"
@@ -79,10 +83,12 @@ def of_few(closings: CrossedClosings, criterion: Criterion) -> Iterator[str]:
     least = least_upper_bound(fewest, criterion.confidence)
     if least > criterion.target:
         needed = motions_to_show(criterion.target, criterion.confidence)
+        each = "recordings, all with as many samples" if closings.is_drawn else "each"
         yield (
             f"Few: the motions count as {closings.counted.motions:.3g} independent ones, beside "
             f"{counted(closings.counted.samples, 'sample')}. Even without any contact these could only show P(contact) "
-            f"< {share_words(least)}; the target of {percent_words(criterion.target)} takes {needed} of each."
+            f"< {share_words(least)}; the target of {percent_words(criterion.target)} takes {needed} of "
+            f"{each}."
         )
     lost = int((~np.isfinite(closings.closing)).sum())
     if lost:
@@ -95,10 +101,13 @@ def parts_words(part: xr.Dataset) -> str:
     share = dict(zip(part["component"].values.tolist(), part["variance_share"].values.tolist(), strict=True))
     deviation = dict(zip(part["component"].values.tolist(), part["dispersion"].values.tolist(), strict=True))
     if not np.isfinite(share["motions"]):
+        if "interaction" not in share:
+            return "No motion was drawn twice, or all are of one recording: draw more samples to tell what motions do."
         return "One recording, or one sample, does not tell what motions and parameters contribute."
     whose = "ln closing" if str(part["chosen_output"].item()) in OUTPUT_WORDS else "the output"
-    ordered = sorted(("motions", "parameters", "interaction"), key=lambda name: -share[name])
     words = {"motions": "the motions", "parameters": "the uncertain numbers", "interaction": "both together"}
+    words["parameters and interaction"] = "the uncertain numbers, alone and together with the motions"
+    ordered = sorted((name for name in words if name in share), key=lambda name: -share[name])
     parts = ", ".join(f"{_share(share[name])} from {words[name]}" for name in ordered).replace(
         " from", " comes from", 1
     )
@@ -152,11 +161,13 @@ def _dispersion(part: xr.Dataset) -> Iterator[str]:
     if not np.isfinite(share["motions"]) or str(part["chosen_output"].item()) not in OUTPUT_WORDS:
         return
     deviation = dict(zip(part["component"].values.tolist(), part["dispersion"].values.tolist(), strict=True))
-    first = part["first_order"].sel(output="log_median_closing").values
+    # Of drawn motions a share is one of the variance in all, not of that of the samples alone.
+    is_drawn = "parameters" not in deviation
+    first = part["first_order"].sel(output="log_closing" if is_drawn else "log_median_closing").values
     if not np.isfinite(first).any():
         return
     lead = int(np.nanargmax(first))
-    gone = min(max(float(first[lead]), 0.0), 1.0) * deviation["parameters"] ** 2
+    gone = min(max(float(first[lead]), 0.0), 1.0) * deviation["total" if is_drawn else "parameters"] ** 2
     left = float(np.sqrt(max(deviation["total"] ** 2 - gone, 0.0)))
     name = str(part["uncertain_number"].values[lead])
     total, narrowed = f"{deviation['total']:.2g}", f"{left:.2g}"

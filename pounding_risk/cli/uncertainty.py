@@ -49,8 +49,9 @@ def uncertainty(
     output: Annotated[
         str | None,
         option(
-            "What indices are of: contact_probability, required_gap, log_median_closing, or of a dataset any output.",
-            "contact_probability",
+            "What indices are of: contact_probability, required_gap, log_median_closing (of drawn motions contact, "
+            "log_closing), or of a dataset any output.",
+            "contact_probability, or contact",
         ),
     ] = None,
     samples: Annotated[int | None, option("Samples of a scene.", "its own", min=2)] = None,
@@ -67,6 +68,7 @@ def uncertainty(
     """What uncertain numbers mean for the gap."""
     from pounding_risk.assessment.options import read_criterion
     from pounding_risk.assessment.uncertain import uncertainty as run
+    from pounding_risk.assessment.uncertain_samples import ALL_MOTIONS
     from pounding_risk.errors import PoundingError
     from pounding_risk.scene.reader import read_scene
     from pounding_risk.units import GAP, PGA
@@ -81,6 +83,8 @@ def uncertainty(
             "--tornado: each number is moved alone in a run of the scene, which a dataset has not; name the scene"
         )
     subject: Any = read_scene(source, overrides) if is_scene else source
+    if tornado and subject.uncertain is not None and subject.uncertain.is_drawn:
+        raise PoundingError(f"--tornado: is over all motions, and one is drawn with each sample; {ALL_MOTIONS}")
     with ProgressDisplay("uncertainty", "batches") as progress:
         dataset = run(
             subject, out, gap=judged[0], pga=judged[1], **criterion._asdict(), intensity=intensity, output=output,
@@ -100,7 +104,8 @@ def print_uncertainty(dataset: Any, tornado: bool = False) -> None:
     for name in dataset["interface"].values:
         part = dataset.sel(interface=name)
         print(f"\n{name}\n\n{part['sentence'].item()}\n")
-        print(f"  {_samples_words(part)}\n  {_parts_words(part)}\n  {part['narrowing'].item()}\n")
+        words = [_samples_words(part)] if "samples_over_target" in part else []
+        print("".join(f"  {line}\n" for line in (*words, _parts_words(part), part["narrowing"].item())))
         _print_required(part)
         _print_contact(part)
         _print_parts(part)
@@ -136,16 +141,18 @@ def _percent(value: float) -> str:
 
 
 def _print_required(part: Any) -> None:
-    heads = ("gap required by", "over samples and motions", "bounds", "5 % of samples", "median", "95 %")
+    of_samples = ("5 % of samples", "median", "95 %") if "required_gap_of_samples" in part else ()
+    heads = ("gap required by", "over samples and motions", "bounds", *of_samples)
     rows = []
     for percentile in part["percentile"].values:
         one = part.sel(percentile=percentile)
         high = _length(one["required_gap_high"])
         bound = high if int(one["required_gap_bounded"]) else f"{high} (largest seen)"
-        over = [_length(one["required_gap_of_samples"].sel(sample_percentile=at)) for at in (5.0, 50.0, 95.0)]
+        places = (5.0, 50.0, 95.0) if of_samples else ()
+        over = [_length(one["required_gap_of_samples"].sel(sample_percentile=at)) for at in places]
         bounds = f"{_length(one['required_gap_low'])} to {bound}"
         rows.append((f"{percentile:g} %", _length(one["required_gap"]), bounds, *over))
-    print_table(heads, rows, "lrlrrr")
+    print_table(heads, rows, "lrlrrr"[: len(heads)])
     print()
 
 
@@ -157,13 +164,15 @@ def _print_contact(part: Any) -> None:
     """Print P(contact) at a few gaps."""
     size = part.sizes["gap"]
     places = sorted({round(at * (size - 1) / (GAP_ROWS - 1)) for at in range(GAP_ROWS)})
-    heads = ("gap", "P(contact)", "bounds", "5 % of samples", "median", "95 %")
+    of_samples = ("5 % of samples", "median", "95 %") if "contact_probability_of_samples" in part else ()
+    heads = ("gap", "P(contact)", "bounds", *of_samples)
     rows = []
     for one in (part.isel(gap=place) for place in places):
-        over = [_percent(float(one["contact_probability_of_samples"].sel(sample_percentile=at))) for at in (5, 50, 95)]
+        ends = (5, 50, 95) if of_samples else ()
+        over = [_percent(float(one["contact_probability_of_samples"].sel(sample_percentile=at))) for at in ends]
         low, high = (_percent(float(one[f"contact_probability{ending}"])) for ending in ("_low", "_high"))
         rows.append((_length(one["gap"]), _percent(float(one["contact_probability"])), f"{low} to {high}", *over))
-    print_table(heads, rows, "rrlrrr")
+    print_table(heads, rows, "rrlrrr"[: len(heads)])
     print()
 
 
@@ -190,6 +199,8 @@ def _share(value: Any) -> str:
 
 
 def _print_fragilities(part: Any) -> None:
+    import numpy as np
+
     fault = str(part["fragility_fault"].item())
     if fault:
         print(f"no fragilities: {fault}\n")
@@ -198,6 +209,8 @@ def _print_fragilities(part: Any) -> None:
     rows = []
     for name in part["curve"].values:
         one = part.sel(curve=name)
+        if not np.isfinite(one["fragility_dispersion"]):  # where motions are drawn, of the motions alone
+            continue
         median, *ends = (engineering(float(one[f"fragility_median{end}"]), "m/s2", 3) for end in ("", "_low", "_high"))
         spread, *bounds = (f"{float(one[f'fragility_dispersion{end}']):.3g}" for end in ("", "_low", "_high"))
         rows.append((str(name), median, " to ".join(ends), spread, " to ".join(bounds)))
@@ -222,6 +235,9 @@ def _print_indices(part: Any) -> None:
             low, high = (_share(number[f"{kind}{ending}"]) for ending in ("_low", "_high"))
             cells += [_share(number[kind]), f"{low} to {high}"]
         rows.append(cells)
+    if "first_order_of_motions" in one:
+        value, low, high = (_share(one[f"first_order_of_motions{end}"]) for end in ("", "_low", "_high"))
+        rows.append(["the motion", value, f"{low} to {high}"])
     print_table(heads, rows, "l" + "rl" * len(kinds))
     print()
 

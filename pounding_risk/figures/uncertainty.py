@@ -75,8 +75,9 @@ def _finding(results: xr.Dataset, names: list[str]) -> str:
 
 
 def _condition(results: xr.Dataset) -> str:
+    joint = ", " if "first_order_of_motions" in results else " × "
     return (
-        f"{counted(results.sizes['sample'], 'sample')} × {results.attrs['motions']}; bounds of "
+        f"{counted(results.sizes['sample'], 'sample')}{joint}{results.attrs['motions']}; bounds of "
         f"{percent_words(float(results.attrs['confidence']))} over recordings and samples"
     )
 
@@ -84,9 +85,9 @@ def _condition(results: xr.Dataset) -> str:
 def _contact(axis: Any, part: xr.Dataset, name: str) -> None:
     """Draw P(contact) against the gap: of the samples as bands, in all with bounds, and with all at their medians."""
     gaps, colour = 1e3 * part["gap"].values, MEANING["motions"]
-    of_samples = part["contact_probability_of_samples"]
-    for low, high, depth in BANDS:
-        ends = [of_samples.sel(sample_percentile=end).values for end in (low, high)]
+    bands = BANDS if "contact_probability_of_samples" in part else ()  # none where each sample has one motion
+    for low, high, depth in bands:
+        ends = [part["contact_probability_of_samples"].sel(sample_percentile=end).values for end in (low, high)]
         axis.fill_between(
             gaps, *ends, color=colour, alpha=depth, linewidth=0.0, label=f"{low:g} to {high:g} % of samples"
         )
@@ -118,6 +119,9 @@ def _indices(axis: Any, part: xr.Dataset) -> None:
     """Draw first-order shares as bars, and total ones where they are known, with bounds."""
     output = str(part["chosen_output"].item())
     one = part.sel(output=output)
+    if "first_order_of_motions" in one:  # beside the numbers
+        one = _with_motions(one)
+    names = one["uncertain_number"].values
     order = _ordered(one["first_order"].values)
     kinds = [("first_order", FIRST, "", "first-order")]
     if "total_order" in part:
@@ -131,7 +135,7 @@ def _indices(axis: Any, part: xr.Dataset) -> None:
         axis.errorbar(value, at, xerr=ends, fmt="none", color="black", linewidth=1.0, capsize=2.5)
     low, high = axis.get_xlim()
     axis.set_xlim(max(low, LEAST_SHOWN), min(high, MOST_SHOWN))
-    axis.set_yticks(range(len(order)), [_short(part["uncertain_number"].values[place]) for place in order], fontsize=8)
+    axis.set_yticks(range(len(order)), [_short(names[place]) for place in order], fontsize=8)
     axis.axvline(0.0, color=QUIET, linewidth=0.8)
     axis.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
     axis.set_xlabel("share of the variance over the samples")
@@ -143,6 +147,20 @@ def _indices(axis: Any, part: xr.Dataset) -> None:
         axis.set_title(f"{what} of {said}, with bounds", fontsize=9.5)
     else:
         axis.set_title(f"{said} does not vary over the samples", fontsize=9.5)
+
+
+def _with_motions(one: xr.Dataset) -> xr.Dataset:
+    """First-order shares of the numbers, and that of the motion as one of them."""
+    names = ["first_order", "first_order_low", "first_order_high"]
+    shares = {
+        name: (
+            "uncertain_number",
+            np.append(one[name], one[name.replace("first_order", "first_order_of_motions")]),
+        )
+        for name in names
+    }
+    labels = [*map(str, one["uncertain_number"].values), "the motion"]
+    return type(one)(shares, {"uncertain_number": labels})
 
 
 def _short(name: Any) -> str:

@@ -25,7 +25,7 @@ from pounding_risk.results.grid_values import axis_words
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.own_case import own_case
-from pounding_risk.results.scene_axes import axes_of, open_axes, own_places, written_values
+from pounding_risk.results.scene_axes import axes_of, has_drawn_motions, open_axes, own_places, written_values
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import SHOWN, STANDARD_GRAVITY, si
 
@@ -104,7 +104,8 @@ def _opened(results: str | Path | xr.Dataset) -> tuple[xr.Dataset, str]:
     """A dataset and its name in errors; with all its places along axes of numbers of the scene, as it is."""
     source = str(results) if isinstance(results, str | Path) else "the dataset"
     whole = open_results(results) if isinstance(results, str | Path) else results
-    is_along = kind_of(whole) == "scan" and open_axes(whole)
+    # Where each sample has its own motion there is no list of motions to choose from.
+    is_along = kind_of(whole) == "scan" and open_axes(whole) and not has_drawn_motions(whole)
     return whole if is_along else with_axes(whole, source), source
 
 

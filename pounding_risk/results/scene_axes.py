@@ -212,16 +212,18 @@ def settled(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
 
 
 def _of_one_motion(chosen: xr.Dataset) -> xr.Dataset:
-    """The dataset of one sample whose motion was drawn, with nothing of the other motions in its attributes.
+    """The dataset of one sample whose motion was drawn.
 
-    Its record and polarity are labels without an axis, as of a dataset of all motions of which one was selected.
+    Its record and polarity are labels without an axis, as of a dataset of all motions of which one was selected. Where
+    its scene names that record alone its attributes have nothing of the others.
     """
     name = str(chosen["record"].item())
-    attrs = {key: value for key, value in chosen.attrs.items() if key != MOTIONS_DRAWN}
-    if "records" in attrs:
+    attrs = {str(key): value for key, value in chosen.attrs.items() if key != MOTIONS_DRAWN}
+    is_named = tomllib.loads(str(attrs.get("scene_resolved", ""))).get("records", {}).get("names") == [name]
+    if is_named:
         attrs["records"] = as_text([one for one in json.loads(attrs["records"]) if one.get("name") == name])
     for key in ("processing", "motions_sha256"):
-        if key in attrs:
+        if is_named and key in attrs:
             attrs[key] = as_text({one: value for one, value in json.loads(attrs[key]).items() if one == name})
     recording = chosen["record_recording"].variable
     chosen = chosen.assign_coords(record_recording=recording.copy(data=np.zeros_like(recording.values)))

@@ -44,6 +44,7 @@ from pounding_risk.results.layout import AMPLITUDE, AXES, CaseVariable, Template
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.results.run_labels import Case
 from pounding_risk.results.scene_axes import selected, settled
+from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.store import store_of
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import read_scene
@@ -246,6 +247,9 @@ def _chosen_cases(
             study = recorded(results, Path(source), folder).study
             motions = motions_of(study)
             check_records(results, motions)
+            if results["record"].ndim == 0:  # of a sample that one motion was drawn with
+                motions = tuple(motion for motion in motions if motion.name == results["record"].item())
+                results = with_axes(results, str(source))
             choice = chosen(values_of(study, [motion.name for motion in motions]), _by_measure(study, wanted))
             if output is not None:
                 check_scan(results, str(source))

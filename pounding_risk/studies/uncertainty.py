@@ -8,6 +8,7 @@ scene sample by sample, by the solver that a scan of it has, which takes a hundr
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import prod
 from os import cpu_count
 from pathlib import Path
 from typing import Any, NamedTuple, cast
@@ -33,9 +34,17 @@ from pounding_risk.motions.levels import driven
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import AS_RECORDED, POLARITIES
 from pounding_risk.results.attributes import as_text, told
-from pounding_risk.results.labels import CONVENTIONS, NEEDED, axes_of_motions, flags_of, made_from, skeleton
+from pounding_risk.results.labels import (
+    CONVENTIONS,
+    NEEDED,
+    axes_of_motions,
+    flags_of,
+    made_from,
+    skeleton,
+    with_drawn_motions,
+)
 from pounding_risk.results.provenance import provenance
-from pounding_risk.results.scene_axes import axis_coordinates
+from pounding_risk.results.scene_axes import MOTIONS_DRAWN, axis_coordinates
 from pounding_risk.results.variables import described
 from pounding_risk.scene.motions import as_before, check_arrivals, for_periods, gathered
 from pounding_risk.scene.overrides import override
@@ -44,7 +53,7 @@ from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.scene_axis import SceneAxis, labels_of
 from pounding_risk.scene.sections import KEYS
 from pounding_risk.scene.toml import KeyPath, parse_toml
-from pounding_risk.scene.uncertain import sample_axis
+from pounding_risk.scene.uncertain import DrawnMotions, sample_axis
 from pounding_risk.scene.variants import Variants, check_one_scene
 from pounding_risk.solver.pair.listed_closings import PairList
 
@@ -70,11 +79,12 @@ class Facts(NamedTuple):
 
 
 class Work(NamedTuple):
-    """How the samples are solved."""
+    """How the samples are solved, and the motion of each where one is drawn."""
 
     words: str
     facts: Facts
     job: FreeJob
+    drawn: DrawnMotions | None = None
 
 
 def free_motion(
@@ -90,7 +100,8 @@ def free_motion(
     scene : Scene, str or Path
         A scene with [uncertain], or the path of its file.
     points : array, optional
-        (samples, uncertain numbers) between 0 and 1, at which the numbers are drawn instead of at the scene's own.
+        (samples, uncertain numbers) between 0 and 1, at which the numbers are drawn instead of at the scene's own; with
+        a further column where motions are drawn.
     workers : int, optional
         Number of threads; one per processor by default. Results do not depend on it.
     progress : callable, optional
@@ -101,8 +112,9 @@ def free_motion(
     xarray.Dataset
         ``peak_closing_free`` (sample, record, polarity, pga where the grid has several, interface) [m], the largest
         u_left - u_right, and ``peak_displacement_free`` (the same, building) [m]. The values of each uncertain number
-        are a coordinate along ``sample``. The attribute ``free_motion`` says how the samples were solved; ``notes`` say
-        where contact is not decided by the motion without contact alone.
+        are a coordinate along ``sample``. Where a motion is drawn with each sample, ``record`` and ``polarity`` are
+        coordinates too, and no dimensions. The attribute ``free_motion`` says how the samples were solved; ``notes``
+        say where contact is not decided by the motion without contact alone.
 
     Raises
     ------
@@ -119,23 +131,30 @@ def free_motion(
         example = '"building.frame.period" = {distribution = "lognormal", median = "0.5 s", dispersion = 0.2}'
         raise SceneError(study.source, [f"uncertain: the scene has no samples; write [uncertain] with {example}"])
     if points is not None:
-        return free_along(study, sample_axis(study.uncertain, points), workers, progress)
-    dataset = free_along(study, study.uncertain.axis, workers, progress)
+        return free_along(study, sample_axis(study.uncertain, points), workers, progress, points)
+    dataset = free_along(study, study.uncertain.axis, workers, progress, study.uncertain.points())
     notes = [*study.uncertain.notes(), *told(dataset, "notes", [])]
     return dataset.assign_attrs(notes=as_text(notes))
 
 
 def free_along(
-    study: Scene, axis: SceneAxis, workers: int | None = None, progress: Progress | None = None
+    study: Scene, axis: SceneAxis, workers: int | None = None, progress: Progress | None = None, points: Any = None
 ) -> xr.Dataset:
-    """`free_motion` of the scenes along one axis, whatever it is of, instead of those of samples."""
+    """`free_motion` of the scenes along one axis, whatever it is of, instead of those of samples.
+
+    Of samples ``points`` are those by which a motion is drawn with each, where the scene asks for that.
+    """
     others = tuple(other for other in study.axes if other.keys != axis.keys)
     check_one_scene(study.updated(axes=others), "uncertainty")
     stated = study.updated(axes=())
     ensemble = gathered(stated)
-    work = work_of(stated, axis, ensemble.motions)
-    check_held(stated, axis, len(ensemble.motions))
-    closing, peaks = solved(work.job, stated, axis.size, workers, progress)
+    drawn = None
+    if points is not None and study.uncertain is not None and study.uncertain.is_drawn:
+        drawn = study.uncertain.drawn_motions(len(ensemble.motions), len(stated.records.polarities), points)
+    work = work_of(stated, axis, ensemble.motions, drawn)
+    shape = (1, 1) if drawn is not None else (len(ensemble.motions), len(stated.records.polarities))
+    check_held(stated, axis, prod(shape))
+    closing, peaks = solved(work.job, stated, (axis.size, *shape), workers, progress)
     return dataset_of(study, axis, ensemble, work, closing, peaks)
 
 
@@ -166,6 +185,10 @@ class FreeJob:
     def place(self, number: int) -> tuple[Any, ...]:
         """Where a batch stands in arrays of (samples, records, ...)."""
         raise NotImplementedError
+
+    def own(self, number: int, values: Array) -> Array:
+        """Of the values of a batch in a chunk those that it has."""
+        return values
 
 
 class AtOnce(FreeJob):
@@ -198,14 +221,48 @@ class AtOnce(FreeJob):
         return slice(None), number
 
 
-class OneByOne(FreeJob):
-    """Scenes one after the other, each by the job of its scan; those that move alike once."""
+class DrawnAtOnce(FreeJob):
+    """Single masses of which each sample has one motion: the samples of one record a batch."""
 
-    def __init__(self, scenes: Sequence[Scene], motions: tuple[Motion, ...]):
-        self.motions = motions
+    def __init__(self, study: Scene, motions: tuple[Motion, ...], facts: Facts, drawn: DrawnMotions):
+        self.motions, self.drawn = motions, drawn
+        self.samples = [np.flatnonzero(drawn.records == record) for record in np.unique(drawn.records)]
+        self._of = study, motions, facts
+        self.batches = len(self.samples)
+        self.most = max(map(len, self.samples))
+        count = len(study.records.polarities) * len(study.grid.amplitudes)
+        self.bytes_per_batch = 8 * count * self.most * (2 * len(study.buildings) - 1)
+
+    def one(self, number: int) -> tuple[Array, Array]:
+        """(most samples, 1, amplitudes, interfaces) and (most samples, 1, amplitudes, buildings), the last ones 0."""
+        study, motions, facts = self._of
+        samples = self.samples[number]
+        some = Facts({name: values[samples] for name, values in facts.buildings.items()}, facts.gaps[samples])
+        both = AtOnce(study, motions, some).one(int(self.drawn.records[samples[0]]))
+        polarities = np.arange(len(samples)), self.drawn.polarities[samples]
+        padding = ((0, self.most - len(samples)), (0, 0), (0, 0), (0, 0))
+        closing, peaks = (np.pad(values[polarities][:, None], padding) for values in both)
+        return closing, peaks
+
+    def place(self, number: int) -> tuple[Any, ...]:
+        return self.samples[number], 0
+
+    def own(self, number: int, values: Array) -> Array:
+        return values[: len(self.samples[number])]
+
+
+class OneByOne(FreeJob):
+    """Scenes one after the other, each by the job of its scan; those that move alike once.
+
+    Where a motion is ``drawn`` with each sample its scene runs under that one.
+    """
+
+    def __init__(self, scenes: Sequence[Scene], motions: tuple[Motion, ...], drawn: DrawnMotions | None = None):
+        self.motions, self.drawn = motions, drawn
         self.samples: dict[Any, list[int]] = {}
         for number, scene in enumerate(scenes):
-            self.samples.setdefault(job_kind(scene).alone_key(scene), []).append(number)
+            key = job_kind(scene).alone_key(scene), self._motion(number)
+            self.samples.setdefault(key, []).append(number)
         self.scenes = [scenes[numbers[0]] for numbers in self.samples.values()]
         self.places = list(self.samples.values())
         for scene in self.scenes:
@@ -218,25 +275,36 @@ class OneByOne(FreeJob):
 
     def one(self, number: int) -> tuple[Array, Array]:
         """(records, polarities, amplitudes, interfaces) and (records, polarities, amplitudes, buildings)."""
-        values = grid_job_of(ScanInput(self.scenes[number], self.motions)).free_values()
+        scene, motions, motion = self.scenes[number], self.motions, self._motion(self.places[number][0])
+        if motion:
+            polarities = (scene.records.polarities[motion[1]],)
+            scene = scene.updated(records=scene.records._replace(polarities=polarities))
+            motions = (motions[motion[0]],)
+        values = grid_job_of(ScanInput(scene, motions)).free_values()
         return values["peak_closing"], values["peak_displacement"]
 
     def place(self, number: int) -> tuple[Any, ...]:
         return (self.places[number],)
 
+    def _motion(self, sample: int) -> tuple[int, ...]:
+        """Record and polarity of a sample; nothing where it has all."""
+        drawn = self.drawn
+        return () if drawn is None else (int(drawn.records[sample]), int(drawn.polarities[sample]))
 
-def work_of(study: Scene, axis: SceneAxis, motions: tuple[Motion, ...]) -> Work:
+
+def work_of(study: Scene, axis: SceneAxis, motions: tuple[Motion, ...], drawn: DrawnMotions | None = None) -> Work:
     """How the samples of a scene without axes are solved: the only place that chooses."""
     facts = facts_of_masses(study, axis)
     if facts is not None and shortest(facts) >= LEAST_PERIOD * max(motion.dt for motion in motions):
-        return Work(AT_ONCE, facts, AtOnce(study, motions, facts))
+        job = AtOnce(study, motions, facts) if drawn is None else DrawnAtOnce(study, motions, facts, drawn)
+        return Work(AT_ONCE, facts, job, drawn)
     variants = Variants(study.updated(axes=(axis,)))
     scenes = [variants.scene(number) for number in range(axis.size)]
     buildings = {
         name: np.array([[float(getattr(one, name)) for one in scene.buildings] for scene in scenes]) for name in FACTS
     }
     facts = Facts(buildings, np.array([[between.gap for between in scene.interfaces] for scene in scenes]))
-    return Work(ONE_BY_ONE, facts, OneByOne(scenes, motions))
+    return Work(ONE_BY_ONE, facts, OneByOne(scenes, motions, drawn), drawn)
 
 
 def shortest(facts: Facts) -> float:
@@ -335,8 +403,8 @@ def _holds(facts: Facts, number: int, scene: Scene) -> bool:
 
 
 def check_held(study: Scene, axis: SceneAxis, motions: int) -> None:
-    """Raise SceneError where the results are larger than the free memory."""
-    count = motions * len(study.records.polarities) * len(study.grid.amplitudes)
+    """Raise SceneError where the results of so many motions of each sample are larger than the free memory."""
+    count = motions * len(study.grid.amplitudes)
     size, free = 16.0 * axis.size * count * (2 * len(study.buildings) - 1), free_memory()
     if free and size > free:
         raise SceneError(
@@ -349,19 +417,22 @@ def check_held(study: Scene, axis: SceneAxis, motions: int) -> None:
 
 
 def solved(
-    job: FreeJob, study: Scene, samples: int, workers: int | None, progress: Progress | None
+    job: FreeJob, study: Scene, shape: tuple[int, ...], workers: int | None, progress: Progress | None
 ) -> tuple[Array, Array]:
-    """Closings and peaks [m] by sample, record, polarity, amplitude and interface or building."""
-    motions = (len(job.motions), len(study.records.polarities), len(study.grid.amplitudes))
-    closing = np.empty((samples, *motions, len(study.interfaces)))
-    peaks = np.empty((samples, *motions, len(study.buildings)))
+    """Closings and peaks [m] by sample, record, polarity, amplitude and interface or building.
+
+    ``shape`` is that of samples, records and polarities.
+    """
+    motions = (*shape, len(study.grid.amplitudes))
+    closing = np.empty((*motions, len(study.interfaces)))
+    peaks = np.empty((*motions, len(study.buildings)))
     done = 0
 
     def keep(batches: range, chunk: Chunk, seconds: float) -> None:
         nonlocal done
         for place, number in enumerate(batches):
-            closing[job.place(number)] = chunk["closing"][place]
-            peaks[job.place(number)] = chunk["peaks"][place]
+            closing[job.place(number)] = job.own(number, chunk["closing"][place])
+            peaks[job.place(number)] = job.own(number, chunk["peaks"][place])
         done += len(batches)
         if progress is not None:
             progress(done, job.batches)
@@ -380,13 +451,16 @@ def dataset_of(
     coordinates = grid_job_of(ScanInput(stated, motions)).coordinates()
     dataset = skeleton(stated, motions, {}, coordinates).drop_dims(OF_CONTACT, errors="ignore")
     axes = axes_of_motions(stated)
-    one_amplitude = {} if axes[-1] in dataset.sizes else {axes[-1]: 0}
+    one_place = {} if axes[-1] in dataset.sizes else {axes[-1]: 0}
+    if work.drawn is not None:
+        dataset = with_drawn_motions(dataset.isel(record=[0], polarity=[0]), stated, motions, work.drawn)
+        one_place |= dict.fromkeys(axes[:-1], 0)
     words = "largest displacement relative to the ground under the building; without contact"
     for name, values, of, long_name in (
         ("peak_closing_free", closing, "interface", NEEDED),
         ("peak_displacement_free", peaks, "building", words),
     ):
-        variable = xr.Variable((axis.name, *axes, of), values, described("m", long_name)).isel(one_amplitude)
+        variable = xr.Variable((axis.name, *axes, of), values, described("m", long_name)).isel(one_place)
         dataset = dataset.assign({name: variable})
     told = {} if study.uncertain is None else study.uncertain.attributes()
     dataset = dataset.assign_coords(axis_coordinates((axis,), told) | _facts_that_differ(axis.name, work.facts))
@@ -397,6 +471,7 @@ def dataset_of(
         **made_from(study, motions),
         **provenance(study, motions, screening=True, check_fraction=0.0),
         **flags_of(stated, motions),
+        **({} if work.drawn is None else {MOTIONS_DRAWN: len(motions) * len(stated.records.polarities)}),
         "free_motion": work.words,
         "notes": as_text([*pushed_notes(stated), *of_input(stated, motions)]),
         **({"left_out": as_text(list(ensemble.left_out))} if ensemble.left_out else {}),

@@ -68,7 +68,7 @@ def _indices(part: xr.Dataset) -> Block:
     one = part.sel(output=output)
     kinds = [("first_order", "first-order share [%]")]
     kinds += [("total_order", "total share [%]")] if "total_order" in part else []
-    rows = []
+    rows: list[Any] = []
     for place in np.argsort(-np.nan_to_num(one["first_order"].values, nan=-1.0)).tolist():
         here = one.isel(uncertain_number=place)
         cells: list[Any] = [str(here["uncertain_number"].item())]
@@ -76,6 +76,9 @@ def _indices(part: xr.Dataset) -> Block:
             value, low, high = (100.0 * float(here[f"{kind}{end}"]) for end in ("", "_low", "_high"))
             cells += [number(value, "1", 2), between(low, high, "1", 2)]
         rows.append(cells)
+    if "first_order_of_motions" in one:
+        value, low, high = (100.0 * float(one[f"first_order_of_motions{end}"]) for end in ("", "_low", "_high"))
+        rows.append(("the motion", number(value, "1", 2), between(low, high, "1", 2)))
     heads = [("number", "l"), *((words, "r") for _, head in kinds for words in (head, "bounds"))]
     said = OUTPUT_WORDS.get(output, output.replace("_", " "))
     return table(f"Shares of the numbers in the variance of {said} over the samples", heads, rows)
