@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -12,6 +16,10 @@ from hypothesis import HealthCheck, settings
 os.environ.setdefault("MPLBACKEND", "Agg")
 # Datasets tell when they were made: of two of one study every byte is compared, whatever the time.
 os.environ["SOURCE_DATE_EPOCH"] = "1700000000"
+
+# Before NumPy is loaded. Its threads wait for each other by counting: beside the other test processes a matrix of forty
+# rows then takes four times the processor time, and verification half as much again.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # A shell starts background jobs with interrupts ignored, which every child would inherit: tests of Ctrl-C need them.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -33,3 +41,38 @@ settings.load_profile("project")
 def root() -> Path:
     """Root folder of the checkout."""
     return Path(__file__).resolve().parent.parent
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Held by one process at a time; a process that ends lets go of it."""
+    with path.open("w") as file:
+        try:
+            import fcntl
+        except ImportError:  # not POSIX: two processes may both do the work
+            pass
+        else:
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+@pytest.fixture(scope="session")
+def shared_once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[], Any]], Any]:
+    """``shared_once(name, make)``: what ``make()`` gives, made by the first test process that asks for the name.
+
+    A session's fixtures are made in each process of `pytest -n`. What takes long and can be pickled goes through here;
+    each process has a copy of its own.
+    """
+    base = tmp_path_factory.getbasetemp()
+    folder = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+    def once(name: str, make: Callable[[], Any]) -> Any:
+        kept = folder / f"shared-{name}.pickle"
+        with _locked(folder / f"shared-{name}.lock"):
+            if not kept.exists():
+                whole = kept.with_suffix(f".{os.getpid()}")
+                whole.write_bytes(pickle.dumps(make()))
+                whole.replace(kept)
+        return pickle.loads(kept.read_bytes())
+
+    return once

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib
 import os
+import pickle
 import re
 import shlex
 import subprocess
@@ -49,9 +50,9 @@ def generate() -> Iterator[ModuleType]:
 
 
 @pytest.fixture(scope="module")
-def pages(generate) -> dict[str, Any]:
+def pages(generate, shared_once) -> dict[str, Any]:
     """Content of every generated page and picture by its path."""
-    return generate.pages()
+    return shared_once("pages", generate.pages)
 
 
 def words_of(page: str) -> set[str]:
@@ -424,13 +425,30 @@ def test_the_sections_of_a_docstring_are_lists(generate):
     )
 
 
+# Sphinx with the generated pages of a file in place of those that `generate` would make once more, in half a minute.
+SPHINX = """
+import pickle, sys
+from pathlib import Path
+
+sys.path.insert(0, sys.argv[1])
+import generate
+from sphinx.cmd.build import main
+
+made = pickle.loads(Path(sys.argv[2]).read_bytes())
+generate.pages = lambda run: made
+sys.exit(main(sys.argv[3:]))
+"""
+
+
 @pytest.mark.slow
-def test_the_site_builds_without_a_warning(tmp_path):
+def test_the_site_builds_without_a_warning(pages, tmp_path):
     """Every cross reference is resolved, and pages load nothing from the network."""
     for needed in ("sphinx", "furo", "myst_parser", "latex2mathml"):
         pytest.importorskip(needed)
     environment = {**os.environ, "PYTHONPATH": str(DOCS.parent)}
-    command = [sys.executable, "-m", "sphinx", "-W", "-n", "-q", "-d", tmp_path / "trees", DOCS, tmp_path / "site"]
+    (tmp_path / "pages").write_bytes(pickle.dumps(pages))
+    command = [sys.executable, "-c", SPHINX, DOCS, tmp_path / "pages"]
+    command += ["-W", "-n", "-q", "-d", tmp_path / "trees", DOCS, tmp_path / "site"]
     run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
     assert run.returncode == 0, run.stderr
     site = tmp_path / "site"
