@@ -1,7 +1,7 @@
 """Buildings and interfaces of rows as layers of a map: what is known of each, and where it is.
 
 Names of columns end in their unit, ``_m`` or ``_N``; shares and ratios have none. `BUILDING` and `INTERFACE` say what
-each column is. Probabilities of interfaces are those of `assess`, of buildings shares of the runs of one case.
+each column is. Contact is that of `assess`, at the assessed gap. What only runs can tell is empty where none is at it.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
+from pounding_risk.assessment.demands import Motions, interfaces, motions_of
 from pounding_risk.assessment.proportions import exact_bounds
 from pounding_risk.assessment.row import RowCase, any_of_building, row_case
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
@@ -60,11 +61,11 @@ BUILDING: dict[str, Column] = {
     "storeys": Column("1", "number of storeys, 0 of a rigid building"),
     "height_m": Column("m", "level of the roof above the ground"),
     "verdict": Column("", "the worst verdict on its gaps: inadequate, depends or adequate"),
-    **_with_bounds("p_contact", "share of the motions in which it touches a neighbour"),
+    **_with_bounds("p_contact", "share of the motions that close a gap beside it"),
     **_with_bounds("p_yield", "share of the motions in which a contact of it reaches F_E; empty where F_E is infinite"),
     "drift_amplification": Column("1", "largest storey drift with contact over without, median of motions that touch"),
     "acceleration_amplification": Column("1", "largest acceleration with contact over without, likewise"),
-    "runs": Column("1", "motions whose run is complete"),
+    "motions": Column("1", "motions that p_contact is from"),
     "motions_scaled": Column("", "amplitude of the motions"),
 }
 INTERFACE: dict[str, Column] = {
@@ -78,9 +79,8 @@ INTERFACE: dict[str, Column] = {
     **_with_bounds("p_contact", "share of the motions that close the gap"),
     **_with_bounds("p_yield", "share of the motions whose contact force reaches F_E; empty where F_E is infinite"),
     **_required(),
-    "runs_gap_m": Column("m", "gap of the grid that the runs of p_yield and peak_force_N are at"),
-    "contact_model": Column("", "contact model of these runs"),
-    "yield_force_N": Column("N", "yield force F_E of these runs, empty where infinite"),
+    "contact_model": Column("", "contact model of the runs"),
+    "yield_force_N": Column("N", "yield force F_E of the runs, empty where infinite"),
     "impacts": Column("1", "number of impacts, median of the motions that touch"),
     "peak_force_N": Column("N", "peak contact force, median of the motions that touch; empty where a jump has none"),
     "motions": Column("1", "motions that the verdict is from"),
@@ -113,11 +113,20 @@ class Row(NamedTuple):
     title: str
     case: RowCase
     assessment: Assessment
+    closes: Any  # 1 where a motion closes a gap, 0 where not, NaN where it is not known; (interfaces, motions)
 
     @property
     def buildings(self) -> list[str]:
         """Names, left to right."""
         return [building.name for building in self.case.buildings]
+
+    def beside(self, at: int) -> list[int]:
+        """The interfaces of a building."""
+        return [k for k in (at - 1, at) if 0 <= k < len(self.assessment.interfaces)]
+
+    def is_run(self, at: int) -> bool:
+        """Whether the runs are at the assessed gap of an interface."""
+        return abs(self.assessment.interfaces[at].gap - self.case.gaps[at]) <= SAME_GAP
 
 
 def layers_of(datasets: Sequence[xr.Dataset], asked: Asked) -> Layers:
@@ -134,10 +143,10 @@ def layers_of(datasets: Sequence[xr.Dataset], asked: Asked) -> Layers:
     places: Places = nominal_places(members) if asked.street is None else street_places(asked.street, members)
     rows = [_row(results, asked) for results in datasets]
     buildings = [_building(row, at) for row in rows for at in range(len(row.buildings))]
-    interfaces = [_interface(row, at) for row in rows for at in range(len(row.buildings) - 1)]
+    between = [_interface(row, at) for row in rows for at in range(len(row.buildings) - 1)]
     return Layers(
         Layer("buildings", BUILDING, buildings, places.buildings),
-        Layer("interfaces", INTERFACE, interfaces, places.interfaces),
+        Layer("interfaces", INTERFACE, between, places.interfaces),
         places.crs,
         (*places.told, *dict.fromkeys(sentence for row in rows for sentence in _told(row))),
     )
@@ -146,25 +155,34 @@ def layers_of(datasets: Sequence[xr.Dataset], asked: Asked) -> Layers:
 def _row(results: xr.Dataset, asked: Asked) -> Row:
     chosen: dict[str, Any] = {"gap": asked.gap, "pga": asked.pga, "intensity_level": asked.intensity_level}
     assessment = assess(results, **chosen)
-    case = row_case(results, **chosen)
-    return Row(assessment.title, case, assessment)
+    parts = zip(interfaces(results), assessment.interfaces, strict=True)
+    closes = np.array([_closes(motions_of(part), one) for (_, part), one in parts])
+    return Row(assessment.title, row_case(results, **chosen), assessment, closes)
+
+
+def _closes(motions: Motions, one: InterfaceAssessment) -> Any:
+    """1 where a motion closes the assessed gap of an interface, 0 where not, NaN where its response is not known."""
+    closing = motions.closing[:, motions.amplitudes.index(one.amplitude)]
+    return np.where(motions.finite, np.where(closing > one.gap, 1.0, 0.0), nan)
 
 
 def _building(row: Row, at: int) -> dict[str, Any]:
     """The values of a building, in the order of `BUILDING`."""
     shape = row.case.buildings[at]
-    beside = [row.assessment.interfaces[k] for k in (at - 1, at) if 0 <= k < len(row.assessment.interfaces)]
-    weight = min(one.verdict.independent / one.verdict.motions for one in beside)
-    touches, yields = (any_of_building(row.case, name, at) for name in ("impact_count", "yield_exceedance"))
+    verdicts = [row.assessment.interfaces[k].verdict for k in row.beside(at)]
+    weight = min(one.independent / one.motions for one in verdicts)
+    closes = row.closes[row.beside(at)].max(axis=0)  # NaN where one is not known
+    is_run = all(map(row.is_run, row.beside(at)))
+    yields = any_of_building(row.case, "yield_exceedance", at)
     known = np.isfinite(row.case.results["building_height"].values[at])
     values = [
         *(row.title, shape.name, shape.position, 0 if shape.is_rigid else len(shape.levels)),
         shape.height if known else nan,
-        min((one.verdict.word for one in beside), key=WORST_FIRST.index),
-        *_share(touches, weight, row.assessment.confidence),
-        *_share(yields if np.isfinite(_force(row)) else np.full(1, nan), weight, row.assessment.confidence),
-        *(_raised(row, at, names) for names in (DRIFTS, ACCELERATIONS)),
-        int(np.isfinite(touches).sum()),
+        min((one.word for one in verdicts), key=WORST_FIRST.index),
+        *_share(closes, weight, row.assessment.confidence),
+        *_share(yields if is_run and isfinite(_force(row)) else np.empty(0), weight, row.assessment.confidence),
+        *(_raised(row, at, names) if is_run else nan for names in (DRIFTS, ACCELERATIONS)),
+        int(np.isfinite(closes).sum()),
         amplitude_words(row.case.results),
     ]
     return dict(zip(BUILDING, values, strict=True))
@@ -197,14 +215,15 @@ def _interface(row: Row, at: int) -> dict[str, Any]:
     one = row.assessment.interfaces[at]
     contact, touch = one.contact_at_gap(), row.case.touches[at]
     required = [one.required_at(percentile) for percentile in PERCENTILES]
-    force = _force(row)
+    force, is_run = _force(row), row.is_run(at)
     values = [
         *(row.title, one.name, row.buildings[at], row.buildings[at + 1], one.gap),
         *(one.verdict.word, one.verdict.sentence),
         *(contact.probability, contact.low_recordings, contact.high_recordings),
-        *_yielding(one, force),
+        *(_yielding(one, force) if is_run else [nan] * 3),
         *(value for gap in required for value in (gap.gap, gap.low, gap.high if gap.bounded else nan)),
-        *(row.case.gaps[at], one.own_model, force if isfinite(force) else nan, touch.impacts, touch.force),
+        *(one.own_model, force if isfinite(force) else nan),
+        *((touch.impacts, touch.force) if is_run else (nan, nan)),
         *(one.verdict.motions, one.verdict.recordings, one.at),
     ]
     return dict(zip(INTERFACE, values, strict=True))
@@ -227,11 +246,11 @@ def _told(row: Row) -> list[str]:
     ]
     failed = row.case.motions - min(touch.runs for touch in row.case.touches)
     if failed:
-        told.append(f"{row.title}: {counted(failed, 'run')} failed, and count in no share of a building")
-    for at, interface in enumerate(of.interfaces):
-        if abs(interface.gap - row.case.gaps[at]) > SAME_GAP:
-            told.append(
-                f"{interface.name}: runs are those at {say(row.case.gaps[at], GAP)}, the grid's nearest to "
-                f"{say(interface.gap, GAP)}"
-            )
+        told.append(f"{row.title}: {counted(failed, 'run')} failed, and count in no share that only runs can tell")
+    told += [
+        f"{interface.name}: no run is at {say(interface.gap, GAP)}, the nearest are at {say(row.case.gaps[at], GAP)}: "
+        "yielding, impacts, forces and amplifications are left empty"
+        for at, interface in enumerate(of.interfaces)
+        if not row.is_run(at)
+    ]
     return told

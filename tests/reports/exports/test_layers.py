@@ -141,6 +141,21 @@ def test_the_length_of_a_face_in_closed_form(apart):
     assert face.length == pytest.approx(10.0 + stubs, rel=1e-9)
 
 
+def test_at_a_gap_without_runs_contact_is_known_and_the_rest_is_empty(row, tmp_path):
+    closing = row["peak_closing_free"].sel(pga=0.4 * 9.80665, method="nearest").transpose("interface", ...)
+    gap = float(closing.median())
+    written = pr.export(row, "geoparquet", tmp_path / "layers", gap=gap)
+    buildings, interfaces = (geopandas.read_parquet(file) for file in written.files)
+    closes = closing.values.reshape(len(STREET) - 1, -1) > gap
+    assert 0.0 < closes.mean() < 1.0
+    assert list(interfaces["p_contact"]) == pytest.approx(closes.mean(axis=1), rel=1e-12)
+    either = [closes[max(at - 1, 0) : at + 1].any(axis=0).mean() for at in range(len(STREET))]
+    assert list(buildings["p_contact"]) == pytest.approx(either, rel=1e-12)
+    assert interfaces[["p_yield", "impacts", "peak_force_N"]].isna().all(axis=None)
+    assert buildings[["p_yield", "drift_amplification", "acceleration_amplification"]].isna().all(axis=None)
+    assert any("the nearest are at 20 mm: yielding, impacts" in sentence for sentence in written.told)
+
+
 def test_without_footprints_places_are_nominal_and_so_told(row, tmp_path):
     other = made_row(**ROW, seed=3)
     other.attrs["title"] = "Another street"
