@@ -14,7 +14,6 @@ from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import Measure, read_measure
 from pounding_risk.reports.exports._written import Asked
-from pounding_risk.results.kinds import kind_of
 from pounding_risk.units import GAP, STANDARD_GRAVITY, YIELD_FORCE, say
 
 if TYPE_CHECKING:
@@ -79,19 +78,8 @@ class Fragilities(NamedTuple):
     told: tuple[str, ...]
 
 
-def fragilities_of(results: xr.Dataset, asked: Asked) -> Fragilities:
-    """The fragilities of one kind of failure; raises PoundingError where there are none, with why."""
-    kind = asked.of or ("damage" if kind_of(results) == "damage" else KINDS[0])
-    if kind not in KINDS:
-        raise PoundingError(f"--of: {kind!r} is none; it may be {' or '.join(KINDS)}")
-    if kind == "damage":
-        from pounding_risk.reports.exports._damage import of_damage
-
-        return of_damage(results, asked)
-    if kind_of(results) == "damage":
-        raise PoundingError(f"--of: {kind} is assessed from results of scan, and this dataset is of damage states")
-    if asked.without:
-        raise PoundingError(f"--without: without pounding there is no {STATES[kind]}; write --of damage")
+def of_assessment(results: xr.Dataset, asked: Asked, kind: str) -> Fragilities:
+    """The fragilities of contact or yielding; raises PoundingError where there are none, with why."""
     assessment = assess(
         results, gap=asked.gap, pga=asked.pga, intensity_level=asked.intensity_level, intensity=asked.intensity
     )

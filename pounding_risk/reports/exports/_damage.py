@@ -1,4 +1,4 @@
-"""Fragilities of damage states as ordered limit states: those of one demand in one place, the lowest threshold first.
+"""Fragilities of a kind; those of damage states as ordered limit states: of one demand in one place, lowest first.
 
 Other tools take the probability of being in a state as the difference of two curves. That holds where no curve crosses
 the next within the range that is written; states whose curves do are models of their own.
@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 from pounding_risk.assessment.damage_curves import POUNDING
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._curves import (
+    KINDS,
+    STATES,
     Curve,
     Fragilities,
     Function,
@@ -22,6 +24,7 @@ from pounding_risk.reports.exports._curves import (
     distinct,
     identifier_of,
     known_measure,
+    of_assessment,
 )
 from pounding_risk.reports.exports._written import Asked
 from pounding_risk.results.kinds import kind_of
@@ -30,6 +33,20 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LONGEST_STATE = 70  # characters of the name of a limit state; OpenQuake takes 75
+
+
+def fragilities_of(results: xr.Dataset, asked: Asked) -> Fragilities:
+    """The fragilities of one kind of failure; raises PoundingError where there are none, with why."""
+    kind = asked.of or ("damage" if kind_of(results) == "damage" else KINDS[0])
+    if kind not in KINDS:
+        raise PoundingError(f"--of: {kind!r} is none; it may be {' or '.join(KINDS)}")
+    if kind == "damage":
+        return of_damage(results, asked)
+    if kind_of(results) == "damage":
+        raise PoundingError(f"--of: {kind} is assessed from results of scan, and this dataset is of damage states")
+    if asked.without:
+        raise PoundingError(f"--without: without pounding there is no {STATES[kind]}; write --of damage")
+    return of_assessment(results, asked, kind)
 
 
 def of_damage(results: xr.Dataset, asked: Asked) -> Fragilities:

@@ -13,7 +13,8 @@ from io import StringIO
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.exports._curves import KINDS, Fragilities, Function, Known, distinct, fragilities_of
+from pounding_risk.reports.exports._curves import KINDS, Fragilities, Function, Known, distinct
+from pounding_risk.reports.exports._damage import fragilities_of
 from pounding_risk.reports.exports._written import Asked
 from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.kinds import kind_of

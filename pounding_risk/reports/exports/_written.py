@@ -29,10 +29,11 @@ class Written(NamedTuple):
     told: tuple[str, ...]
 
 
-def write_file(target: Path, text: str) -> Path:
-    """Write a text file whole or not at all; raises PoundingError where that fails."""
+def write_file(target: Path, content: str | bytes) -> Path:
+    """Write a file, text as UTF-8, whole or not at all; raises PoundingError where that fails."""
+    data = content.encode() if isinstance(content, str) else content
     try:
-        write_whole(target, lambda file: file.write(text.encode()))
+        write_whole(target, lambda file: file.write(data))
     except OSError as error:
         raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
     return target

@@ -20,9 +20,9 @@ from pounding_risk.reports.exports._curves import (
     Function,
     Model,
     distinct,
-    fragilities_of,
     probabilities,
 )
+from pounding_risk.reports.exports._damage import fragilities_of
 from pounding_risk.reports.exports._written import Asked, Written, write_file
 
 if TYPE_CHECKING:

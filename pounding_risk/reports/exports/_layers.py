@@ -1,0 +1,256 @@
+"""Buildings and interfaces of rows as layers of a map: what is known of each, and where it is.
+
+Names of columns end in their unit, ``_m`` or ``_N``; shares and ratios have none. `BUILDING` and `INTERFACE` say what
+each column is. Contact is that of `assess`, at the assessed gap. What only runs can tell is empty where none is at it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite, nan
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pounding_risk._common.counted import counted
+from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
+from pounding_risk.assessment.demands import Motions, interfaces, motions_of
+from pounding_risk.assessment.proportions import exact_bounds
+from pounding_risk.assessment.row import RowCase, any_of_building, row_case
+from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
+from pounding_risk.errors import PoundingError
+from pounding_risk.reports.exports._outlines import Places, nominal_places, street_places
+from pounding_risk.reports.exports._written import Asked
+from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.units import GAP, say
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WORST_FIRST = (INADEQUATE, DEPENDS, ADEQUATE)
+PERCENTILES = (50, 84, 95)
+SAME_GAP = 1e-9  # m
+DRIFTS, ACCELERATIONS = ("peak_drift", "peak_displacement"), ("peak_floor_acceleration",)  # of a single mass the second
+
+
+class Column(NamedTuple):
+    """What a column holds: its unit as of UDUNITS ("1" of a share, a ratio or a count, "" of text), and its words."""
+
+    unit: str
+    words: str
+
+
+def _with_bounds(name: str, words: str) -> dict[str, Column]:
+    ends = {"": words, "_low": f"lower bound of {name}", "_high": f"upper bound of {name}"}
+    return {f"{name}{ending}": Column("1", said) for ending, said in ends.items()}
+
+
+def _required() -> dict[str, Column]:
+    columns = {}
+    for percentile in PERCENTILES:
+        name = f"required_gap_p{percentile}"
+        columns[f"{name}_m"] = Column("m", f"gap that {percentile} % of the motions do not close")
+        columns |= {f"{name}_{end}_m": Column("m", f"bound of {name}_m by recording") for end in ("low", "high")}
+    return columns
+
+
+BUILDING: dict[str, Column] = {
+    "row": Column("", "row of buildings, the title of its scene"),
+    "building": Column("", "name of the building"),
+    "position": Column("", "end or interior of the row, or alone"),
+    "storeys": Column("1", "number of storeys, 0 of a rigid building"),
+    "height_m": Column("m", "level of the roof above the ground"),
+    "verdict": Column("", "the worst verdict on its gaps: inadequate, depends or adequate"),
+    **_with_bounds("p_contact", "share of the motions that close a gap beside it"),
+    **_with_bounds("p_yield", "share of the motions in which a contact of it reaches F_E; empty where F_E is infinite"),
+    "drift_amplification": Column("1", "largest storey drift with contact over without, median of motions that touch"),
+    "acceleration_amplification": Column("1", "largest acceleration with contact over without, likewise"),
+    "motions": Column("1", "motions that p_contact is from"),
+    "motions_scaled": Column("", "amplitude of the motions"),
+}
+INTERFACE: dict[str, Column] = {
+    "row": BUILDING["row"],
+    "interface": Column("", "names of both buildings"),
+    "left": Column("", "name of the left building"),
+    "right": Column("", "name of the right building"),
+    "gap_m": Column("m", "assessed gap"),
+    "verdict": Column("", "verdict on the gap: inadequate, depends or adequate"),
+    "verdict_words": Column("", "verdict as a sentence"),
+    **_with_bounds("p_contact", "share of the motions that close the gap"),
+    **_with_bounds("p_yield", "share of the motions whose contact force reaches F_E; empty where F_E is infinite"),
+    **_required(),
+    "contact_model": Column("", "contact model of the runs"),
+    "yield_force_N": Column("N", "yield force F_E of the runs, empty where infinite"),
+    "impacts": Column("1", "number of impacts, median of the motions that touch"),
+    "peak_force_N": Column("N", "peak contact force, median of the motions that touch; empty where a jump has none"),
+    "motions": Column("1", "motions that the verdict is from"),
+    "recordings": Column("1", "recordings that these are of"),
+    "motions_scaled": BUILDING["motions_scaled"],
+}
+
+
+class Layer(NamedTuple):
+    """A layer: its name, what its columns are, its rows, and a shape of shapely for each."""
+
+    name: str
+    columns: dict[str, Column]
+    rows: list[dict[str, Any]]
+    shapes: list[Any]
+
+
+class Layers(NamedTuple):
+    """Buildings and interfaces, the reference system of their coordinates, and sentences on what they are."""
+
+    buildings: Layer
+    interfaces: Layer
+    crs: str | None
+    told: tuple[str, ...]
+
+
+class Row(NamedTuple):
+    """What a row of buildings is assessed as."""
+
+    title: str
+    case: RowCase
+    assessment: Assessment
+    closes: Any  # 1 where a motion closes a gap, 0 where not, NaN where it is not known; (interfaces, motions)
+
+    @property
+    def buildings(self) -> list[str]:
+        """Names, left to right."""
+        return [building.name for building in self.case.buildings]
+
+    def beside(self, at: int) -> list[int]:
+        """The interfaces of a building."""
+        return [k for k in (at - 1, at) if 0 <= k < len(self.assessment.interfaces)]
+
+    def is_run(self, at: int) -> bool:
+        """Whether the runs are at the assessed gap of an interface."""
+        return abs(self.assessment.interfaces[at].gap - self.case.gaps[at]) <= SAME_GAP
+
+
+def layers_of(datasets: Sequence[xr.Dataset], asked: Asked) -> Layers:
+    """Layers of the rows of a street, one dataset each; raises PoundingError as `assess` and `row_case`."""
+    members = [
+        (str(results.attrs.get("title", "")), list(map(str, results["building"].values))) for results in datasets
+    ]
+    names = [(title, building) for title, buildings in members for building in buildings]
+    if len(set(names)) < len(names):
+        title, building = next(name for name in names if names.count(name) > 1)
+        raise PoundingError(
+            f"{building} of {title} is in two of the results; name those of each row once, and give each scene a name"
+        )
+    places: Places = nominal_places(members) if asked.street is None else street_places(asked.street, members)
+    rows = [_row(results, asked) for results in datasets]
+    buildings = [_building(row, at) for row in rows for at in range(len(row.buildings))]
+    between = [_interface(row, at) for row in rows for at in range(len(row.buildings) - 1)]
+    return Layers(
+        Layer("buildings", BUILDING, buildings, places.buildings),
+        Layer("interfaces", INTERFACE, between, places.interfaces),
+        places.crs,
+        (*places.told, *dict.fromkeys(sentence for row in rows for sentence in _told(row))),
+    )
+
+
+def _row(results: xr.Dataset, asked: Asked) -> Row:
+    chosen: dict[str, Any] = {"gap": asked.gap, "pga": asked.pga, "intensity_level": asked.intensity_level}
+    assessment = assess(results, **chosen)
+    parts = zip(interfaces(results), assessment.interfaces, strict=True)
+    closes = np.array([_closes(motions_of(part), one) for (_, part), one in parts])
+    return Row(assessment.title, row_case(results, **chosen), assessment, closes)
+
+
+def _closes(motions: Motions, one: InterfaceAssessment) -> Any:
+    """1 where a motion closes the assessed gap of an interface, 0 where not, NaN where its response is not known."""
+    closing = motions.closing[:, motions.amplitudes.index(one.amplitude)]
+    return np.where(motions.finite, np.where(closing > one.gap, 1.0, 0.0), nan)
+
+
+def _building(row: Row, at: int) -> dict[str, Any]:
+    """The values of a building, in the order of `BUILDING`."""
+    shape = row.case.buildings[at]
+    verdicts = [row.assessment.interfaces[k].verdict for k in row.beside(at)]
+    weight = min(one.independent / one.motions for one in verdicts)
+    closes = row.closes[row.beside(at)].max(axis=0)  # NaN where one is not known
+    is_run = all(map(row.is_run, row.beside(at)))
+    yields = any_of_building(row.case, "yield_exceedance", at)
+    known = np.isfinite(row.case.results["building_height"].values[at])
+    values = [
+        *(row.title, shape.name, shape.position, 0 if shape.is_rigid else len(shape.levels)),
+        shape.height if known else nan,
+        min((one.word for one in verdicts), key=WORST_FIRST.index),
+        *_share(closes, weight, row.assessment.confidence),
+        *_share(yields if is_run and isfinite(_force(row)) else np.empty(0), weight, row.assessment.confidence),
+        *(_raised(row, at, names) if is_run else nan for names in (DRIFTS, ACCELERATIONS)),
+        int(np.isfinite(closes).sum()),
+        amplitude_words(row.case.results),
+    ]
+    return dict(zip(BUILDING, values, strict=True))
+
+
+def _raised(row: Row, at: int, names: Sequence[str]) -> float:
+    """With contact over without, of the first of these outputs that a dataset has; NaN of one that has none."""
+    from pounding_risk.figures.storey_profiles import amplification
+
+    known = [name for name in names if {name, f"{name}_free"} <= set(row.case.results.data_vars)]
+    return amplification(row.case, at, known[0]) if known else nan
+
+
+def _share(answers: Any, weight: float, confidence: float) -> tuple[float, float, float]:
+    """The share of answers that are 1, with exact bounds of as many independent motions as they stand for."""
+    known = answers[np.isfinite(answers)]
+    if not known.size:
+        return nan, nan, nan
+    low, high = exact_bounds(known.sum() * weight, known.size * weight, confidence)
+    return float(known.mean()), float(low), float(high)
+
+
+def _force(row: Row) -> float:
+    """F_E of the runs [N]."""
+    return float(row.case.results["yield_force"])
+
+
+def _interface(row: Row, at: int) -> dict[str, Any]:
+    """The values of an interface, in the order of `INTERFACE`."""
+    one = row.assessment.interfaces[at]
+    contact, touch = one.contact_at_gap(), row.case.touches[at]
+    required = [one.required_at(percentile) for percentile in PERCENTILES]
+    force, is_run = _force(row), row.is_run(at)
+    values = [
+        *(row.title, one.name, row.buildings[at], row.buildings[at + 1], one.gap),
+        *(one.verdict.word, one.verdict.sentence),
+        *(contact.probability, contact.low_recordings, contact.high_recordings),
+        *(_yielding(one, force) if is_run else [nan] * 3),
+        *(value for gap in required for value in (gap.gap, gap.low, gap.high if gap.bounded else nan)),
+        *(one.own_model, force if isfinite(force) else nan),
+        *((touch.impacts, touch.force) if is_run else (nan, nan)),
+        *(one.verdict.motions, one.verdict.recordings, one.at),
+    ]
+    return dict(zip(INTERFACE, values, strict=True))
+
+
+def _yielding(one: InterfaceAssessment, force: float) -> tuple[float, float, float]:
+    """The share of the motions that reach F_E, with bounds by recording; NaN where F_E is infinite."""
+    for share in one.yielding:
+        if (share.gap, share.yield_force, share.contact_model) == (one.yield_gap, force, one.own_model):
+            return share.probability, share.low_recordings, share.high_recordings
+    return nan, nan, nan
+
+
+def _told(row: Row) -> list[str]:
+    """Sentences on the case of a row."""
+    of = row.assessment
+    told = [
+        f"motions {amplitude_words(row.case.results)}; {of.asked[0].lower()}{of.asked[1:]}".rstrip("."),
+        "probabilities are shares of the motions of the scan, of no hazard and no period of time",
+    ]
+    failed = row.case.motions - min(touch.runs for touch in row.case.touches)
+    if failed:
+        told.append(f"{row.title}: {counted(failed, 'run')} failed, and count in no share that only runs can tell")
+    told += [
+        f"{interface.name}: no run is at {say(interface.gap, GAP)}, the nearest are at {say(row.case.gaps[at], GAP)}: "
+        "yielding, impacts, forces and amplifications are left empty"
+        for at, interface in enumerate(of.interfaces)
+        if not row.is_run(at)
+    ]
+    return told

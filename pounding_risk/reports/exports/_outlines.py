@@ -1,0 +1,124 @@
+"""Where buildings and interfaces are on a map: the footprints of a street, or nominal places along the row."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import cos, radians
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pounding_risk._common.counted import counted
+from pounding_risk.errors import PoundingError
+
+ALONG, ACROSS = 10.0, 20.0  # m between buildings of a row and between rows, where no footprints are given
+HALF = 2.0  # m, half of the line of an interface there
+REACH = 0.3  # m by which a wall may stand farther from the other building than the nearest point, to be its face
+DEGREE = 111.2e3  # m, of latitude
+WGS84 = "EPSG:4326"
+Rows = Sequence[tuple[str, Sequence[str]]]  # title and names of the buildings of each
+
+
+class Places(NamedTuple):
+    """Shapes of shapely of all buildings and all interfaces, row after row; their system, and sentences on them."""
+
+    buildings: list[Any]
+    interfaces: list[Any]
+    crs: str | None
+    told: tuple[str, ...]
+
+
+class Outlines(NamedTuple):
+    """Footprints of a street by street and name, and the reference system of their coordinates."""
+
+    shapes: dict[tuple[str, str], Any]
+    crs: str | None
+
+
+def nominal_places(rows: Rows) -> Places:
+    """Points of buildings side by side, rows one below the other, and a line across the row for each interface."""
+    from shapely import LineString, Point
+
+    buildings, interfaces = [], []
+    for number, (_, names) in enumerate(rows):
+        low = -ACROSS * number
+        buildings += [Point(ALONG * at, low) for at in range(len(names))]
+        middles = (ALONG * (at + 0.5) for at in range(len(names) - 1))
+        interfaces += [LineString([(x, low - HALF), (x, low + HALF)]) for x in middles]
+    told = (
+        f"not georeferenced: buildings are points {ALONG:g} m apart in the order of the row, whatever their widths; "
+        "give the footprints with --street"
+    )
+    return Places(buildings, interfaces, None, (told,))
+
+
+def street_places(street: Path, rows: Rows) -> Places:
+    """Footprints of buildings, and the face that each interface has; raises PoundingError where one is missing."""
+    outlines = read_outlines(street)
+    if not outlines.shapes:
+        raise PoundingError(f"{street}: has no footprints; layers to scale need a map with polygons")
+    buildings, interfaces = [], []
+    for title, names in rows:
+        shapes = _of_row(outlines, title, names, street)
+        buildings += shapes
+        is_degrees = outlines.crs is not None
+        interfaces += [face_of(left, right, is_degrees) for left, right in pairwise(shapes)]
+    told = [f"footprints are those of {street.name}, in {outlines.crs or 'metres of no known reference system'}"]
+    others = len(outlines.shapes) - len(buildings)
+    if others > 0:
+        told.append(f"{counted(others, 'footprint')} of it belong to no building of the results, and are in no layer")
+    return Places(buildings, interfaces, outlines.crs, tuple(told))
+
+
+def read_outlines(street: Path) -> Outlines:
+    """The footprints of a street's file as polygons of shapely, in degrees of WGS 84; raises as `read_block`."""
+    from shapely import Polygon, union_all
+
+    from pounding_risk.scene.street.table import read_table
+
+    shapes = {}
+    for number, entry in enumerate(read_table(street).entries, start=1):
+        if entry.footprint is not None:
+            rings, holes = (union_all([Polygon(ring) for ring in part]) for part in entry.footprint)
+            name = str(entry.values.get("name", f"building {number}"))
+            shapes[str(entry.values.get("street", "")), name] = rings.difference(holes)
+    return Outlines(shapes, WGS84)
+
+
+def _of_row(outlines: Outlines, title: str, names: Sequence[str], source: Path) -> list[Any]:
+    """The footprints of a row's buildings, all of one street; raises PoundingError where none has them all."""
+    streets = [
+        street
+        for street in dict.fromkeys(street for street, _ in outlines.shapes)
+        if all((street, name) in outlines.shapes for name in names)
+    ]
+    of_title = [street for street in streets if street and title.startswith(street)]
+    if len(streets) == 1 or of_title:
+        street = max(of_title or streets, key=len)
+        return [outlines.shapes[street, name] for name in names]
+    if streets:
+        raise PoundingError(
+            f"{source}: {len(streets)} streets have buildings with the names of {title}: {', '.join(streets)}; begin "
+            "the scene's title with the name of its street"
+        )
+    known = {name for _, name in outlines.shapes}
+    missing = [name for name in names if name not in known]
+    if missing:
+        raise PoundingError(f"{source}: has no footprint of {', '.join(missing)} of {title}; name it there")
+    raise PoundingError(f"{source}: the buildings of {title} are of several streets there; a row is of one")
+
+
+def face_of(left: Any, right: Any, is_degrees: bool) -> Any:
+    """The part of a building's outline that faces the other one: within `REACH` of their clear distance.
+
+    Degrees are laid flat about the middle of both buildings, as lengths there differ along both axes.
+    """
+    from shapely import line_merge, union_all
+    from shapely.affinity import scale
+
+    origin = union_all([left, right]).centroid
+    across, along = (DEGREE * cos(radians(origin.y)), DEGREE) if is_degrees else (1.0, 1.0)
+    one, other = (scale(shape, across, along, origin=origin) for shape in (left, right))
+    face = one.boundary.intersection(other.buffer(one.distance(other) + REACH))
+    merged = line_merge(face) if face.geom_type.startswith("Multi") else face
+    return scale(merged, 1.0 / across, 1.0 / along, origin=origin)

@@ -1,0 +1,50 @@
+"""Buildings and interfaces as GeoParquet: a folder with a file each, with units and words in the columns' metadata."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pounding_risk.reports.exports._layers import Layer, layers_of
+from pounding_risk.reports.exports._written import Asked, Written, make_folder, write_file
+from pounding_risk.reports.exports.geopackage import NEEDED, frame_of, need
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WORDS = "layers of buildings and interfaces as GeoParquet"
+ENDINGS = ("",)
+SOURCE = "results"
+SEVERAL = True
+TAKES = ("gap", "pga", "intensity_level", "street")
+
+
+def write(results: list[xr.Dataset], target: Path, asked: Asked) -> Written:
+    """Write the layers of rows, a file each; raises PoundingError as `layers_of`."""
+    need((*NEEDED, "pyarrow"), "GeoParquet")
+    layers = layers_of(results, asked)
+    make_folder(target)
+    files = [
+        write_file(target / f"{layer.name}.parquet", parquet_of(layer, layers.crs))
+        for layer in (layers.buildings, layers.interfaces)
+    ]
+    return Written(tuple(files), layers.told)
+
+
+def parquet_of(layer: Layer, crs: str | None) -> bytes:
+    """The bytes of a layer's file; each column has ``units`` and ``long_name`` in its metadata, as in a dataset."""
+    from pyarrow import parquet
+
+    plain = BytesIO()
+    frame_of(layer, crs).to_parquet(plain, index=False)
+    plain.seek(0)
+    table = parquet.read_table(plain)
+    schema = table.schema
+    for name, column in layer.columns.items():
+        at = schema.get_field_index(name)
+        about = {"long_name": column.words} | ({"units": column.unit} if column.unit else {})
+        schema = schema.set(at, schema.field(at).with_metadata(about))
+    whole = BytesIO()
+    parquet.write_table(table.cast(schema), whole)
+    return whole.getvalue()
