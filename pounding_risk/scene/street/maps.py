@@ -171,7 +171,7 @@ def _from_layer(path: Path, layer: str | None) -> Features:
     import pyogrio
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # of values that no column here has, such as dates
+        warnings.simplefilter("ignore")  # of values that no column here has, such as dates, and of measured corners
         layers = {str(name): kind for name, kind in pyogrio.list_layers(path)}
         meta, fids, geometry, columns = pyogrio.raw.read(
             path, layer=_layer(path, layer, layers), return_fids=True, force_2d=False
