@@ -295,7 +295,7 @@ def test_gaps_are_as_uncertain_as_walls(tmp_path):
     assert np.array([pair.gaps for pair in only(block).pairs]) == pytest.approx(np.array(ends), abs=1e-6)
     scene = parse_scene(only_scene(block))
     assert scene.uncertain is not None and scene.uncertain.samples == 64
-    assert scene.uncertain.keys == tuple(f'interface."{one} | {two}".gap' for one, two in ("ab", "bc", "cd", "de"))
+    assert scene.uncertain.keys == tuple(f"interface.{number}.gap" for number in (1, 2, 3, 4))
     assert only(block).gaps == only(known).gaps
     for number, (low, high) in zip(scene.uncertain.numbers, ends, strict=True):
         assert (number.distribution.low, number.distribution.high) == pytest.approx((low, high), abs=1e-6)
