@@ -16,6 +16,7 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules, house
 from pounding_risk.scene.street.footprints import Array, close_pairs, length, local, middle
+from pounding_risk.scene.street.inventory import inventory_table
 from pounding_risk.scene.street.neighbours import (
     FINEST_GAP,
     NEIGHBOURS,
@@ -247,7 +248,7 @@ def read_block(path: str | Path, rules: Rules | None = None) -> Block:
     other, pointing as the file lists them.
     """
     source, rules = Path(path), rules or Rules()
-    table = read_table(source, rules.metres)
+    table = inventory_table(source, rules.metres) or read_table(source, rules.metres)
     notes = Notes([], [], list(table.left_out))
     numbers = {entry.place: number for number, entry in enumerate(table.entries, start=1)}
     outlines = [entry.footprint for entry in table.entries if entry.footprint is not None]
