@@ -451,3 +451,69 @@ def test_damaged_maps_are_read_or_refused_in_words(tmp_path, name):
 
 
 VARIANTS = {"street.gpkg": 400, "street.fgb": 1000, "street.parquet": 600}
+
+
+def oed(lines: list[tuple[str, float, float, int]]) -> str:
+    head = "PortNumber,AccNumber,LocNumber,CountryCode,Latitude,Longitude,NumberOfStoreys,ConstructionCode,"
+    return f"{head}LocPerilsCovered\n" + "".join(
+        f"1,A,{name},GR,{y:.8f},{x:.8f},{storeys},5103,QEQ\n" for name, x, y, storeys in lines
+    )
+
+
+def test_an_inventory_is_joined_to_footprints_by_its_points(tmp_path):
+    """In any order; one beside all footprints, a second one in a footprint and a footprint without one are told."""
+    shapes = in_degrees(made_street(0.3), 23.7, 37.9)
+    table = frame(shapes, "EPSG:4326").drop(columns=["name", "storeys"])
+    table.to_crs("EPSG:2100").to_file(tmp_path / "street.gpkg", engine="pyogrio")  # Greek grid
+    inner = [shapely.point_on_surface(shape) for shape in shapes]
+    lines = [(f"L{n}", inner[n].x, inner[n].y, n + 2) for n in (4, 0, 1, 2)]
+    lines += [("L9", 23.71, 37.9, 3), ("L0b", inner[0].x + 1e-6, inner[0].y, 7)]
+    (tmp_path / "loc.csv").write_text(oed(lines))
+    block = read_block(tmp_path / "street.gpkg", Rules(storeys=1), inventory=tmp_path / "loc.csv")
+    assert [(house.name, house.storeys) for house in only(block).buildings] == [
+        *(("L0", 2), ("L1", 3), ("L2", 4), ("building 4", 1), ("L4", 6))
+    ]
+    assert only(block).gaps == pytest.approx(GAPS, abs=3e-4)
+    notes = "\n".join(block.notes)
+    assert "loc.csv: 5 buildings joined to footprints by point, 0 by id or name" in notes
+    assert "loc.csv, line 6: in no footprint, left out" in notes
+    assert "loc.csv, line 7 (with line 3 in feature 1): a second building in one footprint, left out" in notes
+    assert "feature 4: not in loc.csv; taken with what the map and the rules say" in notes
+    assert {each.value for each in block.filled if each.column == "typology" and each.building == "L0"} == {"masonry"}
+    (tmp_path / "far.csv").write_text(oed([("L1", 25.0, 37.0, 2)]))
+    with pytest.raises(BlockError, match="no building has a point in a footprint, or the id or the name of one"):
+        read_block(tmp_path / "street.gpkg", inventory=tmp_path / "far.csv")
+
+
+def test_an_inventory_is_joined_by_ids_where_points_agree(tmp_path):
+    """A street's table by the ids of the map; and a point some metres beside the walls of the footprint of its id."""
+    shapes = in_degrees(made_street(), 23.7, 37.9)
+    path = tmp_path / "street.fgb"
+    write(path, shapes, "EPSG:4326", id=[f"w{n}" for n in range(5)])
+    (tmp_path / "table.csv").write_text(
+        "name,storeys,floor mass [t]\n" + "".join(f"w{n},{n + 1},90\n" for n in range(5))
+    )
+    block = read_block(path, inventory=tmp_path / "table.csv")
+    assert [(house.name, house.storeys, house.floor_mass) for house in block.houses] == [
+        (f"w{n}", n + 1, 90e3) for n in range(5)
+    ]
+    beside = [("w0", 23.7 - 1e-5, 37.9, 4), ("w1", 23.75, 37.9, 5)]  # 0.9 m and 4 km away
+    (tmp_path / "loc.csv").write_text(oed(beside))
+    joined = read_block(path, inventory=tmp_path / "loc.csv")
+    assert [house.storeys for house in joined.houses] == [4, 3, 3, 3, 3]
+    assert "loc.csv, line 3: in no footprint, left out" in joined.notes
+    command = ["block", str(path), "--inventory", str(tmp_path / "loc.csv")]
+    assert "1 by id or name" in CliRunner().invoke(app, command).output
+    shipped = Path(pr.__file__).parent / "scene" / "shipped" / "street.csv"
+    assert "a CSV has no footprints" in read_faults(shipped, inventory=tmp_path / "loc.csv")[0]
+
+
+def test_an_inventory_with_outlines_of_its_own_is_a_street(tmp_path):
+    shapes = in_degrees(made_street(), 23.7, 37.9)
+    head = "PortNumber,AccNumber,LocNumber,CountryCode,NumberOfStoreys,ConstructionCode,LocPerilsCovered,Geom\n"
+    lines = [f'1,A,L{n},GR,{n + 2},5103,QEQ,"{shape.wkt}"\n' for n, shape in enumerate(shapes)]
+    (tmp_path / "loc.csv").write_text(head + "".join(lines))
+    row = only(read_block(tmp_path / "loc.csv"))
+    assert [house.name for house in row.buildings] == [f"L{n}" for n in range(5)]
+    assert row.gaps == pytest.approx(GAPS, abs=3e-4)
+    assert row.buildings[0].mapped.longitude == pytest.approx(23.7 + 5.0 / 87.96e3, abs=1e-6)

@@ -155,6 +155,8 @@ def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
     def fill(column: str, value: str, rule: str) -> None:
         notes.filled.append(Filled(street, name, column, value, rule))
 
+    for column, value, rule in entry.derived:
+        fill(column, value, rule)
     if "name" not in values:
         fill("name", name, "its place in the file")
     height, storeys = _size(where, values, rules, notes, fill)
