@@ -179,7 +179,7 @@ class Samples:
     def reach_of(self, dataset: xr.Dataset, index: int, level: int | None) -> Array:
         """What motions close (samples, motions) [m], whatever the gap; inf where there is no finite closing."""
         one = dataset.isel(interface=index) if "interface" in dataset.dims else dataset
-        closing = _by_sample(one["peak_closing_free"], self.level(level))
+        closing = _by_sample(_in_each_sample(one["peak_closing_free"], one), self.level(level))
         # A record without motion has no finite response in the first sample, nor in any other.
         alone = np.where(np.isfinite(closing) & self.motions(index).finite, closing, np.inf)
         if "impact_count" in dataset and self.is_inner(index):
@@ -282,6 +282,11 @@ def _by_sample(values: xr.DataArray, level: int) -> Array:
     others = [axis for axis in values.dims if axis not in (SAMPLE, "record", "polarity")]
     ordered = (values.max(others) if others else values).transpose(SAMPLE, "record", "polarity").values
     return np.asarray(ordered.reshape(len(ordered), -1), dtype=float)
+
+
+def _in_each_sample(values: xr.DataArray, dataset: xr.Dataset) -> xr.DataArray:
+    """Values along the samples of a dataset; without contact they are one for all where gaps alone are uncertain."""
+    return values if SAMPLE in values.dims else values.expand_dims({SAMPLE: dataset.sizes[SAMPLE]})
 
 
 def _gaps_of_samples(one: xr.Dataset) -> Array | None:

@@ -517,3 +517,19 @@ def test_an_inventory_with_outlines_of_its_own_is_a_street(tmp_path):
     assert [house.name for house in row.buildings] == [f"L{n}" for n in range(5)]
     assert row.gaps == pytest.approx(GAPS, abs=3e-4)
     assert row.buildings[0].mapped.longitude == pytest.approx(23.7 + 5.0 / 87.96e3, abs=1e-6)
+
+
+def test_a_scene_of_uncertain_gaps_is_scanned_and_assessed_as_it_is(tmp_path):
+    """P(contact) of a sample is the share of the motions that close more than its gap."""
+    shapes = in_degrees(made_street()[:2], 15.0, 40.0)
+    path = write(tmp_path / "street.gpkg", shapes, "EPSG:4326", **{"storeys": [3, 2], "typology": ["masonry"] * 2})
+    tables = {"records": {"window": ["0 s", "6 s"], "pga": "0.5 g"}, "uncertain": {"samples": 4}}
+    pr.block(path, tmp_path, Rules(resolution=0.01), records=["RSN6-180"], tables=tables)
+    results = pr.scan(tmp_path / "street.toml")
+    gaps = results["interface.1.gap"].values
+    assert ((gaps > 0.01) & (gaps < 0.03)).all() and len(set(gaps)) == 4
+    answer = pr.uncertainty(results)
+    closing = results["peak_closing_free"].values.ravel()
+    expected = [(closing > gap).mean() for gap in gaps]
+    assert answer["contact_probability_of_sample"].values.ravel() == pytest.approx(expected)
+    assert 0.0 < np.mean(expected) < 1.0, closing

@@ -146,10 +146,15 @@ class Notes(NamedTuple):
     doubts: list[str]
 
 
+def unnamed(number: int) -> str:
+    """The name of a building without one, the ``number``-th of its file."""
+    return f"building {number}"
+
+
 def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
     """The building of an entry, the ``number``-th of its file, with missing values filled in."""
     values = entry.values
-    name, street = values.get("name", f"building {number}"), values.get("street", "")
+    name, street = values.get("name", unnamed(number)), values.get("street", "")
     where = f"{entry.place}, {name}"
 
     def fill(column: str, value: str, rule: str) -> None:

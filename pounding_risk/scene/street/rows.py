@@ -19,7 +19,7 @@ from typing import Any
 
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules, house
+from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules, house, unnamed
 from pounding_risk.scene.street.footprints import Array, close_pairs, rings, shared_face
 from pounding_risk.scene.street.inventory import inventory_table
 from pounding_risk.scene.street.joined import with_inventory
@@ -425,7 +425,12 @@ def footprint_rings(path: str | Path) -> dict[str, tuple[Array, ...]]:
         from pounding_risk.scene.street.maps import read_outlines
 
         return {name: rings(shape) for name, shape in read_outlines(source).items()}
-    return {one.name: rings(one.footprint) for one in read_block(source).houses if one.footprint is not None}
+    entries = enumerate(_table(source, Rules(), None, None, None).entries, start=1)
+    return {
+        entry.values.get("name", unnamed(number)): rings(entry.footprint)
+        for number, entry in entries
+        if entry.footprint is not None
+    }
 
 
 def _table(source: Path, rules: Rules, layer: str | None, within: str | None, inventory: str | Path | None) -> Table:
