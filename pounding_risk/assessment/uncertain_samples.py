@@ -249,7 +249,7 @@ class Samples:
     def reach_of(self, dataset: xr.Dataset, index: int, level: int | None) -> Array:
         """What motions close (samples, motions) [m], whatever the gap; inf where there is no finite closing."""
         one = dataset.isel(interface=index) if "interface" in dataset.dims else dataset
-        closing = _by_sample(one["peak_closing_free"], self.level(level))
+        closing = _by_sample(_in_each_sample(one["peak_closing_free"], one), self.level(level))
         # A record without motion has no finite response in the first sample, nor in any other.
         finite = self.motions(index).finite
         alone = np.where(np.isfinite(closing) & (finite[:, None] if self.is_drawn else finite), closing, np.inf)
@@ -368,6 +368,11 @@ def _by_sample(values: xr.DataArray, level: int) -> Array:
 def _numbered(motions: data.Motions) -> NDArray[np.int64]:
     """Numbers from 0, equal for samples of one record and polarity."""
     return labels(list(zip(motions.records, motions.polarities, strict=True)))
+
+
+def _in_each_sample(values: xr.DataArray, dataset: xr.Dataset) -> xr.DataArray:
+    """Values along the samples of a dataset; without contact they are one for all where gaps alone are uncertain."""
+    return values if SAMPLE in values.dims else values.expand_dims({SAMPLE: dataset.sizes[SAMPLE]})
 
 
 def _gaps_of_samples(one: xr.Dataset) -> Array | None:

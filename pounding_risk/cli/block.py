@@ -56,6 +56,10 @@ def block(
         str | None,
         option('Only buildings in "west, south, east, north" in degrees, or in the polygons of a file.', "all"),
     ] = None,
+    inventory: Annotated[
+        Path | None,
+        option("Values of the buildings of a map: OED, R2D, OpenQuake, or a street's .csv.", "those of the map"),
+    ] = None,
     samples: Annotated[
         int | None, typer.Option("--samples", help="Samples of uncertain gaps.", show_default="64")
     ] = None,
@@ -106,7 +110,7 @@ def block(
     contact = Contact(contact_model, stiffness, _restitution(restitution), yield_force, column_yield_force, tolerance)
     _check_contact(contact)
     _check_records(record)
-    rows = read_block(street, rules, layer=layer, within=within)
+    rows = read_block(street, rules, layer=layer, within=within, inventory=inventory)
     if samples is not None and not rows.resolution.size > 0.0:
         raise PoundingError("--samples: no gap of this street is uncertain; state --resolution, or leave it out")
     print_block(rows)

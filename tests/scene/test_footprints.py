@@ -13,15 +13,12 @@ from matplotlib.path import Path as Drawn
 
 from pounding_risk.scene.street import footprints
 from pounding_risk.scene.street.defaults import House, Notes, Rules
-from pounding_risk.scene.street.footprints import Outline, close_pairs, faced, shared_face, turned
+from pounding_risk.scene.street.footprints import Outline, close_pairs, faced, outline_of, shared_face
 from pounding_risk.scene.street.neighbours import Street
 from pounding_risk.scene.street.projection import DEGREES, Projection, system_of
 
 # WGS 84 once more, by its semi-axes, so that a slip in the module's numbers shows.
 LONG_AXIS, SHORT_AXIS = 6378137.0, 6356752.314245
-
-
-EAST = np.array([1.0, 0.0])
 
 
 def rectangle(width: float, depth: float, at: tuple[float, float] = (0.0, 0.0)) -> shapely.Polygon:
@@ -30,7 +27,7 @@ def rectangle(width: float, depth: float, at: tuple[float, float] = (0.0, 0.0)) 
 
 def seen(*corners: np.ndarray) -> Outline:
     """The outline of a footprint with these rings, as a street that runs east sees it."""
-    return turned(shapely.MultiPolygon([shapely.Polygon(ring) for ring in corners]), EAST)
+    return outline_of(shapely.MultiPolygon([shapely.Polygon(ring) for ring in corners]))
 
 
 def in_space(longitude: float, latitude: float) -> np.ndarray:
@@ -181,7 +178,7 @@ def test_parts_that_do_not_reach_a_line_do_not_count():
     """A building of two parts faces another through the part that is beside it."""
     whole = shapely.MultiPolygon([rectangle(4.0, 4.0), rectangle(8.0, 4.0, (0.0, 10.0))])
     parts, low, high, between = (
-        turned(shape, EAST) for shape in (whole, *(rectangle(5.0, 3.0, (9.0, north)) for north in (0.5, 10.5, 5.5)))
+        outline_of(shape) for shape in (whole, *(rectangle(5.0, 3.0, (9.0, north)) for north in (0.5, 10.5, 5.5)))
     )
     assert footprints.clear_distance(parts, low) == 5.0
     assert footprints.clear_distance(parts, high) == 1.0
@@ -189,7 +186,7 @@ def test_parts_that_do_not_reach_a_line_do_not_count():
     both = np.array([[0, 1]])
     assert footprints.facing([low, parts], both, 6.0, 0.1) == [footprints.Facing(1, 0, 5.0)]
     assert footprints.facing([low, parts], both, 5.0, 0.1) == []
-    beside = [turned(rectangle(4.0, 4.0, at), EAST) for at in ((0.0, 0.0), (4.5, 3.95))]
+    beside = [outline_of(rectangle(4.0, 4.0, at)) for at in ((0.0, 0.0), (4.5, 3.95))]
     assert footprints.facing(beside, both, 6.0, 0.1) == []
 
 
@@ -214,7 +211,8 @@ def test_the_axis_turns_with_the_street(angle, sizes):
 
 def test_walls_without_a_grid_leave_the_line_of_the_centres():
     triangles = [np.array([(0, 0), (9, 0), (4.5, 7.8)], float) + np.array([10.0, 3.0]) * n for n in range(5)]
-    axis, across = footprints.axes([shapely.Polygon(each) for each in triangles])
+    shapes = [shapely.Polygon(each) for each in triangles]
+    axis, across = footprints.axes(shapes, [outline_of(shape) for shape in shapes])
     assert axis == pytest.approx(np.array([10.0, 3.0]) / sqrt(109.0), abs=1e-9)
     assert axis @ across == pytest.approx(0.0, abs=1e-12)
     assert footprints.azimuth(np.array([1.0, 0.0])) == 90.0

@@ -146,15 +146,22 @@ class Notes(NamedTuple):
     doubts: list[str]
 
 
+def unnamed(number: int) -> str:
+    """The name of a building without one, the ``number``-th of its file."""
+    return f"building {number}"
+
+
 def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
     """The building of an entry, the ``number``-th of its file, with missing values filled in."""
     values = entry.values
-    name, street = values.get("name", f"building {number}"), values.get("street", "")
+    name, street = values.get("name", unnamed(number)), values.get("street", "")
     where = f"{entry.place}, {name}"
 
     def fill(column: str, value: str, rule: str) -> None:
         notes.filled.append(Filled(street, name, column, value, rule))
 
+    for column, value, rule in entry.derived:
+        fill(column, value, rule)
     if "name" not in values:
         fill("name", name, "its place in the file")
     height, storeys = _size(where, values, rules, notes, fill)

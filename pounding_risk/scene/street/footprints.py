@@ -49,8 +49,16 @@ def rings(footprint: Geometry) -> tuple[Array, ...]:
     """Corners (n, 2) of each outer ring, the first not repeated."""
     import shapely
 
-    outer = shapely.get_exterior_ring(shapely.get_parts(footprint))
-    return tuple(shapely.get_coordinates(ring)[:-1] for ring in outer)
+    polygons = (footprint,) if footprint.geom_type == "Polygon" else footprint.geoms
+    return tuple(shapely.get_coordinates(polygon.exterior)[:-1] for polygon in polygons)
+
+
+def outline_of(footprint: Geometry) -> Outline:
+    """The walls of the outer rings, in the footprint's own coordinates."""
+    corners = rings(footprint)
+    starts = np.concatenate(corners)
+    ends = np.concatenate([part for ring in corners for part in (ring[1:], ring[:1])])
+    return Outline(starts, ends, starts.min(axis=0), starts.max(axis=0))
 
 
 def close_pairs(footprints: Sequence[Geometry], reach: float) -> ClosePairs:
@@ -76,16 +84,14 @@ def groups(count: int, pairs: Pairs) -> list[Pairs]:
     return sorted(np.split(pairs[order], starts[1:]), key=lambda own: int(own.min())) if len(pairs) else []
 
 
-def turned(footprint: Geometry, axis: Array) -> Outline:
-    """The walls of a footprint in coordinates along and across a unit vector."""
+def turned(outline: Outline, axis: Array) -> Outline:
+    """An outline of metres east and north in coordinates along and across a unit vector."""
     to = np.array([[axis[0], -axis[1]], [axis[1], axis[0]]])
-    corners = [ring @ to for ring in rings(footprint)]
-    starts = np.concatenate(corners)
-    ends = np.concatenate([np.roll(ring, -1, axis=0) for ring in corners])
-    return Outline(starts, ends, starts.min(axis=0), starts.max(axis=0))
+    starts = outline.starts @ to
+    return Outline(starts, outline.ends @ to, starts.min(axis=0), starts.max(axis=0))
 
 
-def axes(footprints: Sequence[Geometry]) -> tuple[Array, Array]:
+def axes(footprints: Sequence[Geometry], outlines: Sequence[Outline]) -> tuple[Array, Array]:
     """Two unit vectors (east, north), at right angles: directions in which a street may run, the likelier one first.
 
     Walls agree on a rectangular grid, the argument of Σ length exp(4 i angle), which leaves two directions; where less
@@ -97,8 +103,7 @@ def axes(footprints: Sequence[Geometry]) -> tuple[Array, Array]:
 
     centres = shapely.get_coordinates(shapely.centroid(np.array(footprints, dtype=object)))
     centres -= centres.mean(axis=0)
-    corners = [ring for footprint in footprints for ring in rings(footprint)]
-    walls = np.concatenate([np.roll(ring, -1, axis=0) - ring for ring in corners])
+    walls = np.concatenate([outline.ends - outline.starts for outline in outlines])
     lengths, angles = np.hypot(*walls.T), np.arctan2(walls[:, 1], walls[:, 0])
     agreed = np.sum(lengths * np.exp(4j * angles))
     xx, yy, xy = (centres[:, 0] ** 2).sum(), (centres[:, 1] ** 2).sum(), (centres[:, 0] * centres[:, 1]).sum()
@@ -153,7 +158,7 @@ def clear_distance(left: Outline, right: Outline) -> float:
     """The least distance along u from ``left`` to ``right``, negative where they overlap; inf where no v is common."""
     bottom, top = max(left.low[1], right.low[1]), min(left.high[1], right.high[1])
     across = np.concatenate([left.starts[:, 1], right.starts[:, 1]])
-    levels = np.unique(np.append(across[(across >= bottom) & (across <= top)], (bottom, top)))
+    levels = np.append(across[(across >= bottom) & (across <= top)], (bottom, top))
     walls = reaches(right, levels, -1.0) - reaches(left, levels, 1.0)
     return float(walls.min(initial=inf)) if bottom <= top else inf
 
@@ -209,8 +214,9 @@ def shared_face(one: Geometry, other: Geometry, farthest: float) -> tuple[float,
     The longer one of the two directions counts, as of a building in the corner of another one.
     """
     best = 0.0, 0.0
-    for axis in axes([one, other]):
-        pair = turned(one, axis), turned(other, axis)
+    outlines = outline_of(one), outline_of(other)
+    for axis in axes([one, other], outlines):
+        pair = turned(outlines[0], axis), turned(outlines[1], axis)
         for beside in facing(pair, np.array([[0, 1]]), farthest, 0.0):
             best = max(best, faced(pair[beside.left], pair[beside.right], farthest))
     return best

@@ -171,7 +171,7 @@ def _from_layer(path: Path, layer: str | None) -> Features:
     import pyogrio
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # of values that no column here has, such as dates
+        warnings.simplefilter("ignore")  # of values that no column here has, such as dates, and of measured corners
         layers = {str(name): kind for name, kind in pyogrio.list_layers(path)}
         meta, fids, geometry, columns = pyogrio.raw.read(
             path, layer=_layer(path, layer, layers), return_fids=True, force_2d=False
@@ -518,37 +518,63 @@ def _table(features: Features, projection: Projection | None, faults: list[str])
     """The buildings of a file whose coordinates can be read, with notes on what is not read, or repaired."""
     tables = [_with_other_tags(table) for table in features.properties]
     dialect = _dialect(tables)
-    raw, notes = tables, []
+    raw = tables
     if dialect.name:
         tables = [dialect.read(table) for table in tables]
     heads = [key for key in dict.fromkeys(key for table in tables for key in table) if key not in IDS]
     columns, left_out = columns_of(heads, "properties", faults, dialect.columns, is_foreign=bool(dialect.name))
-    entries: list[Entry] = []
-    outlines: list[Geometry] = []
-    repairs: dict[str, list[str]] = {}
+    entries = []
     for number, place in enumerate(features.places):
         _check_twins(place, tables[number], columns, faults)
         values = values_of(place, tables[number].items(), columns, faults)
-        shape, told, fault = _sound(features.geometries[number])
-        if fault:
-            faults.append(f"{place}: {fault}")
-        elif shape is not None:
-            repairs.setdefault(told, []).append(place)
-            entries.append(Entry(place, values, shape, Mapped(features.ids[number])))
-            outlines.append(shape)
+        entries.append(Entry(place, values, features.geometries[number], Mapped(features.ids[number])))
+    entries, resolution, told = _laid_flat(entries, projection, dialect, faults)
     if faults:
         return Table([], [])
-    notes += left_out
-    notes += [f"{_several(places)}: {told}" for told, places in repairs.items() if told]
-    notes += _notes_of(dialect, raw, features.places)
-    resolution, coarse = _resolution(outlines, projection, dialect)
-    entries = _flat(entries, outlines, projection)
-    faults += _other_coordinates([entry.footprint for entry in entries], projection) or _far_apart(entries)
+    notes = [*left_out, *_notes_of(dialect, raw, features.places), *told]
     if dialect.name:
         entries, parts_told = _without_parts(entries, dict(zip(features.places, raw, strict=True)))
         entries = _named_apart(entries)
         notes += parts_told
-    return Table(entries, [*notes, *coarse], resolution)
+    return Table(entries, notes, resolution)
+
+
+def outlined_table(source: Path, entries: Sequence[Entry], notes: Sequence[str]) -> Table:
+    """Buildings whose footprints are in degrees of WGS 84 as a table, checked, repaired and laid flat.
+
+    Raises BlockError with every fault of the footprints.
+    """
+    faults: list[str] = []
+    features = Features([entry.place for entry in entries], [], [entry.footprint for entry in entries], [], DEGREES)
+    projection = _projection(features, False, faults)
+    flat, resolution, told = (
+        _laid_flat(entries, projection, Dialect(), faults) if not faults else ([], Resolution(), [])
+    )
+    if faults:
+        raise BlockError(str(source), faults)
+    return Table(flat, [*notes, *told], resolution)
+
+
+def _laid_flat(
+    entries: Sequence[Entry], projection: Projection | None, dialect: Dialect, faults: list[str]
+) -> tuple[list[Entry], Resolution, list[str]]:
+    """Entries with sound footprints in metres, how finely their walls are known, and notes on both."""
+    repairs: dict[str, list[str]] = {}
+    sound = []
+    for entry in entries:
+        shape, told, fault = _sound(entry.footprint)
+        if fault:
+            faults.append(f"{entry.place}: {fault}")
+        else:
+            repairs.setdefault(told, []).append(entry.place)
+            sound.append(entry._replace(footprint=shape))
+    notes = [f"{_several(places)}: {told}" for told, places in repairs.items() if told]
+    if faults or not sound:
+        return [], Resolution(), []
+    resolution, coarse = _resolution([entry.footprint for entry in sound], projection, dialect)
+    flat = _flat(sound, projection)
+    faults += _other_coordinates([entry.footprint for entry in flat], projection) or _far_apart(flat)
+    return flat, resolution, [*notes, *coarse]
 
 
 def _several(places: Sequence[str]) -> str:
@@ -645,18 +671,19 @@ def _check_twins(
 # ------------------------------------------------------------------------------------------------ metres
 
 
-def _flat(entries: list[Entry], outlines: Sequence[Geometry], projection: Projection | None) -> list[Entry]:
+def _flat(entries: list[Entry], projection: Projection | None) -> list[Entry]:
     """The entries with footprints in metres about their middle, and where that is on the Earth."""
-    if projection is None or not entries:
+    if projection is None:
         return entries
-    shapes = np.array(outlines, dtype=object)
+    shapes = np.array([entry.footprint for entry in entries], dtype=object)
     flat = shapely.transform(shapes, projection.metres)
     middles = projection.degrees(shapely.get_coordinates(shapely.centroid(shapes)))
     world = shapely.transform(shapes, projection.degrees)
     return [
-        entry._replace(footprint=shape, mapped=Mapped(entry.mapped.id, middle[0], middle[1], outline))
-        for entry, shape, middle, outline in zip(entries, flat, middles.tolist(), world, strict=True)
-        if entry.mapped is not None
+        entry._replace(
+            footprint=shape, mapped=(entry.mapped or Mapped())._replace(longitude=x, latitude=y, outline=outline)
+        )
+        for entry, shape, (x, y), outline in zip(entries, flat, middles.tolist(), world, strict=True)
     ]
 
 

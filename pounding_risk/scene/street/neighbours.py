@@ -29,6 +29,7 @@ from pounding_risk.scene.street.footprints import (
     faced,
     facing,
     groups,
+    outline_of,
     shared_face,
     turned,
 )
@@ -269,8 +270,9 @@ class Street(NamedTuple):
         members, local = np.unique(pairs, return_inverse=True)
         own = [shapes[member] for member in members]
         stated = self.rules.axis
-        both = axes(own) if stated is None else _square(radians(stated))
-        outlines = [[turned(shape, axis) for shape in own] for axis in both]
+        plain = [outline_of(shape) for shape in own]
+        both = axes(own, plain) if stated is None else _square(radians(stated))
+        outlines = [[turned(outline, axis) for outline in plain] for axis in both]
         met = [
             [
                 pair._replace(left=int(members[pair.left]), right=int(members[pair.right]))

@@ -19,8 +19,10 @@ from typing import Any
 
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules, house
+from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules, house, unnamed
 from pounding_risk.scene.street.footprints import Array, close_pairs, rings, shared_face
+from pounding_risk.scene.street.inventory import inventory_table
+from pounding_risk.scene.street.joined import with_inventory
 from pounding_risk.scene.street.neighbours import (
     BUILDINGS,
     FINEST_GAP,
@@ -238,6 +240,7 @@ def block(
     *,
     layer: str | None = None,
     within: str | None = None,
+    inventory: str | Path | None = None,
     records: Sequence[str] | None = None,
     contact: Contact = CONCRETE,
     tables: Mapping[str, Any] | None = None,
@@ -252,7 +255,7 @@ def block(
         Folder for the files of `write_block`; None writes nothing.
     rules : Rules, optional
         As for `read_block`.
-    layer, within : str, optional
+    layer, within, inventory : str, optional
         As for `read_block`.
     records : sequence of str, optional
         Ids of the catalogue; None takes all its horizontal ones.
@@ -266,7 +269,7 @@ def block(
     Block
         The rows of the table. Nothing is written where the table has a fault.
     """
-    street = read_block(path, rules, layer=layer, within=within)
+    street = read_block(path, rules, layer=layer, within=within, inventory=inventory)
     if out is not None:
         write_block(street, out, records=records, contact=contact, tables=tables)
     return street
@@ -322,7 +325,12 @@ def write_block(
 
 
 def read_block(
-    path: str | Path, rules: Rules | None = None, *, layer: str | None = None, within: str | None = None
+    path: str | Path,
+    rules: Rules | None = None,
+    *,
+    layer: str | None = None,
+    within: str | None = None,
+    inventory: str | Path | None = None,
 ) -> Block:
     """Read the rows of a street's table, or of a map of footprints.
 
@@ -339,6 +347,9 @@ def read_block(
     within : str, optional
         Only buildings of a map whose middle lies in there: "west, south, east, north" in degrees, or a file of
         polygons.
+    inventory : str or Path, optional
+        Table with the values of the buildings of a map: an inventory of OED, R2D or OpenQuake, or a street's table. A
+        building stands in the footprint that holds its point, or has the id or the name of one.
 
     Returns
     -------
@@ -362,7 +373,7 @@ def read_block(
     in which most of them face each other, pointing as the file lists them.
     """
     source, rules = Path(path), rules or Rules()
-    table = _table(source, rules, layer, within)
+    table = _table(source, rules, layer, within, inventory)
     resolution = table.resolution if rules.resolution is None else Resolution(rules.resolution, "as stated")
     notes = Notes([], [], list(table.left_out))
     numbers = {entry.place: number for number, entry in enumerate(table.entries, start=1)}
@@ -414,25 +425,35 @@ def footprint_rings(path: str | Path) -> dict[str, tuple[Array, ...]]:
         from pounding_risk.scene.street.maps import read_outlines
 
         return {name: rings(shape) for name, shape in read_outlines(source).items()}
-    return {one.name: rings(one.footprint) for one in read_block(source).houses if one.footprint is not None}
+    entries = enumerate(_table(source, Rules(), None, None, None).entries, start=1)
+    return {
+        entry.values.get("name", unnamed(number)): rings(entry.footprint)
+        for number, entry in entries
+        if entry.footprint is not None
+    }
 
 
-def _table(source: Path, rules: Rules, layer: str | None, within: str | None) -> Table:
-    """The buildings of a file, by its ending."""
+def _table(source: Path, rules: Rules, layer: str | None, within: str | None, inventory: str | Path | None) -> Table:
+    """The buildings of a file, by its ending and its head."""
     suffix = source.suffix.lower()
+    if inventory is None and layer is None and within is None:
+        table = inventory_table(source, rules.metres)
+        if table is not None:
+            return table
     if suffix in MAPS:
         need_maps(str(source))
         from pounding_risk.scene.street.maps import read_map
 
-        return read_map(source, metres=rules.metres, layer=layer, within=within)
+        table = read_map(source, metres=rules.metres, layer=layer, within=within)
+        return table if inventory is None else with_inventory(table, Path(inventory))
     if suffix != ".csv":
         kinds = ", ".join((".csv", *MAPS))
         raise BlockError(str(source), [f"{shown(suffix)} is no table of a street; give a file that ends in {kinds}"])
     if rules.metres:
         raise BlockError(str(source), ["a CSV has no coordinates to be in metres; leave the option out"])
-    if layer is not None or within is not None:
-        option = "layer" if layer is not None else "within"
-        raise BlockError(str(source), [f"a CSV has no footprints, so --{option} chooses nothing; leave it out"])
+    options = {"layer": layer, "within": within, "inventory": inventory}
+    if given := [name for name, value in options.items() if value is not None]:
+        raise BlockError(str(source), [f"a CSV has no footprints, so --{given[0]} chooses nothing; leave it out"])
     return read_table(source)
 
 

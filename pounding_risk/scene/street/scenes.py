@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pounding_risk._common.files import write_whole
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.request import SOURCES
-from pounding_risk.scene.overrides import address_of
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.units import GAP, MASS, PERIOD, Quantity, exact, parse, say, shown
 
@@ -187,12 +186,12 @@ def _uncertain(row: BlockRow, own_tables: Mapping[str, Any]) -> dict[str, Any]:
     if any(key == "gap" or (key.startswith("interface") and key.endswith("gap")) for key in varied):
         return given
     spreads = {
-        address_of(("interface", f"{pair.left.name} | {pair.right.name}", "gap")): {
+        f"interface.{number}.gap": {
             "distribution": "uniform",
             "low": written(pair.gaps[0], GAP),
             "high": written(pair.gaps[1], GAP),
         }
-        for pair in row.pairs
+        for number, pair in enumerate(row.pairs, start=1)
         if pair.resolution > 0.0
     }
     if spreads:

@@ -44,6 +44,8 @@ COLUMNS: dict[str, Quantity | None] = {
     "left wall": WALL,
     "right wall": WALL,
     "gap": GAP,
+    "hazus type": None,
+    "code level": None,
 }
 NOT_KNOWN = ("na", "n/a", "n.a.", "nan", "null", "none", "nil", "unknown", "?", "-", "--", "–", "—", "#n/a")
 WORDS = ("name", "street")  # columns in which any word is a value
@@ -76,6 +78,14 @@ class Resolution(NamedTuple):
     words: str = ""
 
 
+class Derived(NamedTuple):
+    """A value that an inventory does not state in so many words: column, the value in words, and where it is from."""
+
+    column: str
+    value: str
+    rule: str
+
+
 class Entry(NamedTuple):
     """One building of a table: its place there, and the SI value or words of each column given."""
 
@@ -83,6 +93,7 @@ class Entry(NamedTuple):
     values: Mapping[str, Any]
     footprint: Any = None  # a polygon of shapely, m
     mapped: Mapped | None = None
+    derived: tuple[Derived, ...] = ()
 
 
 class Table(NamedTuple):
@@ -163,21 +174,33 @@ def columns_of(
     return columns, [f"{where}: {', '.join(map(shown, left_out[:most]))}{more} {verb} not read"] if left_out else []
 
 
-def _read_csv(text: str, faults: list[str]) -> Table:
-    """The lines under a head; those that start with # are left out."""
+def csv_rows(text: str, faults: list[str], head: str) -> list[tuple[int, list[str]]]:
+    """Number and cells of each line that is not blank, the head first; [] with a fault, which tells to write ``head``.
+
+    Lines that start with # are left out.
+    """
     lines = ("\n" if line.startswith("#") else line for line in text.splitlines(keepends=True))
     reader = csv.reader(lines, strict=True)
     try:
         rows = [(reader.line_num, cells) for cells in reader if any(cell.strip() for cell in cells)]
     except csv.Error as error:
-        faults.append(f"line {reader.line_num}: is not CSV ({error}); {HEAD}")
-        return Table([], [])
+        faults.append(f"line {reader.line_num}: is not CSV ({error}); {head}")
+        return []
     if not rows:
-        faults.append(f"the file is empty; {HEAD}")
-        return Table([], [])
+        faults.append(f"the file is empty; {head}")
+        return []
     at, heads = rows[0]
     if len(heads) == 1 and ";" in heads[0]:
         faults.append(f"line {at}: the columns are parted by semicolons; write commas, and decimal points in numbers")
+        return []
+    return rows
+
+
+def _read_csv(text: str, faults: list[str]) -> Table:
+    """The lines under a head."""
+    rows = csv_rows(text, faults, HEAD)
+    at, heads = rows[0] if rows else (0, [])
+    if not rows:
         return Table([], [])
     columns, left_out = columns_of(heads, f"line {at}", faults)
     if len(columns) < 2 and not faults:
@@ -206,13 +229,13 @@ def values_of(
                 raise ValueError(
                     f"{shown(cell)} is no value; leave it empty where it is not known, to be filled by rule"
                 )
-            values[column] = _value(cell, unit, COLUMNS[column])
+            values[column] = cell_value(cell, unit, COLUMNS[column])
         except ValueError as error:
             faults.append(f"{where}, {column}: {error}")
     return values
 
 
-def _value(cell: Any, unit: str, quantity: Quantity | None) -> Any:
+def cell_value(cell: Any, unit: str, quantity: Quantity | None) -> Any:
     """The value of one cell; raises ValueError with a sentence."""
     if isinstance(cell, bool) or not isinstance(cell, str | int | float):
         raise ValueError(f"{shown(cell)} is neither text nor a number; write one of the two")

@@ -1,0 +1,373 @@
+"""Lines of an inventory, and what a format takes from one: numbers with their range, points, outlines, own columns."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from math import inf, isfinite, nan
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pounding_risk._common.counted import counted
+from pounding_risk.scene.street.table import COLUMNS, NOT_KNOWN, Derived, cell_value, csv_rows
+from pounding_risk.units import shown
+
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?")
+HEAD = "write the head of its format and a line for each building"
+SAID = 6  # columns that a note names
+FIRST_YEAR, LAST_YEAR = 1000, 2100
+WKT = re.compile(r"(?:SRID=(\d+);)?\s*(POINT|POLYGON|MULTIPOLYGON)\s*(?:Z|M|ZM)?\s*(\(.*\))", re.IGNORECASE | re.DOTALL)
+SHAPES = {"POINT": "Point", "POLYGON": "Polygon", "MULTIPOLYGON": "MultiPolygon"}
+WGS84 = "4326"
+WKT_HELP = 'write "POLYGON ((23.72 37.98, 23.73 37.98, 23.73 37.99, 23.72 37.98))", longitude before latitude'
+UNIT = re.compile(r"(.*?)\s*\[(.*)\]")
+
+
+class Line(NamedTuple):
+    """A line of a table, or a feature: its cells by head in lower case, without those that are blank or not known."""
+
+    place: str
+    cells: Mapping[str, str]
+    geometry: Any = None  # of a feature
+
+
+class Sheet(NamedTuple):
+    """The lines of an inventory and the heads as they are written."""
+
+    path: Path
+    heads: tuple[str, ...]
+    lines: list[Line]
+    facts: Mapping[str, Any] = {}  # of metadata beside the table
+
+    def unit(self, head: str) -> str:
+        """The unit in brackets behind a head, "" where it has none."""
+        parted = (UNIT.fullmatch(each) for each in self.heads if bare(each).lower() == head.lower())
+        return next((each[2].strip() for each in parted if each), "")
+
+
+class Building(NamedTuple):
+    """A building of an inventory: its place there, its values by column as of a street's table, and where it stands."""
+
+    place: str  # "line 7", "feature 3" or "asset 2"
+    values: Mapping[str, Any]
+    longitude: float = nan  # degrees, WGS 84
+    latitude: float = nan
+    footprint: str = ""  # well-known text in degrees, longitude before latitude
+    taxonomy: str = ""  # as it stands in the file
+    year: int | None = None
+    derived: tuple[Derived, ...] = ()  # values that follow from a code or a convention of the format
+
+
+class Kind(NamedTuple):
+    """What a code of a format says of a building: family of Hazus, typology, both "" where none fits, and words."""
+
+    hazus: str
+    typology: str
+    words: str
+
+
+class Notes:
+    """Sentences on lines, each once with the lines that it holds for."""
+
+    def __init__(self) -> None:
+        self._places: dict[str, list[str]] = {}
+
+    def add(self, place: str, words: str) -> None:
+        """Note a sentence on a line; "" is the file."""
+        self._places.setdefault(words, []).append(place)
+
+    def sentences(self) -> Iterator[str]:
+        """Each sentence behind its first line and the number of others."""
+        for words, places in self._places.items():
+            others = f" and {counted(len(places) - 1, 'other')}" if len(places) > 1 else ""
+            yield f"{places[0]}{others}: {words}" if places[0] else words
+
+
+class Draft:
+    """A line on its way to an entry: values by column, those that are derived, and faults."""
+
+    def __init__(self, line: Line, faults: list[str], notes: Notes) -> None:
+        self.line, self.faults, self.notes = line, faults, notes
+        self.values: dict[str, Any] = {}
+        self.derived: list[Derived] = []
+
+    def fault(self, head: str, words: str) -> None:
+        """Note what is wrong with a cell."""
+        self.faults.append(f"{self.line.place}, {head}: {words}")
+
+    def note(self, words: str) -> None:
+        """Note what is doubtful, or not read, in this line."""
+        self.notes.add(self.line.place, words)
+
+    def text(self, head: str) -> str:
+        """Words of a cell; "" where it has none."""
+        words = " ".join(self.line.cells.get(head.lower(), "").split())
+        if words.isprintable():
+            return words
+        self.fault(head, f"{shown(words)} has a character that cannot be printed; leave it out")
+        return ""
+
+    def number(self, head: str, low: float = -inf, high: float = inf) -> float | None:
+        """The number of a cell from ``low`` to ``high``; None where it has none, with a fault where it is wrong."""
+        text = self.line.cells.get(head.lower(), "").strip()
+        if not text:
+            return None
+        value = float(text) if NUMBER.fullmatch(text) else nan
+        if isfinite(value) and low <= value <= high:
+            return value
+        least, most = (f"{bound:g}" if isfinite(bound) else "" for bound in (low, high))
+        allowed = " to ".join(filter(None, (least, most))) if most else f"{least} or more" if least else ""
+        self.fault(head, f"{shown(text)} is not a number{allowed and f' from {allowed}'}; correct it or leave it empty")
+        return None
+
+    def whole(self, head: str, low: float = -inf, high: float = inf) -> int | None:
+        """The whole number of a cell, which may be written as 4.0; as `number`."""
+        value = self.number(head, low, high)
+        if value is None or value == round(value):
+            return None if value is None else round(value)
+        self.fault(head, f"{shown(self.line.cells[head.lower()])} is not a whole number; write one such as 4")
+        return None
+
+    def put(self, column: str, value: Any, words: str = "", rule: str = "") -> None:
+        """Set a column; with a rule it is listed as derived, ``words`` being the value."""
+        self.values[column] = value
+        self.derived = [each for each in self.derived if each.column != column]
+        if rule:
+            self.derived.append(Derived(column, words or str(value), rule))
+
+    def kind(self, kind: Kind, said: str) -> None:
+        """Set typology and family from a code; ``said`` is where it stands, "its ConstructionCode 5153"."""
+        rule = f"{said}, {kind.words}"
+        if kind.typology:
+            self.put("typology", kind.typology, rule=rule)
+        else:
+            self.note(f"{rule}, has no typology here; the one stated for buildings without one is taken")
+        if kind.hazus:
+            self.put("hazus type", kind.hazus, rule=rule)
+
+    def year(self, head: str, unknown: Sequence[int] = ()) -> int | None:
+        """The year of a cell; None for the codes of a format for an unknown one."""
+        value = self.whole(head)
+        if value is None or value in unknown:
+            return None
+        if not FIRST_YEAR <= value <= LAST_YEAR:
+            self.fault(head, f"{value} is no year from {FIRST_YEAR} to {LAST_YEAR}; correct it or leave it empty")
+            return None
+        return value
+
+    def single(self, head: str, unknown: Sequence[float] = ()) -> None:
+        """Refuse a line that stands for several buildings, or for a part of one."""
+        number = self.number(head, 0.0)
+        if number not in (None, 1.0, *unknown):
+            self.fault(
+                head,
+                f"the line stands for {number:g} buildings, and in a street each stands somewhere; write a line for "
+                "each, or leave the line out",
+            )
+
+    def point(self, longitude: str, latitude: str) -> tuple[float, float]:
+        """Longitude and latitude in degrees; NaN where the line has neither."""
+        east, north = self.number(longitude, -180.0, 180.0), self.number(latitude, -90.0, 90.0)
+        cells = self.line.cells
+        if (longitude.lower() in cells) != (latitude.lower() in cells):
+            missing, given = (longitude, latitude) if latitude.lower() in cells else (latitude, longitude)
+            self.fault(missing, f"missing beside {given}; write both or neither")
+        return (nan, nan) if east is None or north is None else (east, north)
+
+    def place_of(self, position: Any) -> tuple[float, float]:
+        """Longitude and latitude of a position of GeoJSON; NaN, with a fault, where it is none."""
+        if is_position(position):
+            return float(position[0]), float(position[1])
+        self.fault("geometry", f"{shown(position)} is no longitude and latitude in degrees; write [23.73, 37.98]")
+        return nan, nan
+
+    def outline(self, head: str, geometry: Any) -> str:
+        """The outline of a GeoJSON geometry as well-known text; "" for a point, with a fault for what is none."""
+        if not isinstance(geometry, dict) or geometry.get("type") == "Point":
+            return ""
+        try:
+            return outline_text(geometry)
+        except ValueError as error:
+            self.fault(head, str(error))
+            return ""
+
+    def wkt(self, head: str) -> Mapping[str, Any] | None:
+        """The geometry of a cell in well-known text, as of GeoJSON; None where it has none."""
+        text = self.line.cells.get(head.lower(), "").strip()
+        if not text:
+            return None
+        try:
+            return outline_json(text)
+        except (ValueError, RecursionError) as error:
+            known = f": {error}" if str(error).startswith("SRID") else f"; {WKT_HELP}"
+            self.fault(head, f"{shown(text[:60])} is no well-known text of a polygon{known}")
+            return None
+
+    def own_columns(self, sheet: Sheet, claimed: Iterable[str], prefix: str = "") -> None:
+        """Read columns of a street's table that stand beside the ``claimed`` ones of the format, as "gap [mm]"."""
+        taken = {head.lower() for head in claimed}
+        for key, cell in self.line.cells.items():
+            name = own_column(key, prefix)
+            if name and key not in taken:
+                try:
+                    self.put(name, cell_value(cell, sheet.unit(key), COLUMNS[name]))
+                except ValueError as error:
+                    self.fault(key, str(error))
+
+    def building(self, footprint: str, point: tuple[float, float], **facts: Any) -> Building:
+        """The building of the line."""
+        return Building(self.line.place, self.values, *point, footprint, derived=tuple(self.derived), **facts)
+
+
+def outline_json(text: str) -> Mapping[str, Any]:
+    """Well-known text as a geometry of GeoJSON; raises ValueError where it is none in degrees of WGS 84."""
+    found = WKT.fullmatch(text)
+    if found is None:
+        raise ValueError(text)
+    if (found[1] or WGS84) != WGS84:
+        raise ValueError(f"SRID {found[1]} is not longitude and latitude on WGS 84 ({WGS84}); write it in degrees")
+    numbers = re.sub(r"[^(),]+", lambda each: _position(each[0]), found[3])
+    shape = json.loads(numbers.replace("(", "[").replace(")", "]"))
+    return {"type": SHAPES[found[2].upper()], "coordinates": shape}
+
+
+def outline_text(geometry: Mapping[str, Any]) -> str:
+    """A polygon or several in well-known text; raises ValueError with what is wrong with a geometry that is none."""
+    kind, parts = geometry.get("type"), geometry.get("coordinates")
+    if kind not in ("Polygon", "MultiPolygon") or not isinstance(parts, list) or not parts:
+        raise ValueError(f"{shown(kind)} is no outline; a footprint is a Polygon or a MultiPolygon")
+    polygons = [parts] if kind == "Polygon" else parts
+    if not all(isinstance(polygon, list) and polygon for polygon in polygons):
+        raise ValueError("a polygon has no ring; draw it again")
+    texts = [f"({', '.join(map(_ring_text, polygon))})" for polygon in polygons]
+    return f"POLYGON {texts[0]}" if kind == "Polygon" else f"MULTIPOLYGON ({', '.join(texts)})"
+
+
+def _ring_text(ring: Any) -> str:
+    """A ring in well-known text; raises ValueError where it is none in degrees."""
+    if not isinstance(ring, list) or len(ring) < 4:
+        raise ValueError("a ring has fewer than four positions, the first of them repeated at its end; draw it again")
+    for position in ring:
+        if not is_position(position):
+            raise ValueError(f"{shown(position)} is no longitude and latitude in degrees; write [23.73, 37.98]")
+    if ring[0][:2] != ring[-1][:2]:
+        raise ValueError("a ring does not end where it starts; repeat its first position at its end")
+    return f"({', '.join(f'{float(x)!r} {float(y)!r}' for x, y, *_ in ring)})"
+
+
+def is_position(position: Any) -> bool:
+    """True for two numbers, or more, of which the first are longitude and latitude in degrees."""
+    numbers = position[:2] if isinstance(position, list) else []
+    is_number = len(numbers) == 2 and all(type(each) in (int, float) for each in numbers)
+    return is_number and abs(numbers[0]) <= 180.0 and abs(numbers[1]) <= 90.0
+
+
+def _position(text: str) -> str:
+    """A position of well-known text as JSON, x and y; blanks between brackets stay."""
+    words = text.split()
+    if not words:
+        return ""
+    if len(words) < 2 or not all(NUMBER.fullmatch(word) for word in words):
+        raise ValueError(text)
+    return f"[{float(words[0])!r}, {float(words[1])!r}]"
+
+
+def heads_of(path: Path, text: str) -> list[str]:
+    """Heads of a table, or keys of the first features' properties, in lower case; [] where it is neither."""
+    if path.suffix.lower() == ".csv":
+        rows = csv_rows(text[: 1 << 16].rsplit("\n", 1)[0] + "\n", [], HEAD)
+        heads = rows[0][1] if rows else []
+    else:
+        heads = list(dict.fromkeys(key for feature in _features(text, [])[:10] for key in _properties(feature)))
+    return [bare(head).lower() for head in heads]
+
+
+def own_column(head: str, prefix: str = "") -> str:
+    """The column of a street's table that a head names, behind a prefix of the format; "" where it is none."""
+    name = " ".join(bare(head).lower().removeprefix(prefix).replace("_", " ").split())
+    return name if name in COLUMNS else ""
+
+
+def bare(head: str) -> str:
+    """A head without its unit in brackets."""
+    parted = UNIT.fullmatch(head.strip())
+    return parted[1] if parted else head.strip()
+
+
+def sheet_of(path: Path, text: str, faults: list[str]) -> Sheet:
+    """The lines of a CSV table, or the features of a GeoJSON file."""
+    if path.suffix.lower() == ".csv":
+        return csv_sheet(path, text, faults)
+    features = _features(text, faults)
+    heads = tuple(dict.fromkeys(key for feature in features for key in _properties(feature)))
+    lines = []
+    for number, feature in enumerate(features, start=1):
+        cells = {"id": feature.get("id"), **_properties(feature)} if isinstance(feature, dict) else {}
+        geometry = feature.get("geometry") if isinstance(feature, dict) else None
+        lines.append(Line(f"feature {number}", known_cells(cells.items()), geometry))
+    return Sheet(path, heads, lines)
+
+
+def csv_sheet(path: Path, text: str, faults: list[str], named: str = "") -> Sheet:
+    """The lines of a CSV table; ``named`` stands before their numbers where a file has several tables."""
+    rows = csv_rows(text, faults, HEAD)
+    if not rows:
+        return Sheet(path, (), [])
+    at, heads = rows[0][0], tuple(head.strip() for head in rows[0][1])
+    lower = [bare(head).lower() for head in heads]
+    twice = sorted({head for head in heads if head and lower.count(bare(head).lower()) > 1})
+    if twice:
+        faults.append(f"{named}line {at}: {', '.join(map(shown, twice))} stands twice; leave one of the two out")
+        return Sheet(path, heads, [])
+    lines = []
+    for at, cells in rows[1:]:
+        if len(cells) != len(heads):
+            faults.append(f"{named}line {at}: has {len(cells)} cells, the head has {len(heads)}; write one a column")
+        else:
+            lines.append(Line(f"{named}line {at}", known_cells(zip(heads, cells, strict=True))))
+    return Sheet(path, heads, lines)
+
+
+def known_cells(cells: Iterable[tuple[str, Any]]) -> dict[str, str]:
+    """Cells by head in lower case, as text, without those that say nothing."""
+    texts = ((bare(key).lower(), json.dumps(cell) if isinstance(cell, dict) else str(cell)) for key, cell in cells)
+    return {key: text for key, text in texts if text.strip() and text.strip().lower() not in NOT_KNOWN}
+
+
+def _features(text: str, faults: list[str]) -> list[Any]:
+    try:
+        document = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        faults.append(f"is not JSON ({error}); export the inventory again as GeoJSON")
+        return []
+    features = document.get("features") if isinstance(document, dict) else None
+    if not isinstance(features, list):
+        faults.append('is no GeoJSON; write {"type": "FeatureCollection", "features": [...]}')
+        return []
+    return features
+
+
+def _properties(feature: Any) -> Mapping[str, Any]:
+    properties = feature.get("properties") if isinstance(feature, dict) else None
+    return properties if isinstance(properties, dict) else {}
+
+
+def tell_unread(sheet: Sheet, read: Iterable[str], notes: Notes, prefix: str = "") -> None:
+    """Note the columns that hold something and are not read."""
+    known = {head.lower() for head in read}
+    held = {head for line in sheet.lines for head in line.cells} - known
+    unread = [head for head in sheet.heads if bare(head).lower() in held and not own_column(head, prefix)]
+    if unread:
+        more = f" and {len(unread) - SAID} more" if len(unread) > SAID else ""
+        verb = "is" if len(unread) == 1 else "are"
+        notes.add("", f"head: {', '.join(map(shown, unread[:SAID]))}{more} {verb} not read")
+
+
+def own_name(sheet: Sheet, *heads: str) -> str:
+    """The first of some heads whose cells tell every line from the others; "" where none does."""
+    for head in heads:
+        names = [line.cells.get(head.lower(), "") for line in sheet.lines]
+        if all(names) and len(set(names)) == len(names):
+            return head
+    return ""

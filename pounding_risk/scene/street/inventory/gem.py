@@ -1,0 +1,230 @@
+"""Strings of the GEM Building Taxonomy 3.3: read for typology and storeys, and written with what was found.
+
+Atoms and their titles are those of json/taxonomy3.3_standard.json of gem/gem_taxonomy. Read are material, lateral
+system, level of the code, height and year; the rest is kept as it is written. Of version 2, HEX and HBET are read too.
+
+    >>> [str(attribute) for attribute in read_taxonomy("CR/LFINF(MUR)+CDM/H:6")]
+    ['CR', 'LFINF(MUR)+CDM', 'H:6']
+    >>> with_found("CR/LFM/H:6/RES/IRI+IRV(SOS)", "BP2", True)
+    'CR/LFM/H:6/RES/BP2/IRI+IRV(SOS;POP)'
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.structures.storeys import MOST_STOREYS
+from pounding_risk.scene.street.hazus import FAMILIES
+from pounding_risk.scene.street.inventory._lines import FIRST_YEAR, LAST_YEAR, Draft, Kind
+from pounding_risk.units import shown
+
+UNKNOWN = "UNK"
+DEEPEST = 4  # brackets in brackets; the standard has two
+LONGEST = 500  # characters
+TOKEN = re.compile(r"[A-Z][A-Z0-9]*|[()/+;]|:[A-Za-z0-9<>-][A-Za-z0-9.,-]*")
+EXAMPLE = "CR/LFM+CDM/H:6"
+# Atoms that begin the attributes that stand before the position within a block, in the standard's order.
+MATERIALS = ("C", "CU", "CR", "SRC", "S", "ME", "M", "MUR", "MCF", "MR", "E", "EU", "ER", "W")
+CONCRETE, STEEL, MASONRY = ("C", "CU", "CR", "SRC"), ("S", "ME"), ("M", "MUR", "MCF", "MR", "E", "EU", "ER")
+SYSTEMS = ("LN", "LFM", "LFINF", "LFBR", "LPB", "LWAL", "LDUAL", "LFLS", "LFLSINF", "LO")
+BEFORE = (
+    *("MDD", *MATERIALS, "HYB", "INF", "MATO"),
+    *("LDD", "LHV", *SYSTEMS, "CDN", "CDL", "CDM", "CDH"),
+    *("LFC", "DNO", "DUL", "DUM", "DUH", "DBD", "DCW"),
+    *("H", "HAPP", "HEX", "HBET", "HHT", "HHI", "HB", "HBEX", "HBAPP", "HF", "HFAPP", "HD"),
+    *("Y", "YAPP", "YMP", "YMM", "YMG"),
+    *("NONRES", "RES", "COM", "MIX", "IND", "AGR", "ASS", "GOV", "EDU", "HEA", "TRT", "OCO"),
+)
+LEVELS = {"CDN": "pre", "CDL": "low", "CDM": "moderate", "CDH": "high"}
+POSITIONS = ("BPD", "BP1", "BP2", "BP3")
+POUNDING = "POP"
+IRREGULAR, VERTICAL, REGULAR = "IRI", "IRV", "IRR"
+# Family of Hazus and typology of a material and a system; a masonry building has no frame.
+FRAMES = {
+    ("concrete", "LFM"): "C1",
+    ("concrete", "LFINF"): "C3",
+    ("concrete", "LWAL"): "C2",
+    ("concrete", "LDUAL"): "C2",
+    ("steel", "LFM"): "S1",
+    ("steel", "LFBR"): "S2",
+    ("steel", "LFINF"): "S5",
+    ("steel", "LWAL"): "S4",
+    ("steel", "LDUAL"): "S4",
+    ("wood", "LWAL"): "W1",
+    ("wood", "LPB"): "W2",
+}
+
+
+class Atom(NamedTuple):
+    """A word of a string with its arguments in brackets and its parameters behind colons."""
+
+    name: str
+    arguments: tuple[Attribute, ...] = ()
+    parameters: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        inner = f"({';'.join(map(str, self.arguments))})" if self.arguments else ""
+        return self.name + inner + "".join(f":{value}" for value in self.parameters)
+
+
+class Attribute(NamedTuple):
+    """Atoms joined by +: all that a string says of the material, of the height, and so on."""
+
+    atoms: tuple[Atom, ...]
+
+    def __str__(self) -> str:
+        return "+".join(map(str, self.atoms))
+
+
+def read_taxonomy(text: str) -> tuple[Attribute, ...]:
+    """The attributes of a string; raises PoundingError where its brackets and signs make none."""
+    tokens = TOKEN.findall(text) if len(text) <= LONGEST else []
+    if "".join(tokens) != text or not tokens:
+        raise PoundingError(f'{shown(text[:80])} is no string of the GEM taxonomy; write one such as "{EXAMPLE}"')
+    if tokens == [UNKNOWN]:
+        return ()
+    attributes, end = _attributes(tokens, 0, "/", 0)
+    if end != len(tokens):
+        raise PoundingError(f'{shown(text)} has a "{tokens[end]}" too many, or out of place; write as "{EXAMPLE}"')
+    return attributes
+
+
+def _attributes(tokens: list[str], at: int, sign: str, depth: int) -> tuple[tuple[Attribute, ...], int]:
+    """Attributes joined by a sign from a token on, and where they end."""
+    found = []
+    while True:
+        atoms, at = _atoms(tokens, at, depth)
+        found.append(Attribute(atoms))
+        if at == len(tokens) or tokens[at] != sign:
+            return tuple(found), at
+        at += 1
+
+
+def _atoms(tokens: list[str], at: int, depth: int) -> tuple[tuple[Atom, ...], int]:
+    atoms: list[Atom] = []
+    while True:
+        if at == len(tokens) or not tokens[at][0].isalpha() or depth > DEEPEST:
+            raise PoundingError(f'{shown("".join(tokens))}: a word is missing; write as "{EXAMPLE}"')
+        name = tokens[at]
+        arguments: tuple[Attribute, ...] = ()
+        at += 1
+        if at < len(tokens) and tokens[at] == "(":
+            arguments, at = _attributes(tokens, at + 1, ";", depth + 1)
+            if at == len(tokens) or tokens[at] != ")":
+                raise PoundingError(f'{shown("".join(tokens))}: a bracket is not closed; write as "LFINF(MUR)"')
+            at += 1
+        parameters = []
+        while at < len(tokens) and tokens[at][0] == ":":
+            parameters.append(tokens[at][1:])
+            at += 1
+        atoms.append(Atom(name, arguments, tuple(parameters)))
+        if at == len(tokens) or tokens[at] != "+":
+            return tuple(atoms), at
+        at += 1
+
+
+def with_found(text: str, position: str, has_pounding: bool) -> str:
+    """A string with the position in its block, and with POP where buildings pound; an earlier POP is kept."""
+    attributes = list(read_taxonomy(text)) if text else []
+    shape = next((each for each in attributes if each.atoms[0].name.startswith(("PLF", "BP"))), None)
+    irregular = next((each for each in attributes if each.atoms[0].name in (REGULAR, IRREGULAR)), None)
+    attributes = [each for each in attributes if each not in (shape, irregular)]
+    last = max((n for n, each in enumerate(attributes, 1) if each.atoms[0].name in BEFORE), default=0)
+    kept = tuple(atom for atom in (shape.atoms if shape else ()) if atom.name not in POSITIONS)
+    written = [Attribute((*kept, Atom(position)))]
+    if has_pounding:
+        written.append(_pounding(irregular.atoms if irregular else ()))
+    elif irregular:
+        written.append(irregular)
+    return "/".join(map(str, [*attributes[:last], *written, *attributes[last:]]))
+
+
+def _pounding(atoms: tuple[Atom, ...]) -> Attribute:
+    """The irregularities of a string with POP among the vertical ones."""
+    vertical = next((atom for atom in atoms if atom.name == VERTICAL), Atom(VERTICAL))
+    others = tuple(atom for atom in atoms if atom.name not in (REGULAR, IRREGULAR, VERTICAL))
+    added = Attribute((Atom(POUNDING),))
+    arguments = vertical.arguments if added in vertical.arguments else (*vertical.arguments, added)
+    return Attribute((Atom(IRREGULAR), *others, Atom(VERTICAL, arguments)))
+
+
+def kind_of(attributes: tuple[Attribute, ...]) -> Kind | None:
+    """Typology and family of material and lateral system; None where the string says neither."""
+    names = [atom.name for each in attributes for atom in each.atoms]
+    material = next((name for name in names if name in MATERIALS), "")
+    system = next((name for name in names if name in SYSTEMS), "")
+    if not material:
+        return None
+    said = f"{material} {system}".strip()
+    if material in MASONRY:
+        family = "URM" if material in ("MUR", "E", "EU") else ""
+        return Kind(family, "masonry", FAMILIES[family].words if family else f"{said}, masonry")
+    of = "concrete" if material in CONCRETE else "steel" if material in STEEL else "wood"
+    family = FRAMES.get((of, system), "")
+    if not family:
+        return Kind("", "", f"{said}, {of} of an unknown system")
+    return Kind(family, FAMILIES[family].typology, FAMILIES[family].words)
+
+
+def put_taxonomy(draft: Draft, text: str, head: str) -> str:
+    """Set what a string says of a building, and give it back; "" with a fault where it is none."""
+    try:
+        attributes = read_taxonomy(text)
+    except PoundingError as error:
+        draft.fault(head, str(error))
+        return ""
+    kind = kind_of(attributes)
+    if kind is not None:
+        draft.kind(kind, f"{head} {text}")
+    for atom in (atom for each in attributes for atom in each.atoms):
+        _put_atom(draft, atom, head)
+    return text
+
+
+def _put_atom(draft: Draft, atom: Atom, head: str) -> None:
+    """Set storeys, height or level of the code from an atom that says it."""
+    if atom.name in LEVELS:
+        draft.put("code level", LEVELS[atom.name], rule=f"its {head}, {atom.name}")
+    elif atom.name in ("H", "HEX", "HAPP", "HBET") and "storeys" not in draft.values:
+        _put_storeys(draft, atom, head)
+    elif atom.name in ("HHT", "HHI") and atom.parameters and "height" not in draft.values:
+        height = _float(atom.parameters[0])
+        storeys = 1 if atom.name == "HHT" else draft.values.get("storeys")
+        if height is None or not 0.0 < height < 1e3:
+            draft.fault(head, f"{atom} gives no height in m; write HHT:18.5")
+        elif storeys:
+            draft.put("height", height * storeys, f"{height * storeys:g} m", f"its {head}, {atom}")
+
+
+def _put_storeys(draft: Draft, atom: Atom, head: str) -> None:
+    """The storeys of an atom: a number, or the middle of a range, rounded up."""
+    numbers = [int(each) for each in re.findall(r"\d{1,6}", atom.parameters[0] if atom.parameters else "")]
+    if not 1 <= len(numbers) <= 2 or not 1 <= max(numbers) <= MOST_STOREYS:
+        draft.fault(head, f"{atom} gives no storeys from 1 to {MOST_STOREYS}; write H:6")
+    elif re.search("[<>]", atom.parameters[0]):
+        draft.note(f"{atom} in its {head} bounds the storeys and gives no number; it is not read")
+    else:
+        middle = max(-(-sum(numbers) // len(numbers)), 1)
+        is_told = len(numbers) > 1 or atom.name == "HAPP"
+        draft.put("storeys", middle, rule=f"its {head}, {atom}" if is_told else "")
+
+
+def year_of(text: str) -> int | None:
+    """The year that a string gives, exactly or about; None where it gives none."""
+    years = re.findall(r"(?:^|[/+])Y(?:APP)?:(\d{4})(?=$|[/+])", text)
+    return next((int(year) for year in years if FIRST_YEAR <= int(year) <= LAST_YEAR), None)
+
+
+def _float(text: str) -> float | None:
+    return float(text) if re.fullmatch(r"\d{1,6}(\.\d*)?", text) else None
+
+
+def atoms_of(attributes: tuple[Attribute, ...]) -> Iterator[str]:
+    """Names of the atoms of a string, those of arguments too."""
+    for attribute in attributes:
+        for atom in attribute.atoms:
+            yield atom.name
+            yield from atoms_of(atom.arguments)

@@ -1,0 +1,176 @@
+"""Exposure models of OpenQuake: a CSV table, or the NRML metadata that name tables and their fields.
+
+As of the engine's manual: without metadata the columns are id, lon, lat, taxonomy, number and area; `exposureFields`
+give them other names; `area` in `conversions` says its unit, and whether an area is that of a building or of an asset.
+An area is taken for the built-up area of all floors.
+"""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.scene.street.hazus import FAMILIES, family_of
+from pounding_risk.scene.street.inventory._lines import (
+    Building,
+    Draft,
+    Kind,
+    Line,
+    Notes,
+    Sheet,
+    csv_sheet,
+    known_cells,
+    own_name,
+    tell_unread,
+)
+from pounding_risk.scene.street.inventory.gem import put_taxonomy, read_taxonomy, year_of
+from pounding_risk.scene.street.table import BlockError, file_text
+from pounding_risk.units import shown
+
+WORDS = "an exposure model of OpenQuake"
+METADATA = ".xml"
+FIELDS = ("id", "lon", "lat", "taxonomy", "number", "area")
+SPELLINGS = {"longitude": "lon", "latitude": "lat", "buildings": "number"}  # of the global exposure model of GEM
+AREAS = {
+    **dict.fromkeys(("sqm", "m2", "m^2", "sq m", "square meters", "square metres"), 1.0),
+    **dict.fromkeys(("sqft", "ft2", "ft^2", "sq ft", "square feet"), 0.3048**2),
+}
+# Occupancy, type and level of the code, as the exposure of the United States names its buildings: "RES1-W1-LC".
+OF_HAZUS = re.compile(r"[A-Z]+\d*[A-Z]?-([A-Z]{1,3}\d?[LMH]?)-(HC|MC|LC|PC)")
+LEVELS = {"HC": "high", "MC": "moderate", "LC": "low", "PC": "pre"}
+
+
+def recognises(heads: frozenset[str]) -> bool:
+    """True for the head of a table of assets without metadata."""
+    return {"lon", "lat", "taxonomy"} <= {SPELLINGS.get(head, head) for head in heads}
+
+
+def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Building]:
+    """The buildings of an exposure."""
+    heads = _heads(sheet)
+    tell_unread(sheet, [*heads.values()], notes)
+    name = own_name(sheet, heads["id"])
+    for line in sheet.lines:
+        draft = Draft(line, faults, notes)
+        if name:
+            draft.put("name", draft.text(name))
+        taxonomy = _taxonomy(draft, heads["taxonomy"])
+        draft.single(heads["number"])
+        _area(draft, heads["area"], sheet.facts)
+        draft.own_columns(sheet, heads.values())
+        yield draft.building("", draft.point(heads["lon"], heads["lat"]), taxonomy=taxonomy, year=year_of(taxonomy))
+
+
+def _heads(sheet: Sheet) -> Mapping[str, str]:
+    """The head of each field in this table."""
+    spelt = {SPELLINGS.get(head.lower(), head.lower()): head for head in sheet.heads}
+    given: Mapping[str, str] = sheet.facts.get("fields", {})
+    return {field: given.get(field) or spelt.get(field, field) for field in FIELDS}
+
+
+def _taxonomy(draft: Draft, head: str) -> str:
+    """The string of an asset, with what it says set: of GEM, or of Hazus types."""
+    text = draft.text(head)
+    hazus = OF_HAZUS.fullmatch(text)
+    family = family_of(hazus[1]) if hazus else ""
+    if hazus and family:
+        draft.kind(Kind(family, FAMILIES[family].typology, FAMILIES[family].words), f"{head} {text}")
+        draft.put("code level", LEVELS[hazus[2]], rule=f"its {head}, {hazus[2]}")
+        return text
+    try:
+        read_taxonomy(text)
+    except PoundingError:
+        if text:
+            draft.note(
+                f"{head} {shown(text)} is no string of the GEM taxonomy; typology and storeys are not read in it"
+            )
+        return text
+    return put_taxonomy(draft, text, head)
+
+
+def _area(draft: Draft, head: str, facts: Mapping[str, Any]) -> None:
+    """The area of a floor from that of all floors, where its unit and the storeys are known."""
+    area = draft.number(head, 0.0)
+    unit = str(facts.get("area unit", "")).strip().lower()
+    if not area:
+        return
+    if unit not in AREAS:
+        which = f"the unit {shown(facts['area unit'])} is not known" if unit else "no metadata say its unit"
+        draft.note(f'{head} is not read, as {which}; give metadata (.xml) with <area type="per_asset" unit="SQM" />')
+    elif "storeys" not in draft.values:
+        draft.note(f"{head} is taken for that of all floors, whose number is missing; it is not read")
+    else:
+        one = area * AREAS[unit] / draft.values["storeys"]
+        draft.put("floor area", one, f"{one:.5g} m²", f"its {head}, taken for that of all floors, over its storeys")
+
+
+def metadata_sheet(path: Path, text: str, faults: list[str]) -> Sheet:
+    """The assets of metadata: those that they hold, or those of the tables that they name."""
+    model = _model(text, faults)
+    if model is None:
+        return Sheet(path, (), [])
+    facts = _facts(model, faults)
+    assets = next((each for each in model if _tag(each) == "assets"), None)
+    if assets is None:
+        faults.append("has no <assets>; name the tables in it, or write an <asset> for each building")
+        return Sheet(path, (), [])
+    if len(assets):
+        lines = [_asset(number, each) for number, each in enumerate(assets, 1)]
+        return Sheet(path, FIELDS, lines, {**facts, "fields": {}})  # other names are those of tables
+    heads: list[str] = []
+    lines = []
+    for name in (assets.text or "").split():
+        table = path.parent / name
+        try:
+            sheet = csv_sheet(table, file_text(table), faults, f"{name}, ")
+        except BlockError as error:
+            faults += [f"<assets> names {name}, which {fault}" for fault in error.faults]
+            continue
+        heads += [head for head in sheet.heads if head not in heads]
+        lines += sheet.lines
+    if not lines and not faults:
+        faults.append("<assets> names no table with a line; write the names of CSV files beside it")
+    return Sheet(path, tuple(heads), lines, facts)
+
+
+def _model(text: str, faults: list[str]) -> ET.Element | None:
+    """The exposure model of NRML; None with a fault where there is none."""
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        faults.append("declares a document type, which NRML has not; leave it out")
+        return None
+    try:
+        root = ET.fromstring(text)
+    except (ET.ParseError, ValueError) as error:
+        faults.append(f"is not XML ({error}); export the exposure again")
+        return None
+    model = next((each for each in root.iter() if _tag(each) == "exposureModel"), None)
+    if model is None:
+        faults.append(f"<{_tag(root)}> holds no <exposureModel>; give the metadata of an exposure")
+    return model
+
+
+def _tag(element: ET.Element) -> str:
+    return str(element.tag).rpartition("}")[2]
+
+
+def _facts(model: ET.Element, faults: list[str]) -> dict[str, Any]:
+    """Unit of areas and names of fields."""
+    facts: dict[str, Any] = {"fields": {}}
+    for each in model.iter():
+        if _tag(each) == "area" and "unit" in each.attrib:
+            facts["area unit"] = each.attrib["unit"]
+        elif _tag(each) == "field" and each.get("oq") in FIELDS:
+            if not each.get("input"):
+                faults.append(f'exposureFields: the field "{each.get("oq")}" has no input; write the column\'s name')
+            facts["fields"][each.get("oq")] = each.get("input", "")
+    return facts
+
+
+def _asset(number: int, element: ET.Element) -> Line:
+    """An asset that stands in the metadata itself."""
+    place = next((each for each in element if _tag(each) == "location"), element)
+    return Line(f"asset {number}", known_cells({**element.attrib, **place.attrib}.items()))

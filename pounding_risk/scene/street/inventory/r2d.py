@@ -1,0 +1,164 @@
+"""Assets of SimCenter's R2D: the CSV tables of its examples, and GeoJSON as BRAILS writes it.
+
+Columns are those of NHERI-SimCenter/R2DExamples; what they mean is read in the building model MDOF-LU of
+SimCenterBackendApplications: PlanArea is the area of one floor, and lengths are in the unit of the run's input.json.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.models.structures.storeys import MOST_STOREYS
+from pounding_risk.scene.street.hazus import FAMILIES, family_of
+from pounding_risk.scene.street.inventory._lines import (
+    Building,
+    Draft,
+    Kind,
+    Notes,
+    Sheet,
+    outline_json,
+    own_name,
+    tell_unread,
+)
+from pounding_risk.scene.street.table import AREA, HEIGHT
+from pounding_risk.units import QuantityError, parse
+
+WORDS = "assets of SimCenter R2D"
+OF_ASSETS = {"numberofstories", "planarea", "structuretype", "occupancyclass", "yearbuilt", "replacementcost"}
+ENOUGH = 3  # of these columns, by which the head is recognised
+READ = (
+    *("id", "Building_ID", "Latitude", "Longitude", "NumberOfStories", "PlanArea", "StructureType", "YearBuilt"),
+    *("Height", "Footprint"),
+)
+RUN = "input.json"  # of R2D, beside the table or in the folder above
+LENGTHS = ("m", "ft", "in", "inch", "cm", "mm")  # what R2D calls them
+LEAST_AREA = 10.0  # m²; a smaller floor is doubted
+DEGREE = 111.2e3  # m, of latitude
+UNLIKE = 2.0  # ratio of PlanArea to the area of the footprint from which on both are doubted
+
+
+def recognises(heads: frozenset[str]) -> bool:
+    """True for the head of a table of assets, or for the properties of such features."""
+    return len(heads & OF_ASSETS) >= ENOUGH
+
+
+def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Building]:
+    """The buildings of a table of assets."""
+    tell_unread(sheet, READ, notes)
+    name = own_name(sheet, "id", "Building_ID")
+    length, said = _run_unit(sheet.path)
+    for line in sheet.lines:
+        draft = Draft(line, faults, notes)
+        if name and draft.text(name):
+            draft.put("name", draft.text(name))
+        storeys = draft.whole("NumberOfStories", 0, MOST_STOREYS)
+        if storeys:
+            draft.put("storeys", storeys)
+        footprint = _outline(draft)
+        _measure(draft, sheet, "Height", "height", length, said)
+        _measure(draft, sheet, "PlanArea", "floor area", length, said)
+        _doubt_area(draft, footprint)
+        _kind(draft)
+        draft.own_columns(sheet, READ)
+        yield draft.building(footprint, _point(draft), year=draft.year("YearBuilt", unknown=(0,)))
+
+
+def _run_unit(path: Path) -> tuple[str, str]:
+    """The unit of length of the run that a table belongs to, and where it stands; "" where no run says it."""
+    for folder in (path.parent, path.parent.parent):
+        try:
+            units = json.loads((folder / RUN).read_text(encoding="utf-8"))["units"]
+            unit = str(units["length"]).lower()
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            continue
+        if unit in LENGTHS:
+            return unit, f"in the unit of length of {RUN}, {unit}"
+    return "", ""
+
+
+def _measure(draft: Draft, sheet: Sheet, head: str, column: str, length: str, said: str) -> None:
+    """A length or an area in the unit of its head, or of the run; not read where neither says one."""
+    value = draft.number(head, 0.0)
+    if not value:
+        return
+    quantity, example = (AREA, "ft^2") if column == "floor area" else (HEIGHT, "ft")
+    unit = sheet.unit(head) or (f"{length}{example[2:]}" if length else "")
+    if not unit:
+        draft.note(
+            f"{head} is not read, as neither its head nor an {RUN} beside the table says its unit; write "
+            f"{head} [{example}] into the head"
+        )
+        return
+    try:
+        size = parse(f"{value!r} {unit}", quantity)
+    except QuantityError as error:
+        draft.fault(head, str(error))
+        return
+    words = f"{size:.5g} m²" if quantity is AREA else f"{size:.4g} m"
+    draft.put(column, size, words, "" if sheet.unit(head) else f"its {head} {said}")
+
+
+def _doubt_area(draft: Draft, footprint: str) -> None:
+    """A note where the area of a floor is unlike that of the footprint, or tiny, as of another unit."""
+    size = draft.values.get("floor area")
+    if size is None:
+        return
+    if footprint:
+        outlined = _area_about(footprint)
+        if not outlined / UNLIKE <= size <= outlined * UNLIKE:
+            draft.note("its PlanArea is less than half or more than twice the area of its footprint; check its unit")
+    elif size < LEAST_AREA:
+        draft.note(f"its PlanArea is less than {LEAST_AREA:g} m²; check its unit")
+
+
+def _area_about(footprint: str) -> float:
+    """Area within the outer rings of a footprint [m²], on a sphere, as near as a doubt needs."""
+    shape = outline_json(footprint)
+    polygons = [shape["coordinates"]] if shape["type"] == "Polygon" else shape["coordinates"]
+    return sum(_ring_area(np.array(polygon[0])) for polygon in polygons)
+
+
+def _ring_area(ring: NDArray[np.float64]) -> float:
+    x, y = ring.T
+    x, y = (x - x[0]) * DEGREE * np.cos(np.radians(y[0])), (y - y[0]) * DEGREE
+    return abs(0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)))
+
+
+def _kind(draft: Draft) -> None:
+    """Typology and family of a structural type of Hazus, "C1" or "C1M"."""
+    text = draft.text("StructureType")
+    family = family_of(text)
+    if family:
+        draft.kind(Kind(family, FAMILIES[family].typology, FAMILIES[family].words), f"StructureType {text}")
+    elif text:
+        draft.fault("StructureType", f'"{text}" is no type of Hazus; it may be {", ".join(FAMILIES)}')
+
+
+def _outline(draft: Draft) -> str:
+    """The outline of a feature, or of the GeoJSON in the column Footprint."""
+    text = draft.line.cells.get("footprint")
+    if text is None:
+        return draft.outline("geometry", draft.line.geometry)
+    try:
+        shape = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        draft.fault("Footprint", f"is not JSON ({error}); write a GeoJSON feature, or leave it empty")
+        return ""
+    geometry = shape.get("geometry", shape) if isinstance(shape, dict) else None
+    if not isinstance(geometry, dict):
+        draft.fault("Footprint", "holds no geometry; write a GeoJSON feature of a Polygon, or leave it empty")
+        return ""
+    return draft.outline("Footprint", geometry)
+
+
+def _point(draft: Draft) -> tuple[float, float]:
+    """Longitude and latitude of the columns, or of a feature that is a point."""
+    geometry = draft.line.geometry
+    if isinstance(geometry, dict) and geometry.get("type") == "Point" and "longitude" not in draft.line.cells:
+        return draft.place_of(geometry.get("coordinates"))
+    return draft.point("Longitude", "Latitude")

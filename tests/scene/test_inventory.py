@@ -1,0 +1,220 @@
+"""Inventories of other tools: values in SI by each format's conventions, and damaged files refused in words."""
+
+from __future__ import annotations
+
+import json
+import random
+
+import pytest
+import shapely
+
+from pounding_risk.scene.street.inventory import formats, read_inventory
+from pounding_risk.scene.street.table import BlockError
+
+FOOT = 0.3048
+SQUARE = "POLYGON ((23.7200 37.9800, 23.7202 37.9800, 23.7202 37.9801, 23.7200 37.9801, 23.7200 37.9800))"
+NEXT = "POLYGON ((23.7202001 37.9800, 23.7204 37.9800, 23.7204 37.9801, 23.7202001 37.9801, 23.7202001 37.9800))"
+OED = f"""PortNumber,AccNumber,LocNumber,CountryCode,Latitude,Longitude,NumberOfStoreys,BuildingHeight,\
+BuildingHeightUnit,FloorArea,FloorAreaUnit,YearBuilt,ConstructionCode,NumberOfBuildings,Geom,LocPerilsCovered,OEDVersion,FlexiLocGap
+1,A1,10,GR,37.98005,23.7201,4,42.65,,6458.3462,,1962,5153,1,"{SQUARE}",QEQ,4.0.0,
+1,A1,11,GR,37.98005,23.7203,2,6.4,2,360,12,0,5103,,"{NEXT}",QEQ,4.0.0,
+1,A1,12,GR,37.98105,23.7201,-1,-999,1,0,11,1990,5000,0,,QEQ,4.0.0,
+"""
+R2D = """id,Latitude,Longitude,NumberOfStories,YearBuilt,OccupancyClass,PlanArea [ft^2],StructureType,Footprint
+1,61.217,-149.908,2,1983,RES1,3059,W1,
+2,61.218,-149.908,5,1975,COM4,5000,C1M,"{""type"":""Feature"",""geometry"":{""type"":""Polygon"",""coordinates"":\
+[[[-149.9084,61.2170],[-149.9084,61.2172],[-149.9080,61.2172],[-149.9080,61.2170],[-149.9084,61.2170]]]},""properties"":{}}"
+"""
+METADATA = """<?xml version="1.0" encoding="UTF-8"?>
+<nrml xmlns:gml="http://www.opengis.net/gml" xmlns="http://openquake.org/xmlns/nrml/0.5">
+  <exposureModel id="athens" category="buildings" taxonomySource="GEM_Building_Taxonomy_3.3">
+    <description>three buildings</description>
+    <conversions><costTypes/><area type="per_asset" unit="SQFT" /></conversions>
+    <occupancyPeriods/>
+    <assets>one.csv two.csv</assets>
+    <exposureFields>
+      <field oq="taxonomy" input="TAXONOMY" />
+      <field oq="number" input="BUILDINGS" />
+      <field oq="area" input="AREA" />
+      <field oq="lon" input="X" />
+      <field oq="lat" input="Y" />
+    </exposureFields>
+  </exposureModel>
+</nrml>
+"""
+ASSETS = """id,X,Y,TAXONOMY,BUILDINGS,AREA
+{0},23.72,37.98,CR/LFINF(MUR)+CDM/H:6/RES,1,6000
+{1},23.73,37.98,S/LFBR/HAPP:9+HHI:3.5/Y:1987,1,
+"""
+
+
+def written(folder, name, text):
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def exposure(folder):
+    written(folder, "one.csv", ASSETS.format("a", "b"))
+    written(folder, "two.csv", ASSETS.format("c", "d"))
+    return written(folder, "exposure.xml", METADATA)
+
+
+def test_a_location_file_of_oed_is_read_in_its_default_units_and_in_those_it_gives(tmp_path):
+    inventory = read_inventory(written(tmp_path, "loc.csv", OED))
+    first, second, third = inventory.entries
+    assert inventory.kind == "an OED location file"
+    assert [entry.values["name"] for entry in inventory.entries] == ["10", "11", "12"]
+    assert first.values["height"] == pytest.approx(42.65 * FOOT, rel=1e-12)  # feet where no unit is given
+    assert first.values["floor area"] == pytest.approx(150.0, rel=1e-6)  # 6458 sq ft are 600 m² on four floors
+    assert (second.values["height"], second.values["floor area"]) == (6.4, 180.0)
+    assert (first.values["typology"], second.values["typology"]) == ("concrete_frame", "masonry")
+    assert (first.year, second.year) == (1962, None)
+    assert (first.longitude, first.latitude) == (23.7201, 37.98005)
+    assert second.footprint.startswith("POLYGON ((23.7202001 37.98, 23.7204 37.98,")
+    assert set(third.values) == {"name"} and third.footprint == ""
+    told = {(each.column, each.value): each.rule for each in first.derived}
+    assert "feet, the unit of OED where none is given" in told["height", "13 m"]
+    assert told["typology", "concrete_frame"] == "ConstructionCode 5153, concrete moment frame"
+    assert any("-1 says low-rise and no number" in note for note in inventory.left_out)
+    assert any('"OEDVersion"' in note for note in inventory.left_out)
+
+
+def test_assets_of_r2d_are_read_with_the_unit_of_the_head_or_of_the_run(tmp_path):
+    first, second = read_inventory(written(tmp_path, "assets.csv", R2D)).entries
+    assert first.values == {
+        "name": "1",
+        "storeys": 2,
+        "floor area": pytest.approx(3059 * FOOT**2),
+        "hazus type": "W1",
+    }
+    assert (second.values["typology"], second.values["hazus type"]) == ("concrete_frame", "C1")
+    assert second.footprint.startswith("POLYGON ((-149.9084 61.217, ") and first.footprint == ""
+    bare = written(tmp_path, "bare.csv", R2D.replace(" [ft^2]", ""))
+    inventory = read_inventory(bare)
+    assert "floor area" not in inventory.entries[0].values
+    assert any("PlanArea is not read" in note and "PlanArea [ft^2]" in note for note in inventory.left_out)
+    written(tmp_path, "input.json", json.dumps({"units": {"force": "kips", "length": "inch", "time": "sec"}}))
+    in_inches = read_inventory(bare)
+    assert in_inches.entries[0].values["floor area"] == pytest.approx(3059 * 0.0254**2)
+    assert any("check its unit" in note for note in in_inches.left_out)
+
+
+def test_features_of_r2d_are_read_with_their_outlines(tmp_path):
+    ring = [[-81.9363, 26.4458], [-81.9362, 26.4458], [-81.9362, 26.4459], [-81.9363, 26.4458]]
+    properties = {"NumberOfStories": 3, "PlanArea": 700.0, "YearBuilt": 1974.0, "StructureType": "RM1", "Height": None}
+    features = [
+        {
+            "type": "Feature",
+            "id": "7",
+            "properties": properties,
+            "geometry": {"type": "Polygon", "coordinates": [ring]},
+        },
+        {
+            "id": "8",
+            "properties": {**properties, "gap": "20 mm"},
+            "geometry": {"type": "Point", "coordinates": [-81.9, 26.4]},
+        },
+    ]
+    text = json.dumps({"type": "FeatureCollection", "features": features})
+    first, second = read_inventory(written(tmp_path, "assets.geojson", text)).entries
+    assert (first.values["name"], first.values["storeys"], first.year) == ("7", 3, 1974)
+    assert shapely.from_wkt(first.footprint).equals(shapely.Polygon(ring))
+    assert (second.longitude, second.latitude, second.values["gap"]) == (-81.9, 26.4, 0.02)
+
+
+def test_an_exposure_is_read_through_its_metadata(tmp_path):
+    inventory = read_inventory(exposure(tmp_path))
+    assert [entry.values["name"] for entry in inventory.entries] == ["a", "b", "c", "d"]
+    assert [entry.place for entry in inventory.entries][2] == "two.csv, line 2"
+    first, second = inventory.entries[:2]
+    assert first.values["storeys"] == 6 and first.values["floor area"] == pytest.approx(1000.0 * FOOT**2)
+    assert (first.values["typology"], first.values["hazus type"]) == ("masonry", "C3")
+    assert (first.values["code level"], first.taxonomy) == ("moderate", "CR/LFINF(MUR)+CDM/H:6/RES")
+    assert second.values["height"] == pytest.approx(9 * 3.5) and second.year == 1987
+    assert (second.values["typology"], second.values["storeys"]) == ("braced_frame", 9)
+    assert (second.longitude, second.latitude) == (23.73, 37.98)
+
+
+def test_an_exposure_without_metadata_has_no_unit_of_area(tmp_path):
+    text = "id,lon,lat,taxonomy,number,area\na,23.7,37.9,RES1-C2M-LC,1,400\nb,23.7,37.9,Adobe,,\n"
+    inventory = read_inventory(written(tmp_path, "assets.csv", text))
+    first, second = inventory.entries
+    assert first.values == {"name": "a", "typology": "concrete_walls", "hazus type": "C2", "code level": "low"}
+    assert second.values == {"name": "b"} and second.taxonomy == "Adobe"
+    assert any("no metadata say its unit" in note for note in inventory.left_out)
+    assert any('"Adobe" is no string of the GEM taxonomy' in note for note in inventory.left_out)
+
+
+def test_assets_may_stand_in_the_metadata(tmp_path):
+    asset = '<asset id="x" number="1" area="200" taxonomy="MUR/H:2"><location lon="23.7" lat="37.9" /></asset>'
+    text = METADATA.replace("one.csv two.csv", asset)
+    (entry,) = read_inventory(written(tmp_path, "exposure.xml", text)).entries
+    assert (entry.place, entry.longitude, entry.values["storeys"]) == ("asset 1", 23.7, 2)
+    assert entry.values["floor area"] == pytest.approx(100.0 * FOOT**2)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (("1962", "19620"), "line 2, YearBuilt: 19620 is no year from 1000 to 2100"),
+        ((",5153,1", ",5153,3"), "line 2, NumberOfBuildings: the line stands for 3 buildings"),
+        ((",4,42.65", ",4.5,42.65"), 'line 2, NumberOfStoreys: "4.5" is not a whole number'),
+        ((",360,12", ",360,3"), "line 3, FloorAreaUnit: 3 is no unit of it; it may be 11 (square feet)"),
+        ((",5103,", ",51030,"), "line 3, ConstructionCode: 51030 is no code of OED"),
+        (("37.98005,23.7203", ",23.7203"), "line 3, Latitude: missing beside Longitude"),
+        (("37.98005,23.7203", "97.9,23.7203"), 'line 3, Latitude: "97.9" is not a number from -90 to 90'),
+        (("POLYGON ((23.7200", "POLYGON (23.7200"), "line 2, Geom: "),
+        (('"' + SQUARE + '"', '"SRID=2100;' + SQUARE + '"'), "SRID 2100 is not longitude and latitude on WGS 84"),
+        (("QEQ,4.0.0,\n1,A1,11", "QEQ\n1,A1,11"), "line 2: has 16 cells, the head has 18"),
+    ],
+)
+def test_a_fault_names_its_line_and_column(tmp_path, change, sentence):
+    assert change[0] in OED
+    with pytest.raises(BlockError) as caught:
+        read_inventory(written(tmp_path, "loc.csv", OED.replace(*change, 1)))
+    assert any(fault.startswith(sentence) or sentence in fault for fault in caught.value.faults), caught.value.faults
+
+
+def test_metadata_that_name_no_table_or_declare_entities_are_refused(tmp_path):
+    with pytest.raises(BlockError, match=r"<assets> names one\.csv, which cannot be read"):
+        read_inventory(written(tmp_path, "exposure.xml", METADATA))
+    text = METADATA.replace("<nrml", '<!DOCTYPE nrml [<!ENTITY a "b">]>\n<nrml', 1)
+    with pytest.raises(BlockError, match="declares a document type"):
+        read_inventory(written(tmp_path, "exposure.xml", text))
+
+
+def test_a_table_of_a_street_is_no_inventory(tmp_path):
+    with pytest.raises(BlockError, match="its head is that of no inventory"):
+        read_inventory(written(tmp_path, "street.csv", "name,height [m],gap [mm]\na,12,0\nb,9,0\n"))
+    assert set(formats()) == {"oed", "openquake", "r2d"}
+
+
+JUNK = ("", "-1", "nan", "1e400", "x", '"', "\x00", "(((", "::", "é\u202e", "9" * 5000, "[", "+", "POLYGON EMPTY", ";")
+
+
+def damaged(text, dice):
+    """A text with one to three cells or stretches of it replaced, dropped or doubled."""
+    for _ in range(dice.randint(1, 3)):
+        at = dice.randrange(len(text))
+        end = min(len(text), at + dice.choice((1, 1, 3, 12, 60)))
+        text = text[:at] + dice.choice((dice.choice(JUNK), "", text[at:end] * 2)) + text[end:]
+    return text
+
+
+@pytest.mark.parametrize("kind", ["oed", "r2d", "openquake", "metadata"])
+def test_damaged_files_are_read_or_refused_in_words(tmp_path, kind):
+    """2,000 variants in all; another error than BlockError fails the test."""
+    dice = random.Random(kind)
+    assets = ASSETS.format("a", "b").replace("X,Y,TAX", "lon,lat,tax")
+    text = {"oed": OED, "r2d": R2D, "openquake": assets, "metadata": METADATA}[kind]
+    exposure(tmp_path)
+    refused = 0
+    for _ in range(500):
+        path = written(tmp_path, "damaged" + (".xml" if kind == "metadata" else ".csv"), damaged(text, dice))
+        try:
+            read_inventory(path)
+        except BlockError as error:
+            refused += 1
+            assert error.faults and all(fault.isprintable() for fault in error.faults), error.faults
+    assert 50 < refused < 500

@@ -1,0 +1,535 @@
+"""Files of maps: one street in many projections and formats, what is repaired and refused, tags as they are."""
+
+from __future__ import annotations
+
+import csv
+import tomllib
+from math import cos, degrees, radians, sin, sqrt
+from pathlib import Path
+from typing import Any
+
+import geopandas
+import numpy as np
+import pyogrio
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from pyproj import Transformer
+from typer.testing import CliRunner
+
+import pounding_risk as pr
+from pounding_risk.cli import app
+from pounding_risk.errors import PoundingError
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.street import table as street_table
+from pounding_risk.scene.street.defaults import Rules
+from pounding_risk.scene.street.neighbours import floors
+from pounding_risk.scene.street.rows import Block, footprint_rings, read_block
+from pounding_risk.scene.street.table import BlockError
+
+GAPS = (0.02, 0.3, 0.0, 0.15)
+WIDTHS = (10.0, 14.0, 8.0, 20.0, 12.0)
+EQUATOR, FLATTENING = 6378137.0, 1.0 / 298.257223563
+
+
+def made_street(turn: float = 0.0) -> list[shapely.Polygon]:
+    """Five rectangles with one front line and `GAPS` between them, in metres, turned about the first corner."""
+    left, street = 0.0, []
+    for width, gap in zip(WIDTHS, (*GAPS, 0.0), strict=True):
+        street.append(shapely.box(left, 0.0, left + width, 9.0 + 0.25 * width))
+        left += width + gap
+    around = np.array([[cos(turn), sin(turn)], [-sin(turn), cos(turn)]])
+    return [shapely.transform(shape, lambda ring: ring @ around) for shape in street]
+
+
+def in_degrees(shapes: list[shapely.Polygon], longitude: float, latitude: float) -> list[shapely.Polygon]:
+    """By the ellipsoid's radii of curvature (Snyder 1987, 4-18 and 4-20): to some 0.1 mm over 70 m."""
+    squashed = FLATTENING * (2.0 - FLATTENING)
+    root = 1.0 - squashed * sin(radians(latitude)) ** 2
+    across = EQUATOR / sqrt(root)
+    scale = np.degrees(1.0 / np.array([across * cos(radians(latitude)), across * (1.0 - squashed) / root]))
+    return [shapely.transform(shape, lambda ring: ring * scale + (longitude, latitude)) for shape in shapes]
+
+
+def frame(shapes: list[Any], system: Any, **columns: Any) -> geopandas.GeoDataFrame:
+    values = {"name": [f"No. {n}" for n in range(len(shapes))], "storeys": [3] * len(shapes), **columns}
+    return geopandas.GeoDataFrame(values, geometry=shapes, crs=system)
+
+
+def write(path: Path, shapes: list[Any], system: Any, layer: str | None = None, **columns: Any) -> Path:
+    table = frame(shapes, system, **columns)
+    if path.suffix == ".parquet":
+        table.to_parquet(path)
+    else:
+        table.to_file(path, engine="pyogrio", layer=layer, **({"SPATIAL_INDEX": "NO"} if path.suffix == ".fgb" else {}))
+    return path
+
+
+def read_faults(path: Path, rules: Rules | None = None, **options: Any) -> list[str]:
+    with pytest.raises(BlockError) as error:
+        read_block(path, rules, **options)
+    return error.value.faults
+
+
+def only(block: Block) -> Any:
+    (row,) = block.rows
+    return row
+
+
+SYSTEMS = [
+    ("street.gpkg", "EPSG:32756", (151.2, -33.87)),  # UTM zone 56 south
+    ("street.fgb", "EPSG:3857", (151.2, -33.87)),  # of web maps, stretched by 1 / cos 33.87 degrees = 1.2
+    ("street.parquet", "OGC:CRS84", (151.2, -33.87)),
+    ("street.gpkg", "EPSG:2263", (-74.0, 40.7)),  # US survey feet
+    ("street.fgb", "EPSG:27572", (2.35, 48.85)),  # Lambert zone II on Clarke 1880 and the meridian of Paris
+    ("street.parquet", "EPSG:7415", (4.9, 52.37)),  # Amersfoort with heights
+]
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.6])
+@pytest.mark.parametrize(("name", "system", "place"), SYSTEMS)
+def test_a_street_is_the_same_in_every_format_and_projection(tmp_path, name, system, place, turn):
+    """Gaps and sizes of rectangles in metres, on the ellipsoid of the system itself."""
+    shapes = made_street(turn)
+    to = Transformer.from_crs(geographic(system), system, always_xy=True)
+    wanted = [shapely.transform(shape, lambda ring: np.column_stack(to.transform(*ring.T)))
+              for shape in in_degrees(shapes, *place)]  # fmt: skip
+    block = read_block(write(tmp_path / name, wanted, system))
+    row = only(block)
+    assert [house.name for house in row.buildings] == [f"No. {n}" for n in range(5)]
+    # Clarke 1880 differs from WGS 84 by 4e-5, in which the test's own degrees are.
+    assert row.gaps == pytest.approx(GAPS, abs=3e-4)
+    areas = [house.footprint.area for house in row.buildings]
+    assert areas == pytest.approx([width * (9.0 + 0.25 * width) for width in WIDTHS], rel=3e-4)
+    assert row.direction == pytest.approx(90.0 - degrees(turn), abs=0.02)
+    assert [pair.faced for pair in row.pairs] == pytest.approx([11.5, 11.0, 11.0, 12.0], abs=0.01)
+    # Of the first house, to a datum's shift of some 200 m.
+    assert (row.buildings[0].mapped.longitude, row.buildings[0].mapped.latitude) == pytest.approx(place, abs=4e-3)
+
+
+def geographic(system: str) -> Any:
+    from pyproj import CRS
+
+    own = CRS(system)
+    base = own.sub_crs_list[0] if own.is_compound else own
+    return "EPSG:4275" if system == "EPSG:27572" else base.geodetic_crs  # NTF, from Greenwich
+
+
+def test_a_plane_of_utm_is_unrolled_by_its_scale(tmp_path):
+    """On the central meridian of a zone lengths are 0.9996 of those on the ground, and 500 km is its easting.
+
+    The meridian from the equator to 40 degrees is 4,429,529.03 m long (WGS 84), in the zone 4,427,757.22 m.
+    """
+    shapes = [shapely.box(500e3 + east, 4427757.22 + north, 500e3 + east + 10.0, 4427757.22 + north + 10.0)
+              for east, north in ((-5.0, -5.0), (5.9, -5.0))]  # fmt: skip
+    row = only(read_block(write(tmp_path / "street.gpkg", shapes, "EPSG:32633")))
+    assert row.gaps == (round(0.9 / 0.9996, 4),) == (0.9004,)
+    first = row.buildings[0]
+    assert first.footprint.area == pytest.approx(100.0 / 0.9996**2, rel=1e-7)
+    assert (first.mapped.longitude, first.mapped.latitude) == pytest.approx((15.0, 40.0), abs=1e-7)
+
+
+def test_a_layer_is_chosen_and_others_are_named(tmp_path):
+    path = tmp_path / "city.gpkg"
+    for name in ("houses", "sheds"):
+        frame(made_street(), "EPSG:32633").to_file(path, engine="pyogrio", layer=name)
+    frame([shapely.Point(0, 0)] * 2, "EPSG:32633").to_file(path, engine="pyogrio", layer="trees")
+    assert read_faults(path) == ["has the layers houses, sheds; say which one with --layer (layer= in Python)"]
+    assert len(only(read_block(path, layer="sheds")).buildings) == 5
+    assert read_faults(path, layer="shed") == [
+        'has no layer "shed" (did you mean "sheds"?); it has houses, sheds, trees'
+    ]
+    assert 'feature 1: has "Point"; a building needs its footprint' in read_faults(path, layer="trees")[0]
+    shipped = Path(pr.__file__).parent / "scene" / "shipped"
+    assert "has no layers" in read_faults(shipped / "street.geojson", layer="x")[0]
+    assert "a CSV has no footprints" in read_faults(shipped / "street.csv", layer="x")[0]
+
+
+@pytest.mark.filterwarnings("ignore:'crs' was not provided")
+def test_coordinates_that_nothing_ties_to_the_earth_are_refused_unless_they_are_metres(tmp_path):
+    path = tmp_path / "street.gpkg"
+    pyogrio.write_dataframe(frame(made_street(), None), path)
+    (fault,) = read_faults(path)
+    assert fault.startswith("has no coordinate reference system, so nobody knows what its numbers are; set it")
+    block = read_block(path, Rules(metres=True))
+    assert only(block).gaps == GAPS
+    assert only(block).buildings[0].mapped.longitude != only(block).buildings[0].mapped.longitude
+    degrees_of = write(tmp_path / "degrees.gpkg", in_degrees(made_street(), 15.0, 40.0), "EPSG:4326")
+    assert (
+        "its coordinates are degrees (WGS 84), so they are no metres" in read_faults(degrees_of, Rules(metres=True))[0]
+    )
+    larger = [shapely.affinity.scale(shape, 400, 400, origin=(0, 0)) for shape in made_street()]
+    wrong = write(tmp_path / "wrong.fgb", larger, "EPSG:32633")
+    assert "set the coordinate reference system that the file really has" in read_faults(wrong)[0]
+    far = write(tmp_path / "far.fgb", [shapely.box(250, 0, 250.1, 0.1)], "EPSG:4326")
+    assert read_faults(far)[0].startswith("feature 1: [250.1, 0] is no longitude and latitude in degrees")
+
+
+SPIKE = [(0, 0), (10, 0), (10, 5), (14, 5), (10, 5), (10, 10), (0, 10), (0, 0)]  # a wall out and back
+BOW = [(0, 0), (9, 9), (9, 0), (0, 8), (0, 0)]
+
+
+def test_what_is_plain_is_repaired_and_told(tmp_path):
+    """A spike of no width, parts that overlap, heights of corners; a court that touches its wall in one point."""
+    first = shapely.Polygon(SPIKE)
+    second = shapely.MultiPolygon([shapely.box(10.5, 0, 16, 10), shapely.box(15, 0, 20, 10)])
+    third = shapely.force_3d(shapely.box(20.5, 0, 30, 10), 7.0)
+    court = shapely.Polygon([(31, 0), (41, 0), (41, 10), (31, 10)], [[(31, 5), (35, 3), (35, 7), (31, 5)]])
+    block = read_block(write(tmp_path / "street.gpkg", [first, second, third, court], "EPSG:32633"))
+    row = only(block)
+    scale = 0.9996**2
+    at = [house.footprint.area * scale for house in row.buildings]
+    # At 500 km west of the central meridian the plane is stretched by x² / 2 R²: some 3e-3.
+    assert at == pytest.approx([100.0, 95.0, 95.0, 92.0], rel=8e-3)
+    assert at[0] / at[1] == pytest.approx(100.0 / 95.0, rel=1e-6)
+    assert row.gaps == pytest.approx((0.5, 0.5, 1.0), rel=4e-3)
+    told = [note for note in block.notes if note.startswith("feature")]
+    assert told[0].startswith("feature 1: its outline is repaired (Self-intersection")
+    assert told[1].startswith("feature 2: its outline is repaired (")
+    assert told[2] == "feature 3: its Z coordinates are left out"
+    assert len(told) == 3
+
+
+@pytest.mark.parametrize(
+    ("shape", "sentence"),
+    [
+        (shapely.Polygon(BOW), "a ring crosses itself; draw the footprint again, its corners in turn"),
+        (shapely.Polygon([(0, 0), (1, 1), (2, 2), (0, 0)]), "a ring has no area; draw the footprint again"),
+        (shapely.Polygon(), "has no geometry; a building needs its footprint, a Polygon or a MultiPolygon"),
+        (None, "has no geometry; a building needs its footprint, a Polygon or a MultiPolygon"),
+        (shapely.Point(0, 0), 'has "Point"; a building needs its footprint, a Polygon or a MultiPolygon'),
+        (
+            shapely.Polygon([(0, 0), (9, 0), (9, 9), (0, 9)], [[(20, 20), (29, 20), (29, 29), (20, 20)]]),
+            "its outline has no plain inside (Hole lies outside shell",
+        ),
+    ],
+)
+def test_what_is_not_plain_is_refused_by_its_feature(tmp_path, shape, sentence):
+    path = write(tmp_path / "street.parquet", [shapely.box(-12, 0, -2, 10), shape], "EPSG:32633")
+    (fault,) = read_faults(path)
+    assert fault.startswith(f"feature 2: {sentence}")
+
+
+def test_buildings_within_a_box_or_polygons(tmp_path):
+    """Faults outside do not count."""
+    shapes = [*in_degrees(made_street(), 15.0, 40.0), *in_degrees([shapely.Polygon(BOW)], 15.1, 40.0)]
+    path = write(tmp_path / "street.fgb", shapes, "EPSG:4326")
+    assert read_faults(path)[0].startswith("feature 6: a ring crosses itself")
+    assert len(only(read_block(path, within="14.99, 39.99, 15.05, 40.01")).buildings) == 5
+    # The middles of the first two houses are 5 and 17.02 m east, 85.4 km to a degree at 40 degrees north.
+    assert len(only(read_block(path, within=f"14.9,39.9,{15.0 + 20.0 / 85.4e3},40.1")).buildings) == 2
+    area = write(tmp_path / "area.gpkg", [shapely.box(14.9, 39.9, 15.0 + 30.0 / 85.4e3, 40.1)], "EPSG:4326")
+    assert len(only(read_block(path, within=str(area))).buildings) == 3
+    assert "has no building within 1,1,2,2" in read_faults(path, within="1,1,2,2")[0]
+    assert "is no box" in read_faults(path, within="2,1,1,2")[0]
+
+
+def test_a_file_of_openstreetmap_is_read_as_it_is(tmp_path):
+    """Tags in columns and in other_tags, as GDAL writes them; parts stand in their buildings; shared names."""
+    shapes = [*in_degrees(made_street(), 15.0, 40.0)]
+    part = in_degrees([shapely.box(1.0, 1.0, 5.0, 5.0)], 15.0, 40.0)
+    columns = {
+        "name": ["Kiosk", "Kiosk", None, None, None, None],
+        "osm_id": ["11", "12", "13", "14", "15", "16"],
+        "building": ["yes", "house", "roof", "yes", "yes", None],
+        "building:part": [None, None, None, None, None, "yes"],
+        "height": [None, "12", "3.5", "40 ft", None, "21"],
+        "other_tags": ['"building:levels"=>"7","source"=>"x"', None, None, '"building:levels"=>"2.5"', None, None],
+    }
+    path = tmp_path / "osm.gpkg"
+    pyogrio.write_dataframe(frame(shapes + part, "EPSG:4326", **columns).drop(columns="storeys"), path)
+    block = read_block(path, Rules(storeys=2))
+    houses = {house.mapped.id: house for house in block.houses}
+    assert list(houses) == ["11", "12", "13", "14", "15"]
+    assert [houses["11"].name, houses["12"].name, houses["13"].name] == [
+        *("Kiosk (feature 1)", "Kiosk (feature 2)", "building 3")
+    ]
+    assert (houses["11"].height, houses["11"].storeys) == (21.0, 7)  # the height of its part
+    assert (houses["14"].height, houses["14"].storeys) == pytest.approx((12.192, 3))
+    assert (houses["15"].height, houses["15"].storeys) == (6.0, 2)
+    assert "2, stated for buildings without height and storeys" in [
+        f"{each.value}, {each.rule}" for each in block.filled
+    ]
+    notes = " | ".join(block.notes)
+    assert 'feature 3: its tag building is "roof"; leave it out where nothing with floors stands there' in notes
+    assert "feature 6: parts of buildings, which stand in the outlines of those" in notes
+    assert block.resolution.size == 0.5 and "OpenStreetMap" in block.resolution.words
+
+
+def test_a_file_of_overture_is_read_as_it_is(tmp_path):
+    """Its schema (docs.overturemaps.org/schema/reference/buildings/building): names is a table, height in metres."""
+    columns = {
+        "id": [f"08b2a100-{n}" for n in range(5)],
+        "names": [{"primary": "Town hall", "common": None}, None, None, {"primary": "Inn"}, None],
+        "height": [12.5, None, 9.0, None, 7.0],
+        "num_floors": [4, 2, None, 3, 2],
+        "min_height": [None, None, 3.0, None, None],
+        "has_parts": [False] * 5,
+        "sources": [[{"dataset": "OpenStreetMap"}]] * 5,
+    }
+    table = frame(in_degrees(made_street(), 15.0, 40.0), "OGC:CRS84", **columns).drop(columns=["name", "storeys"])
+    table.to_parquet(tmp_path / "buildings.parquet")
+    block = read_block(tmp_path / "buildings.parquet")
+    houses = block.houses
+    assert [house.name for house in houses] == ["Town hall", "building 2", "building 3", "Inn", "building 5"]
+    assert [(house.height, house.storeys) for house in houses] == [(12.5, 4), (6.0, 2), (9.0, 3), (9.0, 3), (7.0, 2)]
+    assert [house.mapped.id for house in houses] == columns["id"]
+    assert any(note.startswith("feature 3: min_height is above 0") for note in block.notes)
+    assert any('"has_parts", "sources" are not read' in note for note in block.notes)
+
+
+def three(tmp_path: Path, turn: float = 0.4, **rules: Any) -> Block:
+    shapes = in_degrees(made_street(turn), 15.0, 40.0)
+    columns = {"name": [*"abcde"], "height [m]": [9.0, 10.5, 9.0, 12.0, 9.0], "storeys": [3, 3, 3, 4, 3]}
+    path = write(tmp_path / "street.gpkg", shapes, "EPSG:4326", **columns, id=[f"w{n}" for n in range(5)])
+    return read_block(path, Rules(**rules))
+
+
+def test_gaps_are_as_uncertain_as_walls(tmp_path):
+    """Uniform from the larger of 0 and d - r to d + r; what the caller gives of gaps counts."""
+    known, block = three(tmp_path), three(tmp_path, resolution="0.1 m")
+    assert "uncertain" not in tomllib.loads(only_scene(known))
+    assert "the file does not say how well its outlines are known (--resolution" in known.gap_words
+    ends = [(max(gap - 0.1, 0.0), gap + 0.1) for gap in only(block).gaps]
+    assert np.array([pair.gaps for pair in only(block).pairs]) == pytest.approx(np.array(ends), abs=1e-6)
+    scene = parse_scene(only_scene(block))
+    assert scene.uncertain is not None and scene.uncertain.samples == 64
+    assert scene.uncertain.keys == tuple(f"interface.{number}.gap" for number in (1, 2, 3, 4))
+    assert only(block).gaps == only(known).gaps
+    for number, (low, high) in zip(scene.uncertain.numbers, ends, strict=True):
+        assert (number.distribution.low, number.distribution.high) == pytest.approx((low, high), abs=1e-6)
+    assert "# Measured gaps are uniform within 100 mm of the distance of the walls (as stated).\n" in only_scene(block)
+    few = {"uncertain": {"samples": 8, "interface.gap": {"distribution": "uniform", "low": "0 mm", "high": "9 mm"}}}
+    own = tomllib.loads(only_scene(block, tables=few))["uncertain"]
+    assert own == {**few["uncertain"]}
+    gaps_of_grid = tomllib.loads(only_scene(block, tables={"grid": {"gap": ["10 mm", "20 mm"]}}))
+    assert "uncertain" not in gaps_of_grid
+    assert "uncertain" not in tomllib.loads(only_scene(known, tables={"uncertain": {"samples": 8}}))
+
+
+def only_scene(block: Block, **options: Any) -> str:
+    (text,) = block.scenes(["RSN6-180"], **options).values()
+    return text
+
+
+def test_gaps_that_were_measured_otherwise_are_known(tmp_path):
+    shapes = in_degrees(made_street(), 15.0, 40.0)
+    path = write(tmp_path / "street.gpkg", shapes, "EPSG:4326", **{"gap [mm]": [20.0, None, None, None, None]})
+    uncertain = parse_scene(only_scene(read_block(path, Rules(resolution=0.05)))).uncertain
+    assert uncertain is not None and len(uncertain.numbers) == 3
+
+
+def test_the_last_decimal_of_coordinates_is_the_resolution(tmp_path):
+    """Six decimals of a degree of 111.2 km are 0.1112 m; walls that overlap by less touch."""
+    shapes = [shapely.set_precision(shape, 1e-6) for shape in in_degrees(made_street(), 15.0, 40.0)]
+    block = read_block(write(tmp_path / "street.fgb", shapes, "EPSG:4326"))
+    assert block.resolution.size == pytest.approx(0.1112)
+    assert any("coordinates have 6 decimals, 110 mm on the ground" in note for note in block.notes)
+    for pair, gap in zip(only(block).pairs, GAPS, strict=True):
+        low, high = pair.gaps
+        assert low <= gap <= high and high - low <= 2 * 0.1112
+
+
+def test_the_middle_of_a_row_stands_where_motions_of_sites_are_asked_for(tmp_path):
+    """The mean of the middles of its buildings."""
+    block = three(tmp_path, turn=0.0)
+    tables = {"records": {"sites": "EventGrid.csv"}}
+    (text,) = block.scenes(tables=tables).values()
+    records = tomllib.loads(text)["records"]
+    assert records["sites"] == "EventGrid.csv"
+    left = np.cumsum([0.0, *(width + gap for width, gap in zip(WIDTHS, GAPS, strict=False))])
+    east = np.mean(left + 0.5 * np.array(WIDTHS))
+    assert records["place"]["longitude"] == pytest.approx(15.0 + east / 85.394e3, abs=2e-6)  # of a degree at 40 north
+    assert records["place"]["latitude"] == pytest.approx(40.0 + 0.5 * (9.0 + 0.25 * 12.8) / 111.035e3, abs=2e-6)
+    assert "place" not in tomllib.loads(only_scene(block))["records"]
+
+
+@given(st.integers(1, 9), st.integers(1, 9), st.floats(2.5, 4.0), st.floats(2.5, 4.0))
+def test_floors_that_miss_are_counted_by_hand(one, other, low, high):
+    """Floors of 0.25 m meet where the higher of two levels is less than that above the other."""
+    from pounding_risk.scene.street.defaults import House
+
+    houses = [House("x", "", count * each, count, "masonry", 1e5, 0.05) for count, each in ((one, low), (other, high))]
+    levels = [[each * (n + 1) for n in range(count)] for count, each in ((one, low), (other, high))]
+    told = floors(*houses)
+    meeting = [(a, b) for a in levels[0] for b in levels[1] if abs(a - b) < 0.25 - 1e-9]
+    assert told.meet == len(meeting)
+    roof = min(levels[0][-1], levels[1][-1])
+    paired = {level for pair in meeting for level in pair}
+    missing = [level for side in levels for level in side if level <= roof and level not in paired]
+    assert told.miss == len(missing)
+    same = floors(houses[0], houses[0])
+    assert same == (one, 0, 0.0)
+
+
+def test_sides_and_positions_are_told(tmp_path):
+    """A row of three with a house behind the middle one, and one that stands alone."""
+    shapes = [shapely.box(x, y, x + 10, y + 10) for x, y in ((0, 0), (10.1, 0), (20.2, 0), (10.1, 10.1), (50, 0))]
+    block = read_block(write(tmp_path / "street.gpkg", shapes, "EPSG:32633"), Rules(axis=90.0))
+    assert [block.sides["", f"No. {n}"] for n in range(5)] == [1, 3, 1, 1, 0]
+    assert block.sides_adjoined() == [("none", 1), ("one", 3), ("three", 1)]
+    rows = list(csv.DictReader(block.buildings_csv().splitlines()))
+    assert [(row["name"], row["position"], row["sides adjoined"]) for row in rows] == [
+        *(("No. 0", "end", "1"), ("No. 1", "interior", "3"), ("No. 2", "end", "1")),
+        *(("No. 3", "in no row", "1"), ("No. 4", "in no row", "0")),
+    ]
+    assert [row["place in the file"] for row in rows] == [f"feature {n}" for n in range(1, 6)]
+    outline = shapely.from_wkt(rows[0]["footprint [WKT, deg]"])
+    assert outline.centroid.x == pytest.approx(float(rows[0]["longitude [deg]"]), abs=1e-8)
+
+
+def test_streets_at_an_angle_have_an_axis_of_their_own(tmp_path):
+    """Two rows of one file, 30 degrees apart and 100 m away: none has the axis of the other."""
+    away = [shapely.affinity.translate(shape, 500e3, 1e6) for shape in made_street(0.0)]
+    away += [shapely.affinity.translate(shape, 500e3, 1e6 + 100.0) for shape in made_street(radians(30.0))]
+    block = read_block(write(tmp_path / "city.gpkg", away, "EPSG:32633"))
+    assert [row.name for row in block.rows] == ["city, row 1", "city, row 2"]
+    assert [row.direction for row in block.rows] == pytest.approx([90.0, 60.0], abs=1e-3)
+    assert [row.gaps for row in block.rows] == [pytest.approx(GAPS, abs=2e-4)] * 2
+
+
+def test_a_plan_takes_footprints_of_any_map(tmp_path):
+    block = three(tmp_path)
+    pr.block(tmp_path / "street.gpkg", tmp_path / "out", records=["RSN6-180"])
+    of_map, of_table = footprint_rings(tmp_path / "street.gpkg"), footprint_rings(tmp_path / "out" / "buildings.csv")
+    assert list(of_map) == list(of_table) == [*"abcde"]
+    for name, (ring,) in of_map.items():
+        assert of_table[name][0] == pytest.approx(ring, abs=1e-3)  # about another middle by less
+    assert block.houses[0].mapped.id == "w0"
+
+
+def test_the_command_reads_a_map(tmp_path):
+    three(tmp_path)
+    words = ["block", str(tmp_path / "street.gpkg"), "-o", str(tmp_path / "out"), "--resolution", "0.1 m"]
+    told = CliRunner().invoke(app, [*words, "--samples", "16", "--record", "RSN6-180"])
+    assert told.exit_code == 0, told.output
+    assert "measured gaps are uniform within 100 mm of the distance of the walls (as stated)" in told.output
+    assert "by buildings: 2 on one, 3 on two" in told.output
+    assert tomllib.loads((tmp_path / "out" / "street.toml").read_text())["uncertain"]["samples"] == 16
+    alone = CliRunner().invoke(app, ["block", str(tmp_path / "street.gpkg"), "--samples", "16"])
+    assert alone.exit_code == 2 and "--samples: no gap of this street is uncertain" in alone.stderr
+    for wrong in (["--within", "x"], ["--layer", "x"], ["--storeys", "0"], ["--resolution", "5"]):
+        refused = CliRunner().invoke(app, [*words[:2], *wrong])
+        assert refused.exit_code == 2 and refused.stderr.startswith("pounding-risk: "), wrong
+
+
+def test_without_the_extra_a_table_is_read_and_a_map_is_refused(monkeypatch):
+    shipped = Path(pr.__file__).parent / "scene" / "shipped"
+    monkeypatch.setattr(street_table, "find_spec", lambda name: None if name == "pyproj" else name)
+    assert len(read_block(shipped / "street.csv").rows) == 3
+    with pytest.raises(PoundingError, match=r"footprints need pyproj, .* pip install 'pounding-risk\[maps\]'"):
+        read_block(shipped / "street.geojson")
+
+
+@pytest.mark.parametrize("name", ["street.gpkg", "street.fgb", "street.parquet"])
+def test_damaged_maps_are_read_or_refused_in_words(tmp_path, name):
+    """Bytes changed, taken out or cut off at random: a block, or sentences."""
+    whole = write(tmp_path / name, in_degrees(made_street(), 15.0, 40.0), "EPSG:4326").read_bytes()
+    random = np.random.default_rng(22)
+    path, refused = tmp_path / f"damaged-{name}", 0
+    for _ in range(VARIANTS[name]):
+        data = bytearray(whole)
+        start = int(random.integers(len(data)))
+        kind = random.integers(3)
+        if kind == 0:
+            data = data[:start]
+        elif kind == 1:
+            del data[start : start + int(random.integers(1, 40))]
+        else:
+            for at in random.integers(len(data), size=int(random.integers(1, 30))):
+                data[at] = int(random.integers(256))
+        path.write_bytes(data)
+        try:
+            block = read_block(path)
+        except BlockError as error:
+            refused += 1
+            assert all(len(fault) > 20 for fault in error.faults)
+        else:
+            assert block.houses
+    assert refused > 0
+
+
+VARIANTS = {"street.gpkg": 400, "street.fgb": 1000, "street.parquet": 600}
+
+
+def oed(lines: list[tuple[str, float, float, int]]) -> str:
+    head = "PortNumber,AccNumber,LocNumber,CountryCode,Latitude,Longitude,NumberOfStoreys,ConstructionCode,"
+    return f"{head}LocPerilsCovered\n" + "".join(
+        f"1,A,{name},GR,{y:.8f},{x:.8f},{storeys},5103,QEQ\n" for name, x, y, storeys in lines
+    )
+
+
+def test_an_inventory_is_joined_to_footprints_by_its_points(tmp_path):
+    """In any order; one beside all footprints, a second one in a footprint and a footprint without one are told."""
+    shapes = in_degrees(made_street(0.3), 23.7, 37.9)
+    table = frame(shapes, "EPSG:4326").drop(columns=["name", "storeys"])
+    table.to_crs("EPSG:2100").to_file(tmp_path / "street.gpkg", engine="pyogrio")  # Greek grid
+    inner = [shapely.point_on_surface(shape) for shape in shapes]
+    lines = [(f"L{n}", inner[n].x, inner[n].y, n + 2) for n in (4, 0, 1, 2)]
+    lines += [("L9", 23.71, 37.9, 3), ("L0b", inner[0].x + 1e-6, inner[0].y, 7)]
+    (tmp_path / "loc.csv").write_text(oed(lines))
+    block = read_block(tmp_path / "street.gpkg", Rules(storeys=1), inventory=tmp_path / "loc.csv")
+    assert [(house.name, house.storeys) for house in only(block).buildings] == [
+        *(("L0", 2), ("L1", 3), ("L2", 4), ("building 4", 1), ("L4", 6))
+    ]
+    assert only(block).gaps == pytest.approx(GAPS, abs=3e-4)
+    notes = "\n".join(block.notes)
+    assert "loc.csv: 5 buildings joined to footprints by point, 0 by id or name" in notes
+    assert "loc.csv, line 6: in no footprint, left out" in notes
+    assert "loc.csv, line 7 (with line 3 in feature 1): a second building in one footprint, left out" in notes
+    assert "feature 4: not in loc.csv; taken with what the map and the rules say" in notes
+    assert {each.value for each in block.filled if each.column == "typology" and each.building == "L0"} == {"masonry"}
+    (tmp_path / "far.csv").write_text(oed([("L1", 25.0, 37.0, 2)]))
+    with pytest.raises(BlockError, match="no building has a point in a footprint, or the id or the name of one"):
+        read_block(tmp_path / "street.gpkg", inventory=tmp_path / "far.csv")
+
+
+def test_an_inventory_is_joined_by_ids_where_points_agree(tmp_path):
+    """A street's table by the ids of the map; and a point some metres beside the walls of the footprint of its id."""
+    shapes = in_degrees(made_street(), 23.7, 37.9)
+    path = tmp_path / "street.fgb"
+    write(path, shapes, "EPSG:4326", id=[f"w{n}" for n in range(5)])
+    (tmp_path / "table.csv").write_text(
+        "name,storeys,floor mass [t]\n" + "".join(f"w{n},{n + 1},90\n" for n in range(5))
+    )
+    block = read_block(path, inventory=tmp_path / "table.csv")
+    assert [(house.name, house.storeys, house.floor_mass) for house in block.houses] == [
+        (f"w{n}", n + 1, 90e3) for n in range(5)
+    ]
+    beside = [("w0", 23.7 - 1e-5, 37.9, 4), ("w1", 23.75, 37.9, 5)]  # 0.9 m and 4 km away
+    (tmp_path / "loc.csv").write_text(oed(beside))
+    joined = read_block(path, inventory=tmp_path / "loc.csv")
+    assert [house.storeys for house in joined.houses] == [4, 3, 3, 3, 3]
+    assert "loc.csv, line 3: in no footprint, left out" in joined.notes
+    command = ["block", str(path), "--inventory", str(tmp_path / "loc.csv")]
+    assert "1 by id or name" in CliRunner().invoke(app, command).output
+    shipped = Path(pr.__file__).parent / "scene" / "shipped" / "street.csv"
+    assert "a CSV has no footprints" in read_faults(shipped, inventory=tmp_path / "loc.csv")[0]
+
+
+def test_an_inventory_with_outlines_of_its_own_is_a_street(tmp_path):
+    shapes = in_degrees(made_street(), 23.7, 37.9)
+    head = "PortNumber,AccNumber,LocNumber,CountryCode,NumberOfStoreys,ConstructionCode,LocPerilsCovered,Geom\n"
+    lines = [f'1,A,L{n},GR,{n + 2},5103,QEQ,"{shape.wkt}"\n' for n, shape in enumerate(shapes)]
+    (tmp_path / "loc.csv").write_text(head + "".join(lines))
+    row = only(read_block(tmp_path / "loc.csv"))
+    assert [house.name for house in row.buildings] == [f"L{n}" for n in range(5)]
+    assert row.gaps == pytest.approx(GAPS, abs=3e-4)
+    assert row.buildings[0].mapped.longitude == pytest.approx(23.7 + 5.0 / 87.96e3, abs=1e-6)
+
+
+def test_a_scene_of_uncertain_gaps_is_scanned_and_assessed_as_it_is(tmp_path):
+    """P(contact) of a sample is the share of the motions that close more than its gap."""
+    shapes = in_degrees(made_street()[:2], 15.0, 40.0)
+    path = write(tmp_path / "street.gpkg", shapes, "EPSG:4326", **{"storeys": [3, 2], "typology": ["masonry"] * 2})
+    tables = {"records": {"window": ["0 s", "6 s"], "pga": "0.5 g"}, "uncertain": {"samples": 4}}
+    pr.block(path, tmp_path, Rules(resolution=0.01), records=["RSN6-180"], tables=tables)
+    results = pr.scan(tmp_path / "street.toml")
+    gaps = results["interface.1.gap"].values
+    assert ((gaps > 0.01) & (gaps < 0.03)).all() and len(set(gaps)) == 4
+    answer = pr.uncertainty(results)
+    closing = results["peak_closing_free"].values.ravel()
+    expected = [(closing > gap).mean() for gap in gaps]
+    assert answer["contact_probability_of_sample"].values.ravel() == pytest.approx(expected)
+    assert 0.0 < np.mean(expected) < 1.0, closing
