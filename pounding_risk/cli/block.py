@@ -37,6 +37,8 @@ def block(
     floor_depth: Annotated[
         str, option("Depth of floors without one; floors that overlap in height meet floor to floor.")
     ] = "0.25 m",
+    chain: Annotated[str, option("Storeys of the typology, or hazus.")] = "typology",
+    code_level: Annotated[str, option("Code of storeys by hazus: high, moderate, low, pre.")] = "moderate",
     least_facing: Annotated[
         str | None, option('Share of the shorter front over which neighbours face each other, "10 %".', "any")
     ] = None,
@@ -77,6 +79,8 @@ def block(
         least_facing=0.0 if least_facing is None else share(least_facing, "--least-facing"),
         metres=metres,
         axis=read_optional("--axis", axis, DIRECTION),
+        chain=chain,
+        code_level=code_level,
     )
     read_optional("--pga", pga, PGA)
     tables: dict[str, Any] = {} if pga is None else {"records": {"pga": pga}}
