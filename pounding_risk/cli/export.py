@@ -34,7 +34,9 @@ def export(
     to: Annotated[
         str,
         typer.Option(
-            "--to", help="Format: nrml, pelicun, geopackage, geoparquet, csv or opensees.", show_default=False
+            "--to",
+            help="Format: nrml, pelicun, geopackage, geoparquet, taxonomy, csv or opensees.",
+            show_default=False,
         ),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="The file or folder to write.", show_default=False)],
@@ -46,6 +48,7 @@ def export(
     discrete: Annotated[bool, typer.Option("--discrete", help="Probabilities at intensities, not parameters.")] = False,
     without: Annotated[bool, typer.Option("--without", help="Damage without pounding.")] = False,
     street: Annotated[Path | None, option("Footprints for layers (.geojson).", "nominal places")] = None,
+    inventory: Annotated[Path | None, option("Inventory with GEM strings, for taxonomy.", "the scene's")] = None,
     select: Select = NONE,
     overrides: Overrides = NONE,
 ) -> None:
@@ -65,6 +68,7 @@ def export(
         discrete=discrete,
         without=without,
         street=street,
+        inventory=inventory,
     )
     announce(*written.files)
     for sentence in written.told:

@@ -68,6 +68,7 @@ def export(
     discrete: bool = False,
     without: bool = False,
     street: str | Path | None = None,
+    inventory: str | Path | None = None,
 ) -> Written:
     """Write results, or a scene, as files of another tool.
 
@@ -77,7 +78,7 @@ def export(
         A dataset of `scan` or the file it is in, for ``nrml`` and ``pelicun`` also one of `damage`; of ``opensees`` a
         scene; of ``geopackage`` and ``geoparquet`` one dataset for each row of a street.
     to : str
-        The format: ``nrml``, ``pelicun``, ``geopackage``, ``geoparquet``, ``csv`` or ``opensees``.
+        The format: ``nrml``, ``pelicun``, ``geopackage``, ``geoparquet``, ``taxonomy``, ``csv`` or ``opensees``.
     target : str or Path
         The file to write; of ``pelicun``, ``geoparquet`` and ``csv`` a folder.
     of : {"contact", "yield", "damage"}, optional
@@ -96,6 +97,9 @@ def export(
         Write the fragilities of damage states without pounding, of each building alone.
     street : str or Path, optional
         Footprints of the buildings, a GeoJSON as `read_block` takes it, for layers of a map.
+    inventory : str or Path, optional
+        Inventory of the buildings (`pounding_risk.scene.street.inventory.read_inventory`), whose strings of the GEM
+        taxonomy are written with what was found; matched by name.
 
     Returns
     -------
@@ -119,6 +123,7 @@ def export(
         discrete,
         without,
         None if street is None else Path(street),
+        None if inventory is None else Path(inventory),
     )
     given = [name for name, value in asked._asdict().items() if value not in (None, False)]
     if refused := [name for name in given if name not in module.TAKES]:

@@ -20,6 +20,7 @@ class Asked(NamedTuple):
     discrete: bool = False
     without: bool = False  # without pounding
     street: Path | None = None  # footprints of a street
+    inventory: Path | None = None  # of the buildings, for their taxonomy
 
 
 class Written(NamedTuple):

@@ -142,7 +142,8 @@ class Draft:
         if kind.typology:
             self.put("typology", kind.typology, rule=rule)
         else:
-            self.note(f"{rule}, has no typology here; the one stated for buildings without one is taken")
+            others = ", unless storeys are made by Hazus" if kind.hazus else ""
+            self.note(f"{rule}, has no typology here; the one stated for buildings without one is taken{others}")
         if kind.hazus:
             self.put("hazus type", kind.hazus, rule=rule)
 
