@@ -25,7 +25,7 @@ from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.street import table as street_table
 from pounding_risk.scene.street.defaults import Rules
 from pounding_risk.scene.street.neighbours import floors
-from pounding_risk.scene.street.rows import Block, footprint_rings, read_block
+from pounding_risk.scene.street.rows import Block, footprint_outlines, footprint_rings, read_block
 from pounding_risk.scene.street.table import BlockError
 
 GAPS = (0.02, 0.3, 0.0, 0.15)
@@ -397,6 +397,25 @@ def test_a_plan_takes_footprints_of_any_map(tmp_path):
     for name, (ring,) in of_map.items():
         assert of_table[name][0] == pytest.approx(ring, abs=1e-3)  # about another middle by less
     assert block.houses[0].mapped.id == "w0"
+    for source in (tmp_path / "street.gpkg", tmp_path / "out" / "buildings.csv"):
+        outlines, in_degrees = footprint_outlines(source)
+        assert in_degrees and list(outlines) == [("", name) for name in "abcde"]
+        first = in_degrees and outlines["", "a"].centroid
+        assert (first.x, first.y) == pytest.approx((15.0, 40.0), abs=1e-4)
+    (tmp_path / "none").mkdir()
+    (tmp_path / "none" / "buildings.csv").write_text("name\na\n")
+    with pytest.raises(BlockError, match="has no columns street, name and footprint"):
+        footprint_rings(tmp_path / "none" / "buildings.csv")
+
+
+def test_numbers_without_a_unit_are_one_fault(tmp_path):
+    path = write(tmp_path / "street.gpkg", in_degrees(made_street(), 15.0, 40.0), "EPSG:4326", height=[9.0] * 5)
+    (fault,) = read_faults(path)
+    assert fault.startswith(
+        'properties: "height" has numbers without a unit; name it "height [m]", by the unit that it'
+    )
+    faults = read_faults(write(tmp_path / "crossed.parquet", [shapely.Polygon(BOW)] * 80, "EPSG:32633"))
+    assert len(faults) == 51 and faults[-1] == "and 30 more faults like these"
 
 
 def test_the_command_reads_a_map(tmp_path):

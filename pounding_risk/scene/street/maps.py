@@ -21,6 +21,7 @@ from pounding_risk._common.words import nearest
 from pounding_risk.scene.street.footprints import Array, Geometry, last_decimal
 from pounding_risk.scene.street.projection import DEGREES, Projection, system_of
 from pounding_risk.scene.street.table import (
+    COLUMNS,
     MAPS,
     BlockError,
     Entry,
@@ -42,6 +43,7 @@ FARTHEST_APART = (
 )
 SMALLEST, LARGEST = 0.5, 2e3  # m, across a footprint; outside, its coordinates are taken for those of another kind
 REPAIRABLE = 0.01  # share of its area by which a repair may change a footprint; else it is drawn again
+MOST_FAULTS = 50  # of a map that are told
 LISTED = 5  # features, or properties of a map, that a note names
 WORLD = ("crs84", "4326")  # how a GeoJSON may name longitude and latitude on WGS 84, its only coordinates (RFC 7946)
 GEOJSON = (".geojson", ".json")
@@ -110,6 +112,8 @@ def read_map(path: Path, *, metres: bool = False, layer: str | None = None, with
     if faults:
         raise BlockError(str(path), faults)
     table = _table(features, projection, faults)
+    if len(faults) > MOST_FAULTS:
+        faults[MOST_FAULTS:] = [f"and {len(faults) - MOST_FAULTS} more faults like these"]
     if not faults and not table.entries:
         inside = f" within {within}" if within is not None else ""
         faults.append(f"has no building{inside}; export the footprints again, a feature for each")
@@ -118,25 +122,28 @@ def read_map(path: Path, *, metres: bool = False, layer: str | None = None, with
     return table
 
 
-def read_outlines(path: Path) -> dict[str, Geometry]:
-    """Footprints in metres by the name of the building, of the buildings.csv that a street is written with.
+def written_outlines(path: Path) -> tuple[dict[tuple[str, str], Geometry], bool]:
+    """Footprints of the buildings.csv that a street is written with, by street and name; whether they are in degrees.
 
     Raises BlockError for a table without names and footprints.
     """
-    lines = csv.reader(file_text(path).splitlines())
-    head = next(lines, [])
-    columns = {cell.partition(" [")[0]: number for number, cell in enumerate(head)}
-    if not {"name", "footprint"} <= set(columns):
-        raise BlockError(str(path), ["has no columns name and footprint [WKT, deg], as buildings.csv of block has"])
-    cells = [line for line in lines if len(line) == len(head) and line[columns["footprint"]]]
+    lines = csv.DictReader(file_text(path).splitlines())
+    head = next((cell for cell in lines.fieldnames or () if cell.startswith("footprint [WKT")), "")
+    if not {"street", "name", head} <= set(lines.fieldnames or ()):
+        needed = "street, name and footprint [WKT, deg]"
+        raise BlockError(str(path), [f"has no columns {needed}, as buildings.csv of block has; write it again"])
+    cells = {(line["street"], line["name"]): line[head] for line in lines if line[head]}
     try:
-        shapes = shapely.from_wkt([line[columns["footprint"]] for line in cells])
+        shapes = shapely.from_wkt(list(cells.values()))
     except shapely.errors.GEOSException as error:
         raise BlockError(str(path), [f"footprint: {error}; write the table again"]) from None
-    corners = shapely.get_coordinates(shapes)
-    if len(corners) and "deg" in head[columns["footprint"]]:
-        shapes = shapely.transform(shapes, Projection.about(corners, system_of(DEGREES)).metres)
-    return dict(zip([line[columns["name"]] for line in cells], shapes, strict=True))
+    return dict(zip(cells, shapes, strict=True)), "deg" in head
+
+
+def flat_outlines(shapes: Sequence[Geometry]) -> list[Geometry]:
+    """Footprints in degrees of WGS 84 in metres about their middle."""
+    projection = Projection.about(shapely.get_coordinates(shapes), system_of(DEGREES))
+    return [shapely.transform(shape, projection.metres) for shape in shapes]
 
 
 # ------------------------------------------------------------------------------------------------ files
@@ -481,8 +488,14 @@ def _of_overture(table: Mapping[str, Any]) -> dict[str, Any]:
             names = json.loads(names)
         except ValueError:
             names = None
-    primary = names.get("primary") if isinstance(names, Mapping) else table.get("names.primary")
-    values = {key: value for key, value in table.items() if key not in ("names", "names.primary", "min_height")}
+    primary = (
+        names.get("primary") if isinstance(names, Mapping) else table.get("names.primary", table.get("names_primary"))
+    )
+    values = {
+        key: value
+        for key, value in table.items()
+        if key not in ("names", "names.primary", "names_primary", "min_height")
+    }
     return values | {"name": table.get("name") or primary, "height": _in_metres(table.get("height"))}
 
 
@@ -523,6 +536,7 @@ def _table(features: Features, projection: Projection | None, faults: list[str])
         tables = [dialect.read(table) for table in tables]
     heads = [key for key in dict.fromkeys(key for table in tables for key in table) if key not in IDS]
     columns, left_out = columns_of(heads, "properties", faults, dialect.columns, is_foreign=bool(dialect.name))
+    columns = {head: column for head, column in columns.items() if not _lacks_unit(head, *column, tables, faults)}
     entries = []
     for number, place in enumerate(features.places):
         _check_twins(place, tables[number], columns, faults)
@@ -575,6 +589,21 @@ def _laid_flat(
     flat = _flat(sound, projection)
     faults += _other_coordinates([entry.footprint for entry in flat], projection) or _far_apart(flat)
     return flat, resolution, [*notes, *coarse]
+
+
+def _lacks_unit(head: str, column: str, unit: str, tables: Sequence[Mapping[str, Any]], faults: list[str]) -> bool:
+    """True, with one fault for all features, where a property has numbers alone, and its name has no unit."""
+    quantity = COLUMNS[column]
+    numbers = [table[head] for table in tables if table.get(head) is not None]
+    if quantity is None or quantity.unit == "1" or unit or not numbers:
+        return False
+    if not all(isinstance(number, int | float) and not isinstance(number, bool) for number in numbers):
+        return False
+    faults.append(
+        f'properties: {shown(head)} has numbers without a unit; name it "{head} [{quantity.unit}]", by the unit that '
+        f"it has, or write the unit in its cells ({shown(quantity.example)})"
+    )
+    return True
 
 
 def _several(places: Sequence[str]) -> str:

@@ -419,15 +419,53 @@ def footprint_rings(path: str | Path) -> dict[str, tuple[Array, ...]]:
     PoundingError
         As `read_block`.
     """
+    if Path(path).name != BUILDINGS:
+        return {name: rings(entry.footprint) for (_, name), entry in _named_entries(Path(path)).items()}
+    outlines, in_degrees = footprint_outlines(path)
+    shapes = list(outlines.values())
+    if in_degrees and shapes:
+        from pounding_risk.scene.street.maps import flat_outlines
+
+        shapes = flat_outlines(shapes)
+    return {name: rings(shape) for (_, name), shape in zip(outlines, shapes, strict=True)}
+
+
+def footprint_outlines(path: str | Path) -> tuple[dict[tuple[str, str], Any], bool]:
+    """Footprints of a street as polygons of shapely, by street and name, and whether they are in degrees of WGS 84.
+
+    Parameters
+    ----------
+    path : str or Path
+        A map of footprints as `read_block` takes it, or the buildings.csv that `write_block` writes.
+
+    Returns
+    -------
+    dict, bool
+        Empty for a table without footprints. False where coordinates are metres that nothing ties to the Earth.
+
+    Raises
+    ------
+    PoundingError
+        As `read_block`.
+    """
     source = Path(path)
     if source.name == BUILDINGS:
         need_maps(str(source))
-        from pounding_risk.scene.street.maps import read_outlines
+        from pounding_risk.scene.street.maps import written_outlines
 
-        return {name: rings(shape) for name, shape in read_outlines(source).items()}
+        return written_outlines(source)
+    entries = _named_entries(source)
+    on_earth = {key: entry.mapped.outline for key, entry in entries.items() if entry.mapped is not None}
+    if all(outline is not None for outline in on_earth.values()):
+        return on_earth, True
+    return {key: entry.footprint for key, entry in entries.items()}, False
+
+
+def _named_entries(source: Path) -> dict[tuple[str, str], Entry]:
+    """The entries of a table that have a footprint, by street and name."""
     entries = enumerate(_table(source, Rules(), None, None, None).entries, start=1)
     return {
-        entry.values.get("name", unnamed(number)): rings(entry.footprint)
+        (entry.values.get("street", ""), entry.values.get("name", unnamed(number))): entry
         for number, entry in entries
         if entry.footprint is not None
     }
