@@ -78,7 +78,7 @@ def export(
     discrete : bool
         Write probabilities at intensities instead of the parameters of the lognormal curve.
     inventory : str or Path, optional
-        Inventory of the buildings (`pounding_risk.scene.street.inventory.read_inventory`), whose strings of the GEM
+        Inventory of the buildings (`streets.read_inventory`), whose strings of the GEM
         taxonomy are written with what was found; matched by name.
 
     Returns
