@@ -43,6 +43,8 @@ def block(
     storeys: Annotated[
         int | None, typer.Option("--storeys", help="Of buildings without height and storeys.", show_default="a fault")
     ] = None,
+    chain: Annotated[str, option("Storeys of the typology, or hazus.")] = "typology",
+    code_level: Annotated[str, option("Code of storeys by hazus: high, moderate, low, pre.")] = "moderate",
     least_facing: Annotated[
         str | None, option('Share of the shorter front over which neighbours face each other, "10 %".', "any")
     ] = None,
@@ -102,6 +104,8 @@ def block(
         axis=read_optional("--axis", axis, DIRECTION),
         resolution=read_optional("--resolution", resolution, RESOLUTION),
         storeys=storeys,
+        chain=chain,
+        code_level=code_level,
     )
     read_optional("--pga", pga, PGA)
     tables: dict[str, Any] = {} if pga is None else {"records": {"pga": pga}}

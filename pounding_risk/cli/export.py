@@ -29,7 +29,9 @@ SCENE = ".toml"
 
 def export(
     source: Annotated[Path, argument("SOURCE", "Dataset of a scan (.nc or .zarr), or a scene (.toml) for opensees.")],
-    to: Annotated[str, typer.Option("--to", help="Format: nrml, pelicun, csv or opensees.", show_default=False)],
+    to: Annotated[
+        str, typer.Option("--to", help="Format: nrml, pelicun, taxonomy, csv or opensees.", show_default=False)
+    ],
     out: Annotated[Path, typer.Option("--out", "-o", help="The file or folder to write.", show_default=False)],
     of: Annotated[str | None, option("Fragilities of contact or yield.", "contact")] = None,
     gap: JudgedGap = None,
@@ -37,6 +39,7 @@ def export(
     intensity_level: IntensityLevel = None,
     intensity: Intensity = None,
     discrete: Annotated[bool, typer.Option("--discrete", help="Probabilities at intensities, not parameters.")] = False,
+    inventory: Annotated[Path | None, option("Inventory with GEM strings, for taxonomy.", "the scene's")] = None,
     select: Select = NONE,
     overrides: Overrides = NONE,
 ) -> None:
@@ -54,6 +57,7 @@ def export(
         intensity_level=intensity_level,
         intensity=intensity,
         discrete=discrete,
+        inventory=inventory,
     )
     announce(*written.files)
     for sentence in written.told:

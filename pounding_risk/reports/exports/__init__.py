@@ -53,6 +53,7 @@ def export(
     intensity_level: float | str | None = None,
     intensity: str | None = None,
     discrete: bool = False,
+    inventory: str | Path | None = None,
 ) -> Written:
     """Write results, or a scene, as files of another tool.
 
@@ -61,7 +62,7 @@ def export(
     source : xarray.Dataset, Scene, str or Path
         A dataset of `scan` or the file it is in; of ``opensees`` a scene.
     to : str
-        The format: ``nrml``, ``pelicun``, ``csv`` or ``opensees``.
+        The format: ``nrml``, ``pelicun``, ``taxonomy``, ``csv`` or ``opensees``.
     target : str or Path
         The file to write; of ``pelicun`` and ``csv`` a folder.
     of : {"contact", "yield"}, optional
@@ -76,6 +77,9 @@ def export(
         Intensity of the fragilities; as of `assess`.
     discrete : bool
         Write probabilities at intensities instead of the parameters of the lognormal curve.
+    inventory : str or Path, optional
+        Inventory of the buildings (`streets.read_inventory`), whose strings of the GEM
+        taxonomy are written with what was found; matched by name.
 
     Returns
     -------
@@ -97,6 +101,7 @@ def export(
         intensity_level,
         intensity,
         discrete,
+        None if inventory is None else Path(inventory),
     )
     given = [name for name, value in asked._asdict().items() if value not in (None, False)]
     if without := [name for name in given if name not in module.TAKES]:

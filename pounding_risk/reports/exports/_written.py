@@ -18,6 +18,7 @@ class Asked(NamedTuple):
     intensity_level: float | str | None = None
     intensity: str | None = None
     discrete: bool = False
+    inventory: Path | None = None  # of the buildings, for their taxonomy
 
 
 class Written(NamedTuple):

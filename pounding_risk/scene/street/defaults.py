@@ -3,22 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
+from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH, USUAL_DEPTH
 from pounding_risk.models.structures.storeys import MOST_STOREYS
-from pounding_risk.models.structures.typologies import known_typology
+from pounding_risk.models.structures.typologies import EUROPEAN, known_typology
+from pounding_risk.scene.street.hazus import (
+    FAMILIES,
+    LEVELS,
+    OF_TYPOLOGY,
+    Chain,
+    Type,
+    chain,
+    family_of,
+    level_of,
+    type_of,
+)
 from pounding_risk.scene.street.table import AREA, HEIGHT, LOAD, STOREYS, Entry, Mapped
-from pounding_risk.units import DAMPING, DIRECTION, GAP, MASS, STANDARD_GRAVITY, Quantity, say, si
+from pounding_risk.units import (
+    DAMPING,
+    DIRECTION,
+    GAP,
+    MASS,
+    PERIOD,
+    STANDARD_GRAVITY,
+    STIFFNESS,
+    STOREY_STRENGTH,
+    Quantity,
+    say,
+    shown,
+    si,
+)
 
 LOWEST_STOREY, HIGHEST_STOREY = 2.0, 6.0  # m; a storey outside is doubted
 LIMIT = Quantity("m", 0.0, inf, "gap that parts rows", open_low=True, open_high=True, example="1 m")
 RESOLUTION = Quantity("m", 0.0, 100.0, "resolution of footprints", example="0.5 m")
 FACING = Quantity("1", 0.0, 1.0, "share of a front", open_high=True, example="0.1")
 STATED = "stated for buildings without one"
+CHAINS = ("typology", "hazus")
+OF_HAZUS = ("hazus type", "code level")  # columns that no storeys of a typology are made of
 
 Fill = Callable[[str, str, str], None]  # column, value, rule
 
@@ -53,6 +80,11 @@ class Rules:
         Share of the shorter front; two that face each other over less are no neighbours.
     metres : bool
         Whether coordinates of footprints are in metres, not longitude and latitude.
+    chain : {"typology", "hazus"}
+        What storeys are made of: a typology, with the period of a code; or a type of Hazus, with its period, strengths
+        and limits of damage.
+    code_level : {"high", "moderate", "low", "pre"}
+        Level of the seismic code by which buildings were designed, for ``chain`` "hazus".
     axis : float or str, optional
         Direction of a street from left to right [degrees clockwise from north]; without it each street has the
         direction of its own walls.
@@ -82,6 +114,8 @@ class Rules:
     axis: float | None = None
     resolution: float | None = None
     storeys: int | None = None
+    chain: str = "typology"
+    code_level: str = "moderate"
 
     def __post_init__(self) -> None:
         for name, quantity in _RANGES.items():
@@ -91,6 +125,11 @@ class Rules:
         if self.storeys is not None and self.storeys != int(self.storeys):
             raise PoundingError(f"rules, storeys: {self.storeys} is no whole number; write one such as 3")
         known_typology(self.typology)
+        for name, known in (("chain", CHAINS), ("code_level", LEVELS)):
+            value = getattr(self, name)
+            if value not in known:
+                hint = nearest(value, known) if isinstance(value, str) else ""
+                raise PoundingError(f"rules, {name}: {shown(value)} is none{hint}; it may be {', '.join(known)}")
 
 
 _RANGES = {
@@ -126,6 +165,7 @@ class House(NamedTuple):
     footprint: Any = None  # a polygon of shapely, m east and north of the middle of all footprints
     mapped: Mapped | None = None
     place: str = ""  # in its file, such as "feature 3"
+    chain: Chain | None = None  # its storeys by Hazus
 
 
 class Filled(NamedTuple):
@@ -160,18 +200,23 @@ def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
     def fill(column: str, value: str, rule: str) -> None:
         notes.filled.append(Filled(street, name, column, value, rule))
 
+    by_type = ("typology",) if "hazus type" in values else ()
+    unused = by_type if rules.chain == "hazus" else OF_HAZUS
     for column, value, rule in entry.derived:
-        fill(column, value, rule)
+        if column not in unused:
+            fill(column, value, rule)
     if "name" not in values:
         fill("name", name, "its place in the file")
-    height, storeys = _size(where, values, rules, notes, fill)
     typology = "_".join(values.get("typology", rules.typology).lower().split())  # "Concrete frame" is concrete_frame
-    damping = values.get("damping", rules.damping)
-    _check_typology(where, typology, height, "period" in values, notes)
-    if "typology" not in values:
+    family = _family(where, values, typology, rules, notes)
+    height, storeys = _size(where, values, _of_height(family, values, rules), notes, fill)
+    if "typology" not in values and "hazus type" not in (values if family else ()):
         fill("typology", typology, STATED)
+    kind = type_of(family, storeys) if family else None
+    _check_typology(where, typology, height, "period" in values or kind is not None, notes)
+    damping = values.get("damping", kind.damping if kind else rules.damping)
     if "damping" not in values:
-        fill("damping", say(damping, DAMPING), STATED)
+        fill("damping", say(damping, DAMPING), f"Hazus, {kind.name}" if kind else STATED)
     walls = values.get("left wall", nan), values.get("right wall", nan)
     if walls[0] >= walls[1]:
         notes.faults.append(f"{where}, right wall: is not to the right of its left wall; exchange the two")
@@ -180,7 +225,68 @@ def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
     if "floor depth" not in values:
         fill("floor depth", say(depth, FLOOR_DEPTH), STATED)
     facts = (height, storeys, typology, mass, damping, values.get("period"), depth, values.get("gap", nan))
-    return House(name, street, *facts, walls, entry.footprint, entry.mapped, entry.place)
+    storey_chain = (
+        None if kind is None or isnan(mass) else _chain(where, kind, values, (storeys, mass), rules, notes, fill)
+    )
+    return House(name, street, *facts, walls, entry.footprint, entry.mapped, entry.place, storey_chain)
+
+
+def _family(where: str, values: Mapping[str, Any], typology: str, rules: Rules, notes: Notes) -> str:
+    """The family of Hazus that storeys are made of: as given, or that of the typology; "" for storeys of a typology."""
+    if rules.chain != "hazus":
+        return ""
+    given = values.get("hazus type", "")
+    family = family_of(given) if given else OF_TYPOLOGY.get(typology.removesuffix(EUROPEAN), "")
+    if family and type_of(family, 1) is not None:
+        return family
+    if given:
+        known = ", ".join(name for name in FAMILIES if type_of(name, 1))
+        notes.faults.append(f"{where}, hazus type: {shown(given)} has no storeys here; it may be {known}")
+    return ""
+
+
+def _of_height(family: str, values: Mapping[str, Any], rules: Rules) -> Rules:
+    """The rules with the height of a storey of a type, where the height follows from it."""
+    kind = type_of(family, values["storeys"]) if family and "storeys" in values and "height" not in values else None
+    return replace(rules, storey_height=kind.storey_height) if kind else rules
+
+
+def _chain(
+    where: str,
+    kind: Type,
+    values: Mapping[str, Any],
+    size: tuple[int, float],
+    rules: Rules,
+    notes: Notes,
+    fill: Fill,
+) -> Chain | None:
+    """Storeys by Hazus for a number of them and a mass of a floor, each value listed."""
+    given = values.get("code level", rules.code_level).lower()
+    family = family_of(kind.name)
+    level = level_of(family, given)
+    if given not in LEVELS:
+        notes.faults.append(f"{where}, code level: {shown(given)} is none; it may be {', '.join(LEVELS)}")
+        return None
+    if "hazus type" not in values:
+        fill("hazus type", kind.name, f"{FAMILIES[family].words}, as its typology")
+    if level != given:
+        fill("code level", level, f"the manual has no {given} code of {family}")
+    elif "code level" not in values:
+        fill("code level", level, STATED)
+    made = chain(kind, level, *size, period=values.get("period"))
+    strengths = tuple(_in_digits(strength) for strength in made.strengths)
+    made = made._replace(stiffness=_in_digits(made.stiffness), strengths=strengths)
+    rule = f"Hazus, {kind.name} of {level} code"
+    if "period" not in values:
+        fill("period", say(made.period, PERIOD), f"Hazus, {kind.name}: {kind.period:.4g} s a storey")
+    fill("storey stiffness", say(made.stiffness, STIFFNESS), "its period and masses, all storeys equal")
+    fill("storey strengths", f"{say(made.strengths[0], STOREY_STRENGTH)} at the ground", rule)
+    fill("damage limits", ", ".join(f"{100.0 * drift:.4g} %" for drift in made.drifts), rule)
+    return made
+
+
+def _in_digits(value: float) -> float:
+    return float(f"{value:.6g}")
 
 
 def _check_typology(where: str, name: str, height: float, has_period: bool, notes: Notes) -> None:

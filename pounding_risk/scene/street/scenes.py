@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pounding_risk._common.files import write_whole
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.request import SOURCES
+from pounding_risk.scene.street.hazus import STATES, Chain
 from pounding_risk.scene.toml import write_toml
-from pounding_risk.units import GAP, MASS, PERIOD, Quantity, exact, parse, say, shown
+from pounding_risk.units import GAP, MASS, PERIOD, STIFFNESS, STOREY_STRENGTH, Quantity, exact, parse, say, shown
 
 if TYPE_CHECKING:
     from pounding_risk.scene.street.defaults import Filled, House
@@ -139,12 +140,16 @@ def scene_text(
     uncertain = _uncertain(row, own_tables)
     all_tables.pop("uncertain", None)
     all_tables |= {"uncertain": uncertain} if uncertain else {}
-    document = {
+    document: dict[str, Any] = {
         "scene": {"name": f"{row.name}, {row.buildings[0].name} to {row.buildings[-1].name}"},
         "building": [_building(house) for house in row.buildings],
         "interface": [_interface(gap, contact) for gap in row.gaps],
         **{name: all_tables[name] for name in SECTIONS if name in all_tables},
     }
+    damage = _damage(row.buildings)
+    if damage:
+        document["effects"] = {"inelastic_storeys": {}, **document.get("effects", {})}
+        document["damage"] = damage
     return "".join(f"# {line}\n" for line in _origin(row, filled, close, source, gaps)) + "\n" + write_toml(document)
 
 
@@ -227,6 +232,8 @@ def horizontal_records() -> list[str]:
 
 
 def _building(house: House) -> dict[str, Any]:
+    if house.chain is not None:
+        return _of_chain(house, house.chain)
     period = {} if house.period is None else {"period": written(house.period, PERIOD)}
     return {
         "name": house.name,
@@ -238,6 +245,29 @@ def _building(house: House) -> dict[str, Any]:
         "damping": house.damping,
         "floor_depth": written(house.floor_depth, GAP),
     }
+
+
+def _of_chain(house: House, chain: Chain) -> dict[str, Any]:
+    return {
+        "name": house.name,
+        "floor_masses": written(house.floor_mass, MASS),
+        "storey_stiffnesses": written(chain.stiffness, STIFFNESS),
+        "storey_heights": written(house.height / house.storeys, GAP),
+        "storey_strengths": [written(strength, STOREY_STRENGTH) for strength in chain.strengths],
+        "storeys": house.storeys,
+        "damping": house.damping,
+        "floor_depth": written(house.floor_depth, GAP),
+    }
+
+
+def _damage(buildings: Iterable[House]) -> list[dict[str, Any]]:
+    """States of damage of the buildings whose storeys are those of Hazus."""
+    return [
+        {"name": f"{house.name}, {state}", "building": house.name, "drift": drift}
+        for house in buildings
+        if house.chain is not None
+        for state, drift in zip(STATES, house.chain.drifts, strict=True)
+    ]
 
 
 def _interface(gap: float, contact: Contact) -> dict[str, Any]:

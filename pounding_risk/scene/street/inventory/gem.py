@@ -127,19 +127,22 @@ def _atoms(tokens: list[str], at: int, depth: int) -> tuple[tuple[Atom, ...], in
 
 
 def with_found(text: str, position: str, has_pounding: bool) -> str:
-    """A string with the position in its block, and with POP where buildings pound; an earlier POP is kept."""
+    """A string with the position in its block, and with POP where buildings pound.
+
+    Without a position, "", that of the string is kept, and a POP that it has is kept in any case.
+    """
     attributes = list(read_taxonomy(text)) if text else []
     shape = next((each for each in attributes if each.atoms[0].name.startswith(("PLF", "BP"))), None)
     irregular = next((each for each in attributes if each.atoms[0].name in (REGULAR, IRREGULAR)), None)
     attributes = [each for each in attributes if each not in (shape, irregular)]
     last = max((n for n, each in enumerate(attributes, 1) if each.atoms[0].name in BEFORE), default=0)
-    kept = tuple(atom for atom in (shape.atoms if shape else ()) if atom.name not in POSITIONS)
-    written = [Attribute((*kept, Atom(position)))]
+    kept = tuple(atom for atom in (shape.atoms if shape else ()) if not position or atom.name not in POSITIONS)
+    written = [Attribute((*kept, *((Atom(position),) if position else ())))] if kept or position else []
     if has_pounding:
         written.append(_pounding(irregular.atoms if irregular else ()))
     elif irregular:
         written.append(irregular)
-    return "/".join(map(str, [*attributes[:last], *written, *attributes[last:]]))
+    return "/".join(map(str, [*attributes[:last], *written, *attributes[last:]])) or UNKNOWN
 
 
 def _pounding(atoms: tuple[Atom, ...]) -> Attribute:

@@ -52,7 +52,8 @@ def recognises(heads: frozenset[str]) -> bool:
 def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Building]:
     """The buildings of an exposure."""
     heads = _heads(sheet)
-    tell_unread(sheet, [*heads.values()], notes)
+    own = sheet.own(heads.values())
+    tell_unread(sheet, [*heads.values(), *own], notes)
     name = own_name(sheet, heads["id"])
     for line in sheet.lines:
         draft = Draft(line, faults, notes)
@@ -61,7 +62,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         taxonomy = _taxonomy(draft, heads["taxonomy"])
         draft.single(heads["number"])
         _area(draft, heads["area"], sheet.facts)
-        draft.own_columns(sheet, heads.values())
+        draft.own_columns(own)
         yield draft.building("", draft.point(heads["lon"], heads["lat"]), taxonomy=taxonomy, year=year_of(taxonomy))
 
 

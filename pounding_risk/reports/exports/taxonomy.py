@@ -1,0 +1,190 @@
+"""A table of the buildings with what was found in the words of exposure models: GEM taxonomy 3.3, and OED's Pounding.
+
+Positions and pounding potential are those of GEM's glossary, terms BPD and POP: a building adjoins another one whose
+gap is less than 4 % of the height of the lower of both. POP is written by what the motions did, and not by that share.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from io import StringIO
+from math import inf, isnan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pounding_risk._common.counted import counted
+from pounding_risk._common.words import nearest
+from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
+from pounding_risk.assessment.options import percent_words
+from pounding_risk.errors import PoundingError
+from pounding_risk.reports.exports._written import Asked, Written, write_file
+from pounding_risk.results.attributes import tables_of
+from pounding_risk.scene.street.inventory import read_inventory
+from pounding_risk.scene.street.inventory.gem import read_taxonomy, with_found
+from pounding_risk.units import GAP, say, shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WORDS = "each building with its GEM taxonomy string (BP1, BP2, POP) and OED's code of pounding"
+ENDINGS = (".csv",)
+SOURCE = "results"
+TAKES = ("gap", "pga", "intensity_level", "inventory")
+ADJOINING = 0.04  # of the height of the lower building; a smaller gap adjoins
+CODES = ((0.25, 1), (0.5, 2), (1.0, 3), (2.0, 4), (inf, 5))  # m; OED: 1 is 0 to 0.25 m, 5 is more than 2 m
+HEADS = (
+    *("building", "GEM taxonomy", "position", "POP", "OED Pounding", "nearest gap [m]", "nearest building"),
+    *("P(contact)", "P(contact) low", "P(contact) high", "contact with", "amplitude", "taxonomy of"),
+    *("rule of the position", "rule of POP", "rule of OED Pounding"),
+)
+# Strings of typologies, of which a scene says no more.
+STRINGS = {
+    "concrete_frame": "CR/LFM",
+    "steel_frame": "S/LFM",
+    "braced_frame": "S/LFBR",
+    "concrete_walls": "CR/LWAL",
+    "masonry": "MUR/LWAL",
+}
+
+
+class Side(NamedTuple):
+    """A neighbour in the row."""
+
+    neighbour: str
+    height: float  # m, NaN where the scene gives none
+    interface: InterfaceAssessment
+
+
+class Strings(NamedTuple):
+    """The strings of buildings by name, where each is from, and sentences on them."""
+
+    by_name: Mapping[str, tuple[str, str]]
+    told: tuple[str, ...]
+
+
+def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
+    """Write the table at one gap and amplitude, as `assess` takes them; raises PoundingError as it does."""
+    assessment = assess(results, gap=asked.gap, pga=asked.pga, intensity_level=asked.intensity_level)
+    names = [str(name) for name in results["building"].values]
+    strings = _strings(results, names, asked.inventory)
+    out = StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(HEADS)
+    rows = [
+        _row(name, height, sides, strings.by_name[name], assessment)
+        for name, height, sides in _with_sides(results, names, assessment)
+    ]
+    writer.writerows(rows)
+    told = [
+        "positions are those in the row; what stands in front of a building and behind it is not in the results, so "
+        "that BP3 is never written",
+        f"POP is written where more than {percent_words(assessment.target)} of the motions close a gap of the building",
+        *strings.told,
+    ]
+    unknown = [row[0] for row in rows if not row[2]]
+    if unknown:
+        told.append(f"no position of {', '.join(unknown)}: the scene gives no height; write height in [[building]]")
+    return Written((write_file(target, out.getvalue()),), tuple(told))
+
+
+def _with_sides(
+    results: xr.Dataset, names: list[str], assessment: Assessment
+) -> list[tuple[str, float, tuple[Side, ...]]]:
+    """Each building with its height and its neighbours to the left and to the right."""
+    given = results["building_height"].values if "building_height" in results.variables else np.full(len(names), np.nan)
+    heights = [float(height) if height > 0.0 else np.nan for height in given]
+    buildings = []
+    for number, name in enumerate(names):
+        beside = [(other, min(other, number)) for other in (number - 1, number + 1) if 0 <= other < len(names)]
+        sides = tuple(Side(names[other], heights[other], assessment.interfaces[at]) for other, at in beside)
+        buildings.append((name, heights[number], sides))
+    return buildings
+
+
+def _row(
+    name: str, height: float, sides: tuple[Side, ...], string: tuple[str, str], assessment: Assessment
+) -> tuple[Any, ...]:
+    """The cells of a building."""
+    position, rule = _position(height, sides)
+    most = max(sides, key=lambda side: side.interface.contact_at_gap().probability)
+    contact = most.interface.contact_at_gap()
+    has_pounding = contact.probability > assessment.target
+    closest = min(sides, key=lambda side: side.interface.gap)
+    gap = closest.interface.gap
+    target = percent_words(assessment.target)
+    return (
+        name,
+        with_found(string[0], position, has_pounding),
+        position,
+        "yes" if has_pounding else "no",
+        oed_code(gap),
+        f"{gap:.6g}",
+        closest.neighbour,
+        *(f"{value:.6g}" for value in (contact.probability, contact.low_recordings, contact.high_recordings)),
+        most.neighbour,
+        most.interface.at,
+        string[1],
+        rule,
+        f"written where more than {target} of the motions close the gap; {contact.count} of {contact.runs} do",
+        f"nearest building of the row, {say(gap, GAP)} clear",
+    )
+
+
+def _position(height: float, sides: tuple[Side, ...]) -> tuple[str, str]:
+    """The position of a building in its row, "" where a height that it hangs on is not known, and its rule."""
+    adjoining = 0
+    for side in sides:
+        lower = min(height, side.height) if not isnan(height) and not isnan(side.height) else np.nan
+        if side.interface.gap > 0.0 and isnan(lower):
+            return "", "a height is not known"
+        adjoining += side.interface.gap == 0.0 or side.interface.gap < ADJOINING * lower
+    rule = f"sides in the row with a gap below {percent_words(ADJOINING)} of the height of the lower building"
+    return (f"BP{adjoining}" if adjoining else "BPD"), rule
+
+
+def oed_code(gap: float) -> int:
+    """The code of OED for the distance [m] to the nearest building."""
+    return next(code for limit, code in CODES if gap < limit)
+
+
+def _strings(results: xr.Dataset, names: list[str], inventory: Path | None) -> Strings:
+    """The string of each building: that of an inventory where it has one, else that of its typology and storeys."""
+    tables = tables_of(str(results.attrs.get("scene_resolved", ""))).get("building", [])
+    own = {str(table.get("name", "")): _of_scene(table) for table in tables}
+    by_name = {name: (own.get(name, ""), "the scene") for name in names}
+    if inventory is None:
+        return Strings(by_name, ())
+    known = {
+        str(one.values.get("name", f"building {number}")): one.taxonomy
+        for number, one in enumerate(read_inventory(inventory).entries, 1)
+    }
+    if not set(known) & set(names):
+        hint = nearest(names[0], known)
+        raise PoundingError(f"{inventory}: has none of the buildings, such as {shown(names[0])}{hint}; check the names")
+    without = []
+    for name in names:
+        if known.get(name) and _is_string(known[name]):
+            by_name[name] = known[name], inventory.name
+        else:
+            without.append(name)
+    told = f"{counted(len(without), 'building')} without a GEM string in {inventory.name}: {', '.join(without)}"
+    return Strings(by_name, (f"{told}; what the scene says is written",) if without else ())
+
+
+def _of_scene(table: Mapping[str, Any]) -> str:
+    """Material, system and storeys of a building of a scene, as far as it says them."""
+    typology = STRINGS.get(str(table.get("typology", "")).removesuffix("_ec8"), "")
+    lists = (len(value) for key, value in table.items() if key.startswith("storey_") and isinstance(value, list))
+    storeys = table.get("storeys") or next(lists, 0)
+    return "/".join(filter(None, (typology, f"H:{storeys}" if storeys else "")))
+
+
+def _is_string(text: str) -> bool:
+    try:
+        read_taxonomy(text)
+    except PoundingError:
+        return False
+    return True
