@@ -163,6 +163,9 @@ def test_an_exposure_without_metadata_has_no_unit_of_area(tmp_path):
     assert first.values == {"name": "a", "typology": "concrete_walls", "hazus type": "C2", "code level": "low"}
     assert second.values == {"name": "b"} and second.taxonomy == "Adobe"
     assert any("no metadata say its unit" in note for note in inventory.left_out)
+    text = "id,lon,lat,taxonomy,number,area [m^2]\na,23.7,37.9,MUR/H:2,1,400\n"
+    (entry,) = read_inventory(written(tmp_path, "with_unit.csv", text)).entries
+    assert entry.values["floor area"] == 200.0
     assert any('"Adobe" is no string of the GEM taxonomy' in note for note in inventory.left_out)
 
 
@@ -177,6 +180,10 @@ def test_assets_may_stand_in_the_metadata(tmp_path):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
+        (
+            ("BuildingHeight,", "BuildingHeight [m],"),
+            "head: BuildingHeight has a unit in brackets, which OED says by a",
+        ),
         (("1962", "19620"), "line 2, YearBuilt: 19620 is no year from 1000 to 2100"),
         ((",5153,1", ",5153,3"), "line 2, NumberOfBuildings: the line stands for 3 buildings"),
         ((",4,42.65", ",4.5,42.65"), 'line 2, NumberOfStoreys: "4.5" is not a whole number'),
@@ -228,6 +235,10 @@ def test_block_says_what_an_inventory_lacks(tmp_path):
 
 
 def test_metadata_that_name_no_table_or_declare_entities_are_refused(tmp_path):
+    exposure(tmp_path)
+    with pytest.raises(BlockError, match='no table has the column "TAXONOMI" for "taxonomy"; write its name'):
+        read_inventory(written(tmp_path, "other.xml", METADATA.replace("TAXONOMY", "TAXONOMI")))
+    (tmp_path / "one.csv").unlink()
     with pytest.raises(BlockError, match=r"<assets> names one\.csv, which cannot be read"):
         read_inventory(written(tmp_path, "exposure.xml", METADATA))
     text = METADATA.replace("<nrml", '<!DOCTYPE nrml [<!ENTITY a "b">]>\n<nrml', 1)
