@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 import random
 
+import numpy as np
 import pytest
 import shapely
 
+from pounding_risk.scene.street.defaults import Rules
 from pounding_risk.scene.street.inventory import formats, read_inventory
+from pounding_risk.scene.street.rows import read_block
 from pounding_risk.scene.street.table import BlockError
 
 FOOT = 0.3048
@@ -160,6 +163,9 @@ def test_an_exposure_without_metadata_has_no_unit_of_area(tmp_path):
     assert first.values == {"name": "a", "typology": "concrete_walls", "hazus type": "C2", "code level": "low"}
     assert second.values == {"name": "b"} and second.taxonomy == "Adobe"
     assert any("no metadata say its unit" in note for note in inventory.left_out)
+    text = "id,lon,lat,taxonomy,number,area [m^2]\na,23.7,37.9,MUR/H:2,1,400\n"
+    (entry,) = read_inventory(written(tmp_path, "with_unit.csv", text)).entries
+    assert entry.values["floor area"] == 200.0
     assert any('"Adobe" is no string of the GEM taxonomy' in note for note in inventory.left_out)
 
 
@@ -174,6 +180,10 @@ def test_assets_may_stand_in_the_metadata(tmp_path):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
+        (
+            ("BuildingHeight,", "BuildingHeight [m],"),
+            "head: BuildingHeight has a unit in brackets, which OED says by a",
+        ),
         (("1962", "19620"), "line 2, YearBuilt: 19620 is no year from 1000 to 2100"),
         ((",5153,1", ",5153,3"), "line 2, NumberOfBuildings: the line stands for 3 buildings"),
         ((",4,42.65", ",4.5,42.65"), 'line 2, NumberOfStoreys: "4.5" is not a whole number'),
@@ -193,7 +203,42 @@ def test_a_fault_names_its_line_and_column(tmp_path, change, sentence):
     assert any(fault.startswith(sentence) or sentence in fault for fault in caught.value.faults), caught.value.faults
 
 
+def test_block_takes_an_inventory_with_footprints_and_lists_what_follows_from_codes(tmp_path):
+    text = OED.rsplit("1,A1,12", 1)[0]
+    street = read_block(written(tmp_path, "loc.csv", text))
+    (row,) = street.rows
+    assert [house.name for house in row.buildings] == ["10", "11"]
+    assert row.gaps[0] == pytest.approx(1e-7 * 111.32e3 * np.cos(np.radians(37.98)), abs=2e-4)
+    assert [house.typology for house in row.buildings] == ["concrete_frame", "masonry"]
+    mass = [6458.3462 * FOOT**2 / 4 * 10e3 / 9.80665, 180.0 * 10e3 / 9.80665]
+    assert [house.floor_mass for house in row.buildings] == pytest.approx(mass, abs=1.0)
+    told = {(value.building, value.column): value.rule for value in street.filled}
+    assert (
+        told["10", "floor area"]
+        == "its FloorArea, in square feet, the unit of OED where none is given, over its storeys"
+    )
+    assert told["11", "typology"] == "ConstructionCode 5103, unreinforced masonry walls"
+    assert ("10", "hazus type") not in told
+    assert "read as an OED location file" in street.notes
+    measured = read_block(written(tmp_path, "loc.csv", text.replace("QEQ,4.0.0,", "QEQ,4.0.0,12 mm", 1)))
+    assert measured.rows[0].gaps == (0.012,)
+
+
+def test_block_says_what_an_inventory_lacks(tmp_path):
+    sentence = r"1 building of 3, first line 4, without footprint: who stands beside whom .* --inventory loc\.csv`"
+    with pytest.raises(BlockError, match=sentence):
+        read_block(written(tmp_path, "loc.csv", OED))
+    with pytest.raises(BlockError, match="an exposure model of OpenQuake: 4 buildings of 4, first one"):
+        read_block(exposure(tmp_path))
+    with pytest.raises(BlockError, match="an inventory has its coordinates in degrees"):
+        read_block(tmp_path / "loc.csv", Rules(metres=True))
+
+
 def test_metadata_that_name_no_table_or_declare_entities_are_refused(tmp_path):
+    exposure(tmp_path)
+    with pytest.raises(BlockError, match='no table has the column "TAXONOMI" for "taxonomy"; write its name'):
+        read_inventory(written(tmp_path, "other.xml", METADATA.replace("TAXONOMY", "TAXONOMI")))
+    (tmp_path / "one.csv").unlink()
     with pytest.raises(BlockError, match=r"<assets> names one\.csv, which cannot be read"):
         read_inventory(written(tmp_path, "exposure.xml", METADATA))
     text = METADATA.replace("<nrml", '<!DOCTYPE nrml [<!ENTITY a "b">]>\n<nrml', 1)

@@ -76,6 +76,8 @@ def recognises(heads: frozenset[str]) -> bool:
 
 def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Building]:
     """The buildings of a location file."""
+    for head in filter(sheet.unit, READ):
+        faults.append(f"head: {head} has a unit in brackets, which OED says by a code; write {head}Unit, and its code")
     own = sheet.own(READ, OWN)
     tell_unread(sheet, [*READ, *own], notes)
     name = own_name(sheet, "LocName", "LocNumber")
