@@ -206,7 +206,9 @@ def print_block(block: Block) -> None:
         print()
         lines = [(share.column, str(share.number), share.values, share.rule) for share in shares(block.filled)]
         print_table(("filled in", "buildings", "value", "rule"), lines, "lrll")
-    print_notes(block.notes)
+    print_notes(block.notes[:LISTED])
+    if len(block.notes) > LISTED:
+        print(f"and {len(block.notes) - LISTED} more notes, as of the first ones")
 
 
 def _print_first(heads: tuple[str, ...], lines: Sequence[tuple[str, ...]], sides: str) -> None:

@@ -15,7 +15,6 @@ from pounding_risk.scene.street.inventory.gem import (
     MATERIALS,
     POSITIONS,
     SYSTEMS,
-    atoms_of,
     put_taxonomy,
     read_taxonomy,
     with_found,
@@ -38,6 +37,14 @@ OF_VERSION_2 = {"HEX", "HBET", "HBEX", "ASS"}
 @pytest.fixture(scope="module")
 def standard():
     return GemTaxonomy("3.3")
+
+
+def atoms_of(attributes):
+    """Names of the atoms of a string, those in brackets too."""
+    for attribute in attributes:
+        for atom in attribute.atoms:
+            yield atom.name
+            yield from atoms_of(atom.arguments)
 
 
 def put(text):

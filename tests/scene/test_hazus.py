@@ -123,8 +123,18 @@ def test_an_unknown_type_or_level_is_refused_with_its_line(tmp_path, change, sen
         read_block(table, pr.streets.Rules(chain="hazus"))
 
 
+def test_a_typology_follows_from_a_type_where_storeys_are_those_of_typologies(tmp_path):
+    table = tmp_path / "street.csv"
+    table.write_text(STREET, encoding="utf-8")
+    street = read_block(table)
+    assert [house.typology for house in street.rows[0].buildings] == ["concrete_frame", "masonry", "masonry"]
+    told = {(value.building, value.column): value.rule for value in street.filled}
+    assert told["old", "typology"] == "its hazus type C1M" and "stated" in told["wall", "typology"]
+    assert all(house.chain is None for house in street.rows[0].buildings)
+
+
 def test_rules_know_their_words():
-    with pytest.raises(PoundingError, match=r'rules, chain: "hazu" is none \(did you mean "hazus"\?\)'):
+    with pytest.raises(PoundingError, match=r'--chain \(chain in Python\): "hazu" is none \(did you mean "hazus"\?\)'):
         pr.streets.Rules(chain="hazu")
-    with pytest.raises(PoundingError, match=r'code_level: "middle" is none; it may be high, moderate, low, pre'):
+    with pytest.raises(PoundingError, match=r'in Python\): "middle" is none; it may be high, moderate, low, pre'):
         pr.streets.Rules(code_level="middle")

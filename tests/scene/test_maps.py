@@ -300,6 +300,8 @@ def test_gaps_are_as_uncertain_as_walls(tmp_path):
     for number, (low, high) in zip(scene.uncertain.numbers, ends, strict=True):
         assert (number.distribution.low, number.distribution.high) == pytest.approx((low, high), abs=1e-6)
     assert "# Measured gaps are uniform within 100 mm of the distance of the walls (as stated).\n" in only_scene(block)
+    stated = three(tmp_path, resolution=0.0)
+    assert "uncertain" not in tomllib.loads(only_scene(stated)) and "taken for known" in stated.gap_words
     few = {"uncertain": {"samples": 8, "interface.gap": {"distribution": "uniform", "low": "0 mm", "high": "9 mm"}}}
     own = tomllib.loads(only_scene(block, tables=few))["uncertain"]
     assert own == {**few["uncertain"]}
@@ -387,6 +389,15 @@ def test_streets_at_an_angle_have_an_axis_of_their_own(tmp_path):
     assert [row.name for row in block.rows] == ["city, row 1", "city, row 2"]
     assert [row.direction for row in block.rows] == pytest.approx([90.0, 60.0], abs=1e-3)
     assert [row.gaps for row in block.rows] == [pytest.approx(GAPS, abs=2e-4)] * 2
+
+
+def test_many_neighbours_that_face_each_other_over_a_part_are_counted(tmp_path):
+    """A staircase of squares, each beside the last 30 % of the one before."""
+    shapes = [shapely.box(500e3 + 10.1 * n, 7.0 * n, 500e3 + 10.1 * n + 10.0, 7.0 * n + 10.0) for n in range(9)]
+    block = read_block(write(tmp_path / "street.gpkg", shapes, "EPSG:32633"), Rules(axis=90.0))
+    (note,) = [note for note in block.notes if "face each other" in note]
+    assert note.count("face each other over 3 m of a front of 10 m (30 %)") == 5
+    assert "; and 3 more (neighbours.csv): taken as full neighbours" in note
 
 
 def test_a_plan_takes_footprints_of_any_map(tmp_path):

@@ -98,7 +98,7 @@ def export(
     street : str or Path, optional
         Footprints of the buildings, a GeoJSON as `read_block` takes it, for layers of a map.
     inventory : str or Path, optional
-        Inventory of the buildings (`pounding_risk.scene.street.inventory.read_inventory`), whose strings of the GEM
+        Inventory of the buildings (`streets.read_inventory`), whose strings of the GEM
         taxonomy are written with what was found; matched by name.
 
     Returns

@@ -15,6 +15,7 @@ _HOMES = {
     "shares": "scenes",
     "Rules": "defaults",
     "Block": "rows",
+    "read_inventory": "inventory",
 }
 
 __all__ = [*_HOMES]

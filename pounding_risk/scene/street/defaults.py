@@ -129,7 +129,8 @@ class Rules:
             value = getattr(self, name)
             if value not in known:
                 hint = nearest(value, known) if isinstance(value, str) else ""
-                raise PoundingError(f"rules, {name}: {shown(value)} is none{hint}; it may be {', '.join(known)}")
+                option = f"--{name.replace('_', '-')} ({name} in Python)"
+                raise PoundingError(f"{option}: {shown(value)} is none{hint}; it may be {', '.join(known)}")
 
 
 _RANGES = {
@@ -207,11 +208,13 @@ def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
             fill(column, value, rule)
     if "name" not in values:
         fill("name", name, "its place in the file")
-    typology = "_".join(values.get("typology", rules.typology).lower().split())  # "Concrete frame" is concrete_frame
+    of_type = FAMILIES[family_of(values["hazus type"])].typology if family_of(values.get("hazus type", "")) else ""
+    named = values.get("typology") or of_type or rules.typology
+    typology = "_".join(named.lower().split())  # "Concrete frame" is concrete_frame
     family = _family(where, values, typology, rules, notes)
     height, storeys = _size(where, values, _of_height(family, values, rules), notes, fill)
     if "typology" not in values and "hazus type" not in (values if family else ()):
-        fill("typology", typology, STATED)
+        fill("typology", typology, f"its hazus type {values['hazus type']}" if of_type else STATED)
     kind = type_of(family, storeys) if family else None
     _check_typology(where, typology, height, "period" in values or kind is not None, notes)
     damping = values.get("damping", kind.damping if kind else rules.damping)

@@ -37,6 +37,7 @@ from pounding_risk.scene.street.table import repeated
 from pounding_risk.units import GAP, say, shown
 
 NEIGHBOURS, BUILDINGS = "neighbours.csv", "buildings.csv"
+LISTED = 5  # neighbours that a note names
 PARTIAL = 0.5  # share of the shorter front; neighbours that face each other over less are noted
 ACROSS = "across the axis of the street"
 CORNER = "corner to corner"
@@ -381,10 +382,12 @@ class Street(NamedTuple):
 
     def _note_partial(self, pairs: Iterable[Neighbours]) -> None:
         """A note on neighbours that face each other over a part of their fronts."""
-        words = "; ".join(f"{pair.left.name} and {pair.right.name} {pair.faced_words}" for pair in pairs)
-        if words:
+        each = [f"{pair.left.name} and {pair.right.name} {pair.faced_words}" for pair in pairs]
+        more = f"; and {len(each) - LISTED} more ({NEIGHBOURS})" if len(each) > LISTED else ""
+        if each:
+            named = f"{'; '.join(each[:LISTED])}{more}"
             self.notes.doubts.append(
-                f"{words}: taken as full neighbours, though a blow beside the middle turns buildings, which a row "
+                f"{named}: taken as full neighbours, though a blow beside the middle turns buildings, which a row "
                 "leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over less"
             )
 

@@ -115,6 +115,8 @@ class Block(ShortRepr):
             return f"measured gaps are uniform within {off} of the distance of the walls ({self.resolution.words})"
         if not self.has_footprints:
             return "gaps are as the table has them"
+        if self.resolution.size == 0.0:
+            return "gaps are the distances of the walls, which are taken for known (as stated)"
         return (
             "gaps are the distances of the walls; the file does not say how well its outlines are known (--resolution, "
             "resolution in Python, makes them distributions)"

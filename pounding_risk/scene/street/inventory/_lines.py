@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -44,6 +45,22 @@ class Sheet(NamedTuple):
         """The unit in brackets behind a head, "" where it has none."""
         parted = (UNIT.fullmatch(each) for each in self.heads if bare(each).lower() == head.lower())
         return next((each[2].strip() for each in parted if each), "")
+
+    def own(self, claimed: Iterable[str], prefix: str = "") -> dict[str, tuple[str, str]]:
+        """Column and unit, by key, of columns of a street's table that stand beside the ``claimed`` ones of a format.
+
+        Tags of others may have such names too: the head has a unit, as "gap [mm]", or the format's prefix for columns
+        that the standard does not have.
+        """
+        taken = {head.lower() for head in claimed}
+        found = {}
+        for head in self.heads:
+            key = bare(head).lower()
+            name = " ".join(key.removeprefix(prefix).replace("_", " ").split())
+            is_own = self.unit(key) or name == "street" or (prefix and key.startswith(prefix))
+            if key not in taken and name in COLUMNS and is_own:
+                found[key] = name, self.unit(key)
+        return found
 
 
 class Building(NamedTuple):
@@ -205,14 +222,13 @@ class Draft:
             self.fault(head, f"{shown(text[:60])} is no well-known text of a polygon{known}")
             return None
 
-    def own_columns(self, sheet: Sheet, claimed: Iterable[str], prefix: str = "") -> None:
-        """Read columns of a street's table that stand beside the ``claimed`` ones of the format, as "gap [mm]"."""
-        taken = {head.lower() for head in claimed}
-        for key, cell in self.line.cells.items():
-            name = own_column(key, prefix)
-            if name and key not in taken:
+    def own_columns(self, own: Mapping[str, tuple[str, str]]) -> None:
+        """Read the columns of a street's table that stand beside those of the format, as `Sheet.own` gives them."""
+        for key, (name, unit) in own.items():
+            cell = self.line.cells.get(key)
+            if cell is not None:
                 try:
-                    self.put(name, cell_value(cell, sheet.unit(key), COLUMNS[name]))
+                    self.put(name, cell_value(cell, unit, COLUMNS[name]))
                 except ValueError as error:
                     self.fault(key, str(error))
 
@@ -277,17 +293,12 @@ def _position(text: str) -> str:
 def heads_of(path: Path, text: str) -> list[str]:
     """Heads of a table, or keys of the first features' properties, in lower case; [] where it is neither."""
     if path.suffix.lower() == ".csv":
-        rows = csv_rows(text[: 1 << 16].rsplit("\n", 1)[0] + "\n", [], HEAD)
+        first = next((line for line in io.StringIO(text) if line.strip() and not line.startswith("#")), "")
+        rows = csv_rows(first, [], HEAD)
         heads = rows[0][1] if rows else []
     else:
         heads = list(dict.fromkeys(key for feature in _features(text, [])[:10] for key in _properties(feature)))
     return [bare(head).lower() for head in heads]
-
-
-def own_column(head: str, prefix: str = "") -> str:
-    """The column of a street's table that a head names, behind a prefix of the format; "" where it is none."""
-    name = " ".join(bare(head).lower().removeprefix(prefix).replace("_", " ").split())
-    return name if name in COLUMNS else ""
 
 
 def bare(head: str) -> str:
@@ -354,11 +365,10 @@ def _properties(feature: Any) -> Mapping[str, Any]:
     return properties if isinstance(properties, dict) else {}
 
 
-def tell_unread(sheet: Sheet, read: Iterable[str], notes: Notes, prefix: str = "") -> None:
+def tell_unread(sheet: Sheet, read: Iterable[str], notes: Notes) -> None:
     """Note the columns that hold something and are not read."""
-    known = {head.lower() for head in read}
-    held = {head for line in sheet.lines for head in line.cells} - known
-    unread = [head for head in sheet.heads if bare(head).lower() in held and not own_column(head, prefix)]
+    held = {head for line in sheet.lines for head in line.cells} - {head.lower() for head in read}
+    unread = [head for head in sheet.heads if bare(head).lower() in held]
     if unread:
         more = f" and {len(unread) - SAID} more" if len(unread) > SAID else ""
         verb = "is" if len(unread) == 1 else "are"

@@ -12,7 +12,6 @@ system, level of the code, height and year; the rest is kept as it is written. O
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from typing import NamedTuple
 
 from pounding_risk.errors import PoundingError
@@ -223,11 +222,3 @@ def year_of(text: str) -> int | None:
 
 def _float(text: str) -> float | None:
     return float(text) if re.fullmatch(r"\d{1,6}(\.\d*)?", text) else None
-
-
-def atoms_of(attributes: tuple[Attribute, ...]) -> Iterator[str]:
-    """Names of the atoms of a string, those of arguments too."""
-    for attribute in attributes:
-        for atom in attribute.atoms:
-            yield atom.name
-            yield from atoms_of(atom.arguments)

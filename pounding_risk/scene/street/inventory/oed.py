@@ -23,7 +23,7 @@ OWN = "flexiloc"  # how heads of columns start that the standard does not have
 READ = (
     *("LocNumber", "LocName", "AccNumber", "PortNumber", "Longitude", "Latitude", "Geom", "NumberOfStoreys"),
     *("BuildingHeight", "BuildingHeightUnit", "FloorArea", "FloorAreaUnit", "YearBuilt", "ConstructionCode"),
-    *("NumberOfBuildings", "OrgConstructionScheme", "OrgConstructionCode", "Pounding"),
+    *("NumberOfBuildings", "OrgConstructionScheme", "OrgConstructionCode"),
 )
 LONGEST_GEOM = 250  # characters that the field holds
 # Name and size in SI of the codes of units; the first of each is the default.
@@ -64,6 +64,7 @@ OTHERS = MappingProxyType(
         5150: Kind("", "", "reinforced concrete of an unknown system"),
         5156: Kind("", "", "precast concrete frame"),
         5200: Kind("", "", "steel of an unknown system"),
+        5208: Kind("", "", "steel in concrete, of an unknown system"),
     }
 )
 
@@ -75,7 +76,10 @@ def recognises(heads: frozenset[str]) -> bool:
 
 def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Building]:
     """The buildings of a location file."""
-    tell_unread(sheet, READ, notes, OWN)
+    for head in filter(sheet.unit, READ):
+        faults.append(f"head: {head} has a unit in brackets, which OED says by a code; write {head}Unit, and its code")
+    own = sheet.own(READ, OWN)
+    tell_unread(sheet, [*READ, *own], notes)
     name = own_name(sheet, "LocName", "LocNumber")
     for line in sheet.lines:
         draft = Draft(line, faults, notes)
@@ -87,7 +91,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         draft.single("NumberOfBuildings", unknown=(0.0,))
         year = draft.year("YearBuilt", unknown=(0,))
         taxonomy = _taxonomy(draft)
-        draft.own_columns(sheet, READ, OWN)
+        draft.own_columns(own)
         geometry = draft.wkt("Geom")
         if geometry is None and len(line.cells.get("geom", "")) >= LONGEST_GEOM:
             draft.fault("Geom", f"the field holds {LONGEST_GEOM} characters, at which its text may be cut off")

@@ -22,6 +22,7 @@ from pounding_risk.scene.street.inventory._lines import (
     Line,
     Notes,
     Sheet,
+    bare,
     csv_sheet,
     known_cells,
     own_name,
@@ -34,6 +35,7 @@ from pounding_risk.units import shown
 WORDS = "an exposure model of OpenQuake"
 METADATA = ".xml"
 FIELDS = ("id", "lon", "lat", "taxonomy", "number", "area")
+NEEDED = ("lon", "lat", "taxonomy")
 SPELLINGS = {"longitude": "lon", "latitude": "lat", "buildings": "number"}  # of the global exposure model of GEM
 AREAS = {
     **dict.fromkeys(("sqm", "m2", "m^2", "sq m", "square meters", "square metres"), 1.0),
@@ -46,22 +48,24 @@ LEVELS = {"HC": "high", "MC": "moderate", "LC": "low", "PC": "pre"}
 
 def recognises(heads: frozenset[str]) -> bool:
     """True for the head of a table of assets without metadata."""
-    return {"lon", "lat", "taxonomy"} <= {SPELLINGS.get(head, head) for head in heads}
+    return set(NEEDED) <= {SPELLINGS.get(head, head) for head in heads}
 
 
 def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Building]:
     """The buildings of an exposure."""
     heads = _heads(sheet)
-    tell_unread(sheet, [*heads.values()], notes)
+    own = sheet.own(heads.values())
+    tell_unread(sheet, [*heads.values(), *own], notes)
     name = own_name(sheet, heads["id"])
+    unit = sheet.unit(heads["area"]) or str(sheet.facts.get("area unit", "")).strip()
     for line in sheet.lines:
         draft = Draft(line, faults, notes)
         if name:
             draft.put("name", draft.text(name))
         taxonomy = _taxonomy(draft, heads["taxonomy"])
         draft.single(heads["number"])
-        _area(draft, heads["area"], sheet.facts)
-        draft.own_columns(sheet, heads.values())
+        _area(draft, heads["area"], unit)
+        draft.own_columns(own)
         yield draft.building("", draft.point(heads["lon"], heads["lat"]), taxonomy=taxonomy, year=year_of(taxonomy))
 
 
@@ -92,19 +96,18 @@ def _taxonomy(draft: Draft, head: str) -> str:
     return put_taxonomy(draft, text, head)
 
 
-def _area(draft: Draft, head: str, facts: Mapping[str, Any]) -> None:
+def _area(draft: Draft, head: str, unit: str) -> None:
     """The area of a floor from that of all floors, where its unit and the storeys are known."""
     area = draft.number(head, 0.0)
-    unit = str(facts.get("area unit", "")).strip().lower()
     if not area:
         return
-    if unit not in AREAS:
-        which = f"the unit {shown(facts['area unit'])} is not known" if unit else "no metadata say its unit"
+    if unit.lower() not in AREAS:
+        which = f"the unit {shown(unit)} is not known" if unit else "no metadata say its unit"
         draft.note(f'{head} is not read, as {which}; give metadata (.xml) with <area type="per_asset" unit="SQM" />')
     elif "storeys" not in draft.values:
         draft.note(f"{head} is taken for that of all floors, whose number is missing; it is not read")
     else:
-        one = area * AREAS[unit] / draft.values["storeys"]
+        one = area * AREAS[unit.lower()] / draft.values["storeys"]
         draft.put("floor area", one, f"{one:.5g} m²", f"its {head}, taken for that of all floors, over its storeys")
 
 
@@ -134,7 +137,12 @@ def metadata_sheet(path: Path, text: str, faults: list[str]) -> Sheet:
         lines += sheet.lines
     if not lines and not faults:
         faults.append("<assets> names no table with a line; write the names of CSV files beside it")
-    return Sheet(path, tuple(heads), lines, facts)
+    sheet = Sheet(path, tuple(heads), lines, facts)
+    known = {bare(head).lower() for head in heads}
+    for field, head in _heads(sheet).items():
+        if heads and head.lower() not in known and (field in NEEDED or field in facts["fields"]):
+            faults.append(f'no table has the column {shown(head)} for "{field}"; write its name into exposureFields')
+    return sheet
 
 
 def _model(text: str, faults: list[str]) -> ET.Element | None:

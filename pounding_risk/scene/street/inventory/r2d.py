@@ -49,7 +49,8 @@ def recognises(heads: frozenset[str]) -> bool:
 
 def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Building]:
     """The buildings of a table of assets."""
-    tell_unread(sheet, READ, notes)
+    own = sheet.own(READ)
+    tell_unread(sheet, [*READ, *own], notes)
     name = own_name(sheet, "id", "Building_ID")
     length, said = _run_unit(sheet.path)
     for line in sheet.lines:
@@ -64,7 +65,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         _measure(draft, sheet, "PlanArea", "floor area", length, said)
         _doubt_area(draft, footprint)
         _kind(draft)
-        draft.own_columns(sheet, READ)
+        draft.own_columns(own)
         yield draft.building(footprint, _point(draft), year=draft.year("YearBuilt", unknown=(0,)))
 
 
