@@ -6,6 +6,7 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 import pytest
+from made_row import made_row
 from scipy import stats
 
 import pounding_risk as pr
@@ -150,6 +151,7 @@ def test_curves_that_cross_are_models_of_their_own(damaged, tmp_path):
 def test_options_that_damage_does_not_take_are_refused(results, damaged, tmp_path):
     for source, asked, sentence in (
         (results, {"without": True}, "--without: without pounding there is no contact"),
+        (made_row(records=2), {"of": "damage"}, r"--of damage: the scene has no \[\[damage\]\]; write `pounding-risk"),
         (results, {"of": "damage", "pga": "0.3 g"}, "--pga: curves of damage are of all levels"),
         (damaged, {"intensity": "pga"}, "--intensity: the curves of this dataset are fitted; give --intensity to"),
         (damaged, {"of": "contact"}, "--of: contact is assessed from results of scan"),
