@@ -184,6 +184,7 @@ def test_openquake_reads_the_same_states(results, damaged, tmp_path, discrete):
     """Where its engine is installed, which no extra of this project brings."""
     nrml = pytest.importorskip("openquake.hazardlib.nrml")
     pytest.importorskip("openquake.risklib.read_nrml")
+    scientific = pytest.importorskip("openquake.risklib.scientific")
     for without in (False, True):
         asked = {"of": "damage", "intensity": "pga", "without": without, "discrete": discrete}
         file = pr.export(results, "nrml", tmp_path / "f.xml", **asked).files[0]
@@ -198,3 +199,9 @@ def test_openquake_reads_the_same_states(results, damaged, tmp_path, discrete):
             levels = np.array(functions.imls) if discrete else median * np.array([0.5, 0.8, 1.0, 1.5])
             exact = stats.norm.cdf(np.log(levels / median) / dispersion)
             assert function(levels) == pytest.approx(exact, rel=1e-7 if discrete else 1e-9, abs=1e-12)
+        # The engine's shares without damage, slight and moderate. Those below 1e-7 it takes for 0: of curves that cross
+        # the negative ones too, so that they would no more come to 1.
+        shares = scientific.scenario_damage(built, levels)
+        reached = [function(levels) for function in built]
+        assert shares == pytest.approx(np.array([1.0 - reached[0], reached[0] - reached[1], reached[1]]), abs=1e-7)
+        assert shares.sum(axis=0) == pytest.approx(1.0, abs=2e-7)
