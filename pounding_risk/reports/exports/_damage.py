@@ -116,7 +116,9 @@ def _curves(states: Sequence[Any], dataset: xr.Dataset, measure: Known) -> tuple
     curves = []
     for name, one in zip(names, states, strict=True):
         side = str(one["pounding"].item())
-        words = f"{one['state_words'].item()}, {side} pounding, {case_words(dataset)}, {dataset.attrs['method']}"
+        about = case_words(dataset)  # "gap 10 mm, jankowski; 44 motions ..."; gap and contact are of pounding alone
+        about = about if side == POUNDING[0] else about.partition("; ")[2]
+        words = f"{one['state_words'].item()}, {side} pounding, {about}, {dataset.attrs['method']}"
         errors = float(one["median_error"]), float(one["dispersion_error"])
         median, dispersion = float(one["median"]) / measure.size, float(one["dispersion"])
         curves.append(Curve(name, words, median, dispersion, errors, int(one["runs"].sum())))

@@ -124,7 +124,8 @@ def test_states_of_one_demand_are_limit_states_in_order(results, damaged, tmp_pa
         assert dispersion == pytest.approx(float(one["dispersion"]), rel=1e-12)
         low, high = (float(function.find("n:imls", SPACE).get(name)) for name in ("minIML", "maxIML"))
         assert low <= median * np.exp(-3.99 * dispersion) and high >= median * np.exp(3.99 * dispersion)
-    assert f"{side} pounding" in model.find("n:description", SPACE).text
+    words = model.find("n:description", SPACE).text
+    assert f"{side} pounding" in words and ("gap 60 mm" in words) != without
 
 
 def test_curves_that_cross_are_models_of_their_own(damaged, tmp_path):
