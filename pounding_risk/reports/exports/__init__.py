@@ -110,7 +110,8 @@ def export(
     ------
     PoundingError
         For an unknown format, a name that its file cannot have, an option that it does not take, results that hold
-        nothing for it, a scene that the other program cannot say, and as `assess`.
+        nothing for it, a scene that the other program cannot say, layers without the libraries of the extra [maps],
+        and as `assess`, `damage` and `read_block`.
     """
     module = known_format(to)
     file = _target(Path(target), to, module)

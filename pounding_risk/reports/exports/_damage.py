@@ -27,6 +27,7 @@ from pounding_risk.reports.exports._curves import (
     of_assessment,
 )
 from pounding_risk.reports.exports._written import Asked
+from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.kinds import kind_of
 
 if TYPE_CHECKING:
@@ -84,6 +85,11 @@ def damage_dataset(results: xr.Dataset, asked: Asked) -> xr.Dataset:
         for name in ("pga", "intensity_level"):
             if getattr(asked, name) is not None:
                 raise PoundingError(f"--{name.replace('_', '-')}: curves of damage are of all levels; leave it out")
+        if not tables_of(results.attrs["scene_resolved"]).get("damage"):
+            raise PoundingError(
+                "--of damage: the scene has no [[damage]]; write `pounding-risk damage results.nc --states FILE -o "
+                "damage.nc`, and export that file"
+            )
         return damage(results, gap=asked.gap, intensity=asked.intensity)
     for name in ("gap", "pga", "intensity_level", "intensity"):
         if getattr(asked, name) is not None:
@@ -110,7 +116,9 @@ def _curves(states: Sequence[Any], dataset: xr.Dataset, measure: Known) -> tuple
     curves = []
     for name, one in zip(names, states, strict=True):
         side = str(one["pounding"].item())
-        words = f"{one['state_words'].item()}, {side} pounding, {case_words(dataset)}, {dataset.attrs['method']}"
+        about = case_words(dataset)  # "gap 10 mm, jankowski; 44 motions ..."; gap and contact are of pounding alone
+        about = about if side == POUNDING[0] else about.partition("; ")[2]
+        words = f"{one['state_words'].item()}, {side} pounding, {about}, {dataset.attrs['method']}"
         errors = float(one["median_error"]), float(one["dispersion_error"])
         median, dispersion = float(one["median"]) / measure.size, float(one["dispersion"])
         curves.append(Curve(name, words, median, dispersion, errors, int(one["runs"].sum())))

@@ -12,8 +12,9 @@ from collections.abc import Iterator
 from io import StringIO
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pounding_risk.assessment.demands import resolved_intensity
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.exports._curves import KINDS, Fragilities, Function, Known, distinct
+from pounding_risk.reports.exports._curves import KINDS, Fragilities, Function, Known, distinct, known_measure
 from pounding_risk.reports.exports._damage import fragilities_of
 from pounding_risk.reports.exports._written import Asked
 from pounding_risk.results.attributes import tables_of
@@ -47,21 +48,26 @@ class Components(NamedTuple):
 def components_of(results: xr.Dataset, asked: Asked) -> Components:
     """The components of contact, yielding and damage states, or of the one kind that is asked for.
 
-    Raises PoundingError where a kind or an intensity that is asked for has none.
+    Raises PoundingError for an intensity that pelicun does not know, and where what is asked for has none.
     """
+    kinds = (asked.of,) if asked.of else _kinds(results)
+    if asked.intensity is not None and kind_of(results) != "damage":
+        known_measure(resolved_intensity(results, asked.intensity))
     measure, named, told = None, [], []
-    for kind in (asked.of,) if asked.of else _kinds(results):
+    faults: list[PoundingError] = []
+    for kind in kinds:
         for side in SIDES if kind == "damage" else SIDES[:1]:
             try:
                 found = fragilities_of(results, _asked(asked, kind, side))
             except PoundingError as error:
-                if asked.of or (asked.intensity and measure is None and "name in other tools" in str(error)):
-                    raise
+                faults.append(error)
                 told.append(f"{kind}{' without pounding' if side == 'without' else ''}: {error}")
                 continue
             measure = found.measure
             told += found.told
             named += list(_named(found, kind, side))
+    if faults and not named and len(kinds) == 1:
+        raise faults[0]
     names = distinct(name for name, _ in named)
     components = (Component(name, function) for name, (_, function) in zip(names, named, strict=True))
     return Components(measure, tuple(components), tuple(dict.fromkeys(told)))

@@ -52,8 +52,8 @@ SCHEMA = ("gpkg_data_columns", None, "gpkg_schema", "http://www.geopackage.org/s
 def write(results: list[xr.Dataset], target: Path, asked: Asked) -> Written:
     """Write the layers of rows into one file, whole or not at all; raises PoundingError as `layers_of`."""
     need(NEEDED, "a GeoPackage")
-    layers = layers_of(results, asked)
     file = check_target(target, ENDINGS)
+    layers = layers_of(results, asked)
     aside = partial_of(file)  # a folder, since GDAL writes more files beside, and wants the ending of the name
     try:
         aside.mkdir()

@@ -195,6 +195,8 @@ def test_columns_say_their_units(mapped, row, street, tmp_path):
     with closing(sqlite3.connect(mapped.files[0])) as file:
         assert file.execute("PRAGMA integrity_check").fetchone() == ("ok",)
         assert file.execute("PRAGMA foreign_key_check").fetchall() == []
+        unknown = file.execute("SELECT building FROM buildings WHERE height_m IS NULL").fetchall()
+        assert unknown == [("Vault",)]
         said = file.execute("SELECT table_name, column_name, description FROM gpkg_data_columns").fetchall()
         extension = "SELECT extension_name FROM gpkg_extensions WHERE table_name = 'gpkg_data_columns'"
         assert file.execute(extension).fetchall() == [("gpkg_schema",)]

@@ -6,6 +6,7 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 import pytest
+from made_row import made_row
 from scipy import stats
 
 import pounding_risk as pr
@@ -123,7 +124,8 @@ def test_states_of_one_demand_are_limit_states_in_order(results, damaged, tmp_pa
         assert dispersion == pytest.approx(float(one["dispersion"]), rel=1e-12)
         low, high = (float(function.find("n:imls", SPACE).get(name)) for name in ("minIML", "maxIML"))
         assert low <= median * np.exp(-3.99 * dispersion) and high >= median * np.exp(3.99 * dispersion)
-    assert f"{side} pounding" in model.find("n:description", SPACE).text
+    words = model.find("n:description", SPACE).text
+    assert f"{side} pounding" in words and ("gap 60 mm" in words) != without
 
 
 def test_curves_that_cross_are_models_of_their_own(damaged, tmp_path):
@@ -150,6 +152,7 @@ def test_curves_that_cross_are_models_of_their_own(damaged, tmp_path):
 def test_options_that_damage_does_not_take_are_refused(results, damaged, tmp_path):
     for source, asked, sentence in (
         (results, {"without": True}, "--without: without pounding there is no contact"),
+        (made_row(records=2), {"of": "damage"}, r"--of damage: the scene has no \[\[damage\]\]; write `pounding-risk"),
         (results, {"of": "damage", "pga": "0.3 g"}, "--pga: curves of damage are of all levels"),
         (damaged, {"intensity": "pga"}, "--intensity: the curves of this dataset are fitted; give --intensity to"),
         (damaged, {"of": "contact"}, "--of: contact is assessed from results of scan"),
@@ -182,6 +185,7 @@ def test_openquake_reads_the_same_states(results, damaged, tmp_path, discrete):
     """Where its engine is installed, which no extra of this project brings."""
     nrml = pytest.importorskip("openquake.hazardlib.nrml")
     pytest.importorskip("openquake.risklib.read_nrml")
+    scientific = pytest.importorskip("openquake.risklib.scientific")
     for without in (False, True):
         asked = {"of": "damage", "intensity": "pga", "without": without, "discrete": discrete}
         file = pr.export(results, "nrml", tmp_path / "f.xml", **asked).files[0]
@@ -196,3 +200,9 @@ def test_openquake_reads_the_same_states(results, damaged, tmp_path, discrete):
             levels = np.array(functions.imls) if discrete else median * np.array([0.5, 0.8, 1.0, 1.5])
             exact = stats.norm.cdf(np.log(levels / median) / dispersion)
             assert function(levels) == pytest.approx(exact, rel=1e-7 if discrete else 1e-9, abs=1e-12)
+        # The engine's shares without damage, slight and moderate. Those below 1e-7 it takes for 0: of curves that cross
+        # the negative ones too, so that they would no more come to 1.
+        shares = scientific.scenario_damage(built, levels)
+        reached = [function(levels) for function in built]
+        assert shares == pytest.approx(np.array([1.0 - reached[0], reached[0] - reached[1], reached[1]]), abs=1e-7)
+        assert shares.sum(axis=0) == pytest.approx(1.0, abs=2e-7)

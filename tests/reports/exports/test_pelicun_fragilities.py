@@ -79,6 +79,15 @@ def test_damage_states_alone_and_refusals(results, damaged, tmp_path):
     assert {row["ID"].split(".")[1] for row in rows_of(written)} == {"damage"}
     asked = {"pga": "0.3 g", "intensity": "pga", "of": "yield"}
     assert len(rows_of(pr.export(results, "pelicun", tmp_path / "of-yielding", **asked))) == 2
+    with pytest.raises(PoundingError, match="--intensity: the curves of this dataset are fitted"):
+        pr.export(damaged, "pelicun", tmp_path / "none", intensity="pga")
+    # One side without a curve is told, both are a fault.
+    blow = damaged.sel(state=["blow"])
+    told = pr.export(blow, "pelicun", tmp_path / "of-blow", of="damage").told
+    assert any(sentence.startswith("damage without pounding: the results hold no fragility") for sentence in told)
+    none = blow.assign_coords(fault=(("state", "pounding"), [["none is known"] * 2]))
+    with pytest.raises(PoundingError, match="hold no fragility of damage: blow, with pounding: no curve, none is"):
+        pr.export(none, "pelicun", tmp_path / "none")
     with pytest.raises(PoundingError, match="--of: 'collapse' is none"):
         pr.export(results, "pelicun", tmp_path / "none", pga="0.3 g", of="collapse")
     with pytest.raises(PoundingError, match="has no name in other tools"):
