@@ -23,7 +23,7 @@ REGISTRIES = {
 
 
 def models(context: typer.Context) -> None:
-    """Contact models, effects, typologies and plug-ins: what each takes."""
+    """Contact models, effects, typologies, plug-ins."""
     from pounding_risk.models.contact.impulsive import CONTACT_MODELS
     from pounding_risk.models.effects import EFFECTS
     from pounding_risk.models.structures.typologies import TYPOLOGIES
