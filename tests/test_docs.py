@@ -452,7 +452,9 @@ def test_the_site_builds_without_a_warning(pages, tmp_path):
     run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
     assert run.returncode == 0, run.stderr
     site = tmp_path / "site"
-    assert "<math " in (site / "theory" / "contact.html").read_text("utf-8")
+    page = (site / "theory" / "contact.html").read_text("utf-8")
+    assert "<math " in page
+    assert 'src="../../versions.js"' in page and f"Version {pounding_risk.__version__}<" in page
     for page in site.rglob("*.html"):
         text = page.read_text("utf-8")
         # Links may lead to the network; scripts, styles and pictures may not.

@@ -91,7 +91,7 @@ def installed() -> Mapping[str, Plugins]:
             groups[plugin.group][plugin.name] = (*groups[plugin.group].get(plugin.name, ()), plugin)
         else:
             hint = nearest(plugin.group, GROUPS)
-            _warn(f"{plugin.said} is left out: no such group{hint}; groups are {', '.join(GROUPS)}")
+            tell(f"{plugin.said} is left out: no such group{hint}; groups are {', '.join(GROUPS)}")
     return groups
 
 
@@ -233,7 +233,7 @@ class Registry(MutableMapping[str, Any]):
     def _ask_all(self) -> None:
         for name in self._plugins:
             if problem := self.problem(name):
-                _warn(problem)
+                tell(problem)
 
     def _collision(self, name: str, plugins: tuple[Plugin, ...]) -> str:
         """Why a name is that of more than one; "" where it is not."""
@@ -272,6 +272,6 @@ def _top(module: str) -> str:
 
 
 @cache
-def _warn(sentence: str) -> None:
-    """Warn once of what is left out."""
+def tell(sentence: str) -> None:
+    """Warn of what is left out, once in a process."""
     warnings.warn(sentence, PluginWarning, stacklevel=2)

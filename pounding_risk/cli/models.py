@@ -23,7 +23,7 @@ REGISTRIES = {
 
 
 def models(context: typer.Context) -> None:
-    """Contact models, effects, typologies and plug-ins: what each takes."""
+    """Contact models, effects, typologies, plug-ins."""
     from pounding_risk.models.contact.impulsive import CONTACT_MODELS
     from pounding_risk.models.effects import EFFECTS
     from pounding_risk.models.structures.typologies import TYPOLOGIES
@@ -46,14 +46,15 @@ def models(context: typer.Context) -> None:
 
 def _plugins(context: typer.Context) -> Iterator[tuple[str, ...]]:
     """Cells of the plug-ins of every kind; each is loaded."""
-    from pounding_risk._common.plugins import GROUPS, installed
+    from pounding_risk._common.plugins import GROUPS, installed, tell
 
     for group, named in installed().items():
         registry = _registry(group, context) if named else None
         for name, plugins in named.items():
-            state = (registry and registry.problem(name)) or "loaded"
+            if problem := registry.problem(name) if registry else "":
+                tell(problem)
             for plugin in plugins:
-                yield GROUPS[group], name, plugin.origin, plugin.value, state
+                yield GROUPS[group], name, plugin.origin, plugin.value, "left out" if problem else "loaded"
 
 
 def _registry(group: str, context: typer.Context) -> Any:

@@ -101,7 +101,7 @@ def install(tmp_path, monkeypatch):
 def forget() -> None:
     """Look for distributions again, and warn again."""
     installed.cache_clear()
-    plugins._warn.cache_clear()
+    plugins.tell.cache_clear()
 
 
 def rules(*ours: str) -> Registry:
@@ -230,7 +230,10 @@ def test_a_broken_command_is_told_and_the_others_are_there(install):
     assert f"pounding-risk: note: {told}" in listed.stderr
     assert asked.exit_code == 2 and asked.stderr.startswith(f"pounding-risk: {told}")
     assert "1 is neither a function nor a typer application" in asked.stderr
-    assert re.search(r"\ncommand +screen +extra 1\.2 +extra:SCREEN +command screen: the plug", run("models").output)
+    forget()
+    listed = run("models")
+    assert re.search(r"\ncommand +screen +extra 1\.2 +extra:SCREEN +left out\n", listed.stdout)
+    assert f"note: {told}" in listed.stderr
 
 
 def test_a_command_of_a_name_of_ours_is_refused(install):

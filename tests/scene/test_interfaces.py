@@ -375,7 +375,7 @@ def test_any_row_is_a_study_or_sentences(data):
         section = data.draw(st.sampled_from(["building", "interface", "grid", "effects"]))
         keys = tables.setdefault(section, {})
         keys = data.draw(st.sampled_from(keys)) if isinstance(keys, list) else keys
-        keys[data.draw(st.sampled_from(scenario.KNOWN[section]))] = data.draw(JUNK)
+        keys[data.draw(st.sampled_from([*scenario.KNOWN[section]]))] = data.draw(JUNK)
     try:
         found = scene_of(tables)
     except SceneError as error:

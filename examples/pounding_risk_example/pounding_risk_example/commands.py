@@ -8,7 +8,7 @@ import typer
 
 
 def period_ratio(scene: Annotated[Path, typer.Argument(help="Scene file (.toml).")]) -> None:
-    """Period ratio of neighbours: those far from 1 move out of phase."""
+    """Period ratio of neighbours."""
     import pounding_risk as pr
 
     buildings = pr.read_scene(scene).buildings
