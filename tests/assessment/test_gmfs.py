@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from damaged_tables import survey
 from scenes import BOTH, scene_text, single
 from scipy.stats import norm
 from typer.testing import CliRunner
@@ -98,6 +99,14 @@ def test_files_and_sites_that_cannot_be_used(fields, site, old, new, words):
     with pytest.raises(PoundingError) as caught:
         read_fields(f"{fields}{site}")
     assert words in str(caught.value)
+
+
+def test_damaged_files_are_read_soundly_or_refused_by_name(fields):
+    def check(read):
+        assert all(np.isfinite(levels).all() and (levels >= 0.0).all() for levels in read.levels.values())
+
+    outcomes = survey(fields, lambda: read_fields(f"{fields}#0"), check)
+    assert min(outcomes["read"], outcomes["refused"]) > 200
 
 
 def test_a_place_needs_the_table_of_sites(fields):
