@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from damaged_tables import survey
 from scenes import BOTH, scene_text, single
 from scipy.stats import norm
 from typer.testing import CliRunner
@@ -20,6 +21,7 @@ G = 9.80665
 ROWS = ("0,0,0.1,0.2,0.05", "0,1,0.3,0.8,0.2", "1,1,0.2,0.4,0.1", "2,0,0.4,0.5,0.1")
 NEW = "\n".join(["event_id,site_id,gmv_PGA,gmv_SA(0.2),gmv_SA(0.8)", *ROWS]) + "\n"
 OLD = "rlzi,sid,eid,gmv_PGA,gmv_IA\n0,0,0,0.1,1\n0,1,0,0.3,1\n0,1,1,0.2,1\n1,0,0,0.4,1\n"
+CURVE = '# mean, investigation_time=50.0,imt="PGA"\nlon,lat,depth,poe-0.1,poe-0.3,poe-0.6\n23.7,38,0,0.5,0.1,0.01\n'
 SCENE = scene_text(
     single("left", "10 t", "0.5 s"),
     single("right", "20 t", "0.3 s"),
@@ -100,6 +102,14 @@ def test_files_and_sites_that_cannot_be_used(fields, site, old, new, words):
     assert words in str(caught.value)
 
 
+def test_damaged_files_are_read_soundly_or_refused_by_name(fields):
+    def check(read):
+        assert all(np.isfinite(levels).all() and (levels >= 0.0).all() for levels in read.levels.values())
+
+    outcomes = survey(fields, lambda: read_fields(f"{fields}#0"), check)
+    assert min(outcomes["read"], outcomes["refused"]) > 200
+
+
 def test_a_place_needs_the_table_of_sites(fields):
     (fields.parent / "sitemesh_7.csv").unlink()
     with pytest.raises(PoundingError, match=r"needs the table of sites sitemesh_7.csv beside it, and none is there"):
@@ -126,6 +136,10 @@ def test_an_assessment_tells_the_probability_in_an_event(fields, monkeypatch):
     assert "Probability in an event of gmf-data_7.csv#23.8,38.1, by its PGA at the site" in done.output
     written = json.loads((fields.parent / "a.json").read_text())
     assert written["interfaces"][0]["scenario"][0]["probability"] is not None
+    (fields.parent / "curve.csv").write_text(CURVE)
+    words = ["assess", "scan.nc", "--hazard", "curve.csv", "--site", "23.71,38"]
+    done = CliRunner().invoke(cli.app, words, prog_name="pounding-risk")
+    assert done.exit_code == 0 and "The site is at 23.7, 38, 0.876 km from 23.71, 38" in done.output
     alone = CliRunner().invoke(cli.app, ["assess", "scan.nc", "--site", "1"], prog_name="pounding-risk")
     assert "--site: is the site of a file, and --hazard names none" in alone.output
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import random
 from pathlib import Path
 
 import numpy as np
 import pytest
+from damaged_tables import survey
 
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.assessment.hazard_table import read_hazard
@@ -127,26 +127,10 @@ def test_a_damaged_file_is_refused(tmp_path, old, new, words):
 
 
 def test_damaged_files_are_read_soundly_or_refused_by_name(tmp_path):
-    """Random bytes, cuts and lost lines: a sentence with the file's name, or rates that fall as intensities rise."""
     path = curve_file(tmp_path)
-    original, dice = path.read_bytes(), random.Random(22)
-    outcomes = {"read": 0, "refused": 0}
-    for _ in range(300):
-        raw = bytearray(original)
-        for _ in range(dice.choice((1, 1, 2))):
-            at = dice.randrange(len(raw))
-            kind = dice.randrange(3)
-            if kind == 0:
-                raw[at] = dice.choice(b"0123456789.,-#e\n\xff\x00")
-            else:
-                del raw[at : at + (dice.randint(1, 40) if kind == 1 else len(raw))]
-        path.write_bytes(bytes(raw) or b" ")
-        try:
-            hazard = read_hazard(f"{path}#23.7,38.0")
-        except PoundingError as error:
-            assert str(error).startswith(str(path)) and len(str(error)) < 700
-            outcomes["refused"] += 1
-            continue
+
+    def check(hazard):
         assert np.isfinite(hazard.rate).all() and (np.diff(hazard.rate) < 0).all() and (np.diff(hazard.im) > 0).all()
-        outcomes["read"] += 1
-    assert min(outcomes.values()) > 20
+
+    outcomes = survey(path, lambda: read_hazard(f"{path}#23.7,38.0"), check)
+    assert min(outcomes["read"], outcomes["refused"]) > 200

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from damaged_tables import survey
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.matching import Aim, Limits, correlation, match, simulated
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.selection import select
+from pounding_risk.motions.sites.conditional_spectrum import read_conditional
 from pounding_risk.motions.target_spectra import Target, read_target
 
 G = 9.80665
@@ -65,6 +67,18 @@ def test_files_that_cannot_be_used(tmp_path, text, name, words):
         read_target(f"{path}{name}")
     with pytest.raises(RecordError, match="is for 5 % damping"):
         read_target(f"{path}{name or '#val0'}", damping=0.03)
+
+
+@pytest.mark.parametrize(("text", "poe"), [(WIDE, "val1"), (LONG, "0.02")])
+def test_damaged_files_are_read_soundly_or_refused_by_name(tmp_path, text, poe):
+    path = tmp_path / "cs.csv"
+    path.write_text(text)
+
+    def check(spectrum):
+        assert (spectrum.median > 0.0).all() and (spectrum.deviation >= 0.0).all() and (spectrum.periods >= 0.0).all()
+
+    outcomes = survey(path, lambda: read_conditional(path, poe), check, 1000)
+    assert min(outcomes["read"], outcomes["refused"]) > 100
 
 
 @pytest.mark.parametrize(

@@ -133,11 +133,12 @@ def target_spectrum(text: str, damping: float, poe: str | None = None) -> Target
 
     Raises PoundingError where it is for another damping than ``--damping``.
     """
+    from pounding_risk.motions.sites.conditional_spectrum import is_conditional
     from pounding_risk.motions.target_spectra import read_target
 
-    target = read_target(text if poe is None else f"{text}#{poe}", damping=damping)
-    if poe is not None and target.deviation is None:
+    if poe is not None and not is_conditional(Path(text)):
         raise PoundingError(f"--poe: is of a conditional spectrum of OpenQuake, and {text} is none; leave it out")
+    target = read_target(text if poe is None else f"{text}#{poe}", damping=damping)
     if target.damping != damping:
         raise PoundingError(
             f"--damping: {100.0 * damping:g} % is asked for, and {target.name} is for {100.0 * target.damping:g} %; "
