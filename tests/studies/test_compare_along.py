@@ -18,6 +18,7 @@ import pounding_risk as pr
 from pounding_risk import cli, figures
 from pounding_risk.cli.compare import print_along
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures.compare import ratio_limits, ratio_ticks
 from pounding_risk.reports.sections import models
 from pounding_risk.results.files import open_results
 from pounding_risk.results.layout import SCENE_AXES
@@ -289,6 +290,15 @@ def test_values_along_an_axis_that_are_texts_are_points():
     assert [label.get_text() for label in panel.get_xticklabels()] == ["concrete", "steel"]
 
 
+@pytest.mark.parametrize("low", [0.1, 0.5, 0.6, 0.72, 0.8])
+@pytest.mark.parametrize("high", [1.2, 1.3, 1.45, 1.9, 2.5, 10.0])
+def test_ratios_have_three_ticks_at_least(low, high):
+    limits = ratio_limits([low], [high])
+    ticks = ratio_ticks(limits)
+    assert len(ticks) >= 3 and 1.0 in ticks and ticks == sorted(set(ticks))
+    assert limits[0] <= ticks[0] and ticks[-1] <= limits[1]
+
+
 # ------------------------------------------------------------------------------------------------ command
 
 
@@ -307,6 +317,9 @@ def scene(tmp_path, monkeypatch) -> Path:
 def test_the_command_prints_writes_draws_and_chooses(scene):
     told = run(scene, "-o", "c.nc", "--figure", "c.png", "--select", f"{RESTITUTION}=0.8")
     assert told.exit_code == 0, told.output
+    assert run(scene, "-o", "c.nc", "--select", f"{RESTITUTION}=0.8").exit_code == 0  # of the same study
+    refused = run(scene, "-o", "c.nc", "--select", f"{RESTITUTION}=0.5")
+    assert refused.exit_code == 2 and "interface[0].restitution: was 0.8, is 0.5" in refused.stderr
     stored = open_results(Path("c.nc"))
     assert stored.attrs["finding"] in told.stdout and stored["ratio_high"].dims[0] == PERIOD
     assert RESTITUTION not in stored.dims and Path("c.png").stat().st_size
