@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sys
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -319,7 +321,7 @@ def test_the_command_prints_writes_draws_and_chooses(scene):
     assert told.exit_code == 0, told.output
     assert run(scene, "-o", "c.nc", "--select", f"{RESTITUTION}=0.8").exit_code == 0  # of the same study
     refused = run(scene, "-o", "c.nc", "--select", f"{RESTITUTION}=0.5")
-    assert refused.exit_code == 2 and "interface[0].restitution: was 0.8, is 0.5" in refused.stderr
+    assert refused.exit_code == 2 and "interface[0].restitution.value: was 0.8, is 0.5" in refused.stderr
     stored = open_results(Path("c.nc"))
     assert stored.attrs["finding"] in told.stdout and stored["ratio_high"].dims[0] == PERIOD
     assert RESTITUTION not in stored.dims and Path("c.png").stat().st_size
@@ -351,3 +353,15 @@ def test_the_command_refuses_before_any_run(scene, words, sentence):
     told = run(scene, "-o", "c.nc", *words)
     assert told.exit_code == 2 and sentence in told.stderr
     assert not Path("c.nc").exists() and not Path("c.png").exists()
+
+
+@pytest.mark.parametrize("command", ["effects", "accuracy"])
+def test_commands_of_one_scene_take_a_place_by_its_values(scene, monkeypatch, command):
+    """They get the scene that `--set` of the values makes."""
+    studies = []
+    module = import_module(f"pounding_risk.studies.{command}")
+    monkeypatch.setattr(module, command, lambda study, *_, **__: studies.append(study) or sys.exit(0))
+    place = f"{RESTITUTION}=0.8", f"{PERIOD}=0.3 s"
+    for option in ("--select", "--set"):
+        CliRunner().invoke(cli.app, [command, str(scene), option, place[0], option, place[1]])
+    assert studies[0] == studies[1] and not studies[0].axes and studies[0].buildings[0].period == 0.3
