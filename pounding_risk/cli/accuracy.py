@@ -9,7 +9,17 @@ from typing import Annotated, Any
 import typer
 
 from pounding_risk.cli._common.files import announce, draw
-from pounding_risk.cli._common.options import NONE, Dataset, Figure, New, Overrides, Scene, option
+from pounding_risk.cli._common.options import (
+    NONE,
+    Dataset,
+    Figure,
+    New,
+    Overrides,
+    Scene,
+    Select,
+    chosen_scene,
+    option,
+)
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli._common.tables import print_pairs, print_table
 
@@ -24,14 +34,14 @@ def accuracy(
     cases: Annotated[int, option("Cases of the grid, at most; thinned evenly.", min=1)] = 24,
     budget: Annotated[float, option("Seconds a setting may take; slower ones are left out.", min=0.0)] = 20.0,
     scipy: Annotated[bool, typer.Option("--scipy/--no-scipy", help="Run SciPy's integrators too.")] = True,
+    select: Select = NONE,
     new: New = False,
     figure: Figure = None,
 ) -> None:
     """What each digit of the answers costs in time, by method."""
-    from pounding_risk.scene.reader import read_scene
     from pounding_risk.studies.accuracy import accuracy as run
 
-    study = read_scene(scene, overrides)
+    study = chosen_scene(scene, overrides, select)
     with ProgressDisplay("accuracy", "settings") as progress:
         dataset = run(study, out, cases=cases, budget=budget, scipy=scipy, new=new, progress=progress)
     print_accuracy(dataset)

@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 from pounding_risk.cli._common.files import announce, draw
-from pounding_risk.cli._common.options import NONE, Dataset, Figure, New, Overrides, Scene
+from pounding_risk.cli._common.options import NONE, Dataset, Figure, New, Overrides, Scene, Select, chosen_scene
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli._common.tables import print_pairs, print_table
 
@@ -22,13 +22,17 @@ HEADS = {
 
 
 def effects(
-    scene: Scene, out: Dataset = None, overrides: Overrides = NONE, new: New = False, figure: Figure = None
+    scene: Scene,
+    out: Dataset = None,
+    overrides: Overrides = NONE,
+    select: Select = NONE,
+    new: New = False,
+    figure: Figure = None,
 ) -> None:
     """What each effect changes in a scene, and what it costs."""
-    from pounding_risk.scene.reader import read_scene
     from pounding_risk.studies.effects import effects as run
 
-    study = read_scene(scene, overrides)
+    study = chosen_scene(scene, overrides, select)
     with ProgressDisplay("effects", "scans") as progress:
         dataset = run(study, out, new=new, progress=progress)
     print_effects(dataset)

@@ -71,8 +71,9 @@ def check_replaceable(
         raise PoundingError(f"{target}: is there already and holds {what}, not those of {command}; {choice}")
     if identity is None:
         return
-    recorded = recorded_identity(finished.attrs)
-    asked = {table: value for table, value in comparable(identity).items() if table in recorded}
+    recorded, asked = recorded_identity(finished.attrs), comparable(identity)
+    both = recorded.keys() & asked.keys()
+    recorded, asked = ({name: tables[name] for name in both} for tables in (recorded, asked))
     if changes := difference(recorded, asked):
         listed = "".join(f"\n  - {sentence}" for sentence in changes)
         raise PoundingError(f"{target}: holds the finished {command} of a study that was another:{listed}\n{choice}")

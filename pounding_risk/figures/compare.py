@@ -39,7 +39,7 @@ RANKED = (("peak relative displacement", "displacement"), ("peak contact force",
 JUDGED = (("displacement", f"displacement off by > {100 * NOTABLE:.0f} %"), ("yield exceedance", "yielding or not"))
 TICKS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0, 10.0)
 FEWEST_TICKS = 3
-STEPS = (0.4, 0.2, 0.1)  # of ticks beside 1; the axis reaches 0.1 at least
+STEPS = (0.4, 0.2, 0.1)  # of ticks about 1; the axis has three of the second, as it reaches 0.2 to both sides
 SHOWN = 10.0  # s of a history, about the moment at which the laws differ most
 ROW_HEIGHT = 0.36  # inches of a law in the panels above
 FEWEST_ROWS = 4  # that these panels have room for, so that their titles and ticks stand apart
@@ -155,12 +155,16 @@ def ratio_limits(lows: ArrayLike, highs: ArrayLike) -> tuple[float, float]:
 
 
 def ratio_ticks(limits: tuple[float, float]) -> list[float]:
-    """Ticks of ratios between two ends: those of `TICKS`, or 1 and a round step beside it where they are close to 1."""
+    """Ticks of ratios between two ends: those of `TICKS`, or in round steps about 1 where they are close to 1."""
     ticks = [tick for tick in TICKS if limits[0] <= tick <= limits[1]]
     if len(ticks) >= FEWEST_TICKS:
         return ticks
-    step = next(step for step in STEPS if max(limits[1] - 1.0, 1.0 - limits[0]) >= step)
-    return [tick for tick in (1.0 - step, 1.0, 1.0 + step) if limits[0] <= tick <= limits[1]]
+    for step in STEPS:
+        ticks = [round(1.0 + number * step, 1) for number in range(-9, 10)]
+        ticks = [tick for tick in ticks if limits[0] <= tick <= limits[1]]
+        if len(ticks) >= FEWEST_TICKS:
+            break
+    return ticks
 
 
 def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple[float, float]]) -> None:

@@ -207,5 +207,6 @@ class Drawn(NamedTuple):
         count = self.part["judged"].sel(conclusion="displacement", contact_model=baseline)
         self.line(panel, count, Look("black", "-"))
         panel.set_ylim(0.0, 1.12 * max(1.0, float(count.max())))
+        panel.locator_params(axis="y", integer=True)
         panel.set_title(f"cases with contact under {baseline}", fontsize=9.5)
         panel.set_ylabel("number of cases [1]", fontsize=9)

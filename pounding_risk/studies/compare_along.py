@@ -198,11 +198,11 @@ def _widest(moved: list[tuple[Place, Moved]]) -> list[tuple[Place, Moved]]:
 
 
 def _least(output: str, judged: list[tuple[Place, Verdict]]) -> Iterator[str]:
-    """Where an output moves least, and how far."""
+    """Where an output moves least, and how far; nothing where it moves alike at all places."""
     ranges = [(place, furthest(place.part, output, said.names)) for place, said in judged]
-    known = [(place, one) for place, one in ranges if reach(*one[1:])]
-    if len(known) > 1:
-        place, (law, low, high) = min(known, key=lambda entry: reach(*entry[1][1:]))
+    known = sorted((entry for entry in ranges if reach(*entry[1][1:])), key=lambda entry: reach(*entry[1][1:]))
+    place, (law, low, high) = known[0]
+    if reach(low, high) < reach(*known[-1][1][1:]):
         yield f"it moves least{_where(place.words)}, {times_words(low, high)} times ({law})"
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sys
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,6 +20,7 @@ import pounding_risk as pr
 from pounding_risk import cli, figures
 from pounding_risk.cli.compare import print_along
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures.compare import ratio_limits, ratio_ticks
 from pounding_risk.reports.sections import models
 from pounding_risk.results.files import open_results
 from pounding_risk.results.layout import SCENE_AXES
@@ -215,9 +218,9 @@ def test_an_axis_without_effect_is_told():
     made = made_up([1.5, 1.5, 1.5], [True] * 3)
     assert idle_axes(made) == ["building.left.mass"]
     assert along_finding(made) == (
-        "The model matters at all 3 places; against base, peak contact force is 1.50 times as large (other); it moves "
-        "least, 1.50 times (other); peak relative displacement is off by over 10 % in none; the gap needed differs in "
-        "none; nothing that is compared depends on building.left.mass."
+        "The model matters at all 3 places; against base, peak contact force is 1.50 times as large (other); peak "
+        "relative displacement is off by over 10 % in none; the gap needed differs in none; nothing that is compared "
+        "depends on building.left.mass."
     )
     assert idle_axes(made_up([1.5, 1.5, 1.4], [True] * 3)) == []
 
@@ -289,6 +292,15 @@ def test_values_along_an_axis_that_are_texts_are_points():
     assert [label.get_text() for label in panel.get_xticklabels()] == ["concrete", "steel"]
 
 
+@pytest.mark.parametrize("low", [0.1, 0.5, 0.6, 0.72, 0.8])
+@pytest.mark.parametrize("high", [1.2, 1.3, 1.45, 1.9, 2.5, 10.0])
+def test_ratios_have_three_ticks_at_least(low, high):
+    limits = ratio_limits([low], [high])
+    ticks = ratio_ticks(limits)
+    assert len(ticks) >= 3 and 1.0 in ticks and ticks == sorted(set(ticks))
+    assert limits[0] <= ticks[0] and ticks[-1] <= limits[1]
+
+
 # ------------------------------------------------------------------------------------------------ command
 
 
@@ -307,6 +319,9 @@ def scene(tmp_path, monkeypatch) -> Path:
 def test_the_command_prints_writes_draws_and_chooses(scene):
     told = run(scene, "-o", "c.nc", "--figure", "c.png", "--select", f"{RESTITUTION}=0.8")
     assert told.exit_code == 0, told.output
+    assert run(scene, "-o", "c.nc", "--select", f"{RESTITUTION}=0.8").exit_code == 0  # of the same study
+    refused = run(scene, "-o", "c.nc", "--select", f"{RESTITUTION}=0.5")
+    assert refused.exit_code == 2 and "interface[0].restitution.value: was 0.8, is 0.5" in refused.stderr
     stored = open_results(Path("c.nc"))
     assert stored.attrs["finding"] in told.stdout and stored["ratio_high"].dims[0] == PERIOD
     assert RESTITUTION not in stored.dims and Path("c.png").stat().st_size
@@ -338,3 +353,15 @@ def test_the_command_refuses_before_any_run(scene, words, sentence):
     told = run(scene, "-o", "c.nc", *words)
     assert told.exit_code == 2 and sentence in told.stderr
     assert not Path("c.nc").exists() and not Path("c.png").exists()
+
+
+@pytest.mark.parametrize("command", ["effects", "accuracy"])
+def test_commands_of_one_scene_take_a_place_by_its_values(scene, monkeypatch, command):
+    """They get the scene that `--set` of the values makes."""
+    studies = []
+    module = import_module(f"pounding_risk.studies.{command}")
+    monkeypatch.setattr(module, command, lambda study, *_, **__: studies.append(study) or sys.exit(0))
+    place = f"{RESTITUTION}=0.8", f"{PERIOD}=0.3 s"
+    for option in ("--select", "--set"):
+        CliRunner().invoke(cli.app, [command, str(scene), option, place[0], option, place[1]])
+    assert studies[0] == studies[1] and not studies[0].axes and studies[0].buildings[0].period == 0.3
