@@ -109,6 +109,9 @@ def test_periods_that_vary_are_refused_with_the_repair():
     with pytest.raises(SceneError, match=words):
         parse_scene(text() + spread.format("left"))
     assert parse_scene(text() + spread.format("right")).uncertain is not None
+    for call in (pr.spectra, pr.amplification):
+        with pytest.raises(SceneError, match="T the first period of left, and here that period varies"):
+            call(parse_scene(text()))
 
 
 def test_a_hazard_is_of_the_range_as_it_is_resolved(tmp_path):
