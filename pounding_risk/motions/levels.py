@@ -135,7 +135,7 @@ class Measure(NamedTuple):
     def written(self) -> dict[str, Any]:
         """The measure as a table of a scene file has it."""
         values: dict[str, Any] = {"measure": self.name}
-        if self.periods:
+        if self.name in PERIODS:
             relative: list[Any] = [f"{share!r} T" for share in self.shares]
             periods = relative or [exact(period, PERIOD) for period in self.periods]
             values[PERIODS[self.name]] = periods[0] if self.name == "sa" else periods

@@ -68,6 +68,7 @@ def test_of_storeys_it_is_the_first_period_of_the_chain():
 
 def test_it_is_written_and_read_again():
     study = parse_scene(text())
+    assert study.replace(records=pr.Records(["RSN6-180"], window=(0.0, 6.0), intensity=RELATIVE)) == study
     assert study.resolved()["records"]["intensity"]["periods"] == ["0.2 T", "1.5 T"]
     assert parse_scene(study.to_toml()) == study
     slower = study.replace(buildings=[pr.SingleMass("left", "500 t", "1 s"), pr.SingleMass("right", "800 t", "1 s")])
