@@ -15,9 +15,10 @@ from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import level_asked
 from pounding_risk.results.files import open_results
-from pounding_risk.results.scene_axes import open_axes, own_places, value_at
+from pounding_risk.results.scene_axes import has_drawn_motions, open_axes, own_places, value_at
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
+from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.units import GAP, say, si
 
 if TYPE_CHECKING:
@@ -76,7 +77,8 @@ def assess_along(
     Raises
     ------
     PoundingError
-        As `assess`, and for a dataset that has one place along each axis, which `assess` takes.
+        As `assess`, for a dataset that has one place along each axis, which `assess` takes, and for samples each of
+        which has a motion of its own.
     """
     import xarray as xr
 
@@ -85,6 +87,13 @@ def assess_along(
     axes = open_axes(whole)
     if not axes:
         raise PoundingError(f"{whose}: has no axis of another number of the scene with several values; use assess")
+    if has_drawn_motions(whole) and SAMPLE in [axis.name for axis in axes]:
+        others = " ".join(f"--select '{axis.name}=...'" for axis in axes if axis.name != SAMPLE)
+        raise PoundingError(
+            f"{whose}: one motion is drawn with each sample, so that samples differ by their motions too: assess one "
+            f"sample, with --select 'sample=0', or all of them together"
+            + (f", at one value of what varies beside them: {others}" if others else ", with uncertainty")
+        )
     criterion = read_criterion(target, percentile, confidence)
     options = Options(
         None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),

@@ -196,7 +196,7 @@ class Samples:
         if not self.is_drawn:
             return data.motions_of(data.interfaces(self.first_sample)[index][1])
         records, polarities = (tuple(map(str, self.dataset[name].values)) for name in ("record", "polarity"))
-        closing = _by_sample(self.dataset["peak_closing_free"].isel(interface=index), 0)
+        closing = _by_sample(self.dataset["peak_closing_free"].isel(interface=index, missing_dims="ignore"), 0)
         finite = np.isfinite(closing[:, 0]) & (self.dataset["record_pga"].values >= LEAST_SHAKING)
         recordings = data.numbered_recordings(self.dataset, records)
         amplitudes = data.amplitudes_of(self.first_sample).values

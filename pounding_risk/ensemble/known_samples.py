@@ -15,7 +15,7 @@ from pounding_risk.ensemble.replacing import OTHER_NAME, comparable, read_finish
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.along import at_places
 from pounding_risk.results.files import stream_results
-from pounding_risk.results.layout import AMPLITUDE, AXES, Template, amplitude_axis, scene_dims
+from pounding_risk.results.layout import AMPLITUDE, Template, amplitude_axis, axes_of_cases, scene_dims
 from pounding_risk.results.scene_axes import VARIANTS, axes_of, has_drawn_motions
 from pounding_risk.scene.sampling import GROWING
 from pounding_risk.scene.scene_axis import SAMPLE, UNCERTAIN, SceneAxis
@@ -141,5 +141,5 @@ def _is_whole(dataset: xr.Dataset, count: int, axes: Mapping[str, SceneAxis], sh
             return False
         if any(tuple(was) != tuple(values)[:fewer] for was, values in zip(axis.values, now.values, strict=True)):
             return False
-    sizes = tuple(dataset.sizes.get(axis, 1) for axis in AXES)
+    sizes = tuple(dataset.sizes.get(axis, 1) for axis in axes_of_cases(dataset))
     return sizes == shape and len(scene_dims(dataset)) == len(axes)

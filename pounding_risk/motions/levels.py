@@ -50,6 +50,18 @@ class Measure(NamedTuple):
     name: str = "pga"
     periods: tuple[float, ...] = ()  # s: that of "sa", both ends of the range of "sa_avg"
     damping: float = USUAL_DAMPING
+    shares: tuple[float, ...] = ()  # the periods over the first period of a building, where they are relative to it
+    building: str = ""  # the name of that building
+
+    def at_period(self, period: float) -> Measure:
+        """The measure with its relative periods at the first period of their building [s]."""
+        return self._replace(periods=tuple(share * period for share in self.shares))
+
+    @property
+    def relation(self) -> str:
+        """What the periods are relative to, "0.2 T to 1.5 T, T the first period of frame"; "" where they are stated."""
+        ends = " to ".join(f"{share:.{DIGITS}g} T" for share in self.shares)
+        return f"{ends}, T the first period of {self.building}" if ends else ""
 
     @property
     def quantity(self) -> Quantity:
@@ -82,6 +94,7 @@ class Measure(NamedTuple):
     def long_name(self) -> str:
         """What the levels of a dataset are."""
         at = f", damping {100.0 * self.damping:.{DIGITS}g} %"
+        at = f" ({self.relation}){at}" if self.shares else at
         ends = " to ".join(f"{period:.{DIGITS}g} s" for period in self.periods)
         return {
             "pga": "peak ground acceleration",
@@ -122,9 +135,11 @@ class Measure(NamedTuple):
     def written(self) -> dict[str, Any]:
         """The measure as a table of a scene file has it."""
         values: dict[str, Any] = {"measure": self.name}
-        if self.periods:
-            periods = [exact(period, PERIOD) for period in self.periods]
+        if self.name in PERIODS:
+            relative: list[Any] = [f"{share!r} T" for share in self.shares]
+            periods = relative or [exact(period, PERIOD) for period in self.periods]
             values[PERIODS[self.name]] = periods[0] if self.name == "sa" else periods
+            values |= {"of": self.building} if relative else {}
             values["damping"] = exact(self.damping, DAMPING)
         return values
 

@@ -12,10 +12,12 @@ from pounding_risk.scene.scene_axis import SceneAxis, alone, has_gap
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import shown
 
+RANGE = "the periods that the levels of intensity are of, which are relative to a building's"
 IN_GRID = {
     "the gaps of the grid": "write gap = [...] in [grid] instead",
     "the yield forces of the grid": "write yield_force = [...] in [grid] instead",
     "the contact models of the grid": "write contact_model = [...] in [grid] instead",
+    RANGE: "motions are scaled once for all cases: write them in s, or run one scene for each",
 }
 OF_GAPS = ("the gaps of the grid", "the interface whose gap varies")  # which follow where a gap is drawn
 ONE_SCENE = "run one scene for each"
@@ -98,6 +100,7 @@ def _common(study: OfScene, other: OfScene) -> dict[str, tuple[Any, Any]]:
         ],
         "which floors meet": lambda scene: list(map(_place, scene.points)),
         OF_GAPS[1]: lambda scene: scene.gridded_interface,
+        RANGE: lambda scene: scene.grid.measure,
         "the effects": lambda scene: [effect.name for effect in scene.effects],
         "the solver": lambda scene: scene.is_row,
     }

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.motions.levels import MEASURES, PERIODS, Level, Measure
 from pounding_risk.scene.keys import Number, Several, Unreadable, axis, options
-from pounding_risk.units import DAMPING, EXAMPLES, PERIOD, exact, shown
+from pounding_risk.units import DAMPING, EXAMPLES, PERIOD, Quantity, exact, parse, shown
 
 EXAMPLE = '{measure = "sa", period = "0.5 s", levels = ["0.1 g", "0.2 g"]}'
+SHARE = Quantity("1", 0.0, 100.0, "period over that of a building", open_low=True, example="0.2")
 _KEYS = {
     "measure": {"enum": list(MEASURES), "description": "What is scaled to the levels; scale is a factor."},
     "levels": {"type": ["array", "object"], "description": "Ascending values with the unit of the measure."},
-    "period": {"type": "string", "description": "Period of sa.", "x-example": '"0.5 s"'},
+    "period": {"type": "string", "description": "Period of sa; or relative, such as 1 T.", "x-example": '"0.5 s"'},
     "periods": {
         "type": "array",
         "items": {"type": "string"},
-        "description": "Shortest and longest period of sa_avg.",
+        "description": "Shortest and longest period of sa_avg; or relative, such as 0.2 T and 1.5 T.",
         "x-example": '["0.2 s", "2 s"]',
+    },
+    "of": {
+        "type": "string",
+        "description": "The building whose first period T is, where periods are relative.",
+        "x-example": '"frame"',
     },
     "damping": {"type": ["number", "string"], "description": "Damping ratio of sa and sa_avg.", "x-absent": "0.05"},
 }
@@ -40,29 +47,69 @@ def read_levels(value: Any, number: Number) -> tuple[Level, ...]:
     kinds = {
         "measure": lambda text: str(text),
         "levels": lambda values: axis(quantity, "", "", "").read(values, number),
-        "period": lambda text: (number(text, PERIOD),),
+        "period": lambda text: _periods([text], number),
         "periods": lambda texts: _ends(texts, number),
         "damping": lambda text: number(text, DAMPING),
+        "of": _building,
     }
-    own = {"measure", "levels", *({PERIODS[name], "damping"} if name in PERIODS else ())}
+    own = {"measure", "levels", *({PERIODS[name], "damping", "of"} if name in PERIODS else ())}
     kinds = {key: reader for key, reader in kinds.items() if key in own}
     examples = {"levels": f'["{EXAMPLES[quantity.unit]}"]', "period": '"0.5 s"', "periods": '["0.2 s", "2 s"]'}
-    needed = [key for key in kinds if key not in ("measure", "damping")]
+    needed = [key for key in kinds if key not in ("measure", "damping", "of")]
     takes = f"the measure {name} takes {', '.join(kinds)}"
     read = options(value, kinds, needed, lambda key: f"missing; write {key} = {examples[key]}", takes)
-    periods = read.get("period") or read.get("periods") or ()
-    measure = Measure(name, periods, **({"damping": read["damping"]} if "damping" in read else {}))
+    periods, is_relative = read.get("period") or read.get("periods") or ((), False)
+    if is_relative and "of" not in read:
+        raise Several([(("of",), 'missing; write of = "NAME", the building whose first period T is')])
+    if "of" in read and not is_relative:
+        example = '"1 T"' if name == "sa" else '["0.2 T", "1.5 T"]'
+        raise Several([(("of",), f"no period is relative to a building's; write {PERIODS[name]} = {example}")])
+    about = {"shares": periods, "building": read["of"]} if is_relative else {"periods": periods}
+    measure = Measure(name, **about, **({"damping": read["damping"]} if "damping" in read else {}))
     return tuple(Level(measure, level) for level in read["levels"])
 
 
-def _ends(texts: Any, number: Number) -> tuple[float, float]:
-    """Shortest and longest period of a range [s]."""
+def _periods(texts: Sequence[Any], number: Number) -> tuple[tuple[float, ...], bool]:
+    """Periods [s], or those over the first period of a building, such as "0.2 T", and whether they are that."""
+    matches = [re.fullmatch(r"\s*(\S+?)\s*T\s*", text) if isinstance(text, str) else None for text in texts]
+    if not any(matches):
+        return tuple(number(text, PERIOD) for text in texts), False
+    if not all(matches):
+        raise Unreadable(f"{shown(list(texts))} mixes a period in s and a relative one; write both in s, or both in T")
+    return tuple(parse(match[1], SHARE) for match in matches if match is not None), True
+
+
+def _building(text: Any) -> str:
+    """The name of a building, which may be written as an address, "building.frame"."""
+    if not isinstance(text, str) or not text.strip():
+        raise Unreadable(f'{shown(text)} is no name of a building; write of = "NAME"')
+    return text.removeprefix("building.")
+
+
+def relative_faults(levels: Sequence[Level], buildings: Sequence[Any]) -> Iterator[str]:
+    """Why the relative periods of levels are those of no building of a scene."""
+    of = levels[0].measure.building if levels else ""
+    names = [building.name for building in buildings]
+    if of and of not in names:
+        yield f"{shown(of)} is no building of the scene{nearest(of, names)}; it has {', '.join(names)}"
+    elif of and buildings[names.index(of)].is_rigid:
+        yield f"{of} is rigid and has no period; name a building that vibrates, or write the periods in s"
+
+
+def at_periods(levels: Sequence[Level], buildings: Sequence[Any]) -> tuple[Level, ...]:
+    """The levels with their relative periods at the first period of their building, as it is without contact."""
+    period = next((one.period for one in buildings if levels and one.name == levels[0].measure.building), None)
+    return tuple(one if period is None else Level(one.measure.at_period(period), one.value) for one in levels)
+
+
+def _ends(texts: Any, number: Number) -> tuple[tuple[float, ...], bool]:
+    """Shortest and longest period of a range [s], and whether they are relative to a building's instead."""
     if not isinstance(texts, list) or len(texts) != 2:
         raise Unreadable(f'{shown(texts)} is not two periods; write periods = ["0.2 s", "2 s"]')
-    low, high = (number(text, PERIOD) for text in texts)
+    (low, high), is_relative = _periods(texts, number)
     if not low < high:
         raise Unreadable(f"the range {shown(texts)} is empty; write the shorter period first")
-    return low, high
+    return (low, high), is_relative
 
 
 def written_levels(levels: Sequence[Level]) -> dict[str, Any]:

@@ -47,6 +47,7 @@ from pounding_risk.scene.interfaces import (
     with_stiffness_unit,
 )
 from pounding_risk.scene.keys import Draft, Section, Table, in_text
+from pounding_risk.scene.levels import at_periods, relative_faults
 from pounding_risk.scene.overrides import ARRAYS
 from pounding_risk.scene.records import records_of
 from pounding_risk.scene.resolved_interfaces import ResolvedInterface, interface_table, resolved_interfaces, stiff_model
@@ -685,6 +686,8 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
     effects = tuple(named[name] for name in EFFECTS if name in named)
     row, uncertain = is_row(draft), uncertain_of(draft)
     buildings, faults = _buildings(draft, effects)
+    asked = records.get("intensity") or ()
+    faults += [Fault(("records", "intensity", "of"), sentence) for sentence in relative_faults(asked, buildings)]
     if faults:
         return {}, faults
     interfaces, faults = resolved_interfaces(draft, buildings, grid, row)
@@ -698,7 +701,7 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
             grid.gap or (interfaces[0].gap,),
             grid.yield_force or (_first(draft).yield_force,),
             grid.contact_model or (tuple(laws) if len(laws) == 1 else (OF_EACH_INTERFACE,)),
-            tuple(map(at_pga, grid.pga or ())) or records.get("intensity") or (at_pga(records.get("pga")),),
+            tuple(map(at_pga, grid.pga or ())) or at_periods(asked, buildings) or (at_pga(records.get("pga")),),
         ),
         "rtol": Solver.made(draft.table("solver").values).rtol,
         "effects": effects,

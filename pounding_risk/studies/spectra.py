@@ -192,6 +192,9 @@ def shaking_of(source: Any, periods: Array) -> Shaking:
 
 def _of_scene(study: Scene, periods: Array) -> Shaking:
     """Motions of a scene at its own amplitude, or the largest of its grid."""
+    if relation := study.grid.measure.relation:
+        sentence = f"its periods are {relation}, and here that period varies; write them in s"
+        raise SceneError(study.source, [f"records.intensity: {sentence}"])
     left, right = study.pair
     ends = left._replace(period=float(periods.min())), right._replace(period=float(periods.max()))
     ensemble = gathered(study.updated(buildings=ends))

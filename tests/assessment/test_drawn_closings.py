@@ -10,12 +10,12 @@ from scenes import BOTH, scene_text
 from scipy.stats import beta, binom, norm
 
 import pounding_risk as pr
+from pounding_risk.assessment.along import assess_along
 from pounding_risk.assessment.drawn_closings import Clusters, DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.assessment.uncertain_words import parts_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.uncertainty import uncertainty_figure
 from pounding_risk.results.files import open_results, save
-from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.studies.uncertainty import AT_ONCE, ONE_BY_ONE, free_motion
@@ -109,8 +109,8 @@ def test_samples_of_recordings_of_their_own_have_the_binomial_bounds():
     ],
 )
 def test_bounds_hold_the_true_probability_and_the_true_gap(samples, recordings, deviations, of_one):
-    """At 95 %, over 120 draws from the known distribution: no fewer than 95 % less what chance leaves (1 in 1000)."""
-    rng, repeats = np.random.default_rng(5), 120
+    """At 95 %, over 60 draws from the known distribution: no fewer than 95 % less what chance leaves (1 in 1000)."""
+    rng, repeats = np.random.default_rng(5), 60
     deviation = float(np.sqrt(np.sum(np.square(deviations))))
     level = norm.ppf(0.8) * deviation
     held = np.zeros(2)
@@ -157,8 +157,10 @@ def test_what_is_said_is_that_of_the_samples_themselves(scanned):
     part = pr.uncertainty(scanned, target="20 %").isel(interface=0)
     touches = scanned["impact_count"].values.reshape(56) > 0
     assert float(part["judged_probability"]) == touches.mean()
-    alone = [float(with_axes(scanned.isel(sample=[at]))["peak_closing_free"].values.item()) for at in range(56)]
+    alone = scanned["peak_closing_free"].values.ravel()
     assert np.array_equal(part["closing_of_sample"], alone)
+    (of_one,) = pr.assess(scanned.isel(sample=[5])).interfaces
+    assert of_one.closing == (alone[5],)
     assert float(part["required_gap"].sel(percentile=80)) == pytest.approx(np.percentile(alone, 80))
     assert float(part["independent_motions"]) == pytest.approx(7.0, abs=0.1)  # each with 8 of the samples, or about
     assert list(part["component"].values) == ["parameters and interaction", "motions", "total"]
@@ -222,6 +224,16 @@ def test_what_drawn_motions_cannot_tell_is_refused_with_the_repair(scanned):
     for call in (pr.assess, lambda one: pr.report(one, "never.html"), lambda one: pr.view(one, "never.html")):
         with pytest.raises(PoundingError, match=r"--select 'sample=0'"):
             call(scanned)
+
+
+def test_an_axis_beside_the_samples_is_assessed_one_value_at_a_time(scanned):
+    with pytest.raises(PoundingError, match=r"differ by their motions too: assess one sample.*with uncertainty"):
+        assess_along(scanned)
+    study = drawn_scene(2, grid={"building.right.mass": ["700 t", "800 t"]})
+    beside = pr.scan(study, check_fraction=0.0)
+    with pytest.raises(PoundingError, match=r"beside them: --select 'building\.right\.mass=\.\.\.'"):
+        assess_along(beside)
+    assert pr.uncertainty(beside.isel({"building.right.mass": [1]})).sizes["sample"] == 2
 
 
 def test_too_few_samples_to_tell_what_motions_do():

@@ -66,13 +66,15 @@ def test_each_sample_equals_the_scan_of_its_numbers_and_motion():
     assert summary(whole).counts["cases"] == 8 * 2
 
 
-def test_gaps_and_levels_and_axes_stand_beside_drawn_motions():
-    """Each sample runs every level of intensity, and every place along another axis."""
+def test_levels_and_axes_stand_beside_drawn_motions(tmp_path):
+    """Each sample runs every level of intensity, and every place along another axis; and samples are added to them."""
     numbers = {"building.left.damping": {"distribution": "uniform", "low": 0.02, "high": 0.1}}
-    levels = {"measure": "pgv", "levels": ["10 cm/s", "40 cm/s"]}
-    text = drawn_text(4, SHORT, numbers, axes={"interface.restitution": [0.5, 0.8]})
-    text = text.replace(
-        "\n\n[grid]", f'\nintensity = {{measure = "pgv", levels = {json.dumps(levels["levels"])}}}\n\n[grid]'
+    listed = 'intensity = {measure = "pgv", levels = ["10 cm/s", "40 cm/s"]}'
+    text, fewer = (
+        drawn_text(samples, SHORT, numbers, axes={"interface.restitution": [0.5, 0.8]}).replace(
+            "[records]", f"[records]\n{listed}"
+        )
+        for samples in (4, 2)
     )
     whole = scan(parse_scene(text), check_fraction=0.0)
     assert whole["impact_count"].dims[:3] == ("sample", "interface.restitution", "intensity")
@@ -82,6 +84,8 @@ def test_gaps_and_levels_and_axes_stand_beside_drawn_motions():
     alone = scan(parse_scene(text, overrides=[*values, *motion]), check_fraction=0.0)
     alone.attrs.pop("overrides")
     same_scan(narrow(here), alone)
+    scan(parse_scene(fewer), tmp_path / "r.nc", check_fraction=0.0)
+    same_scan(scan(parse_scene(text), tmp_path / "r.nc", check_fraction=0.0), whole)
 
 
 def test_added_samples_equal_those_drawn_at_once(tmp_path):

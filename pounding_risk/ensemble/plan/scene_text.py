@@ -240,7 +240,8 @@ def _amplitude(study: Scene, count: int) -> str:
         scaled = f"each scaled to the median {measure}{common}"
     if grid.amplitudes != (None,):
         levels = _span([level for level in grid.levels if level is not None], grid.measure.quantity)
-        of = "" if grid.measure == PEAK else f"{grid.measure.words} of "
+        relation = f" ({grid.measure.relation})" if grid.measure.relation else ""
+        of = "" if grid.measure == PEAK else f"{grid.measure.words}{relation} of "
         is_factor = grid.measure.name == FACTOR
         scaled = f"{scaled}, then times {levels}" if is_factor else f"each scaled to {of}{levels}"
     part = f", {asked.window[0]:g} s to {asked.window[1]:g} s" if asked.window else ""
