@@ -47,7 +47,9 @@ def export(
     intensity: Intensity = None,
     discrete: Annotated[bool, typer.Option("--discrete", help="Probabilities at intensities, not parameters.")] = False,
     without: Annotated[bool, typer.Option("--without", help="Damage without pounding.")] = False,
-    street: Annotated[Path | None, option("Footprints for layers (.geojson).", "nominal places")] = None,
+    street: Annotated[
+        Path | None, option("Footprints for layers: a map, or buildings.csv of block.", "nominal places")
+    ] = None,
     inventory: Annotated[Path | None, option("Inventory with GEM strings, for taxonomy.", "the scene's")] = None,
     select: Select = NONE,
     overrides: Overrides = NONE,

@@ -96,7 +96,7 @@ def export(
     without : bool
         Write the fragilities of damage states without pounding, of each building alone.
     street : str or Path, optional
-        Footprints of the buildings, a GeoJSON as `read_block` takes it, for layers of a map.
+        Footprints of the buildings for layers: a map as `read_block` takes it, or the buildings.csv of `write_block`.
     inventory : str or Path, optional
         Inventory of the buildings (`streets.read_inventory`), whose strings of the GEM
         taxonomy are written with what was found; matched by name.

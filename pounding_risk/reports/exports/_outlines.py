@@ -71,18 +71,11 @@ def street_places(street: Path, rows: Rows) -> Places:
 
 
 def read_outlines(street: Path) -> Outlines:
-    """The footprints of a street's file as polygons of shapely, in degrees of WGS 84; raises as `read_block`."""
-    from shapely import Polygon, union_all
+    """The footprints of a street, a map or its buildings.csv, as polygons of shapely; raises as `read_block`."""
+    from pounding_risk.scene.street.rows import footprint_outlines
 
-    from pounding_risk.scene.street.table import read_table
-
-    shapes = {}
-    for number, entry in enumerate(read_table(street).entries, start=1):
-        if entry.footprint is not None:
-            rings, holes = (union_all([Polygon(ring) for ring in part]) for part in entry.footprint)
-            name = str(entry.values.get("name", f"building {number}"))
-            shapes[str(entry.values.get("street", "")), name] = rings.difference(holes)
-    return Outlines(shapes, WGS84)
+    shapes, is_degrees = footprint_outlines(street)
+    return Outlines(shapes, WGS84 if is_degrees else None)
 
 
 def _of_row(outlines: Outlines, title: str, names: Sequence[str], source: Path) -> list[Any]:
