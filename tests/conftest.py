@@ -36,6 +36,21 @@ settings.register_profile(
 )
 settings.load_profile("project")
 
+# `pytest -n 2` gives each process one half of the tests to begin with. What compiles kernels comes first and what
+# compiles none is in the middle, so that the second process finds compiled what the first one needed as well.
+COMPILING = ("assessment", "ensemble", "models", "results", "cli", "reports", "solver")
+COMPILING_NONE = (
+    *("test_architecture.py", "test_units.py", "test_docstrings.py", "test_python_calls.py", "common", "figures"),
+    "motions",
+)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Sort by the part of the tests, in the order of `COMPILING`, of `COMPILING_NONE`, and of their names."""
+    order = {name: place for place, name in enumerate((*COMPILING, *COMPILING_NONE))}
+    here = Path(__file__).parent
+    items.sort(key=lambda item: order.get(item.path.relative_to(here).parts[0], len(order)))
+
 
 @pytest.fixture(scope="session")
 def root() -> Path:

@@ -99,13 +99,14 @@ def _missing(dataset: xr.Dataset, names: Iterable[str], attrs: Iterable[str]) ->
 
 def _form_faults(dataset: xr.Dataset) -> Iterator[str]:
     """Variables and coordinates whose dimensions, unit or kind are not those that are declared."""
+    variables, of_scene = dataset.variables, set(scene_dims(dataset))
     for name, declared in (VARIABLES | COORDINATES).items():
-        if name not in dataset.variables:
+        if name not in variables:
             continue
-        variable = dataset[name]
+        variable = variables[name]
         expected = _dims(dataset, declared)
         # Along an axis of another number of the scene anything may differ.
-        if set(variable.dims) - set(scene_dims(dataset)) != set(expected):
+        if set(variable.dims) - of_scene != set(expected):
             yield f"the variable {name} has the dimensions {_list(variable.dims)}, not {_list(expected)}"
         if variable.dtype.kind not in declared.kinds:
             expected_kind = {TEXT: "texts", WHOLE: "whole numbers", NUMBER: "numbers"}[declared.kinds]

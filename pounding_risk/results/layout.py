@@ -161,12 +161,12 @@ def template_of(dataset: xr.Dataset) -> Template:
     """
     of_scene = scene_dims(dataset)
     axes = (*of_scene, *axes_of_cases(dataset))
-    dims = tuple(axis for axis in axes if axis in dataset.sizes)
+    dims, variables = tuple(axis for axis in axes if axis in dataset.sizes), dataset.variables
     cases = {
         str(name): CaseVariable(
             tuple(map(str, variable.dims[len(dims) :])), variable.dtype.newbyteorder("="), dict(variable.attrs)
         )
-        for name, variable in dataset.data_vars.items()
+        for name, variable in ((name, variables[name]) for name in dataset.data_vars)
         if dims and variable.dims[: len(dims)] == dims and variable.dtype.kind in "if"
     }
     shape = tuple(dataset.sizes.get(axis, 1) for axis in axes)
@@ -191,7 +191,7 @@ def values_at(dataset: xr.Dataset, template: Template, block: range, names: Iter
     """Case variables of a dataset in a block of its template: (batches, cases in a batch, extra sizes)."""
     where = place(template, block)
     return {
-        name: dataset[name].isel(where).values.reshape(len(block), template.width, *template.extra(name))
+        name: dataset.variables[name].isel(where).values.reshape(len(block), template.width, *template.extra(name))
         for name in names
     }
 
