@@ -460,11 +460,6 @@ class Dialect(NamedTuple):
     read: Callable[[Mapping[str, Any]], dict[str, Any]] = dict
     note: str = ""
 
-    @property
-    def is_of_images(self) -> bool:
-        """True where outlines are mostly drawn from images, and nobody says how well."""
-        return bool(self.name)
-
 
 def _of_osm(tags: Mapping[str, Any]) -> dict[str, Any]:
     """The tags of a building, its height with its unit: a plain number is in metres, 12'6" in feet and inches."""
@@ -767,6 +762,6 @@ def _resolution(
             f"coordinates have {decimals} decimals, {say(size, GAP, 2)} on the ground, and gaps between footprints are "
             "no finer; give gap [mm] where it was measured"
         ]
-    if dialect.is_of_images and not size > MAPPED_FROM_IMAGES:
+    if dialect.name and not size > MAPPED_FROM_IMAGES:
         return Resolution(MAPPED_FROM_IMAGES, f"assumed of outlines of {dialect.name}, which say nothing of it"), notes
     return Resolution(size, "" if isnan(size) else "the last decimal of the coordinates"), notes
