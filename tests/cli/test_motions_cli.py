@@ -373,7 +373,7 @@ NO_UNIT = 'has no unit, and a peak ground acceleration needs one; write a peak g
 REFUSED = [
     ("info nothing.at2", "nothing.at2: no such record file; check the name and the folder"),
     ("info RSN6-18", '"RSN6-18" is not a record of the catalogue; did you mean RSN6-180 or RSN6-UP or RSN6-270?'),
-    ("list --folder scene", "--folder: scene is not a folder; check the name"),
+    ("list --folder scene", "--folder: scene is not a folder, nor a grid of sites; check the name"),
     ("list --folder empty", "empty: holds no record; the folder is empty"),
     ("process", "no record is named; write ids of `pounding-risk records list`, files, a folder, or --set"),
     ("process quakes/*.SMC", 'no file answers to "quakes/*.SMC"; patterns are relative to this folder'),
