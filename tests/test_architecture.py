@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -29,8 +30,13 @@ from pounding_risk.models.contact import laws as contact
 PACKAGE = Path(pounding_risk.__file__).resolve().parent
 FILES = sorted(PACKAGE.rglob("*.py"))
 NAMES = [file.relative_to(PACKAGE).as_posix() for file in FILES]
-TREES = {name: ast.parse(file.read_text(encoding="utf-8")) for name, file in zip(NAMES, FILES, strict=True)}
 MOST_AT_TOP = 17  # modules and folders that a newcomer sees first
+
+
+@cache
+def tree_of(name: str) -> ast.Module:
+    """A module of the package, parsed by the tests that look at it and not while tests are collected."""
+    return ast.parse((PACKAGE / name).read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +80,7 @@ def test_commands_import_what_they_need_when_they_run():
     for name in NAMES:
         if not name.startswith("cli/") and name not in ("__init__.py", "__main__.py"):
             continue
-        for node in TREES[name].body:
+        for node in tree_of(name).body:
             modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             modules += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
             assert not {module.partition(".")[0] for module in modules} & heavy, f"{name}, line {node.lineno}"
@@ -82,7 +88,7 @@ def test_commands_import_what_they_need_when_they_run():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_public_functions_have_docstrings(name):
-    tree = TREES[name]
+    tree = tree_of(name)
     assert ast.get_docstring(tree), f"{name} says nothing of itself"
     silent = []
     for node in tree.body:
