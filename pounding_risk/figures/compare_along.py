@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.along import is_number, label_side, shown_values
 from pounding_risk.figures.compare import JUDGED, PANELS, ratio_limits, ratio_ticks, terms_words
-from pounding_risk.figures.style import STYLES, blank, plain, styles, title
+from pounding_risk.figures.style import QUIET, STYLES, blank, plain, styles, title
 from pounding_risk.results.scene_axes import axes_of, open_axes
 from pounding_risk.scene.scene_axis import SceneAxis
 from pounding_risk.studies.compare_along import along_finding, check_drawn, is_along, widest_along
@@ -23,6 +24,7 @@ from pounding_risk.studies.compare_findings import (
     of_interface,
     peers,
     reach,
+    times_words,
     with_terms_of_its_own,
 )
 
@@ -165,11 +167,21 @@ class Drawn(NamedTuple):
             self.line(panel, cell["ratio_median"], look, name if look.is_equal else f"{name}, not on equal terms")
         panel.set_yscale("log")
         panel.set_ylim(limits)
+        beyond = "\n".join(self._beyond(output, limits))
+        panel.text(0.98, 0.97, beyond, transform=panel.transAxes, ha="right", va="top", fontsize=8, color=QUIET)
         ticks = ratio_ticks(limits)
         panel.set_yticks(ticks, labels=[f"{tick:g}" for tick in ticks])
         panel.minorticks_off()
         panel.set_title(output, fontsize=9.5)
         panel.set_ylabel("over the baseline's [1]", fontsize=9)
+
+    def _beyond(self, output: str, limits: tuple[float, float]) -> Iterator[str]:
+        """The laws whose medians leave the scale, and how far they go."""
+        for name in self.looks:
+            medians = self.part["ratio_median"].sel(output=output, contact_model=name)
+            low, high = float(medians.min()), float(medians.max())
+            if high > limits[1] or low < limits[0]:
+                yield f"beyond: {name}, {times_words(low, high)}"
 
     def _range(self, panel: Any, cell: xr.Dataset, look: Look) -> None:
         places, _ = shown_values(self.labels, self.axis.name)

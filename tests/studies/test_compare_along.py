@@ -280,6 +280,15 @@ def test_figures_of_one_place_and_of_more_than_one_axis(whole):
     assert settled(here).attrs["finding"].split(";")[0] in words_of(figure).replace("\n", " ")
 
 
+def test_a_law_beyond_the_scale_is_told():
+    """As one on terms of its own may be, whose force is many times the baseline's."""
+    made = made_up([1.2, 1.3, 1.4], [True] * 3)
+    made["ratio_median"][{"contact_model": 1, "output": 1}] = [14.0, 12.0, 16.0]
+    figure = figures.agreement_along_figure(made)
+    told = [[text.get_text() for text in axis.texts] for axis in figure.axes[:2]]
+    assert told == [[""], ["beyond: other, 12.00 to 16.00"]]
+
+
 def test_values_along_an_axis_that_are_texts_are_points():
     """Of what has no order no line tells a course."""
     axis = SceneAxis(("interface.restitution",), (("concrete", "steel"),))
