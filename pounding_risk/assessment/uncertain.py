@@ -375,9 +375,8 @@ def _fragilities(capacities: Capacities, confidence: float) -> dict[str, Any]:
 def _share_of_motions(outputs: Mapping[str, Any], closings: CrossedClosings, confidence: float) -> dict[str, Any]:
     """The share that the motions have in the variance of each output, as first-order indices of a number have one."""
     assert isinstance(closings, DrawnClosings), "asked of drawn motions alone"
-    values = []
-    for one in outputs.values():
-        values.append(motion_share(analysed_clusters(one.values, closings.of_motions, closings.recordings), confidence))
+    labels = closings.of_motions, closings.recordings
+    values = [motion_share(analysed_clusters(one.values, *labels), confidence) for one in outputs.values()]
     known = "share of the variance over the samples that would go were the motion known exactly"
     ends = {"": "", "_low": "lower bound of the ", "_high": "upper bound of the "}
     return {

@@ -32,6 +32,7 @@ from pounding_risk.cli._common.tables import engineering, print_pairs, print_tab
 
 ORDER = 135
 SCENE = ".toml"
+ALONE = "motions alone"  # the curve of the dispersion within a sample
 GAP_ROWS = 9  # gaps of the table of P(contact)
 
 
@@ -199,8 +200,6 @@ def _share(value: Any) -> str:
 
 
 def _print_fragilities(part: Any) -> None:
-    import numpy as np
-
     fault = str(part["fragility_fault"].item())
     if fault:
         print(f"no fragilities: {fault}\n")
@@ -209,7 +208,7 @@ def _print_fragilities(part: Any) -> None:
     rows = []
     for name in part["curve"].values:
         one = part.sel(curve=name)
-        if not np.isfinite(one["fragility_dispersion"]):  # where motions are drawn, of the motions alone
+        if name == ALONE and "first_order_of_motions" in part:  # which drawn motions do not tell
             continue
         median, *ends = (engineering(float(one[f"fragility_median{end}"]), "m/s2", 3) for end in ("", "_low", "_high"))
         spread, *bounds = (f"{float(one[f'fragility_dispersion{end}']):.3g}" for end in ("", "_low", "_high"))

@@ -13,6 +13,7 @@ import pounding_risk as pr
 from pounding_risk.assessment.along import assess_along
 from pounding_risk.assessment.drawn_closings import Clusters, DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.assessment.uncertain_words import parts_words
+from pounding_risk.cli.uncertainty import print_uncertainty
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.uncertainty import uncertainty_figure
 from pounding_risk.results.files import open_results, save
@@ -246,6 +247,13 @@ def test_the_figure_has_the_motion_beside_the_numbers(of_scene):
     figure = uncertainty_figure(of_scene)
     assert "the motion" in [label.get_text() for label in figure.axes[1].get_yticklabels()]
     assert not any("of samples" in label for label in figure.axes[0].get_legend_handles_labels()[1])
+
+
+def test_what_is_printed_leaves_out_what_drawn_motions_do_not_tell(of_scene, capsys):
+    print_uncertainty(of_scene)
+    printed = capsys.readouterr().out
+    assert "the motion " in printed and "parameters and interaction" in printed
+    assert "5 % of samples" not in printed and "motions alone" not in printed and "nan" not in printed
 
 
 def test_histories_of_a_sample_are_those_of_its_motion(scanned, tmp_path):

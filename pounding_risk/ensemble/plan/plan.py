@@ -250,7 +250,7 @@ def _motions_before(before: Scene, study: Scene, motions: tuple[Motion, ...]) ->
 def _timed(made: Plan, ensemble: MotionEnsemble) -> Plan:
     """The plan with what takes solving to know: the motion without contact, and a sample of batches."""
     from pounding_risk.ensemble.plan.cost import alone, costs, few_batches
-    from pounding_risk.ensemble.plan.size import memory
+    from pounding_risk.ensemble.plan.size import is_drawn, memory
 
     motions, count = ensemble.motions, float(count_of(made.study.axes))
     scenes = _few_scenes(made.study)
@@ -264,7 +264,7 @@ def _timed(made: Plan, ensemble: MotionEnsemble) -> Plan:
         seconds.append(sum(cost.seconds for cost in samples) / made.threads / share)
         errors.append(sqrt(sum(cost.error**2 for cost in samples)) / made.threads / share)
         sampled += sum(cost.sampled for cost in samples)
-    if made.study.uncertain is not None and made.study.uncertain.is_drawn:
+    if is_drawn(made.study):
         count = count / (len(motions) * len(made.study.records.polarities))  # those of which each runs under one motion
     times = count / len(scenes)  # scenes that each of these stands for
     return replace(

@@ -16,6 +16,7 @@ from pounding_risk.ensemble.threads import CHUNK_BYTES
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.layout import AMPLITUDE, BLOCK_BYTES, axes_by
 from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.scene_axis import SAMPLE
 
 WRITER_BYTES = 40e6  # about, of the libraries that write a dataset, which a plan does not load
 CHUNKS_IN_FLIGHT = 2  # per thread: one being solved, one waiting to be kept
@@ -32,11 +33,15 @@ def shape_of(study: Scene, records: int) -> dict[str, int]:
     Where each sample has a motion that is drawn with it there is one record and one polarity.
     """
     grid = study.grid
-    drawn = study.uncertain is not None and study.uncertain.is_drawn
-    motions = (1, 1) if drawn else (records, len(study.records.polarities))
+    motions = (1, 1) if is_drawn(study) else (records, len(study.records.polarities))
     values = (*motions, *map(len, (grid.amplitudes, grid.contact_models)))
     own = dict(zip(axes_by(grid.measure.axis), (*values, len(grid.gaps), len(grid.yield_forces)), strict=True))
     return {axis.name: axis.size for axis in study.axes} | own
+
+
+def is_drawn(study: Scene) -> bool:
+    """True where each sample of a scene has one motion, which is drawn with it."""
+    return study.uncertain is not None and study.uncertain.is_drawn
 
 
 def grid_bytes(study: Scene, records: int) -> int:
@@ -51,7 +56,9 @@ def memory(study: Scene, shape: Mapping[str, int], threads: int, motions: Iterab
     dataset as it is written, and the chunks that the threads work at.
     """
     motions_axes = axes_by(study.grid.measure.axis)[: AMPLITUDE + 1]
-    held = job_kind(study).held_bytes(prod(shape[axis] for axis in motions_axes), free)
+    # Where a motion is drawn with each sample, so many are driven one after the other.
+    responses = prod(shape[axis] for axis in motions_axes) * (shape[SAMPLE] if is_drawn(study) else 1)
+    held = job_kind(study).held_bytes(responses, free)
     per_case, cases = sizes(study), prod(shape.values())
     chunk = min(CHUNK_BYTES, per_case.chunk * cases)
     # A block is in memory as chunks and as variables.
