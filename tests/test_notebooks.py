@@ -16,6 +16,12 @@ FEWER = {
         ('["0.15 g", "0.3 g"]}', '["0.3 g"]}, "records": {"window": ["0 s", "8 s"]}'),
     ],
     "comparing_models": [('["RSN6-180", "RSN753-000", "NAPA-HNE"]', '["RSN6-180"]'), ("num = 13", "num = 7")],
+    "district": [
+        ('"unit": "g"}', '"unit": "g", "window": ["0 s", "8 s"]}'),
+        ('{"samples": 64}', '{"samples": 8}'),
+        ("for name, text in scenes.items()}", "for name, text in list(scenes.items())[3:5]}"),
+        ("['district-row-1']", "['district-row-5']"),
+    ],
     "gap_adequacy": [('stop = "120 mm", num = 25', 'stop = "120 mm", num = 7')],
     "pounding_spectra": [
         ('     "RSN1690-090", "RSN1690-360", "CCC-HN1", "CCC-HN2", "NAPA-HNE", "NAPA-HNN"],', "    ],"),

@@ -19,6 +19,7 @@ FIRST = (
     "pounding_spectra",
     "comparing_models",
     "city_block",
+    "district",
     "rows_study",
     "accuracy_against_time",
 )
