@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from os.path import relpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -30,6 +31,10 @@ def block(
         Path | None, typer.Option("--out", "-o", help="Folder for a scene a row.", show_default="none is written")
     ] = None,
     record: Annotated[list[str], option("A record of the scenes; repeat for several.", "all horizontal ones")] = NONE,
+    sites: Annotated[
+        Path | None, option("EventGrid.csv: motions of the site nearest to each row, in place of records.", "none")
+    ] = None,
+    unit: Annotated[str | None, option("Unit of the motions of --sites, g or m/s^2.", "as the files say")] = None,
     pga: Annotated[str | None, option("Scale the records to it.", "as recorded")] = None,
     limit: Annotated[str, option("Gap from which on buildings are no neighbours.")] = "1 m",
     gap: Annotated[str, option("Gap of neighbours without one.")] = "0 mm",
@@ -109,6 +114,10 @@ def block(
     )
     read_optional("--pga", pga, PGA)
     tables: dict[str, Any] = {} if pga is None else {"records": {"pga": pga}}
+    if sites is not None:
+        tables["records"] = _of_sites(sites, out, unit, {"--record": bool(record), "--pga": pga is not None})
+    elif unit is not None:
+        raise PoundingError("--unit: is that of the motions of --sites, which is not given; leave it out")
     if samples is not None:
         tables["uncertain"] = {"samples": samples}
     contact = Contact(contact_model, stiffness, _restitution(restitution), yield_force, column_yield_force, tolerance)
@@ -121,6 +130,25 @@ def block(
     rows.check()
     if out is not None:
         announce(*write_block(rows, out, records=record or None, contact=contact, tables=tables))
+
+
+def _of_sites(sites: Path, out: Path | None, unit: str | None, others: Mapping[str, bool]) -> dict[str, Any]:
+    """The records of scenes in ``out`` that take the motions of their sites; raises PoundingError for other records."""
+    from pounding_risk.motions.sites.event_grid import read_grid
+
+    for option_name, is_given in others.items():
+        if is_given:
+            raise PoundingError(f"--sites: the motions of the sites are taken as they are; leave {option_name} out")
+    read_grid(sites)
+    return {"sites": _from_folder(sites, out or Path()), **({} if unit is None else {"unit": unit})}
+
+
+def _from_folder(file: Path, folder: Path) -> str:
+    """A path as a scene in a folder has it: from there, or from the root where the two are on different drives."""
+    try:
+        return Path(relpath(file, folder)).as_posix()
+    except ValueError:
+        return file.resolve().as_posix()
 
 
 def _restitution(text: str) -> str | float:

@@ -123,7 +123,7 @@ def where_words(case: RowCase) -> str:
     """Gap, yield force, contact model, motions and amplitude of the cell, in words."""
     results = case.results
     gaps = sorted(set(np.round(case.gaps, 9)))
-    ends = " to ".join(f"{1e3 * gap:.6g}" for gap in dict.fromkeys((gaps[0], gaps[-1])))
+    ends = " to ".join(f"{1e3 * gap:.4g}" for gap in dict.fromkeys((gaps[0], gaps[-1])))
     gap_words = f"gap{'s' * (len(gaps) > 1)} {ends} mm"
     force = force_words(float(results["yield_force"])).replace("$F_E$", "F_E")
     words = [

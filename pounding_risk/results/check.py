@@ -18,6 +18,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS
+from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.layout import dims_in, scene_dims
 from pounding_risk.results.variables import CHANGES, COORDINATES, NUMBER, TEXT, VARIABLES, WHOLE, Declared
 from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse
@@ -134,7 +135,9 @@ def _attribute_faults(dataset: xr.Dataset) -> Iterator[str]:
     for name in TEXTS:
         if not isinstance(dataset.attrs.get(name, ""), str):
             yield f"the attribute {name} is no text"
-    for name, kind in (*((name, dict) for name in TABLES), *((name, list) for name in LISTS), ("records", list)):
+    # What `compare` and `effects` leave out are laws or effects, in words.
+    lists = [name for name in LISTS if name != "left_out" or kind_of(dataset) not in ("compare", "effects")]
+    for name, kind in (*((name, dict) for name in TABLES), *((name, list) for name in lists), ("records", list)):
         if name in dataset.attrs and not isinstance(_json(dataset.attrs[name]), kind):
             yield f"the attribute {name} cannot be read as a {'table' if kind is dict else 'list'} in JSON"
     yield from _table_faults(dataset)

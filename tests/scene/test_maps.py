@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import tomllib
 from math import cos, degrees, radians, sin, sqrt
 from pathlib import Path
@@ -21,6 +22,7 @@ from typer.testing import CliRunner
 import pounding_risk as pr
 from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
+from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.street import table as street_table
 from pounding_risk.scene.street.defaults import Rules
@@ -413,10 +415,44 @@ def test_a_plan_takes_footprints_of_any_map(tmp_path):
         assert in_degrees and list(outlines) == [("", name) for name in "abcde"]
         first = in_degrees and outlines["", "a"].centroid
         assert (first.x, first.y) == pytest.approx((15.0, 40.0), abs=1e-4)
+    renamed = (tmp_path / "out" / "buildings.csv").rename(tmp_path / "renamed.csv")
+    assert list(footprint_outlines(renamed)[0]) == [("", name) for name in "abcde"]
     (tmp_path / "none").mkdir()
     (tmp_path / "none" / "buildings.csv").write_text("name\na\n")
     with pytest.raises(BlockError, match="has no columns street, name and footprint"):
         footprint_rings(tmp_path / "none" / "buildings.csv")
+
+
+def test_scenes_of_a_street_take_the_motions_of_their_sites(tmp_path):
+    three(tmp_path)
+    (tmp_path / "EventGrid.csv").write_text("GP_file,Longitude,Latitude\nfar.csv,15.5,40\nnear.csv,15.001,40\n")
+    (tmp_path / "near.csv").write_text("TH_file,factor\nRSN1,2.0\n")
+    wave = (0.1 * np.sin(np.linspace(0.0, 9.0, 100))).tolist()
+    (tmp_path / "RSN1.json").write_text(json.dumps({"dT": 0.02, "data_x": wave}))
+    words = [
+        "block",
+        str(tmp_path / "street.gpkg"),
+        "-o",
+        str(tmp_path / "out"),
+        "--sites",
+        str(tmp_path / "EventGrid.csv"),
+    ]
+    told = CliRunner().invoke(app, [*words, "--unit", "g"])
+    assert told.exit_code == 0, told.output
+    study = pr.read_scene(tmp_path / "out" / "street.toml")
+    assert study.records.sites == "../EventGrid.csv"
+    (motion,) = gathered(study).motions
+    assert motion.name == "RSN1"
+    assert motion.acceleration[50] == pytest.approx(2.0 * 9.80665 * wave[50], rel=1e-12)
+    for wrong, sentence in (
+        (["--pga", "0.3 g"], "leave --pga out"),
+        (["--record", "RSN6-180"], "leave --record out"),
+        (["--sites", "none.csv"], "none.csv"),
+    ):
+        refused = CliRunner().invoke(app, [*words, *wrong])
+        assert refused.exit_code == 2 and sentence in refused.stderr, wrong
+    refused = CliRunner().invoke(app, [*words[:2], "--unit", "g"])
+    assert refused.exit_code == 2 and "--unit: is that of the motions of --sites" in refused.stderr
 
 
 def test_numbers_without_a_unit_are_one_fault(tmp_path):

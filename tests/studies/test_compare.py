@@ -14,7 +14,7 @@ from scenes import BOTH, PAIR, TWO_AND_A_WALL, rigid, scene_text
 from scipy.stats import spearmanr
 from typer.testing import CliRunner
 
-from pounding_risk import cli, compare, figures, scan, simulate
+from pounding_risk import cli, compare, figures, scan, simulate, summary
 from pounding_risk.cli.compare import print_comparison
 from pounding_risk.ensemble.laws import laws_of
 from pounding_risk.errors import PoundingError
@@ -366,6 +366,12 @@ def test_the_typical_case_has_the_median_spread():
 
 
 # ------------------------------------------------------------------------------------------------ rows
+def test_a_comparison_is_summarised_as_the_scan_that_it_is(of_row):
+    summed = summary(of_row)
+    assert summed.title == of_row.attrs["title"]
+    assert summed.counts["cases"] == of_row["status"].size
+
+
 def test_beside_a_wall_that_is_never_touched_a_pair_compares_as_alone(dataset, of_row):
     """By another solver, whose runs agree to some rtol 1e-6; flips are whole numbers, and the same."""
     alone = compare_findings.of_interface(of_row, 0)

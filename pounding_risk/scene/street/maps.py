@@ -50,7 +50,10 @@ GEOJSON = (".geojson", ".json")
 LAYERED = {".gpkg": "GeoPackage", ".fgb": "FlatGeobuf"}
 PARQUET = (".parquet", ".geoparquet")
 POLYGONS = ("Polygon", "MultiPolygon")
-METRES_HINT = "where its coordinates are metres say so with --metres (metres=True in Python)"
+METRES_HINT = (
+    "where its coordinates are metres say so with --metres (metres=True in Python) of block, whose buildings.csv draw "
+    "and export take"
+)
 
 # Tags of OpenStreetMap that are columns here; its heights are in metres unless they have one (its wiki, Key:height).
 OSM_COLUMNS = {"building:levels": "storeys"}

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk.errors import SceneError
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules, house, unnamed
 from pounding_risk.scene.street.footprints import Array, close_pairs, rings, shared_face
@@ -316,14 +317,26 @@ def write_block(
     """
     street.check()
     scenes = street.scenes(records, contact=contact, tables=tables)
-    for name, text in scenes.items():
-        parse_scene(text, source=name)  # so that no scene is written that cannot be read
+    _check_scenes(scenes, Path(out))
     tolerance = None if contact.tolerance is None else parse(contact.tolerance, GAP)
     pairs = neighbours_csv(((row.name, row.pairs) for row in street.rows), street.close, tolerance)
     texts = {**scenes, FILLED: filled_csv(street.filled), NEIGHBOURS: pairs, BUILDINGS: street.buildings_csv()}
     for name, text in texts.items():
         write_text(Path(out) / name, text)
     return [Path(out) / name for name in texts]
+
+
+def _check_scenes(scenes: Mapping[str, str], folder: Path) -> None:
+    """Raise SceneError for a scene that cannot be read from a folder, which stands there then only if it did before."""
+    is_new = not folder.exists()
+    folder.mkdir(parents=True, exist_ok=True)  # a path such as ../EventGrid.csv leads nowhere from a missing folder
+    try:
+        for name, text in scenes.items():
+            parse_scene(text, source=str(folder / name))
+    except SceneError:
+        if is_new:
+            folder.rmdir()
+        raise
 
 
 def read_block(
@@ -421,7 +434,7 @@ def footprint_rings(path: str | Path) -> dict[str, tuple[Array, ...]]:
     PoundingError
         As `read_block`.
     """
-    if Path(path).name != BUILDINGS:
+    if not _is_written(Path(path)):
         return {name: rings(entry.footprint) for (_, name), entry in _named_entries(Path(path)).items()}
     outlines, in_degrees = footprint_outlines(path)
     shapes = list(outlines.values())
@@ -451,7 +464,7 @@ def footprint_outlines(path: str | Path) -> tuple[dict[tuple[str, str], Any], bo
         As `read_block`.
     """
     source = Path(path)
-    if source.name == BUILDINGS:
+    if _is_written(source):
         need_maps(str(source))
         from pounding_risk.scene.street.maps import written_outlines
 
@@ -461,6 +474,16 @@ def footprint_outlines(path: str | Path) -> tuple[dict[tuple[str, str], Any], bo
     if all(outline is not None for outline in on_earth.values()):
         return on_earth, True
     return {key: entry.footprint for key, entry in entries.items()}, False
+
+
+def _is_written(source: Path) -> bool:
+    """True for the buildings.csv of `write_block`, under any name: no table of a street has footprints as WKT."""
+    if source.name == BUILDINGS:
+        return True
+    if source.suffix.lower() != ".csv" or not source.is_file():
+        return False
+    with source.open("rb") as file:
+        return b"footprint [WKT" in file.readline(1000)
 
 
 def _named_entries(source: Path) -> dict[tuple[str, str], Entry]:

@@ -133,7 +133,7 @@ def file_text(path: Path) -> str:
         raise BlockError(str(path), [f"byte {error.start} is not UTF-8; save the file with that encoding"]) from None
     except OSError as error:
         folder = path.parent
-        names = [file.name for file in folder.iterdir()] if folder.is_dir() else []
+        names = [file.name for file in folder.iterdir() if file.name != path.name] if folder.is_dir() else []
         near = nearest(path.name, names)
         raise BlockError(str(path), [f"cannot be read ({error.strerror}){near}; check the name"]) from None
 
