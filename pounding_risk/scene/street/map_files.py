@@ -1,0 +1,212 @@
+"""Features of a map as they are in its file: GeoJSON, GeoPackage, FlatGeobuf and GeoParquet."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+
+from pounding_risk._common.words import nearest
+from pounding_risk.scene.street.footprints import Array, Geometry
+from pounding_risk.scene.street.projection import DEGREES
+from pounding_risk.scene.street.table import BlockError, file_text
+from pounding_risk.units import shown
+
+FARTHEST = 1e9  # m or degrees; no coordinate of a footprint is farther
+WORLD = ("crs84", "4326")  # how a GeoJSON may name longitude and latitude on WGS 84, its only coordinates (RFC 7946)
+GEOJSON = (".geojson", ".json")
+LAYERED = {".gpkg": "GeoPackage", ".fgb": "FlatGeobuf"}
+PARQUET = (".parquet", ".geoparquet")
+POLYGONS = ("Polygon", "MultiPolygon")
+METRES_HINT = (
+    "where its coordinates are metres say so with --metres (metres=True in Python) of block, whose buildings.csv draw "
+    "and export take"
+)
+IDS = ("id", "@id", "osm_id", "osm_way_id", "full_id")
+
+
+class Features(NamedTuple):
+    """What a file of a map holds: of each feature its place there, its properties, its geometry and its id."""
+
+    places: list[str]
+    properties: list[dict[str, Any]]
+    geometries: list[Geometry | None]
+    ids: list[str]
+    system: Any = None  # the coordinate reference system, as pyproj reads it; None where the file has none
+
+    def chosen(self, wanted: Sequence[int]) -> Features:
+        """Some of the features, by their numbers from 0."""
+        keep = [(self.places[at], self.properties[at], self.geometries[at], self.ids[at]) for at in wanted]
+        places, properties, geometries, ids = map(list, zip(*keep, strict=True)) if keep else ([], [], [], [])
+        return Features(places, properties, geometries, ids, self.system)
+
+
+def read_features(path: Path, layer: str | None, metres: bool, faults: list[str]) -> Features:
+    """The features of a file, whatever its format."""
+    suffix = path.suffix.lower()
+    if layer is not None and suffix not in LAYERED:
+        raise BlockError(str(path), [f"has no layers, so {shown(layer)} cannot be chosen; leave --layer out"])
+    if suffix in GEOJSON:
+        return _from_geojson(file_text(path), metres, faults)
+    if not path.is_file():
+        file_text(path)  # raises the sentence of a file that cannot be read
+    kind = LAYERED.get(suffix, "GeoParquet")
+    try:
+        return _from_parquet(path) if suffix in PARQUET else _from_layer(path, layer)
+    except BlockError:
+        raise
+    except Exception as error:  # of GDAL, pyogrio, pyarrow, pandas and shapely: whatever a damaged file brings about
+        reason = " ".join(str(error).split())[:200]
+        advice = "export the footprints again"
+        raise BlockError(
+            str(path), [f"cannot be read as {kind} ({reason or type(error).__name__}); {advice}"]
+        ) from None
+
+
+def _from_layer(path: Path, layer: str | None) -> Features:
+    """A layer of a GeoPackage or of a FlatGeobuf."""
+    import warnings
+
+    import pyogrio
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of values that no column here has, such as dates, and of measured corners
+        layers = {str(name): kind for name, kind in pyogrio.list_layers(path)}
+        meta, fids, geometry, columns = pyogrio.raw.read(
+            path, layer=_layer(path, layer, layers), return_fids=True, force_2d=False
+        )
+    names = [str(name) for name in meta["fields"]]
+    rows = zip(*(column.tolist() for column in columns), strict=True) if names else ((),) * len(fids)
+    properties = [dict(zip(names, map(_known, row), strict=True)) for row in rows]
+    numbers = fids.tolist() if path.suffix.lower() == ".gpkg" else range(1, len(fids) + 1)  # as QGIS shows them
+    shapes = [None] * len(fids) if geometry is None else _shapes(geometry)
+    return Features([f"feature {number}" for number in numbers], properties, shapes, _ids(properties), meta["crs"])
+
+
+def _layer(path: Path, layer: str | None, layers: Mapping[str, Any]) -> str:
+    """The layer that is asked for, or the only one of polygons; raises BlockError."""
+    if layer is not None:
+        if layer not in layers:
+            sentence = f"has no layer {shown(layer)}{nearest(layer, layers)}; it has {', '.join(layers) or 'none'}"
+            raise BlockError(str(path), [sentence])
+        return layer
+    of_polygons = [name for name, kind in layers.items() if kind is not None and "Point" not in str(kind)]
+    fitting = [name for name in of_polygons if "Polygon" in str(layers[name])] or of_polygons
+    if len(fitting) != 1:
+        if not fitting:
+            raise BlockError(str(path), ["has no layer of polygons; export the footprints again"])
+        names = ", ".join(fitting)
+        raise BlockError(str(path), [f"has the layers {names}; say which one with --layer (layer= in Python)"])
+    return fitting[0]
+
+
+def _from_parquet(path: Path) -> Features:
+    """A GeoParquet file, such as one of Overture."""
+    import geopandas
+
+    frame = geopandas.read_parquet(path)
+    properties = [
+        {str(key): _known(value) for key, value in row.items()}
+        for row in frame.drop(columns=frame.active_geometry_name).to_dict("records")
+    ]
+    places = [f"feature {number}" for number in range(1, len(frame) + 1)]
+    return Features(places, properties, list(frame.geometry.array), _ids(properties), frame.crs)
+
+
+def _known(value: Any) -> Any:
+    """A value of a table as Python has it; None where the table has none."""
+    value = value.item() if isinstance(value, np.generic) else value
+    is_missing = value is None or type(value).__name__ in ("NAType", "NaTType") or value != value
+    return None if isinstance(is_missing, bool) and is_missing else value
+
+
+def _shapes(geometry: Any) -> list[Geometry | None]:
+    """Geometries from WKB; None where there is none, or none that can be read."""
+    return [None if code is None else shapely.from_wkb(code, on_invalid="ignore") for code in geometry]
+
+
+def _ids(properties: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The identifier of each feature; "" of one without."""
+    named = (next((table[key] for key in IDS if table.get(key) is not None), "") for table in properties)
+    return [str(value) if isinstance(value, str | int) else "" for value in named]
+
+
+def _from_geojson(text: str, metres: bool, faults: list[str]) -> Features:
+    """The features of a collection (RFC 7946)."""
+    nothing = Features([], [], [], [])
+    try:
+        document = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        faults.append(f"is not JSON ({error}); export the footprints again as GeoJSON")
+        return nothing
+    features = document.get("features") if isinstance(document, dict) else None
+    if not isinstance(features, list) or document.get("type") != "FeatureCollection":
+        faults.append('is no GeoJSON of footprints; write {"type": "FeatureCollection", "features": [...]}')
+        return nothing
+    system = str(document.get("crs", "CRS84")).lower()
+    if not metres and not any(name in system for name in WORLD):
+        faults.append(
+            f"crs: {shown(document['crs'])} is not longitude and latitude, which GeoJSON has (RFC 7946); export the "
+            f"file in WGS 84, or {METRES_HINT}"
+        )
+        return nothing
+    tables = [feature if isinstance(feature, dict) else {} for feature in features]
+    properties = [dict(own) if isinstance(own := table.get("properties"), dict) else {} for table in tables]
+    shapes = []
+    for number, table in enumerate(tables, start=1):
+        try:
+            shapes.append(_shape(table.get("geometry"), metres))
+        except ValueError as error:
+            faults.append(f"feature {number}: {error}")
+            shapes.append(None)
+    own_ids = [value if isinstance(value := table.get("id"), str | int) else None for table in tables]
+    ids = [other if own is None else str(own) for own, other in zip(own_ids, _ids(properties), strict=True)]
+    places = [f"feature {number}" for number in range(1, len(tables) + 1)]
+    return Features(places, properties, shapes, ids, None if metres else DEGREES)
+
+
+def _shape(geometry: Any, metres: bool) -> Geometry:
+    """The geometry of a feature of a GeoJSON; raises ValueError with what is wrong with it."""
+    kind = geometry.get("type") if isinstance(geometry, dict) else None
+    parts = geometry.get("coordinates") if isinstance(geometry, dict) else None
+    if kind not in POLYGONS or not isinstance(parts, list) or not parts:
+        raise ValueError(no_polygon("" if kind is None else shown(kind)))
+    polygons = []
+    for polygon in [parts] if kind == "Polygon" else parts:
+        outer, *holes = [_ring(ring, metres) for ring in (polygon if isinstance(polygon, list) and polygon else [None])]
+        polygons.append(shapely.Polygon(outer, holes))
+    return polygons[0] if kind == "Polygon" else shapely.MultiPolygon(polygons)
+
+
+def no_polygon(kind: str) -> str:
+    return f"has {kind or 'no geometry'}; a building needs its footprint, a Polygon or a MultiPolygon"
+
+
+def _ring(ring: Any, metres: bool) -> Array:
+    """The positions of a ring, the first of them repeated at its end; raises ValueError."""
+    if not isinstance(ring, list) or len(ring) < 4:
+        raise ValueError("a ring has fewer than four positions, the first of them repeated at its end; draw it again")
+    for position in ring:
+        if not (isinstance(position, list) and len(position) >= 2 and all(map(_is_number, position[:2]))):
+            raise ValueError(f"{shown(position)} is not a position; write two numbers, such as [174.776, -41.286]")
+    corners = np.array([position[:2] for position in ring], dtype=np.float64)
+    if not metres and (np.abs(corners) > (180.0, 90.0)).any():
+        raise ValueError(no_degrees(corners[(np.abs(corners) > (180.0, 90.0)).any(axis=1)][0]))
+    if not np.array_equal(corners[0], corners[-1]):
+        raise ValueError("a ring does not end where it starts; repeat its first position at its end")
+    return corners
+
+
+def no_degrees(corner: Array) -> str:
+    return (
+        f"[{corner[0]:g}, {corner[1]:g}] is no longitude and latitude in degrees; export the file in WGS 84, or "
+        f"{METRES_HINT}"
+    )
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= FARTHEST

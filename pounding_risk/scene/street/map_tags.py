@@ -1,0 +1,167 @@
+"""Attributes of OpenStreetMap and Overture as columns of a street, and what is left out of them."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import ceil
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+
+from pounding_risk.scene.street.table import Entry
+
+LISTED = 5  # features, or properties of a map, that a note names
+# Tags of OpenStreetMap that are columns here; its heights are in metres unless they have one (its wiki, Key:height).
+OSM_COLUMNS = {"building:levels": "storeys"}
+OSM_FEET = re.compile(r"""([0-9]+(?:\.[0-9]+)?)'(?:\s*([0-9]+(?:\.[0-9]+)?)\")?""")
+OTHER_TAGS = re.compile(
+    r'"((?:[^"\\]|\\.)*)"=>"((?:[^"\\]|\\.)*)"'
+)  # hstore, in which GDAL writes tags without a column
+# Values of the tag building that mean no building with floors; the others are uses, from which no typology follows.
+OSM_HOLLOW = ("no", "roof", "carport", "construction", "ruins", "collapsed", "demolished", "proposed", "tent", "bridge")
+# Properties of Overture's buildings (docs.overturemaps.org/schema/reference/buildings/building); heights in metres.
+OVERTURE_COLUMNS = {"num_floors": "storeys"}
+OVERTURE_KEYS = ("num_floors", "has_parts", "num_floors_underground", "facade_material", "roof_shape", "is_underground")
+MAPPED_FROM_IMAGES = 0.5  # m; assumed for the walls of OpenStreetMap and Overture, which say nothing of it
+
+
+class Dialect(NamedTuple):
+    """Whose properties a file has: names of columns there, and how those of a feature are read."""
+
+    name: str = ""
+    columns: Mapping[str, str] = {}
+    read: Callable[[Mapping[str, Any]], dict[str, Any]] = dict
+    note: str = ""
+
+
+def _of_osm(tags: Mapping[str, Any]) -> dict[str, Any]:
+    """The tags of a building, its height with its unit: a plain number is in metres, 12'6" in feet and inches."""
+    values = {key: value for key, value in tags.items() if key not in ("building", "building:part", "min_height")}
+    text = str(tags.get("height", "")).strip()
+    if feet := OSM_FEET.fullmatch(text):
+        values["height"] = f"{float(feet[1]) + float(feet[2] or 0.0) / 12.0!r} ft"
+    else:
+        values["height"] = _in_metres(tags.get("height"))
+    levels = str(tags.get("building:levels", "")).strip()
+    if re.fullmatch(r"[0-9]+\.5", levels):  # an attic
+        values["building:levels"] = ceil(float(levels))
+    return values
+
+
+def _of_overture(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The properties of a building of Overture: its heights are in metres, its name is the primary one."""
+    names = table.get("names")
+    if isinstance(names, str) and names.startswith("{"):
+        try:
+            names = json.loads(names)
+        except ValueError:
+            names = None
+    primary = (
+        names.get("primary") if isinstance(names, Mapping) else table.get("names.primary", table.get("names_primary"))
+    )
+    values = {
+        key: value
+        for key, value in table.items()
+        if key not in ("names", "names.primary", "names_primary", "min_height")
+    }
+    return values | {"name": table.get("name") or primary, "height": _in_metres(table.get("height"))}
+
+
+def _in_metres(height: Any) -> Any:
+    is_plain = re.fullmatch(r"[0-9]+(\.[0-9]+)?", str(height).strip()) and not isinstance(height, bool)
+    return f"{str(height).strip()} m" if is_plain else height
+
+
+OSM = Dialect(
+    "OpenStreetMap",
+    OSM_COLUMNS,
+    _of_osm,
+    "tags of OpenStreetMap: a height without a unit is in metres, building:levels are the storeys, and building is a "
+    "use, from which no typology follows; give typology where it is known",
+)
+OVERTURE = Dialect(
+    "Overture",
+    OVERTURE_COLUMNS,
+    _of_overture,
+    "properties of Overture: height is in metres, num_floors are the storeys, and no typology follows from the others",
+)
+
+
+def dialect_of(tables: Sequence[Mapping[str, Any]]) -> Dialect:
+    """Whose properties these are, by their names."""
+    keys = {str(key) for table in tables for key in table}
+    if "building" in keys or any(key.startswith("building:") for key in keys):
+        return OSM
+    return OVERTURE if keys.intersection(OVERTURE_KEYS) else Dialect()
+
+
+def several(places: Sequence[str]) -> str:
+    more = f" and {len(places) - LISTED} more" if len(places) > LISTED else ""
+    return f"{', '.join(places[:LISTED])}{more}"
+
+
+def with_other_tags(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The properties of a feature; of tags that GDAL writes into one column each by itself."""
+    own = dict(table)
+    tags = own.pop("other_tags", None)
+    return dict(OTHER_TAGS.findall(tags)) | own if isinstance(tags, str) else own
+
+
+def notes_of(dialect: Dialect, tables: Sequence[Mapping[str, Any]], places: Sequence[str]) -> Iterator[str]:
+    """Notes on how properties of a map are read, and on features that may be no building, or begin above the ground."""
+    if not dialect.name:
+        return
+    yield dialect.note
+    hollow: dict[str, list[str]] = {}
+    raised = []
+    for place, table in zip(places, tables, strict=True):
+        kind = str(table.get("building", "")).strip().lower()
+        if kind in OSM_HOLLOW:
+            hollow.setdefault(kind, []).append(place)
+        if re.fullmatch(r"[0-9]+(\.[0-9]+)?( m)?", low := str(table.get("min_height", "")).strip()):
+            raised += [place] if float(low.removesuffix(" m")) > 0.0 and not is_part(table) else []
+    for kind, own in hollow.items():
+        one = len(own) == 1
+        yield (
+            f'{several(own)}: {"its" if one else "their"} tag building is "{kind}"; leave {"it" if one else "them"} '
+            f"out where nothing with floors stands there"
+        )
+    if raised:
+        yield f"{several(raised)}: min_height is above 0, as of a bridge; taken from the ground up"
+
+
+def is_part(table: Mapping[str, Any]) -> bool:
+    """True of a part of a building: of OpenStreetMap by its tag, of Overture by the building that it names."""
+    part = str(table.get("building:part") or "no").strip().lower()
+    building = str(table.get("building") or "no").strip().lower()
+    return bool(table.get("building_id")) or (part != "no" and building == "no")
+
+
+def without_parts(entries: list[Entry], tables: Mapping[str, Mapping[str, Any]]) -> tuple[list[Entry], list[str]]:
+    """The buildings without the parts that lie in them; a building without a height is as tall as its tallest part."""
+    is_part = np.array([is_part(tables[entry.place]) for entry in entries], bool)
+    if not is_part.any() or is_part.all():
+        return entries, []
+    whole = [entry for entry, part in zip(entries, is_part, strict=True) if not part]
+    parts = [entry for entry, part in zip(entries, is_part, strict=True) if part]
+    inner = shapely.point_on_surface(np.array([entry.footprint for entry in parts], dtype=object))
+    of, inside = shapely.STRtree([entry.footprint for entry in whole]).query(inner, predicate="within")
+    held = dict(zip(of.tolist(), inside.tolist(), strict=True))
+    tallest: dict[int, dict[str, Any]] = {}
+    for number, building in held.items():
+        own, most = parts[number].values, tallest.setdefault(building, {})
+        most |= {key: max(most.get(key, 0), own[key]) for key in ("height", "storeys") if key in own}
+    whole = [entry._replace(values={**tallest.get(number, {}), **entry.values}) for number, entry in enumerate(whole)]
+    alone = [part for number, part in enumerate(parts) if number not in held]
+    notes = []
+    if held:
+        notes.append(
+            f"{several([parts[number].place for number in held])}: parts of buildings, which stand in the outlines of "
+            "those; a building without a height, or storeys, has those of its tallest part"
+        )
+    if alone:
+        notes.append(f"{several([part.place for part in alone])}: parts that stand in no building; read as buildings")
+    return [*whole, *alone], notes
