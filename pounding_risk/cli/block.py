@@ -80,7 +80,7 @@ def block(
         str | None, option("Levels of floors that meet may differ by it.", "by the floors' depth")
     ] = None,
 ) -> None:
-    """Rows and scenes from the table of a street, or from footprints.
+    """Rows and scenes from a street's table or footprints.
 
     Columns of a CSV, or properties of footprints (GeoJSON, GeoPackage, FlatGeobuf, GeoParquet), each with its unit as
     in "height [m]": name, street, height, storeys, typology, period, damping, floor mass (or floor area and floor
