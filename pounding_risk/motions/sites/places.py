@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
-from math import asin, cos, inf, isfinite, radians, sin, sqrt
+from math import asin, ceil, cos, inf, isfinite, radians, sin, sqrt
 from typing import Any, NamedTuple
 
 from pounding_risk.errors import RecordError
@@ -133,9 +133,9 @@ def find_site(
     site = nearest(places, asked.place)
     if site.distance > asked.within:
         raise RecordError(
-            f"{where}: the nearest of its {len(places)} sites is at {site.place}, {site.distance:.3g} km from "
+            f"{where}: the nearest of its {len(places)} sites is at {site.place}, {site.distance:.1f} km from "
             f"{asked.place}, and {asked.within:g} km are allowed; check longitude and latitude, in this order, or "
-            f"write '{asked.place} within {1.05 * site.distance:.2g} km'"
+            f"write '{asked.place} within {ceil(1.05 * site.distance)} km'"
         )
     return site
 
