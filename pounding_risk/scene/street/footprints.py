@@ -227,8 +227,9 @@ def last_decimal(numbers: Array, unit: float, coarse: float, most: int) -> tuple
 
     ``unit`` is one of the coordinates' units in metres; at most so many decimals are looked at.
     """
+    rounding = 4.0 * np.spacing(np.abs(numbers))  # programs that snap to a grid multiply by its step
     for decimals in range(most):
         size = 10.0**-decimals * unit
-        if size >= coarse and (numbers == numbers.round(decimals)).all():
+        if size >= coarse and (np.abs(numbers - numbers.round(decimals)) <= rounding).all():
             return decimals, size
     return most, nan

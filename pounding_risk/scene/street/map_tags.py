@@ -122,7 +122,7 @@ def notes_of(dialect: Dialect, tables: Sequence[Mapping[str, Any]], places: Sequ
         if kind in OSM_HOLLOW:
             hollow.setdefault(kind, []).append(place)
         if re.fullmatch(r"[0-9]+(\.[0-9]+)?( m)?", low := str(table.get("min_height", "")).strip()):
-            raised += [place] if float(low.removesuffix(" m")) > 0.0 and not is_part(table) else []
+            raised += [place] if float(low.removesuffix(" m")) > 0.0 and not is_part_of_building(table) else []
     for kind, own in hollow.items():
         one = len(own) == 1
         yield (
@@ -133,7 +133,7 @@ def notes_of(dialect: Dialect, tables: Sequence[Mapping[str, Any]], places: Sequ
         yield f"{several(raised)}: min_height is above 0, as of a bridge; taken from the ground up"
 
 
-def is_part(table: Mapping[str, Any]) -> bool:
+def is_part_of_building(table: Mapping[str, Any]) -> bool:
     """True of a part of a building: of OpenStreetMap by its tag, of Overture by the building that it names."""
     part = str(table.get("building:part") or "no").strip().lower()
     building = str(table.get("building") or "no").strip().lower()
@@ -142,7 +142,7 @@ def is_part(table: Mapping[str, Any]) -> bool:
 
 def without_parts(entries: list[Entry], tables: Mapping[str, Mapping[str, Any]]) -> tuple[list[Entry], list[str]]:
     """The buildings without the parts that lie in them; a building without a height is as tall as its tallest part."""
-    is_part = np.array([is_part(tables[entry.place]) for entry in entries], bool)
+    is_part = np.array([is_part_of_building(tables[entry.place]) for entry in entries], bool)
     if not is_part.any() or is_part.all():
         return entries, []
     whole = [entry for entry, part in zip(entries, is_part, strict=True) if not part]
