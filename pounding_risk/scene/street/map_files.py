@@ -183,6 +183,7 @@ def _shape(geometry: Any, metres: bool) -> Geometry:
 
 
 def no_polygon(kind: str) -> str:
+    """The fault of a feature of another kind of geometry."""
     return f"has {kind or 'no geometry'}; a building needs its footprint, a Polygon or a MultiPolygon"
 
 
@@ -202,6 +203,7 @@ def _ring(ring: Any, metres: bool) -> Array:
 
 
 def no_degrees(corner: Array) -> str:
+    """The fault of a corner outside the range of longitude and latitude."""
     return (
         f"[{corner[0]:g}, {corner[1]:g}] is no longitude and latitude in degrees; export the file in WGS 84, or "
         f"{METRES_HINT}"

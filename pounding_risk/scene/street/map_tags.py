@@ -99,6 +99,7 @@ def dialect_of(tables: Sequence[Mapping[str, Any]]) -> Dialect:
 
 
 def several(places: Sequence[str]) -> str:
+    """Places in a file in words, the first ones by name."""
     more = f" and {len(places) - LISTED} more" if len(places) > LISTED else ""
     return f"{', '.join(places[:LISTED])}{more}"
 
