@@ -117,7 +117,7 @@ class Row(NamedTuple):
 
     @property
     def buildings(self) -> list[str]:
-        """Names, left to right."""
+        """Names of the buildings, from left to right."""
         return [building.name for building in self.case.buildings]
 
     def beside(self, at: int) -> list[int]:
