@@ -3,20 +3,23 @@
 A package names each by an entry point in one of the groups ``pounding_risk.laws``, ``pounding_risk.effects`` and so on
 (`GROUPS`), under the name that scenes and commands have for it. Which there are is read from the metadata of the
 installed distributions, once in a process, without `importlib.metadata`, whose import alone takes longer than that. A
-plug-in is imported when its name is asked for, or when all of its kind are listed, never while this package is being
-imported: its own modules import from here.
+plug-in is imported when its name is asked for, or when all members of its kind are, never for a list of names, and
+never while this package is being imported: its own modules import from here.
 
-One that cannot be loaded is an error where its name is asked for, and a warning where all are listed. A name that this
-package or another plug-in has as well is refused.
+One that cannot be loaded is an error where its name is asked for, and a warning where all members are. Of a name that
+this package has as well, this package's member counts, with a warning; a name that two plug-ins have is refused.
 """
 
 from __future__ import annotations
 
 import os
 import re
+import signal
 import sys
+import threading
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
+from collections.abc import Callable, ItemsView, Iterable, Iterator, Mapping, MutableMapping, ValuesView
+from contextlib import contextmanager
 from functools import cache, reduce
 from importlib import import_module
 from pathlib import Path
@@ -176,18 +179,32 @@ class Registry(MutableMapping[str, Any]):
         return name in self.members
 
     def __iter__(self) -> Iterator[str]:
-        self._ask_all()
-        return iter(self._arrange(self.members))
+        return iter(self._arrange({**self.members, **dict.fromkeys(self._plugins)}))
 
     def __len__(self) -> int:
-        self._ask_all()
-        return len(self.members)
+        return len({*self.members, *self._plugins})
+
+    def items(self) -> ItemsView[str, Any]:
+        """Names and members, plug-ins imported; those that cannot be loaded are left out with a warning."""
+        return self._loaded().items()
+
+    def values(self) -> ValuesView[Any]:
+        """Members, as in `items`."""
+        return self._loaded().values()
 
     def __setitem__(self, name: str, member: Any) -> None:
         self.members[name] = member
 
     def __delitem__(self, name: str) -> None:
         del self.members[name]
+
+    def is_ours(self, name: str) -> bool:
+        """Whether this package has a member of this name."""
+        return name in self._ours
+
+    def plugin(self, name: str) -> Plugin | None:
+        """The plug-in that a name means; None where this package has it, or nobody."""
+        return None if name in self._ours else next(iter(self._plugins.get(name, ())), None)
 
     def _in_order(self, names: Iterable[str]) -> list[str]:
         last = len(self._plugins)
@@ -216,6 +233,8 @@ class Registry(MutableMapping[str, Any]):
     def problem(self, name: str) -> str:
         """Load the plug-in of a name, and say why it cannot be used; "" where it can, or where there is none."""
         plugins = self._plugins.get(name, ())
+        if name in self._ours:
+            return self._hidden(name)
         if not plugins or (name not in self._problems and plugins[0].is_being_imported()):
             return ""
         if name not in self._problems:
@@ -228,27 +247,41 @@ class Registry(MutableMapping[str, Any]):
 
     def _ask(self, name: Any) -> None:
         if isinstance(name, str) and (problem := self.problem(name)):
-            raise PoundingError(problem)
+            if name not in self._ours:
+                raise PoundingError(problem)
+            tell(problem)
 
-    def _ask_all(self) -> None:
-        for name in self._plugins:
-            if problem := self.problem(name):
-                tell(problem)
+    def _loaded(self) -> dict[str, Any]:
+        problems = {name: self.problem(name) for name in self._plugins}
+        for problem in filter(None, problems.values()):
+            tell(problem)
+        return {name: self.members[name] for name in self if name in self.members}
+
+    def _hidden(self, name: str) -> str:
+        """That plug-ins of the name of a member of this package are ignored; "" where there are none."""
+        if not (plugins := self._plugins.get(name, ())):
+            return ""
+        homes = " and ".join(plugin.distribution for plugin in plugins)
+        return (
+            f"{GROUPS[self.group]} {name}: {' and '.join(plugin.said for plugin in plugins)} ignored, as pounding_risk "
+            f"has this name itself; rename it there, or uninstall {homes}"
+        )
 
     def _collision(self, name: str, plugins: tuple[Plugin, ...]) -> str:
-        """Why a name is that of more than one; "" where it is not."""
-        holders = [*(["pounding_risk itself"] if name in self._ours else []), *(plugin.said for plugin in plugins)]
-        if len(holders) == 1:
+        """Why a name is that of more than one plug-in; "" where it is not."""
+        if len(plugins) == 1:
             return ""
         return (
-            f"{GROUPS[self.group]} {name}: {' and '.join(holders)} have this name, and which one is meant cannot be "
-            f"known; uninstall {' or '.join(plugin.distribution for plugin in plugins)}, or rename it there"
+            f"{GROUPS[self.group]} {name}: {' and '.join(plugin.said for plugin in plugins)} have this name, and which "
+            f"one is meant cannot be known; uninstall {' or '.join(plugin.distribution for plugin in plugins)}, or "
+            "rename it there"
         )
 
     def _load(self, plugin: Plugin) -> str:
         """Import a plug-in and have it among the members; why that fails, or "" where it does not."""
         try:
-            target = plugin.load()
+            with _own_interrupts():
+                target = plugin.load()
             if self._take is not None:
                 self.members[plugin.name] = self._take(plugin.name, target)
             if plugin.name not in self.members:
@@ -264,6 +297,30 @@ class Registry(MutableMapping[str, Any]):
                 f"uninstall {plugin.distribution}"
             )
         return ""
+
+
+@contextmanager
+def _own_interrupts() -> Iterator[None]:
+    """Tell a KeyboardInterrupt that a plug-in raises itself, an error of its own, from one of the user's Ctrl-C."""
+    signals: list[int] = []
+    before = signal.getsignal(signal.SIGINT)
+    can_listen = threading.current_thread() is threading.main_thread() and callable(before)
+
+    def note(number: int, frame: Any) -> None:
+        signals.append(number)
+        before(number, frame)  # type: ignore[operator,misc] # callable, as asked above
+
+    if can_listen:
+        signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    except KeyboardInterrupt as error:
+        if signals:
+            raise
+        raise RuntimeError("it raises KeyboardInterrupt, though nobody pressed Ctrl-C") from error
+    finally:
+        if can_listen:
+            signal.signal(signal.SIGINT, before)
 
 
 def _top(module: str) -> str:

@@ -24,13 +24,14 @@ REGISTRIES = {
 
 def models(context: typer.Context) -> None:
     """Contact models, effects, typologies, plug-ins."""
-    from pounding_risk.models.contact.impulsive import CONTACT_MODELS
+    from pounding_risk.models.contact.impulsive import INSTANT_LAWS
+    from pounding_risk.models.contact.laws import LAWS
     from pounding_risk.models.effects import EFFECTS
     from pounding_risk.models.structures.typologies import TYPOLOGIES
 
     heads = ("contact model", "stiffness", "restitution", "F_E", "what it is and where it is from")
     # The package's laws in the order of their module, then laws that a user has registered.
-    print_table(heads, [_model(name, law) for name, law in CONTACT_MODELS.items()], "lllll")
+    print_table(heads, [_model(name, law) for name, law in {**dict(LAWS.items()), **INSTANT_LAWS}.items()], "lllll")
     print("\nRestitution: e is asked for; exact where a relation is known that returns it; – where none takes part.\n")
     print("Effects: after = stands what holds where the option is left out; an option without it is required.\n")
     effects = [_effect(name, effect) for name, effect in EFFECTS.items()]
@@ -54,7 +55,7 @@ def _plugins(context: typer.Context) -> Iterator[tuple[str, ...]]:
             if problem := registry.problem(name) if registry else "":
                 tell(problem)
             for plugin in plugins:
-                yield GROUPS[group], name, plugin.origin, plugin.value, "left out" if problem else "loaded"
+                yield GROUPS[group], name, plugin.origin, plugin.value, "not used" if problem else "loaded"
 
 
 def _registry(group: str, context: typer.Context) -> Any:

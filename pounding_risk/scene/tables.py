@@ -205,7 +205,7 @@ def effect_tables(effects: Any) -> Any:
         effects = {name: dict(given) for name, given in pairs}
     if not isinstance(effects, Mapping):
         return effects  # which is told as no table
-    return in_text({name: effect_key(name) for name in EFFECTS}, effects)
+    return in_text({name: effect_key(name) for name in effects if name in EFFECTS}, effects)
 
 
 # ------------------------------------------------------------------------------------------------ checks
@@ -243,7 +243,7 @@ def _effects(draft: Draft, laws: list[str]) -> Iterator[Fault]:
             yield keys.fault(name, 'code mc1990 asks for the concrete; write strength = "30 MPa" as well')
         for law in laws:
             if why := refusal(CONTACT_MODELS[law], name):
-                takers = ", ".join(other for other in LAWS if not refusal(LAWS[other]))
+                takers = ", ".join(other for other, kind in LAWS.items() if not refusal(kind))
                 yield keys.fault(name, f"{law} {why}; remove {name}, or choose among {takers}")
     exponents = [keys.raw.get("plastic_exponent", 0) for keys in draft.tables("interface")]
     if "permanent_set" in asked and "van_mier" in laws and any(given not in (0, 0.0, "0") for given in exponents):

@@ -91,7 +91,7 @@ def effects(
     study = as_scene(study)
     check_one_scene(study, "effects")
     laws = study.grid.contact_models
-    offered = [] if study.effects else [name for name in EFFECTS if _keeps_solver(study, name)]
+    offered = [] if study.effects else [name for name, _ in EFFECTS.items() if _keeps_solver(study, name)]
     unsuited = {name: why for name in offered if (why := _unsuited(study, name))}
     acting = [name for name in offered if name not in unsuited and any(_acts(study, name, law) for law in laws)]
     switched = study.effects or tuple(_example(name) for name in acting)

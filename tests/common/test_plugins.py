@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 import sys
+import warnings
 from math import log
 from pathlib import Path
 
@@ -146,11 +148,48 @@ def test_a_plugin_that_cannot_be_loaded_is_told(install, source, why):
         assert list(registry.items()) == [("zero", "ours")]
 
 
-def test_a_name_that_ours_has_is_refused(install):
-    install("extra", {"rules": "zero = extra:ZERO"}, "ZERO = 1")
-    with pytest.raises(PoundingError, match=r"rule zero: pounding_risk itself and extra 1\.2 .* uninstall extra, or"):
-        rules("zero")["zero"]
+def test_a_name_of_ours_stays_ours(install):
+    """The plug-in is not imported, and a warning names it, once."""
+    install("extra", {"rules": "zero = extra:ZERO"}, "raise SystemExit")
+    registry = rules("zero")
+    with pytest.warns(PluginWarning, match=r"^separation rule zero: extra 1\.2 .* ignored, .* or uninstall extra$"):
+        assert registry["zero"] == "ours"
+    assert list(registry) == ["zero"] and len(registry) == 1 and dict(registry.items()) == {"zero": "ours"}
     assert "extra" not in sys.modules
+
+
+def test_a_list_of_names_imports_no_plugin(install):
+    install("extra", {"rules": "one = extra:ONE"}, "raise SystemExit")
+    registry = rules("zero")
+    assert list(registry) == ["zero", "one"] and len(registry) == 2 and "zero" in registry
+    assert "extra" not in sys.modules
+
+
+def test_an_interrupt_of_a_plugins_own_is_an_error_of_it(install):
+    install("extra", {"rules": "one = extra:ONE"}, "raise KeyboardInterrupt")
+    with pytest.raises(PoundingError, match=r"rule one: .* loaded: .*KeyboardInterrupt, though nobody"):
+        rules()["one"]
+
+
+def test_the_users_interrupt_while_a_plugin_is_imported_stops(install):
+    install("extra", {"rules": "one = extra:ONE"}, "import signal\nsignal.raise_signal(signal.SIGINT)")
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        rules()["one"]
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+@pytest.mark.parametrize(
+    "value", ["", ":", "extra:", ":ONE", "extra:ONE.", "..extra:ONE", "ex tra:1", "extra:ONE:TWO", "\x00"]
+)
+@pytest.mark.parametrize("group", sorted(plugins.GROUPS))
+def test_a_malformed_entry_point_is_one_plugin_less(install, group, value):
+    install("extra", {group: f"one = {value}"}, "ONE = 1")
+    registry = Registry(group, {"zero": 0}, lambda name, target: target)
+    assert registry["zero"] == 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PluginWarning)
+        assert dict(registry.items()).get("zero") == 0
 
 
 def test_a_name_that_two_plugins_have_is_refused(install):
@@ -226,21 +265,22 @@ def test_a_broken_command_is_told_and_the_others_are_there(install):
     install("extra", {"commands": "screen = extra:SCREEN"}, "SCREEN = 1")
     listed, asked = run("--help"), run("screen")
     assert listed.exit_code == 0 and "simulate" in listed.output
+    assert re.search(r"screen +Command of extra 1\.2\.", listed.output) and not listed.stderr
     told = "command screen: the plug-in extra 1.2 (entry point"
-    assert f"pounding-risk: note: {told}" in listed.stderr
     assert asked.exit_code == 2 and asked.stderr.startswith(f"pounding-risk: {told}")
     assert "1 is neither a function nor a typer application" in asked.stderr
     forget()
     listed = run("models")
-    assert re.search(r"\ncommand +screen +extra 1\.2 +extra:SCREEN +left out\n", listed.stdout)
+    assert re.search(r"\ncommand +screen +extra 1\.2 +extra:SCREEN +not used\n", listed.stdout)
     assert f"note: {told}" in listed.stderr
 
 
-def test_a_command_of_a_name_of_ours_is_refused(install):
-    install("extra", {"commands": "scan = extra:SCAN"})
-    for words in (["scan", "scene.toml"], ["--help"]):
-        refused = run(*words)
-        assert refused.exit_code == 2 and "command scan: pounding_risk itself and extra 1.2" in refused.stderr
+def test_a_command_of_a_name_of_ours_is_ignored(install):
+    install("extra", {"commands": "scan = extra:SCAN"}, "raise SystemExit(9)")
+    listed, asked = run("--help"), run("scan", "absent.toml")
+    assert listed.exit_code == 0 and "simulate" in listed.output
+    assert asked.exit_code == 2 and "absent.toml" in asked.stderr
+    assert "note: command scan: extra 1.2" in listed.stderr + asked.stderr
 
 
 def test_the_group_of_records_has_no_commands_of_plugins(install):

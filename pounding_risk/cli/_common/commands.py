@@ -4,8 +4,8 @@ The module holds a function of its own name and ``ORDER``, its place in the help
 groups after them. The package of a group holds ``app``, its typer application, and ``ORDER``. Modules whose names begin
 with an underscore are no commands. A plug-in's command is a function, or a typer application, and is listed last.
 
-A command is imported where it is run or listed, and typer reads its parameters only where it is run: reading those of
-all commands takes longer than everything else that ``--help`` does.
+A command is imported where it is run or listed, a plug-in's only where it is run, and typer reads its parameters only
+where it is run: reading those of all commands takes longer than everything else that ``--help`` does.
 """
 
 from __future__ import annotations
@@ -56,16 +56,19 @@ class FolderCommands(Mapping[str, Any]):
 
     def _home(self, name: str) -> ModuleType | None:
         """The module of a command of this program; None of a plug-in's."""
-        return import_module(f"{self._package}.{name}") if self.registry[name] is None else None
+        return import_module(f"{self._package}.{name}") if self.registry.is_ours(name) else None
 
     def _target(self, name: str) -> Any:
         """The function of a command, or the typer application of a group."""
+        member = self.registry[name]  # None of this program's, with a warning where a plug-in has the name too
         module = self._home(name)
         if module is None:
-            return self.registry[name]
+            return member
         return module.app if hasattr(module, "__path__") else getattr(module, name)
 
     def _help(self, name: str) -> str | None:
+        if plugin := self.registry.plugin(name):  # not imported for a list
+            return f"Command of {plugin.origin}."
         target = self._target(name)
         return target.info.help if isinstance(target, typer.Typer) else getdoc(target)
 

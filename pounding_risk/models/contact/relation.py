@@ -12,8 +12,8 @@ from typing import Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant
-from pounding_risk.models.contact.laws import EXACT, RESTITUTION_OF_RATIO
+from pounding_risk.models.contact.impulsive import INSTANT_LAWS, is_instant
+from pounding_risk.models.contact.laws import EXACT, LAWS, RESTITUTION_OF_RATIO
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.units import Quantity, QuantityError, parse, shown
 
@@ -41,7 +41,8 @@ def related(law: Any, relation: str) -> Any:
 def name_of(law: type) -> str:
     """The scene-file name of a law's class, or the class's own where it has none."""
     kind = _FAMILY.get(law, law)
-    return next((name for name, known in CONTACT_MODELS.items() if known is kind), kind.__name__)
+    known = dict(INSTANT_LAWS) | LAWS.members  # a class that exists has been imported
+    return next((name for name, law in known.items() if law is kind), kind.__name__)
 
 
 def misfit(laws: Iterable[Any], relation: str) -> str:
