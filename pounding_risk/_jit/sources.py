@@ -19,14 +19,22 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from pounding_risk.errors import PoundingError
+
+SETTINGS = ".numba_config.yaml"  # numba looks for it in the working folder
 KERNEL_SOURCES = ("_jit", "models", "solver", "motions/spectra.py", "units.py")
 
 
 def _is_switched_off() -> bool:
     """True where numba is told not to compile, by NUMBA_DISABLE_JIT or the file of settings that it looks for."""
-    if Path(".numba_config.yaml").exists():
-        from numba import config
-
+    if Path(SETTINGS).exists():
+        try:
+            from numba import config
+        except Exception as error:  # whatever the reader of such files raises
+            line = str(error).partition("\n")[0]
+            raise PoundingError(
+                f"{SETTINGS} in this folder: numba cannot read it ({type(error).__name__}: {line}); repair or remove it"
+            ) from None
         return bool(config.DISABLE_JIT)
     with suppress(KeyError, ValueError):
         return bool(int(os.environ["NUMBA_DISABLE_JIT"]))

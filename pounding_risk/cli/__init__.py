@@ -18,6 +18,7 @@ import typer
 from pounding_risk.cli._common.commands import FolderGroup, group_of
 from pounding_risk.cli._common.compile_cache import report_trouble
 from pounding_risk.cli._common.options import BAD_INPUT, INTERRUPTED
+from pounding_risk.cli._common.streams import OutputFull, prepare_streams
 from pounding_risk.errors import PoundingError
 
 
@@ -68,8 +69,18 @@ app = typer.Typer(
 def main() -> None:
     """Run the command line; the entry point of ``pounding-risk``."""
     _leave_out(sys.argv[1:])
+    os.environ["MPLBACKEND"] = "agg"  # commands draw to files, whatever the user's windows are
+    prepare_streams()
     try:
-        app(prog_name="pounding-risk")
+        try:
+            app(prog_name="pounding-risk")
+        finally:
+            with suppress(BrokenPipeError):
+                sys.stdout.flush()
+    except OutputFull as full:
+        why = f"pounding-risk: standard output cannot be written ({full}); free space, or send it elsewhere"
+        typer.echo(why, err=True)
+        sys.exit(BAD_INPUT)
     except SystemExit as end:
         _exit_past_threads(end)
         raise
