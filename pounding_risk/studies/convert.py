@@ -7,7 +7,7 @@ from pathlib import Path
 from pounding_risk._common.files import AGAIN
 from pounding_risk.ensemble.replacing import OTHER_NAME, read_finished, recorded_identity
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import RESULTS, check_target, stream_results
+from pounding_risk.results.files import RESULTS, check_target, reading, stream_results
 from pounding_risk.results.layout import blocks, template_of, values_at
 from pounding_risk.results.store import store_of
 
@@ -40,7 +40,7 @@ def convert(source: str | Path, target: str | Path) -> Path:
     if path.exists() and Path(source).exists() and path.samefile(source):
         raise PoundingError(f"{target}: is the source itself; name another target")
     _check_replaceable(path, Path(source))
-    with stream_results(source) as dataset:
+    with stream_results(source) as dataset, reading(source, (RuntimeError,)):  # as netCDF has it
         template = template_of(dataset.drop_encoding())
         with store_of(template, path, AGAIN) as store:
             for block in blocks(template):

@@ -29,7 +29,7 @@ from pounding_risk.motions.levels import LEVEL_AXIS, PEAK, PGA_AXIS, driven
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.check import check_scan
-from pounding_risk.results.files import RESULTS, check_target, open_results
+from pounding_risk.results.files import RESULTS, check_target, open_results, reading
 from pounding_risk.results.grid_values import axis_words, place_of
 from pounding_risk.results.labels import (
     CONVENTIONS,
@@ -242,7 +242,7 @@ def _chosen_cases(
         motions = motions_of(study)
         choice = chosen(values_of(study, [motion.name for motion in motions]), _by_measure(study, wanted))
     else:
-        with open_results(source, lazy=True) as whole:
+        with open_results(source, lazy=True) as whole, reading(source, (RuntimeError,)):
             results = settled(selected(whole, select, str(source)), str(source))
             study = recorded(results, Path(source), folder).study
             motions = motions_of(study)

@@ -16,7 +16,7 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.attributes import told, versions, versions_of
-from pounding_risk.results.files import open_results
+from pounding_risk.results.files import open_results, reading
 from pounding_risk.results.layout import axes_of_cases, scene_dims
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.scene.motions import motions_of
@@ -105,6 +105,9 @@ def rerun(
     if out is not None and Path(out).resolve() == path.resolve():
         raise PoundingError(f"{out}: is the results file itself, which stays as it is; write to another name")
     with open_results(path, lazy=True) as before:
+        with reading(path):
+            for variable in before.variables.values():  # one at a time, before hours of work
+                variable.to_numpy()
         origin = recorded(before, path, folder)
         notes = check_records(before, motions_of(origin.study))
         after = scan(

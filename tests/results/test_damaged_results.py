@@ -28,7 +28,9 @@ from pounding_risk.results.files import open_results, save
 from pounding_risk.results.provenance import recorded
 from pounding_risk.results.summary import summary
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.studies.rerun import compared
+from pounding_risk.studies.convert import convert
+from pounding_risk.studies.histories import histories
+from pounding_risk.studies.rerun import compared, rerun
 
 Mutants = Iterator[tuple[str, Callable[[xr.Dataset], xr.Dataset]]]
 PAIR = two_records(law="jankowski", stiffness="2e9 N/m^1.5")
@@ -240,3 +242,35 @@ def test_bytes_that_are_damaged_are_told_or_do_no_harm(sound, place, damage, tmp
             assert str(file) in str(told) or str(tmp_path) in str(told)
             continue
         assert damage == "overwritten"
+
+
+def test_damaged_bytes_are_a_sentence_before_any_work(sound, tmp_path, monkeypatch):
+    """Single bytes of a file's compressed values changed: what reads them late says what all others say."""
+    whole = save(sound["pair"], tmp_path / "whole.nc").read_bytes()
+    monkeypatch.setattr("pounding_risk.studies.rerun.scan", lambda *_, **__: pytest.fail("damage was seen too late"))
+    read = {
+        "convert": lambda file: convert(file, tmp_path / "copy.zarr"),
+        "rerun": rerun,
+        "histories": lambda file: histories(file, tmp_path / "runs.nc", largest_of="peak_contact_force"),
+    }
+    refused = dict.fromkeys(read, 0)
+    draw_of = np.random.default_rng(31)
+    for number in range(60):
+        file, at = tmp_path / f"damaged{number}.nc", int(draw_of.integers(len(whole)))
+        file.write_bytes(whole[:at] + bytes([whole[at] ^ 0xFF]) + whole[at + 1 :])
+        try:
+            open_results(file)
+            continue  # a byte that nothing needs
+        except PoundingError as error:
+            if "HDF error" not in str(error):
+                continue
+            for command, call in read.items():
+                try:
+                    call(file)
+                except PoundingError as error:
+                    assert f"{file.name}: is not a readable netCDF file" in str(error)
+                    refused[command] += 1
+                else:
+                    assert command == "histories"  # it reads what it needs
+    assert min(refused.values()) >= 5, refused
+    assert not (tmp_path / "copy.zarr").exists()

@@ -57,9 +57,11 @@ def prepare_streams() -> None:
         if stream is None:  # closed by whoever started us
             setattr(sys, which, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 # for the whole process
         elif isinstance(stream, io.TextIOWrapper):
-            encoding, by_line = stream.encoding, stream.line_buffering
-            kind = _Output if which == "stdout" else io.TextIOWrapper
-            setattr(sys, which, kind(stream.detach(), encoding, HANDLER, line_buffering=by_line))
+            stream.reconfigure(errors=HANDLER)
+    stream = sys.stdout
+    if stream is sys.__stdout__ and isinstance(stream, io.TextIOWrapper):  # none that a caller of ours put there
+        stream.flush()
+        sys.stdout = _Output(stream.buffer, stream.encoding, HANDLER, line_buffering=stream.line_buffering)
 
 
 def _in_plain_words(error: UnicodeError) -> tuple[str | bytes, int]:
