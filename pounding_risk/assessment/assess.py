@@ -118,7 +118,7 @@ class InterfaceAssessment(ShortRepr):
         yield "between", self.name
         yield "verdict", self.verdict.sentence
         for required in self.required:
-            yield f"gap of {required.percentile:g} % of the motions", say(required.gap, GAP)
+            yield f"gap of {required.percentile:g} % of the motions", say(required.provided, GAP, 3)
         for one in self.gaps_for_rates:
             if not one.fault:
                 yield f"gap for {one.words}", say(one.gap, GAP)
@@ -352,6 +352,7 @@ class Contact(NamedTuple):
     independent: float  # motions that these stand for
     shares: tuple[Share, ...]  # that close each gap of the grid, and the assessed one
     required: dict[float, RequiredGap]  # by percentile [%]
+    touched: NDArray[np.bool_]  # by motion: contact at the assessed gap
 
     @property
     def weight(self) -> float:
@@ -375,11 +376,13 @@ def contact_of(results: xr.Dataset, index: int, options: Options) -> Contact:
     independent = independent_motions(_logs(closing), motions.recordings)
     weight = independent / len(motions.records)
     gaps = np.unique([*map(float, results["gap"].values), gap])
-    contact = _contact_shares(closing, gaps, weight, criterion.confidence)
+    touched = np.stack([data.touching(results, every, one)[every.finite, level] for one in gaps.tolist()], axis=1)
+    contact = shares(touched.astype(float), [{"gap": one} for one in gaps.tolist()], weight, criterion.confidence)
     percentiles = (*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile)
     required = {one.percentile: one for one in required_gaps(closing, weight, percentiles, criterion.confidence)}
     at = amplitude_words(results, every.amplitudes[level])
-    return Contact(gap, every, level, at, motions, independent, contact, required)
+    here = touched[:, gaps.tolist().index(gap)]
+    return Contact(gap, every, level, at, motions, independent, contact, required, here)
 
 
 def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> InterfaceAssessment:
@@ -401,9 +404,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
     )
     yield_gap, yields = data.yields_of(results, gap)
     about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
-    sensitivity = contact_influences(
-        motions.closing[:, 0], motions.polarities, gap, criterion, motions.alone is not None
-    )
+    sensitivity = contact_influences(motions, contact_at_gaps.touched, gap, criterion)
     own_force, own_model = scene_force(results), scene_model(results)
     sensitivity += yield_influences(about, own_force, criterion.target) if own_force in about.forces else ()
     response = responses_at(at_level(results, level), yield_gap)
@@ -423,7 +424,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
         int((~every.finite).sum()),
         sensitivity[0],
         data.run_counts(results),
-        int(data.held_apart(results, gap)[every.finite, level].sum()),
+        contact_at_gaps.touched,
         data.record_doubts(results),
     )
     hazard = options.hazard
@@ -523,11 +524,6 @@ def _logs(closing: Array) -> Array:
     """Logarithms of the closings; one that closes nothing counts as the least that does."""
     least = closing[closing > 0.0].min(initial=1.0)
     return np.log(np.maximum(closing, least))
-
-
-def _contact_shares(closing: Array, gaps: Array, weight: float, confidence: float) -> tuple[Share, ...]:
-    touching = (closing[:, None] > gaps).astype(float)
-    return shares(touching, [{"gap": float(gap)} for gap in gaps], weight, confidence)
 
 
 def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: float) -> tuple[Share, ...]:

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.demands import by_motion
+from pounding_risk._common.order import enough_for
+from pounding_risk.assessment.demands import Motions, by_motion
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.results.amplitudes import own
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, say
@@ -130,16 +131,17 @@ class Yielding(NamedTuple):
 
 
 def contact_influences(
-    closing: Array, polarities: tuple[str, ...], gap: float, criterion: Criterion, in_row: bool = False
+    motions: Motions, touched: NDArray[np.bool_], gap: float, criterion: Criterion
 ) -> tuple[Influence, ...]:
-    """Influences on the probability of contact and on the required gap."""
-    percentile, target = criterion.percentile, criterion.target
-    names, kinds = list(dict.fromkeys(polarities)), np.array(polarities)
-    shares = [(name, float((closing[kinds == name] > gap).mean())) for name in names]
-    gaps = [(name, float(np.percentile(closing[kinds == name], percentile))) for name in names]
+    """Influences on the probability of contact and on the required gap; ``touched`` is contact by motion."""
+    percentile, target, in_row = criterion.percentile, criterion.target, motions.alone is not None
+    closing, kinds = motions.closing[:, 0], np.array(motions.polarities)
+    names = list(dict.fromkeys(motions.polarities))
+    shares = [(name, float(touched[kinds == name].mean())) for name in names]
+    gaps = [(name, float(enough_for(closing[kinds == name], percentile))) for name in names]
     free = "none: the motion is free up to the first touch, so that it alone decides whether there is contact"
     if in_row:
-        free = "none on the first touch of the row; a motion counts where it touches here under any of them"
+        free = "none on the first touch of the row; P(contact) is that of the scene's own contact model and F_E"
     spread = nan if in_row else 0.0
     none = tuple(Influence(key, CONTACT, spread, "1", (), False, free) for key in ("yield_force", "contact_model"))
     return (

@@ -202,33 +202,31 @@ def _print_row(assessment: Assessment) -> None:
     for interface in assessment.interfaces:
         share = interface.contact_at_gap()
         cells = (f"{share.count} of {share.runs}", _probability(share.probability))
-        required = _length(_required_gap(interface, assessment.percentile))
+        required = _length(interface.required_at(assessment.percentile).provided)
         by_rate = interface.rate_verdict
         rate = () if by_rate is None else (by_rate.word, _length(by_rate.required.gap))
         rows.append((interface.name, _given_length(interface.gap), interface.verdict.word, *cells, required, *rate))
     print_table(heads, rows, "lrlrrrlr"[: len(heads)])
 
 
-def _required_gap(interface: InterfaceAssessment, percentile: float) -> float:
-    """The gap [m] that a percentile [%] of the motions requires."""
-    return next(required.gap for required in interface.required if required.percentile == percentile)
-
-
 def _print_required_gaps(interface: InterfaceAssessment) -> None:
-    heads = ("gap required by", "of the sample", "bounds by recording", "lognormal", "the gap over it")
+    from pounding_risk.assessment.required_gap import NO_BOUND
+
+    heads = ("gap required by", "by count", "bounds by recording", "lognormal", "the gap over it")
     rows = [
         (
             f"{required.percentile:g} % of the motions",
-            _length(required.gap),
-            f"{_length(required.low)} to {_length(required.high)}{'' if required.bounded else ' *'}",
+            _length(required.provided),
+            required.bounds_words,
             _length(required.fitted),
             f"{interface.gap / required.gap:.2f}" if required.gap > 0.0 else "–",
         )
         for required in interface.required
     ]
     print_table(heads, rows, "lrrrr")
-    if not all(required.bounded for required in interface.required):
-        print("* the upper one is the largest seen: so few recordings do not bound this percentile")
+    for mark, words in NO_BOUND.items():
+        if any(mark in required.bounds_words for required in interface.required):
+            print(f"{mark} {words}")
     print()
 
 
@@ -463,7 +461,7 @@ def _print_separations(interface: InterfaceAssessment, percentile: float) -> Non
         print("no motion closes any gap: what codes ask has nothing to be held against")
         return
     heads = ("code rule", "text", "asks for", "short in", f"over the gap of {percentile:g} %", "the gap over it")
-    required = _required_gap(interface, percentile)
+    required = interface.required_at(percentile).gap
     n_closing = len(interface.closing)
     rows = [
         (

@@ -14,6 +14,7 @@ from made_row import STREET, made_row
 
 from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.demands import intensities, interfaces, motions_of
+from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import at_contact, code_table
 
 G = 9.80665
@@ -37,7 +38,7 @@ def test_each_interface_is_assessed_by_its_own_motions(results):
         yields = results["yield_exceedance"].sel(gap=0.02, yield_force=4e5).isel(interface=at, pga=1).values
         (share,) = [each for each in one.yielding if each.gap == 0.02 and each.yield_force == 4e5]
         assert share.count == yields.sum()
-    assert "no run adds one" in " ".join(found.interfaces[0].verdict.evidence)
+    assert "the same ones" in " ".join(found.interfaces[0].verdict.evidence)
 
 
 def test_where_one_gap_varies_the_others_keep_theirs():
@@ -66,9 +67,7 @@ def test_what_neighbours_push_across_a_gap_counts_as_contact(results):
     before, after = (assess(each, pga=(0.2, 0.4)[pga] * G).interfaces[at] for each in (results, pushed))
     assert after.contact_at_gap().count == before.contact_at_gap().count + 1
     assert 0.023 in after.closing
-    assert any(
-        "In 1 of these motions contact elsewhere in the row closes the gap" in each for each in after.verdict.evidence
-    )
+    assert any("contact elsewhere brings it in 1 more" in each for each in after.verdict.evidence)
     # The motion's closing without contact stays what it is, and so do rules of codes beside it.
     motions = motions_of(interfaces(pushed)[at][1])
     assert (motions.closing > motions.alone).sum() == 1
@@ -76,8 +75,8 @@ def test_what_neighbours_push_across_a_gap_counts_as_contact(results):
     assert {each.method for each in after.fragility if each.what == "contact"} == {"multiple stripes"}
 
 
-def test_what_neighbours_hold_apart_counts_and_is_told(results):
-    """Motions that close the gap alone, and whose runs at it show no touch: as many as the sentence says."""
+def test_contact_in_a_row_is_what_the_run_does_as_in_its_drawings(results):
+    """A motion that closes the gap alone, and whose run at it shows no touch, is no contact; the sentence names it."""
     at = 1
     before = assess(results).interfaces[at]
     held = results.copy(deep=True)
@@ -85,12 +84,19 @@ def test_what_neighbours_hold_apart_counts_and_is_told(results):
     record, polarity = (int(place) for place in np.argwhere(closes)[0])
     held["impact_count"][{"record": record, "polarity": polarity, "pga": 1, "interface": at}] = 0
     after = assess(held).interfaces[at]
-    told = [each for each in after.verdict.evidence if "holds the buildings apart" in each]
-    assert [each.startswith("In 1 of these motions no run touches here") for each in told] == [True]
-    assert not any("holds the buildings apart" in each for each in before.verdict.evidence)
-    assert after.contact_at_gap().count == before.contact_at_gap().count
+    (told,) = [each for each in after.verdict.evidence if "prevents it in 1" in each]
+    assert told.startswith(
+        f"The free relative motion, without contact elsewhere in the row, closes the gap in {closes.sum()}"
+    )
+    assert not any("prevents" in each for each in before.verdict.evidence)
+    assert after.contact_at_gap().count == before.contact_at_gap().count - 1
+    assert after.required == before.required  # by what the motions close, on the safe side
+    for each in (results, held):
+        drawn = row_case(each).touches
+        judged = [one.contact_at_gap().probability for one in assess(each).interfaces]
+        assert judged == [touch.contact for touch in drawn]
     # At a gap that the grid has not nothing is known of runs.
-    assert not any("holds" in each for each in assess(held, gap=0.0123).interfaces[at].verdict.evidence)
+    assert not any("prevents" in each for each in assess(held, gap=0.0123).interfaces[at].verdict.evidence)
 
 
 def test_columns_yield_at_their_own_force_where_floors_never_do(results):

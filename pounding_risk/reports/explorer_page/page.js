@@ -307,7 +307,7 @@ function drawMap(output) {
   const failed = cells.flatMap((row, force) => row.map((told, gap) => ({ told, gap, force }))).filter(({ told }) => told.failed);
   const heat = {
     type: "heatmap", z: cells.map((row) => row.map(({ value }) => (Number.isFinite(value) ? value : null))), text,
-    hoverinfo: "text", hoverongaps: true, colorscale: "Cividis", xgap: 1, ygap: 1, ...colours(output, cells),
+    hoverinfo: "text", hoverongaps: true, colorscale: "Cividis", reversescale: true, xgap: 1, ygap: 1, ...colours(output, cells),
   };
   const crosses = {
     type: "scatter", mode: "markers", x: failed.map(({ gap }) => gap), y: failed.map(({ force }) => force),

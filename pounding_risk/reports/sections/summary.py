@@ -12,7 +12,9 @@ from pounding_risk.reports.blocks import (
     Cell,
     amount,
     between,
+    bounds_cell,
     count,
+    enough,
     facts,
     head,
     heading,
@@ -60,9 +62,7 @@ def _verdicts(data: ReportData) -> Block:
         here = pair.assessed.contact_at_gap()
         needed = pair.assessed.required_at(percentile).gap
         shares = [count(here.count), count(here.runs), number(here.probability, "%", 3)]
-        rows.append(
-            [pair.name, number(pair.assessed.gap, "m"), pair.assessed.verdict.word, *shares, number(needed, "m")]
-        )
+        rows.append([pair.name, number(pair.assessed.gap, "m"), pair.assessed.verdict.word, *shares, enough(needed)])
     worst = sorted(range(len(rows)), key=lambda at: -data.pairs[at].assessed.contact_at_gap().probability)
     note = "those with most contact"
     return table("The gaps of the row, left to right.", heads, rows, keep=sorted(worst[:KEPT]), note=note)
@@ -95,8 +95,8 @@ def _required(assessed: Any, percentile: float) -> list[tuple[str, Cell | str]]:
     required = assessed.required_at(percentile)
     ratio = assessed.gap / required.gap if required.gap > 0.0 else float("nan")
     return [
-        (f"gap that {percentile:g} % of the motions need", amount(required.gap, "m")),
-        ("its bounds [mm]", between(required.low, required.high, "m")),
+        (f"gap that {percentile:g} % of the motions need", enough(required.gap, unit=True)),
+        ("its bounds [mm]", bounds_cell(required)),
         ("gap over that", number(ratio, digits=3)),
     ]
 
