@@ -47,7 +47,8 @@ class Verdict:
     many further recordings like these would settle a verdict that depends (`recordings_to_settle` states the rule): 0
     where it is settled, None where more of them would not do. ``margin`` is the gap over the required one at the
     percentile, NaN where nothing is required. ``runs`` are the cases of the dataset, of which some are ``sensitive``,
-    in so far as they were made again, or ``failed``.
+    in so far as they were recomputed, or ``failed``. ``by_polarity`` says that each polarity alone would lie on another
+    side of the target.
     """
 
     word: str
@@ -63,6 +64,7 @@ class Verdict:
     sensitive: int
     failed: int
     evidence: tuple[str, ...]
+    by_polarity: bool = False
 
 
 class AssessedGap(NamedTuple):
@@ -120,6 +122,7 @@ def judge(assessed: AssessedGap, observed: Observations) -> Verdict:
         sensitive=observed.counts["sensitive"],
         failed=observed.counts["failed"],
         evidence=tuple(_evidence(assessed, observed, governing)),
+        by_polarity=_hangs_on_polarity(observed),
     )
 
 
@@ -189,8 +192,8 @@ def _why(word: str, assessed: AssessedGap, observed: Observations) -> str:
         repair = f"it takes {needed} independent ones{reach}"
         return f". So few motions cannot show that a gap keeps {target}, though none closes it: {repair}."
     if observed.lost:
-        return f". That many motions, {observed.lost} of them failed, leave open on which side of {target} it is."
-    return f". That many motions leave open on which side of {target} it is."
+        return f". The bounds, which {counted(observed.lost, 'failed motion')} widen, lie on both sides of {target}."
+    return f". The bounds lie on both sides of {target}."
 
 
 def _evidence(assessed: AssessedGap, observed: Observations, governing: tuple[Governing, ...]) -> list[str]:
@@ -206,7 +209,7 @@ def _evidence(assessed: AssessedGap, observed: Observations, governing: tuple[Go
         )
     runs = f"{counts['cases']} cases, {counts['simulated']} of them simulated, the others known exactly"
     checked = (
-        f"{counts['sensitive']} sensitive of {counts['checked']} made again" if counts["checked"] else "none checked"
+        f"{counts['sensitive']} sensitive of {counts['checked']} recomputed" if counts["checked"] else "none checked"
     )
     sentences.append(f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked}.")
     sentences.append(_whose(assessed, observed))
@@ -226,7 +229,7 @@ def _whose(assessed: AssessedGap, observed: Observations) -> str:
     """Sentence on how contact here differs from that of the free relative motion, by contact elsewhere in the row."""
     motions, touched = observed.motions, observed.touched
     if motions.alone is None:
-        return "The contact model, F_E and sensitive runs have no say in whether there is contact."
+        return "Contact does not depend on the contact model, F_E or sensitive runs."
     free = motions.alone[:, 0] > assessed.gap
     pushed, held = int((touched & ~free).sum()), int((free & ~touched).sum())
     counts = f"The free relative motion, without contact elsewhere in the row, closes the gap in {int(free.sum())}"
@@ -260,12 +263,11 @@ def _number(assessed: AssessedGap, observed: Observations) -> str:
     least = least_upper_bound(observed.independent, assessed.confidence)
     worth = f"{observed.independent:.0f}" if observed.independent >= 10.0 else f"{observed.independent:.2g}"
     many = "1 motion" if worth == "1" else f"{worth} motions"
-    comes = f"The {counted(runs, 'motion')} come" if runs > 1 else "The one motion comes"
-    counts = f"{'count' if runs > 1 else 'counts'} as {worth} independent one{'' if worth == '1' else 's'}"
     needed = motions_to_show(assessed.target, assessed.confidence)
     can = f"Even with no contact at all, {many} could only show P(contact) < {share_words(least)}"
     takes = f"showing {percent_words(assessed.target)} takes at least {needed} independent motions"
-    return f"{comes} from {recordings} recording{'s' if recordings > 1 else ''} and {counts}. {can}; {takes}."
+    who = f"{counted(runs, 'motion')} from {counted(recordings, 'recording')} (effective sample size {worth})"
+    return f"{who}. {can}; {takes}."
 
 
 def share_words(value: float) -> str:
@@ -396,14 +398,15 @@ def _too_few(basis: Basis) -> str:
     """Sentence that so few recordings keep no target at any gap, and how many could."""
     target = percent_words(basis.criterion.target)
     needed = recordings_to_settle(basis._replace(contacts=0, lost=0))
-    answer = f"{_recordings(basis.recordings)} cannot show that any gap keeps {target}"
-    return f"{answer}: that takes {needed} in all, none of whose motions closes it." if needed else f"{answer}."
+    at = f"{target} at {percent_words(basis.criterion.confidence)} confidence"
+    answer = f"With {_recordings(basis.recordings).lower()} no gap can be shown to meet {at}"
+    return f"{answer}; at least {needed} recordings without contact are needed." if needed else f"{answer}."
 
 
 def _settle(basis: Basis) -> str:
     gap, share = say(basis.gap, GAP, 3), percent_words(round(basis.contacts / basis.motions, 3))
     if basis.hangs_on_polarity:
-        return "It hangs on the polarity of the records, which more of them need not settle."
+        return "It depends on the polarity of the records, which more of them need not decide."
     in_all = recordings_to_settle(basis)
     if in_all is None:
         return (

@@ -250,7 +250,7 @@ def test_few_motions_leave_it_open_and_say_why():
     assert one.verdict.sentence.endswith("it takes 36 independent ones.")
     assert one.verdict.independent == 1.0  # of one recording
     told = " ".join(one.verdict.evidence)
-    assert "The 4 motions come from 1 recording and count as 1 independent one." in told
+    assert "4 motions from 1 recording (effective sample size 1)." in told
     # 1 − 0.025, and 36 as in test_proportions
     least = "Even with no contact at all, 1 motion could only show P(contact) < 98 %"
     assert f"{least}; showing 10 % takes at least 36 independent motions." in told

@@ -5,17 +5,20 @@ The dataset is made, not solved (`made_row`): numbers are held against those of 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 import xarray as xr
-from made_row import STREET, made_row
+from made_row import COLUMN_FORCE, STREET, made_row
 
 from pounding_risk.assessment.assess import assess
+from pounding_risk.assessment.columns import struck_columns
 from pounding_risk.assessment.demands import intensities, interfaces, motions_of
 from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import at_contact, code_table
+from pounding_risk.results.own_case import scene_force
 
 G = 9.80665
 NAMES = [f"{one.name} | {other.name}" for one, other in pairwise(STREET)]
@@ -151,3 +154,51 @@ def test_sa_of_a_building_with_storeys_is_that_of_the_records(results):
 def test_only_linear_buildings_have_capacities_by_scaling(effects, method):
     one = assess(made_row(effects=effects), gap=0.08).interfaces[3]
     assert {each.method for each in one.fragility if each.what == "contact" and not each.fault} == {method}
+
+
+def test_struck_columns_come_first_with_their_counts(results):
+    """Counted on the arrays: the column whose strength is reached most often, of those that are struck most."""
+    found, kinds = assess(results), results["contact_point_kind"].values
+    force = results["yield_force"].values.tolist().index(scene_force(results))
+    case = {"pga": 1, "contact_model": 0, "gap": 1, "yield_force": force}
+    for at, one in enumerate(found.interfaces):
+        places = np.flatnonzero((results["contact_point_interface"].values == at) & (kinds == "column"))
+        assert bool(one.columns) is bool(places.size)
+        assert one.verdict.conclusion[: len(one.columns)] == one.columns
+        if not places.size:
+            continue
+        struck = struck_columns(interfaces(results)[at][1], 1, 0.02)
+        part = results.isel(case)
+        touched = (part["contact_point_impact_count"] > 0).isel(contact_point=places)
+        reached = touched & (part["contact_point_yield_exceedance"] > 0).isel(contact_point=places)
+        axes = ("record", "polarity")
+        assert [each.touched for each in struck] == touched.sum(axes).values.tolist()
+        assert [each.reached for each in struck] == reached.sum(axes).values.tolist()
+        assert {each.strength for each in struck} == {COLUMN_FORCE}
+    # Theatre's roof, 9.2 m, meets Tower 7/8 up its third storey.
+    (worst, after) = found.interfaces[2].columns
+    assert "Floor 2 of Theatre strikes the columns of storey 3 of Tower, 9.2 m above the ground" in worst
+    assert "unsafe" in after
+
+
+def test_what_is_assumed_after_the_strength_follows_from_the_forces(results):
+    """A force that stays at the strength is a plateau; a larger one is a law without a cap."""
+    at = 2
+    flat, grown = results.copy(deep=True), results.copy(deep=True)
+    columns = {"contact_point": results["contact_point_kind"].values == "column"}
+    flat["contact_point_peak_contact_force"][columns] = COLUMN_FORCE
+    grown["contact_point_peak_contact_force"][columns] = 3.0 * COLUMN_FORCE
+    assert "perfectly plastic" in assess(flat).interfaces[at].columns[1]
+    assert "goes up to 900 kN" in assess(grown).interfaces[at].columns[1]
+
+
+def test_equal_counts_with_another_verdict_say_why(results):
+    found = assess(results)
+    one, other = found.interfaces[:2]
+    here = one.contact_at_gap()
+    alike = replace(other, gap=one.gap, contact=(here,), verdict=replace(other.verdict, word="unlike", independent=3.0))
+    (sentence,) = replace(found, interfaces=(one, alike)).unlike_verdicts
+    assert (
+        f"{here.count} of {here.runs} motions touch at both" in sentence and "effective sample size of 3." in sentence
+    )
+    assert not replace(found, interfaces=(one, replace(alike, verdict=one.verdict))).unlike_verdicts

@@ -83,8 +83,10 @@ def _terms(data: ReportData) -> str:
     )
     if data.several:
         decides = (
-            "A motion counts as contact where it closes the gap by itself, or where contact elsewhere in the row made "
-            "the buildings touch in a run, under any contact model and F_E. The F_E told is that of floors that meet; "
+            "A motion counts as contact at a gap of the grid where the buildings touch in the run with all neighbours, "
+            "under the scene's own contact model and F_E; at other gaps, in the stepped curve and in required gaps, "
+            "where the free relative motion closes the gap, or a run in which others push the buildings together. The "
+            "F_E stated is that of floors that meet; "
             "a column keeps its own, which stands with the scene."
         )
     return (
@@ -200,7 +202,7 @@ def _codes(data: ReportData, pair: Pair) -> list[Block]:
         (head("median", "m"), "r"),
         (head(f"{codes.percentile:g} %", "m"), "r"),
     ]
-    heads += [("over the gap needed: median (16 to 84 %)", "r"), ("falls short in", "r"), ("note", "l")]
+    heads += [("over the gap needed: median (16 to 84 %)", "r"), ("insufficient for", "r"), ("note", "l")]
     common = _common([rule.row.note for rule in codes.rules if rule.row.separation is not None])
     rows = [_rule_cells(rule, codes.motions, common) for rule in codes.rules]
     sentences = [f"{codes.finding}.", *(f"Everywhere {note}." for note in common), *_doubts(codes.rules)]
@@ -429,7 +431,7 @@ def _sensitivity(data: ReportData, pair: Pair) -> list[Block]:
     if not influences:
         return []
     return [
-        heading("What sways it", f"{pair.anchor}-influences"),
+        heading("Sensitivity", f"{pair.anchor}-influences"),
         paragraph(f"{pair.assessed.what_matters[:1].upper()}{pair.assessed.what_matters[1:]}."),
         listing(f"{influence.what}, by {name_of(influence.key)}: {influence.words}." for influence in influences),
     ]
