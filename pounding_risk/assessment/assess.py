@@ -437,7 +437,8 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
     own_force, own_model = scene_force(results), scene_model(results)
     sensitivity += yield_influences(about, own_force, criterion.target) if own_force in about.forces else ()
     response = responses_at(at_level(results, level), yield_gap)
-    sensitivity += response_influences(response, own_model, own_force)
+    columns_yield = bool(np.isinf(data.finite_forces(results)).any())
+    sensitivity += response_influences(response, own_model, own_force, columns_yield)
     touching = _contact_motions(results, every, options)
     fragility = (
         *map(touching.curve, gaps.tolist()),

@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 CONTACT, REQUIRED, YIELD = "P(contact)", "required gap", "P(yield)"
 WORDS = {"yield_force": "F_E", "contact_model": "the contact model", "polarity": "the polarity"}
 NEVER = "no yielding"  # an infinite F_E in words
+COLUMNS_ALONE = "F_E of columns alone"  # where these have one of their own
 CAPPED = "peak_contact_force"  # F_E is its upper end: that it follows F_E is no finding
 OF_BUILDINGS = ("peak_relative_displacement", "peak_floor_acceleration", "storey_ductility")
 NOTABLE = 0.01  # a median that moves by less than this share of itself is called unchanged
@@ -163,7 +164,9 @@ def yield_influences(yielding: Yielding, force: float, target: float) -> tuple[I
     return tuple(sorted(listed, key=lambda influence: -np.nan_to_num(influence.spread, nan=-1.0)))
 
 
-def response_influences(responses: Sequence[Response], model: str, force: float) -> tuple[Influence, ...]:
+def response_influences(
+    responses: Sequence[Response], model: str, force: float, columns_yield: bool = False
+) -> tuple[Influence, ...]:
     """Influences of F_E and of the contact model on the median of each output.
 
     Parameters
@@ -174,15 +177,17 @@ def response_influences(responses: Sequence[Response], model: str, force: float)
         The scene's own contact model, under which F_E is varied.
     force : float
         The scene's own F_E [N], at which contact models are compared where the grid has no case without yielding.
+    columns_yield : bool
+        Whether columns have an F_E of their own, so that an infinite one of floors is not without yielding.
     """
     outputs = [list(levels) for _, levels in groupby(responses, key=lambda response: response.output)]
-    by_force = [_of_force([response for response in levels if response.contact_model == model]) for levels in outputs]
+    by_force = [_of_force([one for one in levels if one.contact_model == model], columns_yield) for levels in outputs]
     return (*by_force, *(_of_model(levels, force) for levels in outputs))
 
 
-def _of_force(levels: Sequence[Response]) -> Influence:
+def _of_force(levels: Sequence[Response], columns_yield: bool) -> Influence:
     """Influence of F_E on one output under one contact model."""
-    named = [(force_words(response.yield_force), response.median) for response in levels]
+    named = [(force_words(response.yield_force, columns_yield), response.median) for response in levels]
     one = _influence("yield_force", f"median {levels[0].words}", named, nan, levels[0].unit)
     end = "; F_E is its upper end under a law that yields" if levels[0].output == CAPPED and one.spread > 0.0 else ""
     return replace(one, words=one.words + end, output=levels[0].output)
@@ -221,9 +226,9 @@ def what_matters(influences: Sequence[Influence]) -> str:
     return "; ".join(sentences) or "one level of each key was scanned, which tells nothing of what matters"
 
 
-def force_words(force: float) -> str:
-    """A yield force F_E in words; "no yielding" where it is infinite."""
-    return f"F_E {own(force, YIELD_FORCE)}" if isfinite(force) else NEVER
+def force_words(force: float, columns_yield: bool = False) -> str:
+    """A yield force F_E in words; where it is infinite "no yielding", or that columns alone yield."""
+    return f"F_E {own(force, YIELD_FORCE)}" if isfinite(force) else COLUMNS_ALONE if columns_yield else NEVER
 
 
 def _moves(influences: Sequence[Influence], key: str) -> str:

@@ -18,6 +18,7 @@ from pounding_risk.assessment.columns import struck_columns
 from pounding_risk.assessment.demands import intensities, interfaces, motions_of
 from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import at_contact, code_table
+from pounding_risk.cli.assess import print_assessment
 from pounding_risk.results.own_case import scene_force
 
 G = 9.80665
@@ -202,3 +203,12 @@ def test_equal_counts_with_another_verdict_say_why(results):
         f"{here.count} of {here.runs} motions touch at both" in sentence and "effective sample size of 3." in sentence
     )
     assert not replace(found, interfaces=(one, replace(alike, verdict=one.verdict))).unlike_verdicts
+
+
+def test_an_infinite_force_is_not_called_no_yielding_where_columns_yield(results, capsys):
+    print_assessment(assess(results))
+    blocks = capsys.readouterr().out.split("\n\n")
+    responses = [block for block in blocks if block.lstrip().startswith("F_E  contact in")]
+    assert any("columns' own" in block for block in responses)
+    one = assess(results).interfaces[1]  # floors against columns
+    assert not any("no yielding" in influence.words for influence in one.sensitivity)

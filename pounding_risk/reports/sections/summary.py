@@ -100,7 +100,7 @@ def _required(assessed: Any, percentile: float) -> list[tuple[str, Cell | str]]:
     ratio = assessed.gap / required.gap if required.gap > 0.0 else float("nan")
     return [
         (f"gap that {percentile:g} % of the motions need", enough(required.gap, unit=True)),
-        ("its bounds [mm]", bounds_cell(required)),
+        (f"its bounds [mm]{'' if required.bounded else ' (* the largest seen, no bound)'}", bounds_cell(required)),
         ("gap over that", number(ratio, digits=3)),
     ]
 
