@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
+from itertools import combinations
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,6 +20,7 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.assessment import demands as data
 from pounding_risk.assessment import fragility as curves
 from pounding_risk.assessment.annual_rates import AnnualRate, read_target_rate
+from pounding_risk.assessment.columns import column_sentences
 from pounding_risk.assessment.contact_fragility import ContactMotions
 from pounding_risk.assessment.demands import Motions, interfaces
 from pounding_risk.assessment.fragility import Fragility
@@ -108,6 +110,7 @@ class InterfaceAssessment(ShortRepr):
     rate_verdict: RateVerdict | None = None
     scenario: tuple[Scenario, ...] = ()  # by fragility, where ground-motion fields are given
     intensity: str = "pga"  # of ``amplitude``, as an assessment takes it
+    columns: tuple[str, ...] = ()  # which floor strikes which column, how often, what the model assumes then
 
     def required_at(self, percentile: float) -> RequiredGap:
         """The gap required by a percentile [%] that was asked for, 50, 84 or 95."""
@@ -118,7 +121,7 @@ class InterfaceAssessment(ShortRepr):
         yield "between", self.name
         yield "verdict", self.verdict.sentence
         for required in self.required:
-            yield f"gap of {required.percentile:g} % of the motions", say(required.gap, GAP)
+            yield f"gap of {required.percentile:g} % of the motions", say(required.provided, GAP, 3)
         for one in self.gaps_for_rates:
             if not one.fault:
                 yield f"gap for {one.words}", say(one.gap, GAP)
@@ -172,6 +175,18 @@ class Assessment(ShortRepr):
             yield "note", note
 
     @property
+    def unlike_verdicts(self) -> tuple[str, ...]:
+        """A sentence for each pair of gaps with as many contacts and another verdict: why it is another."""
+        alone = [one for one in self.interfaces if one.rate_verdict is None]
+        return tuple(
+            _why_unlike(one, other)
+            for one, other in combinations(alone, 2)
+            if one.verdict.word != other.verdict.word
+            and (one.contact_at_gap().count, one.contact_at_gap().runs)
+            == (other.contact_at_gap().count, other.contact_at_gap().runs)
+        )
+
+    @property
     def criterion(self) -> Criterion:
         """Target, percentile and confidence, as the gaps were held against them."""
         return Criterion(self.target, self.percentile, self.confidence)
@@ -179,6 +194,20 @@ class Assessment(ShortRepr):
     def as_dict(self) -> dict[str, Any]:
         """The assessment as tables and lists that JSON holds; None for what is not a finite number."""
         return _plain(asdict(self))
+
+
+def _why_unlike(one: InterfaceAssessment, other: InterfaceAssessment) -> str:
+    share = one.contact_at_gap()
+    parts = [
+        f"{each.verdict.word} at {each.name}, where "
+        + (
+            "the polarities alone lie on both sides of the target"
+            if each.verdict.by_polarity
+            else f"the motions have an effective sample size of {each.verdict.independent:.2g}"
+        )
+        for each in (one, other)
+    ]
+    return f"{share.count} of {share.runs} motions touch at both, and the verdict is {' and '.join(parts)}."
 
 
 class Options(NamedTuple):
@@ -352,6 +381,7 @@ class Contact(NamedTuple):
     independent: float  # motions that these stand for
     shares: tuple[Share, ...]  # that close each gap of the grid, and the assessed one
     required: dict[float, RequiredGap]  # by percentile [%]
+    touched: NDArray[np.bool_]  # by motion: contact at the assessed gap
 
     @property
     def weight(self) -> float:
@@ -375,11 +405,13 @@ def contact_of(results: xr.Dataset, index: int, options: Options) -> Contact:
     independent = independent_motions(_logs(closing), motions.recordings)
     weight = independent / len(motions.records)
     gaps = np.unique([*map(float, results["gap"].values), gap])
-    contact = _contact_shares(closing, gaps, weight, criterion.confidence)
+    touched = np.stack([data.touching(results, every, one)[every.finite, level] for one in gaps.tolist()], axis=1)
+    contact = shares(touched.astype(float), [{"gap": one} for one in gaps.tolist()], weight, criterion.confidence)
     percentiles = (*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile)
     required = {one.percentile: one for one in required_gaps(closing, weight, percentiles, criterion.confidence)}
     at = amplitude_words(results, every.amplitudes[level])
-    return Contact(gap, every, level, at, motions, independent, contact, required)
+    here = touched[:, gaps.tolist().index(gap)]
+    return Contact(gap, every, level, at, motions, independent, contact, required, here)
 
 
 def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> InterfaceAssessment:
@@ -401,13 +433,12 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
     )
     yield_gap, yields = data.yields_of(results, gap)
     about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
-    sensitivity = contact_influences(
-        motions.closing[:, 0], motions.polarities, gap, criterion, motions.alone is not None
-    )
+    sensitivity = contact_influences(motions, contact_at_gaps.touched, gap, criterion)
     own_force, own_model = scene_force(results), scene_model(results)
     sensitivity += yield_influences(about, own_force, criterion.target) if own_force in about.forces else ()
     response = responses_at(at_level(results, level), yield_gap)
-    sensitivity += response_influences(response, own_model, own_force)
+    columns_yield = bool(np.isinf(data.finite_forces(results)).any())
+    sensitivity += response_influences(response, own_model, own_force, columns_yield)
     touching = _contact_motions(results, every, options)
     fragility = (
         *map(touching.curve, gaps.tolist()),
@@ -423,7 +454,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
         int((~every.finite).sum()),
         sensitivity[0],
         data.run_counts(results),
-        int(data.held_apart(results, gap)[every.finite, level].sum()),
+        contact_at_gaps.touched,
         data.record_doubts(results),
     )
     hazard = options.hazard
@@ -431,6 +462,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
     levels = None if options.fields is None else options.fields.at(data.spectral_intensity(results, options.intensity))
     scenario = () if levels is None else tuple(scenario_of(levels, one, criterion.confidence) for one in fragility)
     gaps_for_rates, rate_verdict = _by_rate(touching, options, gap, observed.lost)
+    columns = column_sentences(results, level, gap)
     return InterfaceAssessment(
         name=name,
         gap=gap,
@@ -451,11 +483,13 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
         what_matters=what_matters(sensitivity),
         separations=code_table(at_level(results, level), criterion.percentile).rules,
         verdict=_with_rate(
-            _with_notes(judge(AssessedGap(gap, criterion), observed), results, name, options.level), rate_verdict
+            _with_notes(judge(AssessedGap(gap, criterion), observed), results, name, options.level, columns),
+            rate_verdict,
         ),
         rate_verdict=rate_verdict,
         intensity=amplitudes_of(results).name,
         scenario=scenario,
+        columns=columns,
     )
 
 
@@ -481,10 +515,16 @@ def _with_rate(verdict: Verdict, by_rate: RateVerdict | None) -> Verdict:
     return verdict if by_rate is None else replace(verdict, conclusion=(*verdict.conclusion, *by_rate.conclusion))
 
 
-def _with_notes(verdict: Verdict, results: xr.Dataset, name: str, asked: int | None) -> Verdict:
-    """The verdict, extended by which amplitude it is of and by the dataset's notes on this interface."""
+def _with_notes(
+    verdict: Verdict, results: xr.Dataset, name: str, asked: int | None, columns: tuple[str, ...]
+) -> Verdict:
+    """The verdict, with struck columns first in its conclusion, its amplitude, and the notes on this interface."""
     notes = [_amplitude_note(results) if asked is None else "", told(results, "level_notes", {}).get(name, "")]
-    return replace(verdict, evidence=(*verdict.evidence, *(str(note) for note in notes if note)))
+    return replace(
+        verdict,
+        conclusion=(*columns, *verdict.conclusion),
+        evidence=(*verdict.evidence, *(str(note) for note in notes if note)),
+    )
 
 
 def _amplitude_note(results: xr.Dataset) -> str:
@@ -523,11 +563,6 @@ def _logs(closing: Array) -> Array:
     """Logarithms of the closings; one that closes nothing counts as the least that does."""
     least = closing[closing > 0.0].min(initial=1.0)
     return np.log(np.maximum(closing, least))
-
-
-def _contact_shares(closing: Array, gaps: Array, weight: float, confidence: float) -> tuple[Share, ...]:
-    touching = (closing[:, None] > gaps).astype(float)
-    return shares(touching, [{"gap": float(gap)} for gap in gaps], weight, confidence)
 
 
 def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: float) -> tuple[Share, ...]:

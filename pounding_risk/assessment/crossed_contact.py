@@ -13,6 +13,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.order import enough_for
 from pounding_risk.assessment.crossed import (
     AT_ONCE,
     Analysis,
@@ -107,7 +108,7 @@ class CrossedClosings:
         """
         values = self.closing.ravel()
         asked = np.array(sorted(set(percentiles)))
-        gaps, fitted = np.percentile(values, asked), self._fitted(asked)
+        gaps, fitted = enough_for(values, asked), self._fitted(asked)
         levels = _levels(values)
         past, short = self._share(levels, "right"), self._share(levels, "left")
         independent = self._independent(levels, past, self.counted)

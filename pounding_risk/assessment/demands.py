@@ -35,7 +35,7 @@ from pounding_risk.results.attributes import tables_of, told
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.files import open_results
 from pounding_risk.results.kinds import kind_of
-from pounding_risk.results.own_case import own_gaps, scene_place
+from pounding_risk.results.own_case import own_gaps, scene_force, scene_model, scene_place
 from pounding_risk.results.selected_axes import with_axes
 
 if TYPE_CHECKING:
@@ -188,18 +188,21 @@ def _pushed(results: xr.Dataset) -> Array:
     return _by_amplitude(reach.max([axis for axis in reach.dims if axis not in MOTION_AXES]))
 
 
-def held_apart(results: xr.Dataset, gap: float) -> NDArray[np.bool_]:
-    """Motions that close a gap of the grid alone and touch in no run at it, (motions, amplitudes).
+def touching(results: xr.Dataset, motions: Motions, gap: float) -> NDArray[np.bool_]:
+    """Whether each motion brings contact at a gap, (motions, amplitudes).
 
-    So it is where contact elsewhere in the row holds the buildings apart. None is known to be so at a gap that the grid
-    has not, nor where a run failed.
+    Of a pair that is what it closes. In a row contact elsewhere may push buildings together or keep them from meeting:
+    at a gap of the grid it is what the run with all neighbours does, under the scene's own contact model and F_E, as
+    `row.row_case` has it. At another gap, and where that run failed, it is ``closing`` of `motions_of`.
     """
+    closes = motions.closing > gap
     at = np.flatnonzero(np.isclose(results["gap"].values, gap, rtol=0.0, atol=SAME_GAP))
-    if not at.size:
-        return np.zeros_like(_by_amplitude(results["peak_closing_free"]), dtype=bool)
-    counts = results["impact_count"].isel(gap=at)
-    touches = (counts != 0).any([axis for axis in counts.dims if axis not in MOTION_AXES])
-    return np.asarray((_by_amplitude(results["peak_closing_free"]) > gap) & (_by_amplitude(touches) == 0))
+    if motions.alone is None or not at.size:
+        return closes
+    model = list(map(str, results["contact_model"].values)).index(scene_model(results))
+    force = int(np.flatnonzero(results["yield_force"].values == scene_force(results))[0])
+    counts = _by_amplitude(results["impact_count"].isel(gap=int(at[0]), contact_model=model, yield_force=force))
+    return np.asarray(np.where(counts == UNDEFINED, closes, counts > 0))
 
 
 def _hashable(value: Any) -> Any:

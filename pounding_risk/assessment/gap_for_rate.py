@@ -168,16 +168,23 @@ def _first(gaps: Array, enough: NDArray[np.bool_]) -> float:
 
 
 def _counted(hazard: Hazard, unit: Array, rate: float) -> float:
-    """The gap [m] that motions of these capacities a metre close at a rate, each as often as the hazard curve says."""
+    """The gap [m] that motions of these capacities a metre close at a rate, each as often as the hazard curve says.
+
+    The rate of a motion is λ at its capacity: stronger ones close the gap too, those beyond the last row among them.
+    Beyond that row λ goes on at the slope of the last two, and below the first it is that row's.
+    """
+    im, annual = np.log(hazard.im), np.log(hazard.rate)
+    steep = (annual[-2] - annual[-1]) / (im[-1] - im[-2])
 
     def often(log_gap: float) -> float:
-        capacities = np.clip(np.log(unit) + log_gap, np.log(hazard.im[0]), np.log(hazard.im[-1]))
-        exceeded = np.exp(np.interp(capacities, np.log(hazard.im), np.log(hazard.rate)))
-        return float((exceeded - hazard.rate[-1]).mean())
+        capacities = np.log(unit) + log_gap
+        beyond = steep * np.maximum(capacities - im[-1], 0.0)
+        return float(np.exp(np.interp(capacities, im, annual) - beyond).mean())
 
     from scipy.optimize import brentq
 
-    low, high = np.log(hazard.im[0] / unit.max()), np.log(hazard.im[-1] / unit.min())
+    low, high = im[0] - np.log(unit.max()), im[-1] - np.log(unit.min())
+    high += max(annual[-1] - np.log(rate), 0.0) / steep
     return float(np.exp(brentq(lambda log_gap: often(log_gap) - rate, low, high)))
 
 

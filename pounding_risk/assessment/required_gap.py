@@ -1,4 +1,4 @@
-"""Required gaps: percentiles of the closing without contact, with bounds.
+"""Required gaps: the smallest gaps that a share of the motions, counted, do not close, with bounds.
 
 A motion closes a gap if and only if its closing without contact is larger, whatever the contact model or F_E: the
 percentiles need no contact run.
@@ -12,22 +12,25 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.order import enough_for
 from pounding_risk.assessment.options import target_left_by
 from pounding_risk.assessment.proportions import exact_bounds
+from pounding_risk.units import GAP, say
 
 Array = NDArray[np.float64]
 
 USUAL_PERCENTILES = (50.0, 84.0, 95.0)
+NO_LOWER, NO_UPPER = "–", "*"  # marks of bounds that are none
 
 
 @dataclass(frozen=True)
 class RequiredGap:
-    """The gap [m] that is wide enough for ``percentile`` % of the motions.
+    """The gap [m] that is wide enough for ``percentile`` % of the motions, by count: one of the closings.
 
     ``low`` and ``high`` are bounds by recording, those at which a verdict would turn; ``low`` is 0 where there is none.
     ``bounded`` is False where so few recordings cannot bound the percentile from above at this confidence: then
     ``high`` is only the largest closing seen. ``fitted`` is that of a lognormal distribution with the motions' mean and
-    deviation; NaN where a motion closes nothing.
+    deviation; NaN where a motion closes nothing. ``provided`` is the gap in the digits in which it is written.
     """
 
     percentile: float
@@ -37,20 +40,38 @@ class RequiredGap:
     bounded: bool
     fitted: float
 
+    @property
+    def provided(self) -> float:
+        """The gap [m] rounded up to three digits: what is written down suffices for the percentile too."""
+        return rounded_up(self.gap)
+
+    @property
+    def bounds_words(self) -> str:
+        """The bounds as a table has them: "–" without a lower one, "*" where the upper one is the largest seen."""
+        low = say(self.low, GAP, 3) if self.low > 0.0 else NO_LOWER
+        return f"{low} to {say(rounded_up(self.high), GAP, 3)}{'' if self.bounded else f' {NO_UPPER}'}"
+
+
+NO_BOUND = {
+    NO_LOWER: "no lower bound above 0: with so few recordings even a gap that all motions close may suffice",
+    NO_UPPER: "the largest gap that a motion needs: with so few recordings there is no upper bound",
+}
+
 
 def required_gaps(
     closing: Array, independent: float, percentiles: tuple[float, ...], confidence: float
 ) -> tuple[RequiredGap, ...]:
     """Required gap at each percentile, in rising order; one motion counts for ``independent``, at most 1.
 
-    Percentiles of the sample are NumPy's "linear": between the order statistics at (i − 1)/(n − 1). Bounds are the gaps
+    It is the smallest gap that at least this share of the motions, counted, do not close, whose closing may be equal to
+    it: an order statistic (`enough_for`), so that "84 % of the motions need no more" is true. Bounds are the gaps
     at which the exact bounds of the probability of contact pass what a percentile p leaves, 1 − p: at ``high`` the
     upper bound is no more than that, below ``low`` the lower one is above it. For independent motions these are the
     order statistics between which the binomial distribution has the percentile (David and Nagaraja, Order Statistics,
     2003, 7.1).
     """
     asked = np.array(sorted(set(percentiles)))
-    gaps, fitted = np.percentile(closing, asked), lognormal_percentiles(closing, asked)
+    gaps, fitted = enough_for(closing, asked), lognormal_percentiles(closing, asked)
     levels = np.unique(closing)
     rising, runs = np.sort(closing), closing.size * independent
     past = closing.size - np.searchsorted(rising, levels, "right")  # motions that close a gap of so much
@@ -118,26 +139,6 @@ def lognormal_share(closing: Array, gap: float) -> float:
         return nan
     logs = np.log(closing)
     return float(ndtr((logs.mean() - np.log(gap)) / logs.std(ddof=1)))
-
-
-def gap_to_provide(closing: Array, target: float) -> float:
-    """The smallest gap [m] that no more than a share of the motions close, rounded up to three digits.
-
-    A percentile between two motions may leave one more of them than the target allows, and so may a number that is
-    rounded to the nearest: what an engineer writes down keeps the target among these motions.
-
-    Parameters
-    ----------
-    closing : array of shape (motions,)
-        What each motion closes [m].
-    target : float
-        The probability of contact that is accepted.
-    """
-    allowed = int(np.floor(target * closing.size + 1e-9))  # of whole motions: 0.1 × 20 is two of them
-    if allowed >= closing.size:
-        return 0.0
-    least = float(np.sort(closing)[::-1][allowed])
-    return rounded_up(least)
 
 
 def rounded_up(gap: float) -> float:

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.demands import by_motion
+from pounding_risk._common.order import enough_for
+from pounding_risk.assessment.demands import Motions, by_motion
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.results.amplitudes import own
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, say
@@ -32,6 +33,7 @@ Array = NDArray[np.float64]
 CONTACT, REQUIRED, YIELD = "P(contact)", "required gap", "P(yield)"
 WORDS = {"yield_force": "F_E", "contact_model": "the contact model", "polarity": "the polarity"}
 NEVER = "no yielding"  # an infinite F_E in words
+COLUMNS_ALONE = "F_E of columns alone"  # where these have one of their own
 CAPPED = "peak_contact_force"  # F_E is its upper end: that it follows F_E is no finding
 OF_BUILDINGS = ("peak_relative_displacement", "peak_floor_acceleration", "storey_ductility")
 NOTABLE = 0.01  # a median that moves by less than this share of itself is called unchanged
@@ -130,16 +132,17 @@ class Yielding(NamedTuple):
 
 
 def contact_influences(
-    closing: Array, polarities: tuple[str, ...], gap: float, criterion: Criterion, in_row: bool = False
+    motions: Motions, touched: NDArray[np.bool_], gap: float, criterion: Criterion
 ) -> tuple[Influence, ...]:
-    """Influences on the probability of contact and on the required gap."""
-    percentile, target = criterion.percentile, criterion.target
-    names, kinds = list(dict.fromkeys(polarities)), np.array(polarities)
-    shares = [(name, float((closing[kinds == name] > gap).mean())) for name in names]
-    gaps = [(name, float(np.percentile(closing[kinds == name], percentile))) for name in names]
+    """Influences on the probability of contact and on the required gap; ``touched`` is contact by motion."""
+    percentile, target, in_row = criterion.percentile, criterion.target, motions.alone is not None
+    closing, kinds = motions.closing[:, 0], np.array(motions.polarities)
+    names = list(dict.fromkeys(motions.polarities))
+    shares = [(name, float(touched[kinds == name].mean())) for name in names]
+    gaps = [(name, float(enough_for(closing[kinds == name], percentile))) for name in names]
     free = "none: the motion is free up to the first touch, so that it alone decides whether there is contact"
     if in_row:
-        free = "none on the first touch of the row; a motion counts where it touches here under any of them"
+        free = "none on the first touch of the row; P(contact) is that of the scene's own contact model and F_E"
     spread = nan if in_row else 0.0
     none = tuple(Influence(key, CONTACT, spread, "1", (), False, free) for key in ("yield_force", "contact_model"))
     return (
@@ -161,7 +164,9 @@ def yield_influences(yielding: Yielding, force: float, target: float) -> tuple[I
     return tuple(sorted(listed, key=lambda influence: -np.nan_to_num(influence.spread, nan=-1.0)))
 
 
-def response_influences(responses: Sequence[Response], model: str, force: float) -> tuple[Influence, ...]:
+def response_influences(
+    responses: Sequence[Response], model: str, force: float, columns_yield: bool = False
+) -> tuple[Influence, ...]:
     """Influences of F_E and of the contact model on the median of each output.
 
     Parameters
@@ -172,15 +177,17 @@ def response_influences(responses: Sequence[Response], model: str, force: float)
         The scene's own contact model, under which F_E is varied.
     force : float
         The scene's own F_E [N], at which contact models are compared where the grid has no case without yielding.
+    columns_yield : bool
+        Whether columns have an F_E of their own, so that an infinite one of floors is not without yielding.
     """
     outputs = [list(levels) for _, levels in groupby(responses, key=lambda response: response.output)]
-    by_force = [_of_force([response for response in levels if response.contact_model == model]) for levels in outputs]
+    by_force = [_of_force([one for one in levels if one.contact_model == model], columns_yield) for levels in outputs]
     return (*by_force, *(_of_model(levels, force) for levels in outputs))
 
 
-def _of_force(levels: Sequence[Response]) -> Influence:
+def _of_force(levels: Sequence[Response], columns_yield: bool) -> Influence:
     """Influence of F_E on one output under one contact model."""
-    named = [(force_words(response.yield_force), response.median) for response in levels]
+    named = [(force_words(response.yield_force, columns_yield), response.median) for response in levels]
     one = _influence("yield_force", f"median {levels[0].words}", named, nan, levels[0].unit)
     end = "; F_E is its upper end under a law that yields" if levels[0].output == CAPPED and one.spread > 0.0 else ""
     return replace(one, words=one.words + end, output=levels[0].output)
@@ -208,19 +215,20 @@ def what_matters(influences: Sequence[Influence]) -> str:
         at = yielding[0].what.partition(" at ")[2]
         sentences.append(f"whether {at} is reached depends on {' and '.join(map(_spread, yielding))}")
     contact = {influence.key: influence.spread for influence in influences if influence.what == CONTACT}
-    moved = f"by {contact['polarity']:.2f}" if contact["polarity"] > 0.0 else "by nothing here"
     never = contact["yield_force"] == contact["contact_model"] == 0.0
     if not np.isnan(contact["polarity"]):
-        also = ", F_E and the contact model never do" if never else ""
-        sentences.append(f"the polarity moves P(contact) {moved}{also}")
+        by = contact["polarity"]
+        moves = f"changes P(contact) by {by:.2f}" if by > 0.0 else "does not change P(contact)"
+        also = "; F_E and the contact model never change it" if never else ""
+        sentences.append(f"the polarity {moves}{also}")
     elif never:
         sentences.append("F_E and the contact model never change whether there is contact")
     return "; ".join(sentences) or "one level of each key was scanned, which tells nothing of what matters"
 
 
-def force_words(force: float) -> str:
-    """A yield force F_E in words; "no yielding" where it is infinite."""
-    return f"F_E {own(force, YIELD_FORCE)}" if isfinite(force) else NEVER
+def force_words(force: float, columns_yield: bool = False) -> str:
+    """A yield force F_E in words; where it is infinite "no yielding", or that columns alone yield."""
+    return f"F_E {own(force, YIELD_FORCE)}" if isfinite(force) else COLUMNS_ALONE if columns_yield else NEVER
 
 
 def _moves(influences: Sequence[Influence], key: str) -> str:

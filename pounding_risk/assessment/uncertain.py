@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.dates import created
+from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk.assessment import uncertain_words as words
 from pounding_risk.assessment.crossed import Analysis, Components
@@ -301,7 +302,7 @@ def _required(closings: CrossedClosings, criterion: Criterion) -> dict[str, Any]
 
 def _required_of_samples(closings: CrossedClosings, percentiles: tuple[float, ...]) -> dict[str, Any]:
     """Percentiles over the samples of the gaps that percentiles of the motions need."""
-    over_samples = np.percentile(np.percentile(closings.closing, percentiles, axis=1), OVER_SAMPLES, axis=1).T
+    over_samples = np.percentile(enough_for(closings.closing, percentiles, axis=1), OVER_SAMPLES, axis=1).T
     about = described("m", "percentiles over the samples of the gap that a percentile of the motions needs")
     return {"required_gap_of_samples": (("percentile", "sample_percentile"), over_samples, about)}
 

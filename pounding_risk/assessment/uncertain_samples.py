@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment import demands as data
@@ -60,7 +61,7 @@ def _contact(closing: Array, gap: float, percentile: float) -> Array:
 
 
 def _required(closing: Array, gap: float, percentile: float) -> Array:
-    return np.asarray(np.percentile(closing, percentile, axis=1))
+    return enough_for(closing, percentile, axis=1)
 
 
 def _log_median(closing: Array, gap: float, percentile: float) -> Array:

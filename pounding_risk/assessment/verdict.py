@@ -13,12 +13,13 @@ from math import nan
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.demands import Motions
 from pounding_risk.assessment.options import Criterion, percent_words
 from pounding_risk.assessment.proportions import Share, exact_bounds, least_upper_bound, motions_to_show
-from pounding_risk.assessment.required_gap import RequiredGap, gap_to_provide, lognormal_share
+from pounding_risk.assessment.required_gap import RequiredGap, lognormal_share, rounded_up
 from pounding_risk.assessment.sensitivity import CONTACT, Influence
 from pounding_risk.units import GAP, say
 
@@ -46,7 +47,8 @@ class Verdict:
     many further recordings like these would settle a verdict that depends (`recordings_to_settle` states the rule): 0
     where it is settled, None where more of them would not do. ``margin`` is the gap over the required one at the
     percentile, NaN where nothing is required. ``runs`` are the cases of the dataset, of which some are ``sensitive``,
-    in so far as they were made again, or ``failed``.
+    in so far as they were recomputed, or ``failed``. ``by_polarity`` says that each polarity alone would lie on another
+    side of the target.
     """
 
     word: str
@@ -62,6 +64,7 @@ class Verdict:
     sensitive: int
     failed: int
     evidence: tuple[str, ...]
+    by_polarity: bool = False
 
 
 class AssessedGap(NamedTuple):
@@ -91,7 +94,7 @@ class Observations(NamedTuple):
     lost: int  # motions without a finite response
     polarity: Influence
     counts: dict[str, int]
-    held: int = 0  # of a row: motions that close the gap alone, and touch in no run at it
+    touched: NDArray[np.bool_]  # by motion: contact at the assessed gap
     record_doubts: tuple[str, ...] = ()  # copies of records and records without motion, a sentence each
 
 
@@ -119,12 +122,13 @@ def judge(assessed: AssessedGap, observed: Observations) -> Verdict:
         sensitive=observed.counts["sensitive"],
         failed=observed.counts["failed"],
         evidence=tuple(_evidence(assessed, observed, governing)),
+        by_polarity=_hangs_on_polarity(observed),
     )
 
 
 def _basis(assessed: AssessedGap, observed: Observations) -> Basis:
     closing = observed.motions.closing[:, 0]
-    provided = gap_to_provide(closing, assessed.criterion.target)
+    provided = observed.keeps_target.provided
     return Basis(
         gap=assessed.gap,
         criterion=assessed.criterion,
@@ -165,7 +169,8 @@ def _word(assessed: AssessedGap, observed: Observations) -> str:
 
 def _finding(assessed: AssessedGap, observed: Observations) -> str:
     share = observed.contact
-    verb = "closes" if share.count < 2 else "close"
+    one = share.count < 2
+    verb = ("closes" if one else "close") if observed.motions.alone is None else ("touches" if one else "touch") + " at"
     who = f"{share.count or 'none'} of {counted(share.runs, 'motion')} {observed.at} {verb}"
     low, high = share_words(share.low_recordings), share_words(share.high_recordings)
     bounds = f"{100 * assessed.confidence:g} % bounds {low} to {high}"
@@ -187,13 +192,13 @@ def _why(word: str, assessed: AssessedGap, observed: Observations) -> str:
         repair = f"it takes {needed} independent ones{reach}"
         return f". So few motions cannot show that a gap keeps {target}, though none closes it: {repair}."
     if observed.lost:
-        return f". That many motions, {observed.lost} of them failed, leave open on which side of {target} it is."
-    return f". That many motions leave open on which side of {target} it is."
+        return f". The bounds, which {counted(observed.lost, 'failed motion')} widen, lie on both sides of {target}."
+    return f". The bounds lie on both sides of {target}."
 
 
 def _evidence(assessed: AssessedGap, observed: Observations, governing: tuple[Governing, ...]) -> list[str]:
-    required, counts = observed.required, observed.counts
-    sentences = [_margin(assessed, required), _number(assessed, observed)]
+    counts = observed.counts
+    sentences = [_margin(assessed, observed), _number(assessed, observed)]
     named = "; ".join(f"{motion.record} {motion.polarity} {say(motion.closing, GAP, 3)}" for motion in governing)
     sentences.append(f"The motions that close most: {named}.")
     tail = lognormal_share(observed.motions.closing[:, 0], assessed.gap)
@@ -204,15 +209,10 @@ def _evidence(assessed: AssessedGap, observed: Observations, governing: tuple[Go
         )
     runs = f"{counts['cases']} cases, {counts['simulated']} of them simulated, the others known exactly"
     checked = (
-        f"{counts['sensitive']} sensitive of {counts['checked']} made again" if counts["checked"] else "none checked"
+        f"{counts['sensitive']} sensitive of {counts['checked']} recomputed" if counts["checked"] else "none checked"
     )
     sentences.append(f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked}.")
-    sentences.append(_whose(assessed, observed.motions))
-    if observed.held:
-        sentences.append(
-            f"In {observed.held} of these motions no run touches here, as contact elsewhere in the row holds the "
-            "buildings apart: each counts all the same, by what it closes without it."
-        )
+    sentences.append(_whose(assessed, observed))
     if observed.lost:
         sentences.append(
             f"Without a finite response, and counted against the verdict: {counted(observed.lost, 'motion')}."
@@ -225,24 +225,34 @@ def _evidence(assessed: AssessedGap, observed: Observations, governing: tuple[Go
     return sentences
 
 
-def _whose(assessed: AssessedGap, motions: Motions) -> str:
-    """Sentence on whether contact follows from the motion alone or from contact elsewhere in the row."""
+def _whose(assessed: AssessedGap, observed: Observations) -> str:
+    """Sentence on how contact here differs from that of the free relative motion, by contact elsewhere in the row."""
+    motions, touched = observed.motions, observed.touched
     if motions.alone is None:
-        return "The contact model, F_E and sensitive runs have no say in whether there is contact."
-    pushed = int(((motions.alone <= assessed.gap) & (motions.closing > assessed.gap)).sum())
-    if not pushed:
-        return "Every motion that closes the gap does so without contact elsewhere in the row; no run adds one."
-    return (
-        f"In {pushed} of these motions contact elsewhere in the row closes the gap, which they leave open without it: "
-        "each counts with the most that it closes in a run that touches here."
-    )
+        return "Contact does not depend on the contact model, F_E or sensitive runs."
+    free = motions.alone[:, 0] > assessed.gap
+    pushed, held = int((touched & ~free).sum()), int((free & ~touched).sum())
+    counts = f"The free relative motion, without contact elsewhere in the row, closes the gap in {int(free.sum())}"
+    if not pushed + held:
+        return f"{counts} motions too: the same ones."
+    parts = [
+        f"contact elsewhere brings it in {pushed} more" if pushed else "",
+        f"prevents it in {held}, which the required gaps count all the same" if held else "",
+    ]
+    return f"{counts} motions; {' and '.join(filter(None, parts))}."
 
 
-def _margin(assessed: AssessedGap, required: RequiredGap) -> str:
-    needs = f"{required.percentile:g} % of the motions need no more than {say(required.gap, GAP, 3)}"
-    bounds = f"bounds {say(required.low, GAP, 3)} to {say(required.high, GAP, 3)}"
-    if not required.bounded:
-        bounds += ", the upper one only the largest seen: so few recordings do not bound it"
+def _margin(assessed: AssessedGap, observed: Observations) -> str:
+    required, finite = observed.required, " with a finite response" if observed.lost else ""
+    needs = f"{required.percentile:g} % of the motions{finite} need no more than {say(required.provided, GAP, 3)}"
+    low, high = say(required.low, GAP, 3), say(rounded_up(required.high), GAP, 3)
+    if required.low > 0.0:
+        bounds = f"bounds {low} to {high}"
+        if not required.bounded:
+            bounds += ", the upper one only the largest seen: so few recordings do not bound it"
+    else:
+        upper = f"upper bound {high}, " if required.bounded else f"largest seen {high}, no upper bound, "
+        bounds = f"{upper}no lower bound: so few recordings give none"
     ratio = f"{assessed.gap / required.gap:.2f} times that" if required.gap > 0.0 else "no less"
     return f"{needs} ({bounds}); the gap is {ratio if assessed.gap > 0.0 else 'closed'}."
 
@@ -253,12 +263,11 @@ def _number(assessed: AssessedGap, observed: Observations) -> str:
     least = least_upper_bound(observed.independent, assessed.confidence)
     worth = f"{observed.independent:.0f}" if observed.independent >= 10.0 else f"{observed.independent:.2g}"
     many = "1 motion" if worth == "1" else f"{worth} motions"
-    comes = f"The {counted(runs, 'motion')} come" if runs > 1 else "The one motion comes"
-    counts = f"{'count' if runs > 1 else 'counts'} as {worth} independent one{'' if worth == '1' else 's'}"
     needed = motions_to_show(assessed.target, assessed.confidence)
     can = f"Even with no contact at all, {many} could only show P(contact) < {share_words(least)}"
     takes = f"showing {percent_words(assessed.target)} takes at least {needed} independent motions"
-    return f"{comes} from {recordings} recording{'s' if recordings > 1 else ''} and {counts}. {can}; {takes}."
+    who = f"{counted(runs, 'motion')} from {counted(recordings, 'recording')} (effective sample size {worth})"
+    return f"{who}. {can}; {takes}."
 
 
 def share_words(value: float) -> str:
@@ -362,7 +371,7 @@ def _provide(basis: Basis, answer: bool | None) -> str:
     confidence = percent_words(basis.criterion.confidence)
     if required.gap <= 0.0:
         return f"For {target} these motions require no gap at all."
-    gap, low, high = (say(value, GAP, 3) for value in (required.gap, required.low, required.high))
+    gap, low, high = (say(value, GAP, 3) for value in (required.gap, required.low, rounded_up(required.high)))
     if required.bounded:
         verb = f"Required is {gap}" if answer else f"Provide {gap}"
         return (
@@ -389,14 +398,15 @@ def _too_few(basis: Basis) -> str:
     """Sentence that so few recordings keep no target at any gap, and how many could."""
     target = percent_words(basis.criterion.target)
     needed = recordings_to_settle(basis._replace(contacts=0, lost=0))
-    answer = f"{_recordings(basis.recordings)} cannot show that any gap keeps {target}"
-    return f"{answer}: that takes {needed} in all, none of whose motions closes it." if needed else f"{answer}."
+    at = f"{target} at {percent_words(basis.criterion.confidence)} confidence"
+    answer = f"With {_recordings(basis.recordings).lower()} no gap can be shown to meet {at}"
+    return f"{answer}; at least {needed} recordings without contact are needed." if needed else f"{answer}."
 
 
 def _settle(basis: Basis) -> str:
     gap, share = say(basis.gap, GAP, 3), percent_words(round(basis.contacts / basis.motions, 3))
     if basis.hangs_on_polarity:
-        return "It hangs on the polarity of the records, which more of them need not settle."
+        return "It depends on the polarity of the records, which more of them need not decide."
     in_all = recordings_to_settle(basis)
     if in_all is None:
         return (

@@ -73,13 +73,15 @@ def _print_range(stiffness_range: StiffnessRange) -> None:
             stiffness_words(value, stiffness_range.unit, 3) for value in (stiffness_range.low, stiffness_range.high)
         )
         print(f"  {low} to {high} give {limits}\n")
+    if stiffness_range.is_column:
+        print("  of floors that strike each other: columns, which are struck here, are not judged by it\n")
     rows = [
         (
             "the scene's",
             "",
             stiffness_words(stiffness_range.own, stiffness_range.unit),
             ms(stiffness_range.duration),
-            stiffness_range.verdict or "–",
+            "–" if stiffness_range.is_column else stiffness_range.verdict or "–",
             "",
         )
     ]
@@ -89,7 +91,7 @@ def _print_range(stiffness_range: StiffnessRange) -> None:
             stiffness_words(rule.published, rule.unit, 3),
             stiffness_words(rule.equivalent, stiffness_range.unit, 3),
             ms(rule.duration),
-            rule.verdict or "–",
+            "–" if stiffness_range.is_column else rule.verdict or "–",
             f"{rule.source} ({rule.known})",
         )
         for rule in stiffness_range.rules

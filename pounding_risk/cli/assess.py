@@ -170,6 +170,9 @@ def _cells_along(row: dict[str, Any], keys: list[str], assessed: Any, several: b
 def print_assessment(assessment: Assessment) -> None:
     """Print the verdict on each interface, and the tables that it rests on."""
     print(assessment.title)
+    for interface in assessment.interfaces:
+        for sentence in interface.columns:
+            print(f"{interface.name}: {sentence}" if len(assessment.interfaces) > 1 else sentence)
     print(assessment.asked)
     print_notes(assessment.notes)
     if len(assessment.interfaces) > 1:
@@ -177,7 +180,8 @@ def print_assessment(assessment: Assessment) -> None:
         _print_row(assessment)
     for interface in assessment.interfaces:
         print(f"\n{interface.name}\n\n{interface.verdict.sentence}\n")
-        for sentence in (*interface.verdict.conclusion, "", *interface.verdict.evidence):
+        shown = interface.verdict.conclusion[len(interface.columns) :]  # columns stand at the top
+        for sentence in (*shown, "", *interface.verdict.evidence):
             print(f"  {sentence}".rstrip())
         print(f"  In short: {interface.what_matters}.\n")
         _print_required_gaps(interface)
@@ -202,33 +206,33 @@ def _print_row(assessment: Assessment) -> None:
     for interface in assessment.interfaces:
         share = interface.contact_at_gap()
         cells = (f"{share.count} of {share.runs}", _probability(share.probability))
-        required = _length(_required_gap(interface, assessment.percentile))
+        required = _length(interface.required_at(assessment.percentile).provided)
         by_rate = interface.rate_verdict
         rate = () if by_rate is None else (by_rate.word, _length(by_rate.required.gap))
         rows.append((interface.name, _given_length(interface.gap), interface.verdict.word, *cells, required, *rate))
     print_table(heads, rows, "lrlrrrlr"[: len(heads)])
-
-
-def _required_gap(interface: InterfaceAssessment, percentile: float) -> float:
-    """The gap [m] that a percentile [%] of the motions requires."""
-    return next(required.gap for required in interface.required if required.percentile == percentile)
+    for sentence in assessment.unlike_verdicts:
+        print(sentence)
 
 
 def _print_required_gaps(interface: InterfaceAssessment) -> None:
-    heads = ("gap required by", "of the sample", "bounds by recording", "lognormal", "the gap over it")
+    from pounding_risk.assessment.required_gap import NO_BOUND
+
+    heads = ("gap required by", "by count", "bounds by recording", "lognormal", "the gap over it")
     rows = [
         (
             f"{required.percentile:g} % of the motions",
-            _length(required.gap),
-            f"{_length(required.low)} to {_length(required.high)}{'' if required.bounded else ' *'}",
+            _length(required.provided),
+            required.bounds_words,
             _length(required.fitted),
             f"{interface.gap / required.gap:.2f}" if required.gap > 0.0 else "–",
         )
         for required in interface.required
     ]
     print_table(heads, rows, "lrrrr")
-    if not all(required.bounded for required in interface.required):
-        print("* the upper one is the largest seen: so few recordings do not bound this percentile")
+    for mark, words in NO_BOUND.items():
+        if any(mark in required.bounds_words for required in interface.required):
+            print(f"{mark} {words}")
     print()
 
 
@@ -266,7 +270,7 @@ def _print_yielding(interface: InterfaceAssessment, assessment: Assessment) -> N
         return
     print(f"The force reaches F_E, at a gap of {_given_length(interface.yield_gap)}\n")
     bounds = f"{100 * assessment.confidence:g} % bounds"
-    heads = ("contact model", "F_E", "reached in", "P(yield)", bounds, "by recording", "left out")
+    heads = ("contact model", "F_E", "reached in", "P(yield)", bounds, "by recording", "excluded")
     rows = [
         (str(share.contact_model), _force(share.yield_force), *_share_cells(share), str(share.left_out or "–"))
         for share in shares
@@ -274,7 +278,7 @@ def _print_yielding(interface: InterfaceAssessment, assessment: Assessment) -> N
     print_table(heads, rows, "lrrrrrr")
     if len(assessment.interfaces) > 1:
         print("F_E is that of floors that meet; a column keeps its own, which `validate` shows of a scene")
-    print(f"the scene's own F_E: {_level(interface.own_force)}\n")
+    print(f"the scene's own F_E: {_level(interface.own_force, interface)}\n")
 
 
 def _print_response(interface: InterfaceAssessment) -> None:
@@ -288,9 +292,9 @@ def _print_response(interface: InterfaceAssessment) -> None:
     for force in dict.fromkeys(median.yield_force for median in medians):
         of_force = {median.output: median for median in medians if median.yield_force == force}
         values = (engineering(of_force[output].median, of_force[output].unit, 3) for output in words)
-        rows.append((_level(force), str(max(median.motions for median in of_force.values())), *values))
+        rows.append((_level(force, interface), str(max(median.motions for median in of_force.values())), *values))
     print_table(("F_E", "contact in", *words.values()), rows, "r" * (2 + len(words)))
-    own_force = _level(interface.own_force)
+    own_force = _level(interface.own_force, interface)
     print(f"medians over the motions with contact, the larger of both buildings; the scene's own F_E: {own_force}\n")
 
 
@@ -361,7 +365,7 @@ def _print_rates(interface: InterfaceAssessment, assessment: Assessment) -> None
     curves = {curve for curve in _shown_curves(interface) if not curve.fault}
     if not interface.rates or not curves:
         return
-    heads = ("rate of", "gap", "F_E", "a year", "bounds", "in 50 years", "left out", "P at the weakest")
+    heads = ("rate of", "gap", "F_E", "a year", "bounds", "in 50 years", "beyond the curve", "P at the weakest")
     rates = [rate for curve, rate in zip(interface.fragility, interface.rates, strict=True) if curve in curves]
     hazard = assessment.hazard_rows
     unit = intensity_unit(assessment.intensity)
@@ -371,9 +375,9 @@ def _print_rates(interface: InterfaceAssessment, assessment: Assessment) -> None
     print_table(heads, [_rate_cells(rate) for rate in rates], "lrrrrrrr")
     if any(rate.at_least for rate in rates):
         print(f"at least: {AT_LEAST}")
-    print("left out: the share of failures beyond the curve's ends, were it continued at the slope of its last rows;")
+    print("beyond the curve: share of failures past its ends, were it continued at the slope of its last rows;")
     print(f"stronger motions add at most {rates[0].above:.2g} a year, of weaker ones a curve says nothing")
-    print("bounds carry what the motions leave open of the fragility, and nothing of the hazard's own uncertainty\n")
+    print("bounds carry the fragility's uncertainty from so few motions, and nothing of the hazard's own\n")
 
 
 def _print_scenario(interface: InterfaceAssessment, assessment: Assessment) -> None:
@@ -387,7 +391,7 @@ def _print_scenario(interface: InterfaceAssessment, assessment: Assessment) -> N
     words = intensity_words(assessment.intensity)
     print(f"Probability in an event of {assessment.gmfs}, by its {words} at the site")
     print(f"{assessment.gmfs_reading}\n")
-    heads = ("of", "gap", "F_E", "P in an event", f"{100 * assessment.confidence:g} % bounds", "by events left out")
+    heads = ("of", "gap", "F_E", "P in an event", f"{100 * assessment.confidence:g} % bounds", "by excluded events")
     rows = [
         (
             _event(one),
@@ -400,9 +404,7 @@ def _print_scenario(interface: InterfaceAssessment, assessment: Assessment) -> N
         for one in shown
     ]
     print_table(heads, rows, "lrrrrr")
-    print(
-        "bounds carry what the motions leave open of the fragility, that the events are a sample, and those left out:"
-    )
+    print("bounds carry the fragility's uncertainty, that the events are a sample, and the excluded events:")
     print("events without a row at the site are below the engine's least intensity, and count as without failure\n")
 
 
@@ -414,7 +416,7 @@ def _print_gaps_for_rates(interface: InterfaceAssessment, assessment: Assessment
     known = [_gap_cells(one, one.rate == assessment.target_rate) for one in gaps if not one.fault]
     if known:
         print(f"Gaps that keep contact to a rate under {assessment.hazard}\n")
-        heads = ("contact no more often than", "a year", "gap", "bounds", "motions counted", "left out")
+        heads = ("contact no more often than", "a year", "gap", "bounds", "motions counted", "beyond the curve")
         print_table(heads, known, "lrrrrr")
         if any(one.at_least for one in gaps):
             print(f"at least: {AT_LEAST}")
@@ -462,8 +464,8 @@ def _print_separations(interface: InterfaceAssessment, percentile: float) -> Non
     if not comparisons:
         print("no motion closes any gap: what codes ask has nothing to be held against")
         return
-    heads = ("code rule", "text", "asks for", "short in", f"over the gap of {percentile:g} %", "the gap over it")
-    required = _required_gap(interface, percentile)
+    heads = ("code rule", "text", "required", "insufficient for", f"rule / {percentile:g} % gap", "gap / rule")
+    required = interface.required_at(percentile).gap
     n_closing = len(interface.closing)
     rows = [
         (
@@ -478,8 +480,8 @@ def _print_separations(interface: InterfaceAssessment, percentile: float) -> Non
         for rule in comparisons
     ]
     print_table((*heads, "superseded by"), rows, "llrrrrl")
-    print(f"asks for: no more in {percentile:g} % of the motions, from their own displacements; short in: motions that")
-    print("need more than it asks for from them; `separations` lists the clauses and who quotes them")
+    print(f"required: no more in {percentile:g} % of the motions, from their own displacements; insufficient for:")
+    print("motions that need more than the rule requires from them; `separations` lists clauses and who quotes them")
     for note in (FROM_MEMORY, QUOTED_ONLY, ONE_GROUND):
         if any(note in rule.row.note for rule in comparisons):
             print(f"{SHARED[note]}.")
@@ -492,9 +494,11 @@ def _force(value: float | None) -> str:
     return engineering(value, "N") if isfinite(value) else COLUMNS
 
 
-def _level(force: float) -> str:
-    """A yield force of the grid, in the digits in which it was given."""
-    return engineering(force, "N", GIVEN_DIGITS) if isfinite(force) else "no yielding"
+def _level(force: float, interface: InterfaceAssessment) -> str:
+    """A yield force of the grid, in the digits in which it was given; where it is infinite, whether columns yield."""
+    if isfinite(force):
+        return engineering(force, "N", GIVEN_DIGITS)
+    return COLUMNS if any(share.yield_force == force for share in interface.yielding) else "no yielding"
 
 
 def _given_length(value: float) -> str:

@@ -133,6 +133,8 @@ def own_note(row: SeparationRow) -> str:
 
 def print_code_table(table: CodeTable) -> None:
     """Print each rule beside what the motions need, then the finding."""
+    from pounding_risk.assessment.required_gap import rounded_up
+
     left, right = table.buildings
     percentile = f"{table.percentile:g} %"
     heads = ("rule", "text", "median", percentile, "over the gap needed", "falls short in", "note")
@@ -143,7 +145,7 @@ def print_code_table(table: CodeTable) -> None:
     print()
     still = f"; {table.without} more close no gap" if table.without else ""
     correlation = "–, one is rigid" if table.correlation is None else f"{table.correlation:.3f}"
-    median, upper = _length(table.demand_median), _length(table.demand)
+    median, upper = (_length(rounded_up(gap)) for gap in (table.demand_median, table.demand))
     print_pairs(
         [
             ("motions", f"{table.motions} {table.at}, each a record and a polarity{still}"),

@@ -111,7 +111,7 @@ def _adequacy(axis: Any, interface: InterfaceAssessment, assessment: Assessment)
     axis.axhline(assessment.target, color=QUIET, linestyle=":", linewidth=1.2, label=f"target {assessment.target:g}")
     axis.axvline(1e3 * interface.gap, color="black", linewidth=1.4, label=f"the gap, {own(interface.gap, GAP)}")
     needed = next(required for required in interface.required if required.percentile == assessment.percentile)
-    words = f"required by {needed.percentile:g} %: {say_in(needed.gap, 'mm', 3)} (bar: bounds)"
+    words = f"required by {needed.percentile:g} %: {say_in(needed.provided, 'mm', 3)} (bar: bounds)"
     axis.axvline(1e3 * needed.gap, color=ORANGE, linestyle="--", linewidth=1.4, label=words)
     axis.plot([1e3 * needed.low, 1e3 * needed.high], [1.04, 1.04], color=ORANGE, linewidth=3.0, solid_capstyle="butt")
     _rules(axis, separations, widest)

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk.assessment.required_gap import rounded_up
 from pounding_risk.assessment.separations.rules import DERIVED, READ
 from pounding_risk.assessment.separations.table import COMBINATIONS, CodeTable, Comparison
 from pounding_risk.figures.style import MEANING, RULE_MARKS_WORDS, blank, rule_mark, title
+from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,7 +57,7 @@ def _by_motion(axis: Any, table: CodeTable) -> None:
         axis.plot(positions, separations, mark, label=name.upper(), **look)
     needed = 1e3 * np.array(table.closing)[order]
     axis.plot(positions, needed, "o", color=MEANING["motions"], markersize=5.0, label="gap needed")
-    label = f"required by {table.percentile:g} %: {1e3 * table.demand:.1f} mm"
+    label = f"required by {table.percentile:g} %: {say_in(rounded_up(table.demand), 'mm', 3)}"
     axis.axhline(1e3 * table.demand, color=MEANING["required gap"], linestyle="--", linewidth=1.2, label=label)
     if order.size <= MOST_NAMES:
         axis.set_xticks(positions, [_short(table.names[at]) for at in order], rotation=90, fontsize=7)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk.assessment.demands import finite_forces
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say_level
 from pounding_risk.reports.html import packed, script_page, write_page
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from pounding_risk.scene.scene_axis import SceneAxis
 
 MOST_CASES = 200_000  # a page of more is slow to open
+COLUMNS = "columns' own"  # F_E where floors never yield and columns have one
 MAP = ("gap", "yield_force")  # the axes of the heat map
 MOTIONS = ("record", "polarity")  # axes of which the page shows one, or all together
 STATES = ("status", "simulated", "sensitive")  # of each case; the page says them in words
@@ -283,12 +285,15 @@ def _variable(variable: xr.DataArray, axes: Sequence[str]) -> dict[str, Any]:
 def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
     labels = dataset[axis].values if axis in dataset.coords else np.arange(dataset.sizes[axis])
     units = {"gap": "mm", "yield_force": "kN"}
+    words = _place_words(dataset, axis) or [label_words(axis_name(dataset, axis), label) for label in labels]
+    if axis == "yield_force" and np.isinf(finite_forces(dataset)).any():
+        words = [COLUMNS if word == "none" else word for word in words]
     has_notes = axis == "record" and "record_event" in dataset.coords
     return {
         "name": axis,
         "title": measure_of(dataset).words if axis == LEVEL_AXIS else TITLES.get(axis, axis.replace("_", " ")),
         "unit": units.get(axis, ""),
-        "labels": _place_words(dataset, axis) or [label_words(axis_name(dataset, axis), label) for label in labels],
+        "labels": words,
         "notes": [str(note) for note in dataset["record_event"].values] if has_notes else [],
     }
 

@@ -557,8 +557,6 @@ def _assumptions(
             f'give another one with --floor-length "15 m"{where}'
         )
     for one in ranges:
-        if one.is_column:
-            yield f"{one.interface}: floors meet columns only, which bend; E A / L of the floors says nothing of them"
         if lasts := _yielding_duration(study, one):
             yield f"{one.interface}: yielding makes the contact of the scene's stiffness longer, {ms(lasts)}"
         if one.wall:

@@ -99,7 +99,7 @@ class StiffnessRange(NamedTuple):
         None where the range is empty. Where floors meet columns E A / L is not considered. A table of forces stands for
         itself, whatever the range of floors that collide.
         """
-        if self.contact_model == TABULATED:
+        if self.contact_model == TABULATED or self.is_column:
             return self.own
         if self.is_empty:
             return None
@@ -112,12 +112,12 @@ class StiffnessRange(NamedTuple):
     @property
     def _by_axial(self) -> bool:
         """Whether E A / L of the floors, the first of the rules, lies in the range and is that of the contact."""
-        return self.rules[0].verdict == WITHIN and not self.is_column
+        return self.rules[0].verdict == WITHIN
 
     @property
     def line(self) -> str:
         """The line of the [[interface]] table; "" where the range is empty."""
-        value = None if self.contact_model == TABULATED else self.recommended
+        value = None if self.contact_model == TABULATED or self.is_column else self.recommended
         return "" if value is None else f'stiffness = "{stiffness_words(value, self.unit)}"'
 
     @property
@@ -135,6 +135,12 @@ class StiffnessRange(NamedTuple):
                 f"Keep the forces of the table, another stiffness would scale them: {lasts}, by the secant to its last "
                 f"point; {limits}, which is of floors that collide without anything between them"
             )
+        if self.is_column:
+            return (
+                "No stiffness is proposed: floors strike columns only, which bend, and neither E A / L nor the waves "
+                f"of the floors say how stiff these are. Keep the scene's, or write that of the column in bending; "
+                f"{lasts}; between floors, {limits}"
+            )
         if self.is_empty:
             return (
                 f"No stiffness fits: {limits}; {lasts}. Write the length of the floors, if they are shorter, or "
@@ -143,10 +149,9 @@ class StiffnessRange(NamedTuple):
             )
         if self.verdict == WITHIN:
             return f"Keep it: {lasts}; {limits}"
-        bends = "; if the bending stiffness of the column is known, write that" if self.is_column else ""
         origin = "as long as E A / L of the floors" if self._by_axial else "the middle of the range"
         new = contact_duration(self.recommended or inf, self.unit, self.mass, self.speed)
-        return f"{self.verdict.capitalize()}: {lasts}; {limits}. The value proposed makes it {ms(new)}, {origin}{bends}"
+        return f"{self.verdict.capitalize()}: {lasts}; {limits}. The value proposed makes it {ms(new)}, {origin}"
 
 
 def ms(seconds: float) -> str:

@@ -16,6 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk._jit.sources import source_digest
 from pounding_risk.ensemble.chunks import Chunk
@@ -293,7 +294,7 @@ def gap_dataset(
     """The dataset of closings: percentiles [%] over records and polarities; with ``keep_motions`` each one's too."""
     motions, polarities = shaking.motions, shaking.polarities
     chosen = found["closing"][:, [POLARITIES.index(polarity) for polarity in polarities]]
-    gaps = np.percentile(chosen.reshape(-1, *chosen.shape[2:]), percentiles, axis=0)
+    gaps = enough_for(chosen.reshape(-1, *chosen.shape[2:]), percentiles, axis=0)
     population = f"percentile over {counted(len(motions), 'record')} and their polarities"
     variables: dict[str, Any] = {
         "required_gap": (
@@ -306,7 +307,7 @@ def gap_dataset(
         # Each record once for each polarity, as in the gap: both have the same peak.
         peaks = np.repeat(found[side], len(polarities), axis=0)
         words = f"spectral displacement of the {side} building, {population}"
-        of_side = ("percentile", f"{side}_period"), np.percentile(peaks, percentiles, axis=0)
+        of_side = ("percentile", f"{side}_period"), enough_for(peaks, percentiles, axis=0)
         variables[f"{side}_displacement"] = (*of_side, described("m", words))
         words = f"spectral displacement of the {side} building under each record"
         variables[f"{side}_displacement_of_record"] = (

@@ -78,6 +78,10 @@ def test_motions_counted_need_no_lognormal():
     known = (K0 * (capacities**-K).mean() / TARGET.rate) ** (1.0 / K)
     assert found.counted == pytest.approx(known, rel=1e-6)
     assert abs(found.gap / found.counted - 1.0) > 0.01  # the lognormal curve is another
+    # A table that ends at half the target's rate has the same answer: what is stronger closes the gap as well.
+    last = (K0 / (0.5 * TARGET.rate)) ** (1.0 / K)
+    short = RateOfGaps(power_law(high=last), motions_of(capacities), 0.95).gap(TARGET)
+    assert short.counted == pytest.approx(known, rel=1e-6)  # as far as capacities are beyond it, λ has the same slope
 
 
 def test_rarer_contact_takes_a_wider_gap_and_its_rate_is_the_target():

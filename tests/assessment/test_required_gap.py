@@ -8,22 +8,55 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import beta, binom, lognorm
 
+from pounding_risk._common.order import enough_for
+from pounding_risk.assessment.options import percentile_for
 from pounding_risk.assessment.proportions import independent_motions
 from pounding_risk.assessment.required_gap import (
     contact_steps,
-    gap_to_provide,
     lognormal_percentiles,
     lognormal_share,
     required_gaps,
+    rounded_up,
 )
 
 
-def test_percentiles_are_those_between_order_statistics():
-    """Eleven closings of 0 to 100 mm: the p-th percentile is p mm by the definition that is stated."""
+@given(
+    closing=st.lists(st.floats(0.0, 0.5), min_size=1, max_size=40),
+    percentile=st.sampled_from([50.0, 75.0, 84.0, 90.0, 95.0]),
+)
+def test_so_many_of_the_motions_need_no_more_and_no_smaller_gap_suffices(closing, percentile):
+    """Counted in whole numbers, with contact where the closing is larger than the gap."""
+    (found,) = required_gaps(np.array(closing), 1.0, (percentile,), 0.95)
+    for gap in (found.gap, found.provided):
+        # 1e-9 relative: three digits of a closing that they hold exactly.
+        assert 100 * sum(value <= gap * (1.0 + 1e-9) for value in closing) >= percentile * len(closing)
+    assert 100 * sum(value < found.gap for value in closing) < percentile * len(closing)
+    assert found.low <= found.gap <= found.high
+
+
+def test_20_of_24_motions_are_no_84_percent():
+    """20 of 24 are 83.3 %: the gap is that of the 21st, which an interpolated percentile stays below."""
+    closing = np.arange(1.0, 25.0) / 1e3
+    (found,) = required_gaps(closing, 1.0, (84.0,), 0.95)
+    assert found.gap == 0.021 > np.percentile(closing, 84.0)
+    # 19 of 20 are 95 %, though 0.95 × 20 is a little more than 19 in binary.
+    assert enough_for(closing[:20], 95.0) == 0.019
+    # A motion without a finite response needs more than any gap, and takes no part below.
+    assert enough_for([1.0, 2.0, np.inf], [66.0, 67.0]).tolist() == [2.0, np.inf]
+
+
+def test_counted_gaps_along_an_axis_are_those_of_each_row():
+    values = np.random.default_rng(31).lognormal(size=(3, 13, 2))
+    found = enough_for(values, [50.0, 84.0], axis=1)
+    assert np.array_equal(found, np.percentile(values, [50.0, 84.0], axis=1, method="inverted_cdf"))
+
+
+def test_gaps_are_order_statistics():
+    """Eleven closings of 0 to 100 mm: 50 % need what the sixth does, 84 % and 95 % what the tenth and the last do."""
     closing = np.linspace(0.0, 0.1, 11)
     found = required_gaps(closing, 1.0, (95.0, 50.0, 84.0, 84.0), 0.95)
     assert [each.percentile for each in found] == [50.0, 84.0, 95.0]
-    assert [each.gap for each in found] == pytest.approx([0.05, 0.084, 0.095])
+    assert [each.gap for each in found] == pytest.approx([0.05, 0.09, 0.1])
     assert np.isnan([each.fitted for each in found]).all()  # one motion closes nothing: no logarithm
 
 
@@ -109,7 +142,9 @@ def test_steps_of_contact_are_the_counted_shares_with_their_bounds():
 )
 def test_the_gap_to_provide_keeps_the_target_as_it_is_written(closing, target):
     """Counted on the gap as three digits say it; a gap of two units less would no longer keep it."""
-    provided = gap_to_provide(np.array(closing), target)
+    (found,) = required_gaps(np.array(closing), 1.0, (percentile_for(target),), 0.95)
+    provided = found.provided
+    assert provided == rounded_up(found.gap)
     written = float(f"{provided:.3g}")
     allowed = target * len(closing) + 1e-9  # 0.1 × 20 is two whole motions
     # A closing that three digits hold exactly may differ from the gap by rounding.

@@ -5,16 +5,21 @@ The dataset is made, not solved (`made_row`): numbers are held against those of 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 import xarray as xr
-from made_row import STREET, made_row
+from made_row import COLUMN_FORCE, STREET, made_row
 
 from pounding_risk.assessment.assess import assess
+from pounding_risk.assessment.columns import struck_columns
 from pounding_risk.assessment.demands import intensities, interfaces, motions_of
+from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import at_contact, code_table
+from pounding_risk.cli.assess import print_assessment
+from pounding_risk.results.own_case import scene_force
 
 G = 9.80665
 NAMES = [f"{one.name} | {other.name}" for one, other in pairwise(STREET)]
@@ -37,7 +42,7 @@ def test_each_interface_is_assessed_by_its_own_motions(results):
         yields = results["yield_exceedance"].sel(gap=0.02, yield_force=4e5).isel(interface=at, pga=1).values
         (share,) = [each for each in one.yielding if each.gap == 0.02 and each.yield_force == 4e5]
         assert share.count == yields.sum()
-    assert "no run adds one" in " ".join(found.interfaces[0].verdict.evidence)
+    assert "the same ones" in " ".join(found.interfaces[0].verdict.evidence)
 
 
 def test_where_one_gap_varies_the_others_keep_theirs():
@@ -66,9 +71,7 @@ def test_what_neighbours_push_across_a_gap_counts_as_contact(results):
     before, after = (assess(each, pga=(0.2, 0.4)[pga] * G).interfaces[at] for each in (results, pushed))
     assert after.contact_at_gap().count == before.contact_at_gap().count + 1
     assert 0.023 in after.closing
-    assert any(
-        "In 1 of these motions contact elsewhere in the row closes the gap" in each for each in after.verdict.evidence
-    )
+    assert any("contact elsewhere brings it in 1 more" in each for each in after.verdict.evidence)
     # The motion's closing without contact stays what it is, and so do rules of codes beside it.
     motions = motions_of(interfaces(pushed)[at][1])
     assert (motions.closing > motions.alone).sum() == 1
@@ -76,8 +79,8 @@ def test_what_neighbours_push_across_a_gap_counts_as_contact(results):
     assert {each.method for each in after.fragility if each.what == "contact"} == {"multiple stripes"}
 
 
-def test_what_neighbours_hold_apart_counts_and_is_told(results):
-    """Motions that close the gap alone, and whose runs at it show no touch: as many as the sentence says."""
+def test_contact_in_a_row_is_what_the_run_does_as_in_its_drawings(results):
+    """A motion that closes the gap alone, and whose run at it shows no touch, is no contact; the sentence names it."""
     at = 1
     before = assess(results).interfaces[at]
     held = results.copy(deep=True)
@@ -85,12 +88,19 @@ def test_what_neighbours_hold_apart_counts_and_is_told(results):
     record, polarity = (int(place) for place in np.argwhere(closes)[0])
     held["impact_count"][{"record": record, "polarity": polarity, "pga": 1, "interface": at}] = 0
     after = assess(held).interfaces[at]
-    told = [each for each in after.verdict.evidence if "holds the buildings apart" in each]
-    assert [each.startswith("In 1 of these motions no run touches here") for each in told] == [True]
-    assert not any("holds the buildings apart" in each for each in before.verdict.evidence)
-    assert after.contact_at_gap().count == before.contact_at_gap().count
+    (told,) = [each for each in after.verdict.evidence if "prevents it in 1" in each]
+    assert told.startswith(
+        f"The free relative motion, without contact elsewhere in the row, closes the gap in {closes.sum()}"
+    )
+    assert not any("prevents" in each for each in before.verdict.evidence)
+    assert after.contact_at_gap().count == before.contact_at_gap().count - 1
+    assert after.required == before.required  # by what the motions close, on the safe side
+    for each in (results, held):
+        drawn = row_case(each).touches
+        judged = [one.contact_at_gap().probability for one in assess(each).interfaces]
+        assert judged == [touch.contact for touch in drawn]
     # At a gap that the grid has not nothing is known of runs.
-    assert not any("holds" in each for each in assess(held, gap=0.0123).interfaces[at].verdict.evidence)
+    assert not any("prevents" in each for each in assess(held, gap=0.0123).interfaces[at].verdict.evidence)
 
 
 def test_columns_yield_at_their_own_force_where_floors_never_do(results):
@@ -145,3 +155,60 @@ def test_sa_of_a_building_with_storeys_is_that_of_the_records(results):
 def test_only_linear_buildings_have_capacities_by_scaling(effects, method):
     one = assess(made_row(effects=effects), gap=0.08).interfaces[3]
     assert {each.method for each in one.fragility if each.what == "contact" and not each.fault} == {method}
+
+
+def test_struck_columns_come_first_with_their_counts(results):
+    """Counted on the arrays: the column whose strength is reached most often, of those that are struck most."""
+    found, kinds = assess(results), results["contact_point_kind"].values
+    force = results["yield_force"].values.tolist().index(scene_force(results))
+    case = {"pga": 1, "contact_model": 0, "gap": 1, "yield_force": force}
+    for at, one in enumerate(found.interfaces):
+        places = np.flatnonzero((results["contact_point_interface"].values == at) & (kinds == "column"))
+        assert bool(one.columns) is bool(places.size)
+        assert one.verdict.conclusion[: len(one.columns)] == one.columns
+        if not places.size:
+            continue
+        struck = struck_columns(interfaces(results)[at][1], 1, 0.02)
+        part = results.isel(case)
+        touched = (part["contact_point_impact_count"] > 0).isel(contact_point=places)
+        reached = touched & (part["contact_point_yield_exceedance"] > 0).isel(contact_point=places)
+        axes = ("record", "polarity")
+        assert [each.touched for each in struck] == touched.sum(axes).values.tolist()
+        assert [each.reached for each in struck] == reached.sum(axes).values.tolist()
+        assert {each.strength for each in struck} == {COLUMN_FORCE}
+    # Theatre's roof, 9.2 m, meets Tower 7/8 up its third storey.
+    (worst, after) = found.interfaces[2].columns
+    assert "Floor 2 of Theatre strikes the columns of storey 3 of Tower, 9.2 m above the ground" in worst
+    assert "unsafe" in after
+
+
+def test_what_is_assumed_after_the_strength_follows_from_the_forces(results):
+    """A force that stays at the strength is a plateau; a larger one is a law without a cap."""
+    at = 2
+    flat, grown = results.copy(deep=True), results.copy(deep=True)
+    columns = {"contact_point": results["contact_point_kind"].values == "column"}
+    flat["contact_point_peak_contact_force"][columns] = COLUMN_FORCE
+    grown["contact_point_peak_contact_force"][columns] = 3.0 * COLUMN_FORCE
+    assert "perfectly plastic" in assess(flat).interfaces[at].columns[1]
+    assert "goes up to 900 kN" in assess(grown).interfaces[at].columns[1]
+
+
+def test_equal_counts_with_another_verdict_say_why(results):
+    found = assess(results)
+    one, other = found.interfaces[:2]
+    here = one.contact_at_gap()
+    alike = replace(other, gap=one.gap, contact=(here,), verdict=replace(other.verdict, word="unlike", independent=3.0))
+    (sentence,) = replace(found, interfaces=(one, alike)).unlike_verdicts
+    assert (
+        f"{here.count} of {here.runs} motions touch at both" in sentence and "effective sample size of 3." in sentence
+    )
+    assert not replace(found, interfaces=(one, replace(alike, verdict=one.verdict))).unlike_verdicts
+
+
+def test_an_infinite_force_is_not_called_no_yielding_where_columns_yield(results, capsys):
+    print_assessment(assess(results))
+    blocks = capsys.readouterr().out.split("\n\n")
+    responses = [block for block in blocks if block.lstrip().startswith("F_E  contact in")]
+    assert any("columns' own" in block for block in responses)
+    one = assess(results).interfaces[1]  # floors against columns
+    assert not any("no yielding" in influence.words for influence in one.sensitivity)

@@ -20,10 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.order import enough_for
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.demands import by_motion, interfaces
 from pounding_risk.assessment.options import USUAL_PERCENTILE, percentile_of
+from pounding_risk.assessment.required_gap import rounded_up
 from pounding_risk.assessment.separations.combination import Pair, abs_sum, cqc, srss, white_noise_correlation
 from pounding_risk.assessment.separations.rules import (
     COMBINATIONS,
@@ -130,7 +132,7 @@ class CodeTable(ShortRepr):
         """Buildings, motions, required gap and finding, as pairs of a name and words."""
         yield "between", " | ".join(self.buildings)
         yield "motions", f"{self.motions} {self.at}"
-        yield f"gap of {self.percentile:g} % of the motions", say(self.demand, GAP)
+        yield f"gap of {self.percentile:g} % of the motions", say(rounded_up(self.demand), GAP, 3)
         yield "finding", self.finding
 
     @property
@@ -293,8 +295,8 @@ def code_table(
         percentile=percentile,
         motions=int(moved.sum()),
         without=int((known & ~moved).sum()),
-        demand_median=_median(closing[known]),
-        demand=_percentile(closing[known], percentile),
+        demand_median=_enough_for(closing[known], MIDDLE),
+        demand=_enough_for(closing[known], percentile),
         displacements=medians,
         correlation=_correlation(periods, dampings),
         names=tuple(np.array(names)[moved].tolist()),
@@ -375,16 +377,16 @@ def _beside(row: SeparationRow, case: Case, closing: Array, percentile: float) -
     asked = _asked(RULES[row.rule], case)
     low, middle, high = np.percentile(asked / closing, (LOW, MIDDLE, HIGH)).tolist()
     exceeded = float(np.mean(closing > asked * (1.0 + SAME)))
-    return Comparison(row, _median(asked), _percentile(asked, percentile), low, middle, high, exceeded)
+    return Comparison(row, _median(asked), _enough_for(asked, percentile), low, middle, high, exceeded)
 
 
 def _median(values: Array) -> float:
-    return _percentile(values, MIDDLE)
+    return float(np.median(values)) if values.size else 0.0
 
 
-def _percentile(values: Array, percentile: float) -> float:
-    """Percentile of the values; 0 where there are none."""
-    return float(np.percentile(values, percentile)) if values.size else 0.0
+def _enough_for(values: Array, percentile: float) -> float:
+    """The least value that so many % of them do not exceed; 0 where there are none."""
+    return float(enough_for(values, percentile)) if values.size else 0.0
 
 
 def _judged(comparison: Comparison, count: int) -> tuple[str, str, str]:

@@ -120,7 +120,8 @@ function numberWords(value) {
 }
 
 const withUnit = (axis, index) => `${axes[axis].labels[index]} ${axes[axis].unit}`.trim();
-const forceWords = (index) => (axes.yield_force.labels[index] === "none" ? "none" : withUnit("yield_force", index));
+const isNumber = (label) => /^[0-9]/.test(label);
+const forceWords = (index) => (isNumber(axes.yield_force.labels[index]) ? withUnit("yield_force", index) : axes.yield_force.labels[index]);
 const cellWords = (cell) => `gap ${withUnit("gap", cell.gap)}, yield force ${forceWords(cell.yield_force)}`;
 const motionWords = (picks, place) =>
   model.together.filter((axis) => picks[axis] === ALL).map((axis) => axes[axis].labels[place[axis]]).join(", ");
@@ -267,7 +268,7 @@ function colours(output, cells) {
 function axisLayout(axis) {
   const labels = axes[axis].labels;
   const every = Math.ceil(labels.length / MOST_TICKS);
-  const shown = [...labels.keys()].filter((index) => index % every === 0 || labels[index] === "none");
+  const shown = [...labels.keys()].filter((index) => index % every === 0 || !isNumber(labels[index]));
   return {
     title: { text: `${axes[axis].title.replace("F_E", "<i>F</i><sub>E</sub>")} [${axes[axis].unit}]` },
     tickvals: shown, ticktext: shown.map((index) => labels[index]),
@@ -307,7 +308,7 @@ function drawMap(output) {
   const failed = cells.flatMap((row, force) => row.map((told, gap) => ({ told, gap, force }))).filter(({ told }) => told.failed);
   const heat = {
     type: "heatmap", z: cells.map((row) => row.map(({ value }) => (Number.isFinite(value) ? value : null))), text,
-    hoverinfo: "text", hoverongaps: true, colorscale: "Cividis", xgap: 1, ygap: 1, ...colours(output, cells),
+    hoverinfo: "text", hoverongaps: true, colorscale: "Cividis", reversescale: true, xgap: 1, ygap: 1, ...colours(output, cells),
   };
   const crosses = {
     type: "scatter", mode: "markers", x: failed.map(({ gap }) => gap), y: failed.map(({ force }) => force),

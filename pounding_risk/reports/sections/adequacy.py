@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.required_gap import ContactSteps, RequiredGap, contact_steps
+from pounding_risk.assessment.required_gap import NO_BOUND, ContactSteps, RequiredGap, contact_steps
 from pounding_risk.assessment.separations.rules import FROM_MEMORY, QUOTED_ONLY, SHARED
 from pounding_risk.figures.style import (
     MEANING,
@@ -28,7 +28,9 @@ from pounding_risk.reports.blocks import (
     Cell,
     amount,
     between,
+    bounds_cell,
     count,
+    enough,
     evenly,
     figure,
     head,
@@ -81,8 +83,10 @@ def _terms(data: ReportData) -> str:
     )
     if data.several:
         decides = (
-            "A motion counts as contact where it closes the gap by itself, or where contact elsewhere in the row made "
-            "the buildings touch in a run, under any contact model and F_E. The F_E told is that of floors that meet; "
+            "A motion counts as contact at a gap of the grid where the buildings touch in the run with all neighbours, "
+            "under the scene's own contact model and F_E; at other gaps, in the stepped curve and in required gaps, "
+            "where the free relative motion closes the gap, or a run in which others push the buildings together. The "
+            "F_E stated is that of floors that meet; "
             "a column keeps its own, which stands with the scene."
         )
     return (
@@ -99,7 +103,7 @@ def _contact(data: ReportData, pair: Pair) -> list[Block]:
     closing = np.array(pair.assessed.closing)
     steps = contact_steps(closing, pair.assessed.verdict.independent / closing.size, assessment.confidence)
     required = pair.assessed.required_at(assessment.criterion.target_percentile)
-    target, gap = number(assessment.target, "%")["text"], amount(required.gap, "m")["text"]
+    target, gap = number(assessment.target, "%")["text"], enough(required.gap, unit=True)["text"]
     caption = f"{pair.name}: probability of contact against the gap{pair.at}"
     sentence = (
         f"{caption}: a step down at what each of the {counted(closing.size, 'motion')} closes, known at every gap; "
@@ -144,7 +148,7 @@ def draw_contact(steps: ContactSteps, gap: float, target: float, required: Requi
 def _mark_required(axis: Axes, required: RequiredGap) -> None:
     """A line at the required gap, and a bar of its bounds that ends in an arrow where there is none from above."""
     colour = MEANING["required gap"]
-    words = f"required by {required.percentile:g} %, {say_in(required.gap, 'mm')}"
+    words = f"required by {required.percentile:g} %, {say_in(required.provided, 'mm', 3)}"
     axis.axvline(1e3 * required.gap, color=colour, linestyle="--", linewidth=1.5, label=words)
     words = "its bounds" if required.bounded else "its bounds, none above"
     bar, height = (1e3 * required.low, 1e3 * required.high), 105.0
@@ -177,10 +181,10 @@ def _required(data: ReportData, pair: Pair) -> list[Block]:
     rows = [
         [
             number(required.percentile),
-            number(required.gap, "m"),
-            between(required.low, required.high, "m"),
+            enough(required.gap),
+            bounds_cell(required),
             number(required.fitted, "m"),
-            "" if required.bounded else "so few recordings give no upper bound: the largest seen",
+            "; ".join(f"{mark} {words}" for mark, words in NO_BOUND.items() if mark in required.bounds_words),
         ]
         for required in pair.assessed.required
     ]
@@ -198,7 +202,7 @@ def _codes(data: ReportData, pair: Pair) -> list[Block]:
         (head("median", "m"), "r"),
         (head(f"{codes.percentile:g} %", "m"), "r"),
     ]
-    heads += [("over the gap needed: median (16 to 84 %)", "r"), ("falls short in", "r"), ("note", "l")]
+    heads += [("over the gap needed: median (16 to 84 %)", "r"), ("insufficient for", "r"), ("note", "l")]
     common = _common([rule.row.note for rule in codes.rules if rule.row.separation is not None])
     rows = [_rule_cells(rule, codes.motions, common) for rule in codes.rules]
     sentences = [f"{codes.finding}.", *(f"Everywhere {note}." for note in common), *_doubts(codes.rules)]
@@ -427,7 +431,7 @@ def _sensitivity(data: ReportData, pair: Pair) -> list[Block]:
     if not influences:
         return []
     return [
-        heading("What sways it", f"{pair.anchor}-influences"),
+        heading("Sensitivity", f"{pair.anchor}-influences"),
         paragraph(f"{pair.assessed.what_matters[:1].upper()}{pair.assessed.what_matters[1:]}."),
         listing(f"{influence.what}, by {name_of(influence.key)}: {influence.words}." for influence in influences),
     ]

@@ -68,7 +68,7 @@ def _gaps(data: ReportData, pair: Pair) -> list[Block]:
     if not known:
         return left
     heads = [("contact no more often than", "l"), ("a year", "r"), (head("gap", "m"), "r"), (head("bounds", "m"), "r")]
-    heads += [(head("motions counted", "m"), "r"), ("left out [%]", "r")]
+    heads += [(head("motions counted", "m"), "r"), ("beyond the curve [%]", "r")]
     rows: list[list[Cell | str]] = [
         [
             f"{one.words}{', the target' if one.rate == asked.target_rate else ''}",
@@ -123,7 +123,7 @@ def _rates(data: ReportData, pair: Pair) -> list[Block]:
         return []
     heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
     heads += [("a year", "r"), ("bounds", "r"), ("in 50 years [%]", "r"), ("P at the weakest [%]", "r")]
-    heads += [("left out [%]", "r")]
+    heads += [("beyond the curve [%]", "r")]
     rows: list[list[Cell | str]] = [
         [
             rate.what,
@@ -146,10 +146,10 @@ def _rates(data: ReportData, pair: Pair) -> list[Block]:
     is_cut = any(rate.at_least for rate in rates)
     least = "Where a rate is at least so much, the curve ends where failures do not. " if is_cut else ""
     explained = (
-        f"Rates count motions from {weakest} to {strongest}, the range of the curve. {least}Left out is the share of "
-        "the failures beyond the curve's ends, were it continued at the slope of its last rows; stronger motions add "
-        f"at most {stronger} a year, and of weaker ones the curve says nothing. Bounds carry what the motions leave "
-        "open of the fragility, and nothing of the curve's own uncertainty."
+        f"Rates count motions from {weakest} to {strongest}, the range of the curve. {least}Beyond the curve is the "
+        "share of the failures past its ends, were it continued at the slope of its last rows; stronger motions add "
+        f"at most {stronger} a year, and of weaker ones the curve says nothing. Bounds carry the uncertainty of "
+        "the fragility from so few motions, and nothing of the curve's own uncertainty."
     )
     return [table(f"{pair.name}: annual rate under the hazard curve {source}.", heads, rows), paragraph(explained)]
 

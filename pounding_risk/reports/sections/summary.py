@@ -12,7 +12,9 @@ from pounding_risk.reports.blocks import (
     Cell,
     amount,
     between,
+    bounds_cell,
     count,
+    enough,
     facts,
     head,
     heading,
@@ -29,7 +31,11 @@ ORDER = 10
 
 def write(data: ReportData) -> list[Block]:
     """The verdict on each interface with its evidence, and the caveats that a reader of this page alone must know."""
-    blocks: list[Block] = [_verdicts(data)] if len(data.pairs) > 1 else []
+    blocks: list[Block] = []
+    if len(data.pairs) > 1:
+        struck = [f"{pair.name}: {' '.join(pair.assessed.columns)}" for pair in data.pairs if pair.assessed.columns]
+        blocks = [listing(struck)] if struck else []
+        blocks += [_verdicts(data), *map(paragraph, data.assessment.unlike_verdicts)]
     for pair in data.pairs:
         verdict = pair.assessed.verdict
         blocks += [
@@ -60,9 +66,7 @@ def _verdicts(data: ReportData) -> Block:
         here = pair.assessed.contact_at_gap()
         needed = pair.assessed.required_at(percentile).gap
         shares = [count(here.count), count(here.runs), number(here.probability, "%", 3)]
-        rows.append(
-            [pair.name, number(pair.assessed.gap, "m"), pair.assessed.verdict.word, *shares, number(needed, "m")]
-        )
+        rows.append([pair.name, number(pair.assessed.gap, "m"), pair.assessed.verdict.word, *shares, enough(needed)])
     worst = sorted(range(len(rows)), key=lambda at: -data.pairs[at].assessed.contact_at_gap().probability)
     note = "those with most contact"
     return table("The gaps of the row, left to right.", heads, rows, keep=sorted(worst[:KEPT]), note=note)
@@ -84,8 +88,8 @@ def _numbers(data: ReportData, pair: Pair) -> list[tuple[str, Cell | str]]:
         *_by_rate(assessed),
         ("motions that need most", _governing(assessed.verdict)),
         ("cases of the dataset", count(assessment.cases)),
-        ("of these failed, left out of what contact does", count(assessment.failed)),
-        ("made again at a tighter tolerance", count(assessment.checked)),
+        ("of these failed, excluded from what contact does", count(assessment.failed)),
+        ("recomputed at a tighter tolerance", count(assessment.checked)),
         ("of these sensitive", count(assessment.sensitive)),
     ]
     return rows
@@ -95,8 +99,8 @@ def _required(assessed: Any, percentile: float) -> list[tuple[str, Cell | str]]:
     required = assessed.required_at(percentile)
     ratio = assessed.gap / required.gap if required.gap > 0.0 else float("nan")
     return [
-        (f"gap that {percentile:g} % of the motions need", amount(required.gap, "m")),
-        ("its bounds [mm]", between(required.low, required.high, "m")),
+        (f"gap that {percentile:g} % of the motions need", enough(required.gap, unit=True)),
+        (f"its bounds [mm]{'' if required.bounded else ' (* the largest seen, no bound)'}", bounds_cell(required)),
         ("gap over that", number(ratio, digits=3)),
     ]
 
@@ -130,20 +134,20 @@ def _caveats(data: ReportData) -> list[str]:
     assessment, sentences = data.assessment, []
     if assessment.failed:
         sentences.append(
-            f"{assessment.failed} of {counted(assessment.cases, 'case')} failed: they are left out of what contact "
+            f"{assessment.failed} of {counted(assessment.cases, 'case')} failed: they are excluded from what contact "
             "does. Whether there is "
             f"contact follows from the motion without it{', and in a row from the runs' if data.several else ''}."
         )
     if assessment.sensitive:
         runs = counted(assessment.checked, "run")
-        sentences.append(f"{assessment.sensitive} of the {runs} made again are sensitive to the tolerance.")
+        sentences.append(f"{assessment.sensitive} of the {runs} recomputed are sensitive to the tolerance.")
     if not assessment.checked:
-        sentences.append("No run was made again at a tighter tolerance: how exact the numbers are was not measured.")
+        sentences.append("No run was recomputed at a tighter tolerance: how exact the numbers are was not measured.")
     sentences += assessment.notes
     if data.facts("flags", {}):
         sentences.append("There are doubts about some records; they stand with the records.")
     if data.facts("left_out", []):
-        sentences.append("Some files that the scene names were left out; they stand with the records.")
+        sentences.append("Some files that the scene names were excluded; they stand with the records.")
     if data.facts("unused_keys", []):
         sentences.append("Some keys of the scene have no effect in it; they are listed with the scene.")
     rules = [rule.row for pair in data.pairs for rule in pair.codes.rules]

@@ -1,0 +1,47 @@
+"""Order statistics: what a share of counted values does not exceed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    Array = NDArray[np.float64]
+
+ROUNDING = 1e-9  # of a count: 95 % of 20 values are 19 of them, whatever 0.95 × 20 is in binary
+
+
+def enough_for(values: ArrayLike, percentiles: ArrayLike, axis: int | None = None) -> Array:
+    """The least of the values that at least so many % of them, counted, do not exceed.
+
+    The order statistic of rank ⌈p n⌉, without interpolation: "p % of the values are no more than this" is true, and is
+    true of no smaller value. Definition 1 of Hyndman and Fan, Sample Quantiles in Statistical Packages, The American
+    Statistician 50 (1996). Infinite values are the largest.
+
+    Parameters
+    ----------
+    values : array_like
+        The values, at least one along ``axis``.
+    percentiles : array_like
+        Shares in %, between 0 and 100.
+    axis : int, optional
+        Of the values that are counted; all of them by default.
+
+    Returns
+    -------
+    ndarray
+        The axes of ``percentiles`` first, then the other axes of ``values``.
+
+    >>> float(enough_for([10.0, 20.0, 30.0, 40.0], 75.0))
+    30.0
+    >>> float(enough_for([10.0, 20.0, 30.0, 40.0], 76.0))  # three of four are 75 %
+    40.0
+    """
+    rising = np.sort(np.asarray(values, dtype=float), axis=axis)
+    along = 0 if axis is None else axis
+    ranks = np.ceil(np.asarray(percentiles) / 100.0 * rising.shape[along] - ROUNDING).astype(int)
+    picked = np.take(rising, np.maximum(ranks, 1) - 1, axis=along)
+    count, at = np.ndim(percentiles), along % rising.ndim
+    return np.asarray(np.moveaxis(picked, range(at, at + count), range(count)))
