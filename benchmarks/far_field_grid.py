@@ -17,13 +17,14 @@ import time
 from pathlib import Path
 
 import numpy as np
+from shortened import either
 
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.results.summary import counted
 from pounding_risk.scene.reader import read_scene
 
-LAWS = ("hertz", "hertz_damp", "hertz_damp_exact", "jankowski", "van_mier", "viscous_elastoplastic")
-THREADS = 2
+LAWS = ("hertz", "hertz_damp", "hertz_damp_exact", "jankowski", "van_mier", "viscous_elastoplastic")[either(0, 5) :]
+GAPS, YIELD_FORCES, THREADS = either((50, 20, 2), (2, 3, 2))
 
 
 def overrides(gaps: int, yield_forces: int) -> list[str]:
@@ -42,7 +43,9 @@ def measure(folder: Path, screening: bool) -> dict[str, float]:
     scene = folder / "far_field.toml"
     scan(read_scene(scene, overrides(2, 3)), check_fraction=0.0, workers=THREADS)
     wall, cpu = time.perf_counter(), time.process_time()
-    dataset = scan(read_scene(scene, overrides(50, 20)), screening=screening, check_fraction=0.0, workers=THREADS)
+    dataset = scan(
+        read_scene(scene, overrides(GAPS, YIELD_FORCES)), screening=screening, check_fraction=0.0, workers=THREADS
+    )
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     counts = counted(dataset)
     failed = int((dataset["status"].values != 0).sum())

@@ -18,6 +18,8 @@ import tempfile
 from pathlib import Path
 from statistics import median
 
+from shortened import IS_SHORT, either
+
 HERE = Path(__file__).resolve().parents[1]
 PAIR, ROW = "pounding_risk/scene/shipped/paper.toml", "pounding_risk/scene/shipped/row.toml"
 ONE_CASE = ("--check-fraction", "0", "--new", "-o", "one.nc")
@@ -34,6 +36,8 @@ LATER = {
     "scan of a pair": ("scan", PAIR, *ONE_CASE),
     "scan of a row": ("scan", ROW, *ONE_CASE),
 }
+
+SHORT = ["--help", "models", "validate, pair"]  # that compile nothing
 
 
 def seconds(tree: Path, command: tuple[str, ...], cache: Path, folder: Path) -> float:
@@ -77,13 +81,13 @@ def main() -> None:
     """Measure this checkout, or those given."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("trees", nargs="*", type=Path, default=[HERE], help="checkouts (default: this one)")
-    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--repeats", type=int, default=either(3, 1))
     parser.add_argument("--later", action="store_true", help="only commands that find a filled cache")
     given = parser.parse_args()
     trees = [tree.resolve() for tree in given.trees]
-    if not given.later:
+    if not given.later and not IS_SHORT:
         measure(trees, given.repeats, FIRST, empty=True)
-    measure(trees, given.repeats, LATER, empty=False)
+    measure(trees, given.repeats, {name: LATER[name] for name in either(list(LATER), SHORT)}, empty=False)
 
 
 if __name__ == "__main__":

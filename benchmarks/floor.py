@@ -16,6 +16,7 @@ from time import process_time
 from typing import Any
 
 import numpy as np
+from shortened import either
 from throughput import LAW, RESTITUTION, RTOL, make_bench, run_grid
 
 from pounding_risk._jit.compile import kernel
@@ -27,7 +28,7 @@ from pounding_risk.solver.pair.implicit import attempt
 from pounding_risk.solver.runge_kutta import DOP853
 from pounding_risk.solver.workspace import BEGIN, FIRST_STAGE, make_workspace
 
-LOOPS, REPEATS = 200_000, 7
+LOOPS, REPEATS = either((200_000, 7), (100, 1))
 TOUCH = (0.02, 0.0, 0.4, -0.1)  # u_left, u_right [m], v_left, v_right [m/s]
 FORCE_OPERATIONS = 60  # in `slopes` with Jankowski's law: products, sums and two square roots, counted by hand
 

@@ -18,20 +18,22 @@ import time
 from pathlib import Path
 
 import numpy as np
+from shortened import either
 
 import pounding_risk as pr
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.solver.pair.api import free_response, oscillators
 
-SET, PERIODS, NUM, THREADS = "fema-p695-farfield", ("0.1 s", "2 s"), 100, 2
-DRAWN, EVERY = 12, 4
+MOTIONS = either({"set": "fema-p695-farfield"}, {"names": ["RSN6-180"]})
+PERIODS, THREADS = ("0.1 s", "2 s"), 2
+NUM, DRAWN, EVERY = either((100, 12, 4), (3, 2, 1))
 DAMPINGS = {"alike": (0.05, 0.05), "unlike": (0.05, 0.02)}
 
 
 def records() -> pr.Records:
     """The set as recorded, in both polarities."""
-    return pr.Records(set=SET, polarity=["as recorded", "reversed"])
+    return pr.Records(**MOTIONS, polarity=["as recorded", "reversed"])
 
 
 def measure(which: str) -> dict[str, float]:

@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 from scipy.optimize import minimize
+from shortened import either
 
 import pounding_risk as pr
 
@@ -145,9 +146,11 @@ def main() -> int:
     """Scan, fit by both methods, compare with SciPy, and write files where a folder is given."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--folder", type=Path, help="where to write the datasets and figures")
-    parser.add_argument("--levels", type=int, default=LEVELS)
-    parser.add_argument("--records", type=int, default=COMPONENTS, help="fewer are records of the catalogue")
+    parser.add_argument("--levels", type=int, default=either(LEVELS, 4))
+    parser.add_argument("--records", type=int, default=either(COMPONENTS, 2), help="fewer are records of the catalogue")
     options = parser.parse_args()
+    if options.folder is not None:
+        options.folder.mkdir(parents=True, exist_ok=True)
     study = scene(options.records, options.levels)
     warm = scene(1, 2)
     pr.scan(warm.replace('records.window=["0 s", "0.5 s"]'), check_fraction=0.0)

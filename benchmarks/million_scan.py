@@ -16,6 +16,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from shortened import either
 
 import pounding_risk
 from pounding_risk.ensemble.scan import scan
@@ -24,7 +25,7 @@ from pounding_risk.scene.scene import Scene, scene_of
 
 THREADS = 2
 LAWS = ("jankowski", "viscous_elastoplastic")
-SIZES = {"a tenth": (100, 21), "a million": (100, 210)}  # gaps, yield forces
+SIZES = either({"a tenth": (100, 21), "a million": (100, 210)}, {"a few": (2, 3)})  # gaps, yield forces
 
 
 def measure(gaps: int, strengths: int) -> dict[str, float]:

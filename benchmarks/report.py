@@ -14,12 +14,13 @@ from time import perf_counter
 
 import numpy as np
 from made_scan import made_scan
+from shortened import either
 
 from pounding_risk.results.files import save
 
-RECORDS, LAWS, REPEATS = 44, 6, 3
-GAPS = np.linspace(0.0, 0.15, 50)
-FORCES = (*np.geomspace(1e5, 5e6, 19), np.inf)
+RECORDS, LAWS, REPEATS = either((44, 6, 3), (2, 2, 1))
+GAPS = np.linspace(0.0, 0.15, either(50, 5))
+FORCES = (*np.geomspace(1e5, 5e6, either(19, 2)), np.inf)
 
 
 def seconds(results: Path, out: Path) -> float:

@@ -13,11 +13,12 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from shortened import either
 
 from pounding_risk.motions.intensity import response_spectra, rotated_spectra
 from pounding_risk.motions.read import read_motion
 
-SAMPLES, DT, DAMPING, REPEATS = 5000, 0.01, 0.05, 9
+SAMPLES, DT, DAMPING, REPEATS = 5000, 0.01, 0.05, either(9, 1)
 PERIODS = np.geomspace(0.02, 10.0, 100)
 ZEROS = 16384 - SAMPLES  # ζ ω t = 3.6 at the longest period after these
 SHORT = 0.1  # s

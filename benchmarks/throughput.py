@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from rk4 import solve_rk4
 from scipy_pair import solve_scipy
+from shortened import either
 
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.models.contact.laws import ViscousElastoplastic
@@ -34,6 +35,7 @@ LEFT, RIGHT = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 1.0, 
 LAW, RESTITUTION = ViscousElastoplastic(2.75e9), constant(0.65)
 RECORD, THREADS, RTOL, CONVERGED = "RSN6-180", 2, 1e-6, 1e-11
 CASES_A_PIECE = 100  # small pieces, so that neither thread waits long at the end
+GAPS, YIELD_FORCES, SAMPLES, REPEATS = either((50, 45, None, 7), (11, 9, 600, 1))  # no samples: all of them
 # Cases (gap [m], F_E [N]) on which methods are set side by side: several contacts, with and without yielding.
 CASES = ((0.01, np.inf), (0.02, np.inf), (0.02, 3e5), (0.03, 1e6), (0.04, np.inf), (0.06, 6e5))
 ERRORS = ("peak_relative_displacement", "peak_contact_force")
@@ -78,7 +80,7 @@ class Spent(NamedTuple):
     cpu: float
 
 
-def make_bench(gaps: int = 50, yield_forces: int = 45, samples: int | None = None) -> Bench:
+def make_bench(gaps: int = GAPS, yield_forces: int = YIELD_FORCES, samples: int | None = SAMPLES) -> Bench:
     """The grid of the benchmark, or a smaller one on the record's first samples."""
     motion = read_motion(RECORD)
     strengths = np.append(np.geomspace(1e5, 1e7, yield_forces - 1), np.inf)
@@ -217,7 +219,9 @@ def grid_rows(bench: Bench, repeats: int) -> tuple[list[str], str]:
 
 def grid_error(bench: Bench) -> str:
     """How far every tenth or so of the grid is from a converged run."""
-    part = bench._replace(gaps=bench.gaps[::5], yield_forces=bench.yield_forces[::4])
+    part = bench._replace(
+        gaps=bench.gaps[::5].copy(), yield_forces=bench.yield_forces[::4].copy()
+    )  # kernels take contiguous arrays
     raw, truth = run_grid(part, False, THREADS)[0], run_grid(part, False, THREADS, CONVERGED)[0]
     told = []
     for name in ERRORS:
@@ -264,10 +268,10 @@ def method_rows(bench: Bench, repeats: int, scipy: bool) -> list[str]:
 def main(arguments: list[str] | None = None) -> int:
     """Print the tables."""
     parser = argparse.ArgumentParser(description="Throughput of a grid of cases, beside other ways to solve them.")
-    parser.add_argument("--repeats", type=int, default=7, help="repetitions of every method (7)")
-    parser.add_argument("--gaps", type=int, default=50, help="gaps in the grid (50)")
-    parser.add_argument("--yield-forces", type=int, default=45, help="yield forces in the grid (45)")
-    parser.add_argument("--samples", type=int, default=None, help="only the record's first samples")
+    parser.add_argument("--repeats", type=int, default=REPEATS, help="repetitions of every method (7)")
+    parser.add_argument("--gaps", type=int, default=GAPS, help="gaps in the grid (50)")
+    parser.add_argument("--yield-forces", type=int, default=YIELD_FORCES, help="yield forces in the grid (45)")
+    parser.add_argument("--samples", type=int, default=SAMPLES, help="only the record's first samples")
     parser.add_argument("--no-scipy", action="store_true", help="leave out SciPy, which takes half a minute")
     asked = parser.parse_args(arguments)
     bench = make_bench(asked.gaps, asked.yield_forces, asked.samples)

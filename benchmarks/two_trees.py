@@ -19,6 +19,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from shortened import either
+
 RECORD = {"names": ["RSN6-180"]}
 CONTACT = {"stiffness": "2.75e9 N/m^1.5", "restitution": 0.65}
 PAIR = {
@@ -29,7 +31,7 @@ PAIR = {
     "interface": [{"gap": "0 mm", "contact_model": "viscous_elastoplastic", "yield_force": "1 MN", **CONTACT}],
     "records": RECORD,
     "grid": {
-        "gap": {"start": "0 mm", "stop": "100 mm", "num": 100},
+        "gap": {"start": "0 mm", "stop": "100 mm", "num": either(100, 2)},
         "yield_force": [f"{100 * 10 ** (step / 7):.6g} kN" for step in range(15)],
     },
 }
@@ -72,8 +74,8 @@ def main(arguments: list[str] | None = None) -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="*", type=Path, metavar="CHECKOUT", help="the old one and the new one")
-    parser.add_argument("--turns", type=int, default=5, help="processes of each checkout (5)")
-    parser.add_argument("--repeats", type=int, default=5, help="scans in a process (5)")
+    parser.add_argument("--turns", type=int, default=either(5, 1), help="processes of each checkout (5)")
+    parser.add_argument("--repeats", type=int, default=either(5, 1), help="scans in a process (5)")
     parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     if options.one:

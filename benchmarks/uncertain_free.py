@@ -17,13 +17,14 @@ import sys
 import time
 
 import numpy as np
+from shortened import either
 
 import pounding_risk as pr
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.variants import Variants
 from pounding_risk.studies.uncertainty import free_motion
 
-SAMPLES, THREADS, DRAWN = 10_000, 2, 5
+SAMPLES, THREADS, DRAWN = either((10_000, 2, 5), (4, 2, 1))
 SCENE = """
 [[building]]
 name = "left"
@@ -54,17 +55,17 @@ seed = 1
 "building.left.damping" = {distribution = "lognormal", median = 0.05, dispersion = 0.4}
 "building.right.damping" = {distribution = "lognormal", median = 0.05, dispersion = 0.4}
 """
-FAR_FIELD, SHORT = 'set = "fema-p695-farfield"', 'names = ["RSN6-180"]\nwindow = ["0 s", "3 s"]'
+FEW = 'names = ["RSN6-180"]\nwindow = ["0 s", "3 s"]'
 
 
-def scene(count: int, records: str = FAR_FIELD):
+def scene(count: int, records: str = either('set = "fema-p695-farfield"', FEW)):
     """The scene with so many samples."""
     return parse_scene(SCENE.replace("COUNT", str(count)).replace("RECORDS", records))
 
 
 def measure(count: int) -> dict[str, float]:
     """One dataset in this process, its kernel compiled before."""
-    free_motion(scene(2, SHORT))
+    free_motion(scene(2, FEW))
     wall, cpu = time.perf_counter(), time.process_time()
     study = scene(count)
     dataset = free_motion(study, workers=THREADS)

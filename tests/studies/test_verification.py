@@ -16,8 +16,9 @@ import pounding_risk as pr
 from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.figures import verification_differences_figure, verification_figure
+from pounding_risk.motions.generated import recipe
 from pounding_risk.reports.verification import verification_page
-from pounding_risk.studies.verification.case import KINDS, printed, read_case
+from pounding_risk.studies.verification.case import IN_COUNTS, INPUT, KINDS, printed, read_case
 from pounding_risk.studies.verification.run import RUNGS, share, shipped
 
 ABOUT = """[case]
@@ -101,10 +102,15 @@ def test_there_are_enough_values_and_sources_that_are_not_from_memory(outcome):
 
 
 def test_no_difference_that_remains_is_of_our_solver(outcome):
-    """Ours moves by less than a tenth of each difference, between the default tolerance and a thousandth of it."""
+    """Ours moves by less than a tenth of each difference, between the default tolerance and a thousandth of it.
+
+    The samples of generated motions become eight times as fine. Of the sine of SDND102 A, linear in 2,000 parts of a
+    period, that leaves 1e-4; all other motions are exact between their samples.
+    """
     with_tolerance = [check for check in outcome.checks if check.rungs]
     assert len(with_tolerance) > 40 and all(len(check.rungs) == len(RUNGS) for check in with_tolerance)
-    assert max(check.change for check in with_tolerance) < 1e-7
+    assert max(check.change for check in with_tolerance if check.case != "sdnd102a") < 1e-7
+    assert max(check.change for check in with_tolerance) < 1e-4
     assert [check for check in with_tolerance if check.word == "acceptable" and not check.is_converged] == []
 
 
@@ -151,17 +157,14 @@ def cradle() -> tuple[float, float, float]:
 
 DEPTH = (5.0 * 570.0 * 0.25 / (4.0 * 2e9)) ** 0.4
 CLOSED_FORMS = {
-    "anagnostopoulos_1988": (0.65, pi / (sqrt(9.35e7 / 570.0) * sqrt(1.0 - kelvin_voigt_ratio(0.65) ** 2))),
+    "anagnostopoulos_1988": (pi / (sqrt(9.35e7 / 570.0) * sqrt(1.0 - kelvin_voigt_ratio(0.65) ** 2)),),
     "chopra_10_4": (sqrt(0.5), sqrt(2.0)),
     "herrmann_1981": cradle(),
     "huygens_1703": (1.0 / 3.0, 4.0 / 9.0, 16.0 / 9.0),
     "patricio_2004": (2.0, 2.0 * 3.0, 2.0 * 3.0 / 4.0 * 2.0),
     "goldsmith_2001": (1.65 * 187.5e3 * 0.5, (1.0 - 0.65**2) * 187.5e3 * 0.125),
     "hertz_1881": (DEPTH, 2e9 * DEPTH**1.5, 2.94 * DEPTH / 0.5),
-    "jankowski_2006": (0.8,),
     "johnson_1985": (2.87,),
-    "lankarani_1990": (0.95,),
-    "mahmoud_2011": (0.65,),
     "saint_venant_1867": (0.5, 2.0 * 10.0 / 3500.0, 0.5 * 3500.0 * 100e3 / (2.0 * 10.0)),
     "schwager_2007": (cut_restitution(0.65),),
     "sdnd101": (1e6 / sqrt(1.01e4), pi / sqrt(1.01e4), 1e6 / sqrt(1.01e4), 1.0),
@@ -185,6 +188,41 @@ def test_published_closed_forms_are_what_their_formulas_give(outcome):
                 published.half * 1.02, 2e-9 * abs(known)
             )  # SDND108 B's take-off is 6e-10 off, its last height 1.1e-9
             assert published.value == pytest.approx(known, abs=slack), name
+
+
+def test_the_ladder_refines_the_samples_of_generated_motions(outcome):
+    """SDND102 A by a tenth of its step, at the tightest tolerance: the converged value, to what is left of h²/64."""
+    (check,) = [one for one in outcome.checks if one.case == "sdnd102a" and "0.5 s" in one.quantity]
+    assert check.ours == pytest.approx(-7.0215e-5, rel=1e-5)
+    rungs = dict(zip(RUNGS, check.rungs, strict=True))
+    # A line between samples of a sine has an error of the second order: a quarter is left of each halving.
+    steps = [rungs[rtol] - rungs[1e-9] for rtol in (1e-6, 1e-7, 1e-8)]
+    assert steps[0] / steps[1] == pytest.approx(63.0 / 15.0, rel=0.05)
+    assert steps[1] / steps[2] == pytest.approx(15.0 / 3.0, rel=0.05)
+
+
+def test_what_the_ladder_does_not_refine():
+    """Noise would be other noise; a motion of most samples stays as it is."""
+    noise = recipe("kanai_tajimi", rms="0.1 g", duration="5 s", step="10 ms", seed=3)
+    assert noise.finer(8) is noise
+    sine = recipe("harmonic", pga="1 m/s^2", period="0.1 s", cycles=10, step="0.5 ms")
+    assert dict(sine.finer(4).options)["step"] == pytest.approx(1.25e-4, rel=1e-15)
+    assert dict(sine.finer(1e9).options)["step"] == pytest.approx(1.0 / 2_000_000, rel=1e-12)  # the most samples
+
+
+def test_inputs_are_not_counted_among_the_values(outcome):
+    """The e that a law is asked for, and periods that a source prints beside the masses and stiffnesses."""
+    inputs = [check for check in outcome.checks if check.kind == INPUT]
+    assert {check.case for check in inputs} == {
+        *("anagnostopoulos_1988", "cole_2010", "jankowski_2006", "jankowski_2008", "lankarani_1990", "mahmoud_2011")
+    }
+    counted = len(outcome.checks) - len(inputs)
+    words = outcome.finding()
+    assert words.startswith(f"{counted} published values of ") and "; 8 inputs of their cases, not counted; " in words
+    kinds = re.search(r"by kind: ([^;]*);", words)[1]
+    assert sum(map(int, re.findall(r"\d+", kinds))) == counted
+    assert [*KINDS] == [*IN_COUNTS, INPUT]
+    assert pr.verify("mahmoud_2011").finding().startswith("0 published values of 0 sources")
 
 
 def test_names_of_cases_and_the_facts_of_all(outcome):
@@ -466,7 +504,10 @@ def test_the_command_prints_a_line_for_each_value_and_writes_the_page(tmp_path):
     assert sum(line.startswith("sdnd108b ") for line in lines) == 6
     (seed,) = [line for line in lines if line.startswith("khatiwada_2011 ")]
     assert re.search(r"2\.4 s +2\.39\d* s +-0\.3\d %.* exact$", seed)
-    assert "7 published values of 2 sources: 5 exact, 2 acceptable, 0 unacceptable" in lines
+    assert (
+        "7 published values of 2 sources: 5 exact, 2 acceptable, 0 unacceptable; "
+        "by kind: 4 closed forms, 2 results of other programs, 1 printed result"
+    ) in lines
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     page = (tmp_path / "page.html").read_text("utf-8")
     for words in ("0.92403882542 s", "SDND108, modelling B", "F<sub>E</sub>" if "F_E" in page else "450 kN", "exact"):

@@ -325,8 +325,8 @@ def test_cases_and_properties_together(tmp_path):
     assert done.exit_code == 0, done.output
     assert re.search(r"^plateaus +van Mier et al\. \(1991\) +Equal peaks.* +3 of 3 +holds$", done.output, re.M)
     assert (
-        "3 published values of 1 source: 2 exact, 1 acceptable, 0 unacceptable; 1 of 1 published properties hold"
-        in (done.output)
+        "3 published values of 1 source: 2 exact, 1 acceptable, 0 unacceptable; by kind: 3 closed forms; "
+        "1 of 1 published properties hold" in (done.output)
     )
     seen = []
     pr.verify(["hertz_1881", "plateaus"], progress=lambda done, of: seen.append((done, of)))

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.generated._kind import KINDS, REQUIRED, Form, Kind, Option, Sampled, Unfit, motion_kind
+from pounding_risk.motions.generated._kind import KINDS, MOST, REQUIRED, Form, Kind, Option, Sampled, Unfit, motion_kind
 from pounding_risk.motions.generated._wave import Wave
 from pounding_risk.motions.processing.signals import velocity_displacement
 from pounding_risk.motions.record import GENERATED, STATED, STILL, Source
@@ -80,6 +80,14 @@ class Recipe(NamedTuple):
         form = self.form()
         step = self._step(form)
         return tuple(self._opened(form, step, seed, len(seeds) > 1) for seed in seeds)
+
+    def finer(self, times: float) -> Recipe:
+        """The motion in so many times as many samples, at most `MOST`; noise, which they would change, as it is."""
+        if motion_kinds()[self.kind].is_random:
+            return self
+        form = self.form()
+        step = min(self._step(form), max(self._step(form) / times, form.duration / MOST))
+        return Recipe(self.kind, _ordered(motion_kinds()[self.kind], dict(self.options) | {"step": step}))
 
     def _step(self, form: Form) -> float:
         step = dict(self.options).get("step")

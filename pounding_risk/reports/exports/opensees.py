@@ -31,9 +31,10 @@ TEMPLATE = '''"""{title}, in OpenSeesPy.
 
 {case}.
 
-Written by pounding-risk {version}. Units are N, kg, m and s; displacements are relative to the ground. Run it with
-`python {name} [STEP]`, where STEP is the time step in s ({step:g} by default); it needs openseespy. Its error falls
-with the step: compare two. What the scene has and this script has not:
+Written by pounding-risk {version}.
+Units are N, kg, m and s; displacements are relative to the ground. Run it with `python {name} [STEP]`,
+where STEP is the time step in s ({step:g} by default); it needs openseespy. Its error falls with the step: compare
+two. What the scene has and this script has not:
 {told}
 """
 

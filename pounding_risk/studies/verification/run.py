@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sized
 from dataclasses import dataclass
 from math import floor, inf, isfinite, log10, nan
@@ -20,7 +21,7 @@ from pounding_risk.scene.scene import Scene
 from pounding_risk.studies.impact import impact
 from pounding_risk.studies.modes import modes
 from pounding_risk.studies.simulate import simulate
-from pounding_risk.studies.verification.case import KINDS, Case, Collision, Published, read_case
+from pounding_risk.studies.verification.case import IN_COUNTS, INPUT, KINDS, Case, Collision, Published, read_case
 from pounding_risk.studies.verification.files import SUFFIX, shipped
 from pounding_risk.studies.verification.measures import MODAL, Solved, force_curve, history
 from pounding_risk.studies.verification.properties import PROPERTIES
@@ -29,6 +30,7 @@ from pounding_risk.units import GAP, MISSING, PERIOD, TIME, rounded, say
 
 EXACT, ACCEPTABLE, UNACCEPTABLE = "exact", "acceptable", "unacceptable"
 RUNGS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # tolerances of the solver; ours is the value at the last
+FINER = (1, 1, 1, 2, 4, 8)  # by rung: how many times as many samples a generated motion has as its case asks for
 DEFAULT_RUNG = 1e-6  # from which on the values tell how far ours has converged
 DIGITS = 6  # of ours that tables show: what agrees in all of them is exact
 FAR = 10.0  # a difference so many times what ours changes by is not ours
@@ -98,13 +100,16 @@ class Check(NamedTuple):
 
     @property
     def change(self) -> float:
-        """How far ours moves between the default tolerance and the finest, as a share; NaN without a tolerance."""
+        """How far ours moves between the default tolerance and the finest, as a share; NaN without a tolerance.
+
+        The samples of generated motions become finer with it, see `FINER`.
+        """
         fine = [value for rtol, value in zip(RUNGS, self.rungs, strict=False) if rtol <= DEFAULT_RUNG]
         return (max(fine) - min(fine)) / abs(self.ours) if fine and self.ours else nan
 
     @property
     def is_converged(self) -> bool:
-        """True where the difference is not of our solver: ours moves by less than a tenth of it."""
+        """True where the difference is not of our solver or samples: ours moves by less than a tenth of it."""
         return bool(self.rungs) and FAR * self.change < abs(self.difference)
 
 
@@ -156,17 +161,34 @@ class Verification(ShortRepr):
         return tuple(dict.fromkeys(check.source for check in self.checks))
 
     def finding(self) -> str:
-        """How many values there are, and how many are exact, acceptable and unacceptable; how many properties hold."""
-        clauses = [self._of_values()] if self.checks else []
+        """How many values there are, exact, acceptable or unacceptable, and of each kind; how many properties hold.
+
+        Inputs that a source prints as if they were results, such as the e that a law is asked for, are not counted
+        among the values.
+        """
+        clauses = [self._of_values(), *self._of_kinds()] if self.checks else []
         if self.properties:
             kept = len(self.properties) - len(self.failing)
             clauses.append(f"{kept} of {len(self.properties)} published properties hold")
         return "; ".join(clauses)
 
     def _of_values(self) -> str:
-        counts = {word: sum(check.word == word for check in self.checks) for word in (EXACT, ACCEPTABLE, UNACCEPTABLE)}
+        checks = [check for check in self.checks if check.kind != INPUT]
+        counts = {word: sum(check.word == word for check in checks) for word in (EXACT, ACCEPTABLE, UNACCEPTABLE)}
         words = ", ".join(f"{count} {word}" for word, count in counts.items())
-        return f"{_counted(self.checks, 'published value')} of {_counted(self.sources, 'source')}: {words}"
+        sources = {check.source for check in checks}
+        return f"{_counted(checks, 'published value')} of {_counted(sources, 'source')}: {words}"
+
+    def _of_kinds(self) -> Iterable[str]:
+        """How many values there are of each kind, and how many inputs beside them."""
+        counts = Counter(check.kind for check in self.checks)
+        kinds = [(IN_COUNTS[kind], counts[kind]) for kind in KINDS if kind != INPUT and counts[kind]]
+        if kinds:
+            yield "by kind: " + ", ".join(f"{count} {one if count == 1 else many}" for (one, many), count in kinds)
+        if counts[INPUT]:
+            apart = sum(check.kind == INPUT and check.word == UNACCEPTABLE for check in self.checks)
+            agree = f"{apart} of them more than {100.0 * KINDS[INPUT]:.0f} % apart" if apart else "not counted"
+            yield f"{_counted(range(counts[INPUT]), 'input')} of their cases, {agree}"
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Counts, and each value that is unacceptable."""
@@ -200,7 +222,8 @@ def verify(cases: str | Path | Iterable[str | Path] | None = None, *, progress: 
 
     The words are those of CSI's verification manuals: "exact" where ours agrees to the digits printed (six at most),
     "acceptable" up to 5 % of the published value, 25 % of an experiment's, or within the stated uncertainty, and
-    "unacceptable" beyond. Each run is made at tolerances from 1e-4 to 1e-9, which shows how far ours has converged.
+    "unacceptable" beyond. Each run is made at tolerances from 1e-4 to 1e-9, below 1e-6 with finer samples of generated
+    motions as well, which shows how far ours has converged.
     A property is a published relation without a single number: it holds where each of its readings is within bounds
     that follow from the tolerance, the digits printed or the number of samples.
 
@@ -326,7 +349,13 @@ def _results(case: Case) -> list[Any]:
         return [tuple(read_motion(name) for name in subject)]
     if all(value.quantity in MODAL for value in case.published):
         return [_solved(subject, False)]
-    return [_solved(subject.updated(rtol=rtol), True) for rtol in RUNGS]
+    return [_solved(_refined(subject, rtol, times), True) for rtol, times in zip(RUNGS, FINER, strict=True)]
+
+
+def _refined(scene: Scene, rtol: float, times: int) -> Scene:
+    """The scene at a tolerance, with so many times as many samples of its generated motions."""
+    finer = tuple(recipe.finer(times) for recipe in scene.records.generated) if times > 1 else scene.records.generated
+    return scene.updated(rtol=rtol, records=scene.records._replace(generated=finer))
 
 
 def _collided(case: Collision, rtol: float) -> Any:
