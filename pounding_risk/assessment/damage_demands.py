@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 POINT = "contact_point_"
+ROUNDED = 1e-12  # of a threshold: some bits of a double
 
 
 class Demands(NamedTuple):
@@ -30,6 +31,7 @@ class Demands(NamedTuple):
 
     with_contact: Array
     without: Array
+    jumps: bool = False  # of contact, which begins with a touch, or of storeys that yield: capped at a strength
 
 
 def demands_of(case: xr.Dataset, state: Any) -> Demands:
@@ -54,7 +56,11 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     """
     of_place = _of_interfaces if state.demand.interfaces else _of_buildings
     both = [of_place(case, state, without) for without in (False, True)]
-    return Demands(*(np.where(np.isfinite(values), values, np.nan) / state.threshold for values in both))
+    jumps = bool(state.demand.interfaces) or (state.demand.key == "storey_shear" and "storey_ductility" in case)
+    ratios = [np.where(np.isfinite(values), values, np.nan) / state.threshold for values in both]
+    if jumps:  # a demand that is capped at the threshold may be less than it by rounding
+        ratios = [np.where(np.isclose(values, 1.0, rtol=0.0, atol=ROUNDED), 1.0, values) for values in ratios]
+    return Demands(ratios[0], ratios[1], jumps)
 
 
 def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
