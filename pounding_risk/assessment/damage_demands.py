@@ -67,8 +67,9 @@ def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
     """The largest demand of the chosen buildings and storeys by motion and level."""
     demand, ending = state.demand, "_free" if without else ""
     chosen = _chosen_buildings(case, state)
-    name = demand.storeys if f"{demand.storeys}_free" in case else demand.mass
-    if not name or f"{name}_free" not in case:
+    # The displacement of a mass is the drift of a building without storeys alone, and each dataset has either.
+    name = demand.storeys if "storey_displacement_free" in case else demand.mass
+    if not name or not (demand.mass or f"{name}_free" in case):
         raise _lacking(state, demand.absent)
     values = case[f"{name}{ending}"].isel(building=chosen)
     values = values if "storey" in values.dims else values.expand_dims(storey=[1], axis=-1)

@@ -266,6 +266,12 @@ def test_annual_rates_are_those_of_the_curves(scan):
         pr.damage(scan, states=STATES, hazard=hazard, intensity="sa(left)")
 
 
+def test_a_row_without_its_drifts_has_no_drift_of_roofs_instead(row):
+    for name in ("storey_drift_free", "storey_drift"):
+        with pytest.raises(PoundingError, match=f"the results have no variable {name}, "):
+            pr.damage(row.drop_vars(name), states=[pr.DamageState("x", drift=0.01)])
+
+
 def test_demands_of_storeys_and_columns(row):
     """The largest of the storeys over their heights, of one storey, of yielding, and on a struck column."""
     states = [
