@@ -75,8 +75,9 @@ def report(
     signature = signed(project, author, revision, date)
     dataset, checksum, along = opened(results, options)
     others = companions(also)
-    model = build(ReportData(dataset, assess(dataset, hazard=hazard, **options), others, checksum, signature, along))
-    if target.suffix.lower() == ".pdf":
+    suffix, assessment = target.suffix.lower(), assess(dataset, hazard=hazard, **options)
+    model = build(ReportData(dataset, assessment, others, checksum, signature, along, suffix))
+    if suffix == ".pdf":
         from pounding_risk.reports.pdf import document
 
         return write_page(target, document(model))
