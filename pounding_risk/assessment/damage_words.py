@@ -55,10 +55,10 @@ def finding(dataset: xr.Dataset) -> str:
     """
     words, _ = measure_words(dataset)
     clauses = "; ".join(_clause(dataset.sel(state=state)) for state in dataset["state"].values)
-    median = f"median {words} with pounding at {say(float(dataset['gap']), GAP)} over that without"
+    gap = say(float(dataset["gap"]), GAP)
     if "annual_rate_ratio" not in dataset:
-        return f"M{median[1:]}: {clauses}"
-    return f"Annual rate with pounding over that without, and the ratio of the {median}: {clauses}"
+        return f"Median {words} with pounding at {gap} over that without: {clauses}"
+    return f"Annual rate and median {words}, with pounding at {gap} over without: {clauses}"
 
 
 def _clause(one: xr.Dataset) -> str:
@@ -69,6 +69,8 @@ def _clause(one: xr.Dataset) -> str:
             f"{int(one['reached'].sel(pounding=side).sum())} of {int(one['runs'].sel(pounding=side).sum())} runs {side}"
             for side in POUNDING
         ]
+        if str(one["fault"].sel(pounding="without").item()) == NO_CONTACT:
+            return f"{name} is reached in {counts[0]} pounding, and in none without contact"
         return f"{name} has no ratio, it is reached in {' and '.join(counts)}"
     median = _ratio_words(one, "median_ratio")
     rate = float(one["annual_rate_ratio"]) if "annual_rate_ratio" in one else nan

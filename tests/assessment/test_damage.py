@@ -258,7 +258,9 @@ def test_annual_rates_are_those_of_the_curves(scan):
             assert one["annual_rate_low"] < rate < one["annual_rate_high"]
     rates = found["annual_rate"]
     np.testing.assert_allclose(found["annual_rate_ratio"], rates.sel(pounding="with") / rates.sel(pounding="without"))
-    assert found.attrs["finding"].startswith("Annual rate with pounding over that without, and the ratio of the median")
+    assert found.attrs["finding"].startswith(
+        "Annual rate and median PGA, with pounding at 10 mm over without: cracks rate"
+    )
     opposed = found.assign(median_ratio=("state", [0.94, 0.94]), annual_rate_ratio=("state", [0.91, 1.1]))
     first, second = finding(opposed).split("; ")
     assert "cracks rate 0.91" in first and "they point opposite ways" in first and "opposite" not in second
