@@ -265,17 +265,28 @@ def worst(results: xr.Dataset, stiffer: bool, output: str = "displacement", perc
 def finding(results: xr.Dataset, output: str = "displacement", percentile: float | None = None) -> str:
     """Sentence on how much contact raises the peak of the stiffer and of the softer building, and where."""
     at = usual_percentile(results) if percentile is None else percentile
-    clauses = []
+    clauses = [f"{rise} ({where})" if where else rise for rise, where in rises(results, output, at)]
+    return f"{raised_words(output, at)}: {'; '.join(clauses)}"
+
+
+def raised_words(output: str, percentile: float) -> str:
+    """What `rises` are of."""
+    return f"Pounding raises the peak {output} that {percentile:g} % of the motions do not exceed"
+
+
+def rises(results: xr.Dataset, output: str, percentile: float) -> list[tuple[str, str]]:
+    """How much contact raises the peak of the stiffer and of the softer building, and where; "" where it does not."""
+    found = []
     for stiffer, words in ((True, "the stiffer building"), (False, "the softer one")):
-        place = worst(results, stiffer, output, at)
+        place = worst(results, stiffer, output, percentile)
         if place.value < 1.0 + RAISED:
-            clauses.append(f"{words} nowhere")
+            found.append((f"{words} nowhere", ""))
             continue
         where = f"{ratio_words(results)} = {place.ratio:.2g} and {gap_words(results, place.gap)}"
         if results.sizes["fixed_period"] > 1:
             where += f", beside {place.period:.3g} s"
-        clauses.append(f"{words} up to {place.value:.2f} times ({where})")
-    return f"Pounding raises the peak {output} that {at:g} % of the motions do not exceed: {'; '.join(clauses)}"
+        found.append((f"{words} up to {place.value:.2f} times", where))
+    return found
 
 
 def told_words(results: xr.Dataset) -> str:

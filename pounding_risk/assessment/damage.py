@@ -26,6 +26,7 @@ from pounding_risk.assessment.options import USUAL_CONFIDENCE
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import amplitude_words, intensity_quantity
 from pounding_risk.results.attributes import as_text, tables_of
+from pounding_risk.results.check import missing_named
 from pounding_risk.results.grid_values import place_of
 from pounding_risk.results.own_case import own_case
 from pounding_risk.scene.damage import read_states
@@ -41,6 +42,7 @@ NO_STATES = (
 )
 
 
+@missing_named()
 def damage(
     results: xr.Dataset | str | Path,
     *,

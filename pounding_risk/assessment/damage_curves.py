@@ -23,6 +23,7 @@ Labels = NDArray[np.int64]
 
 POUNDING = ("with", "without")
 DRAWS, SEED = 1000, 20110314  # samples of recordings
+NO_CONTACT = "no force acts between buildings without contact, so that no motion can reach the state"
 LOST = 0.05  # share of samples without a value from which on there are no bounds
 
 
@@ -124,15 +125,16 @@ def curves_of(case: xr.Dataset, state: Any, motions: Motions, options: Options, 
     """Both curves of a state; a run that failed with contact is left out of both."""
     demands = demands_of(case, state)
     known = np.isfinite(motions.ims) & np.isfinite(demands.with_contact) & np.isfinite(demands.without)
-    ratios = [np.where(known, values, np.nan) for values in demands]
+    ratios = [np.where(known, values, np.nan) for values in demands[:2]]
     method = METHODS[options.method]
-    seen = [
-        Observed(motions.ims, values, motions.recordings, intensity_quantity(options.intensity)) for values in ratios
-    ]
+    quantity = intensity_quantity(options.intensity)
+    seen = [Observed(motions.ims, values, motions.recordings, quantity, demands.jumps) for values in ratios]
     fits = [method.fit(one) for one in seen]
+    if state.demand.interfaces:
+        fits[1] = Fit(fault=NO_CONTACT)
     nothing = np.full((len(weights), 2), np.nan)
     drawn = [nothing if fit.fault else method.drawn(one, weights) for fit, one in zip(fits, seen, strict=True)]
-    found = [capacities(motions.ims, values) for values in ratios]
+    found = [capacities(motions.ims, values, demands.jumps) for values in ratios]
     return Curves(state, _pair(ratios), _pair(fits), _pair(found), _pair(drawn))
 
 

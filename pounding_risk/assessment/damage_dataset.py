@@ -60,7 +60,7 @@ def dataset_of(found: Sequence[Curves], motions: Motions, options: Options, case
     }
     both = ("state", "pounding")
     of_fits = {
-        "median": (unit, f"{words} at which half of the motions reach the state"),
+        "median": (unit, f"{words} at which the fitted curve is 0.5"),
         "dispersion": ("1", "dispersion of the curve, the deviation of the logarithm of the intensity"),
     }
     variables: dict[str, Any] = {
@@ -101,8 +101,10 @@ def _of_motions(found: Sequence[Curves], motions: Motions, unit: str, has_common
     }
     where = {
         "long_name": "where the capacity lies",
-        "flag_values": np.array([-1, 0, 1, 2], dtype=np.int8),
-        "flag_meanings": "at_most_the_lowest_level known above_the_highest_level no_run_is_known",
+        "flag_values": np.array([-1, 0, 1, 2, 3], dtype=np.int8),
+        "flag_meanings": (
+            "at_most_the_lowest_level known above_the_highest_level no_run_is_known between_the_level_and_the_one_below"
+        ),
     }
     capacity = "intensity at which the motion first reaches the state, or the level next to it where it is not known"
     variables: dict[str, Any] = {

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 POINT = "contact_point_"
+ROUNDED = 1e-12  # of a threshold: some bits of a double
 
 
 class Demands(NamedTuple):
@@ -30,6 +31,7 @@ class Demands(NamedTuple):
 
     with_contact: Array
     without: Array
+    jumps: bool = False  # of contact, which begins with a touch, or of storeys that yield: capped at a strength
 
 
 def demands_of(case: xr.Dataset, state: Any) -> Demands:
@@ -54,15 +56,20 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     """
     of_place = _of_interfaces if state.demand.interfaces else _of_buildings
     both = [of_place(case, state, without) for without in (False, True)]
-    return Demands(*(np.where(np.isfinite(values), values, np.nan) / state.threshold for values in both))
+    jumps = bool(state.demand.interfaces) or (state.demand.key == "storey_shear" and "storey_ductility" in case)
+    ratios = [np.where(np.isfinite(values), values, np.nan) / state.threshold for values in both]
+    if jumps:  # a demand that is capped at the threshold may be less than it by rounding
+        ratios = [np.where(np.isclose(values, 1.0, rtol=0.0, atol=ROUNDED), 1.0, values) for values in ratios]
+    return Demands(ratios[0], ratios[1], jumps)
 
 
 def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
     """The largest demand of the chosen buildings and storeys by motion and level."""
     demand, ending = state.demand, "_free" if without else ""
     chosen = _chosen_buildings(case, state)
-    name = demand.storeys if f"{demand.storeys}_free" in case else demand.mass
-    if not name or f"{name}_free" not in case:
+    # The displacement of a mass is the drift of a building without storeys alone, and each dataset has either.
+    name = demand.storeys if "storey_displacement_free" in case else demand.mass
+    if not name or not (demand.mass or f"{name}_free" in case):
         raise _lacking(state, demand.absent)
     values = case[f"{name}{ending}"].isel(building=chosen)
     values = values if "storey" in values.dims else values.expand_dims(storey=[1], axis=-1)

@@ -5,7 +5,8 @@ All three give the median θ and the dispersion β of P(reached | im) = Φ(ln(im
 - stripes: from who reaches the state at each intensity (Baker 2015, as `fragility.fit`);
 - ida: from the intensity at which each motion first reaches it, its capacity (Vamvatsikos and Cornell 2002). That of a
   motion which does not reach it at the highest level is above that level, and one which reaches it at the lowest is not
-  above that; maximum likelihood counts both as such (Tobin 1958, Olsen 1978);
+  above that; that of a demand which jumps lies anywhere between two levels. Maximum likelihood counts them as such
+  (Tobin 1958, Olsen 1978; concave for intervals too, Burridge 1981);
 - cloud: from the regression ln demand = a + b ln im + ε (Cornell et al. 2002, Jalayer 2003): θ is where the median
   demand is the threshold, exp(−a/b) with demands over the threshold, and β = σ/b.
 
@@ -29,7 +30,8 @@ from pounding_risk.units import PGA, Quantity
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
-BELOW, KNOWN, ABOVE, NONE = -1, 0, 1, 2  # where a capacity is, of the tested levels; NONE where no run is known
+# Where a capacity is, of the tested levels; NONE where no run is known, BETWEEN where only two levels enclose it.
+BELOW, KNOWN, ABOVE, NONE, BETWEEN = -1, 0, 1, 2, 3
 MOST_STEPS, CLOSE = 60, 1e-10  # Newton steps, and the decrement of the likelihood at which they end
 FULL_STEP = 0.25  # a decrement, by run, from which on steps are shortened
 CELLS = 2e6  # of the arrays that many samples are fitted with at once
@@ -43,27 +45,32 @@ class Observed(NamedTuple):
     ratios: Array  # NaN where a run failed
     recordings: Labels  # (motions,) from 0 without gaps
     quantity: Quantity = PGA  # of the intensities, for sentences
+    jumps: bool = False  # the demand is no straight line between levels: it begins with a touch, or ends at a cap
 
 
 class Capacities(NamedTuple):
     """The intensity at which each motion first reaches a state, and whether it is known."""
 
-    values: Array  # (motions,); of one that is not known the lowest or highest level, NaN where no run is known
-    status: NDArray[np.int8]  # BELOW, KNOWN, ABOVE or NONE
+    values: Array  # (motions,); of one that is not known the level next to it, NaN where no run is known
+    status: NDArray[np.int8]  # BELOW, KNOWN, ABOVE, NONE or BETWEEN
     falls_back: NDArray[np.bool_]  # a higher level does not reach the state, though a lower one did
+    below: Array  # the level below ``values`` where the status is BETWEEN, else as ``values``
 
 
-def capacities(ims: Array, ratios: Array) -> Capacities:
+def capacities(ims: Array, ratios: Array, jumps: bool = False) -> Capacities:
     """First crossings of the threshold, by straight lines between the levels of each motion.
 
-    Levels whose run failed are left out. Nothing is said between the lowest level and an intensity of 0.
+    A demand that ``jumps`` is at no straight line: a contact force is 0 until the gap closes, and stays at F_E once the
+    contact yields, where a line to a threshold of F_E would end at the upper level. Its first crossing lies between two
+    levels, of which ``values`` has the upper one. Levels whose run failed are left out. Nothing is said between the
+    lowest level and an intensity of 0.
 
     >>> found = capacities(np.array([[1.0, 2.0, 3.0]]), np.array([[0.5, 0.9, 1.3]]))
     >>> float(found.values[0].round(6)), int(found.status[0])
     (2.25, 0)
     """
     values, status = np.full(len(ims), np.nan), np.full(len(ims), NONE, dtype=np.int8)
-    falls_back = np.zeros(len(ims), dtype=bool)
+    falls_back, below = np.zeros(len(ims), dtype=bool), np.full(len(ims), np.nan)
     for motion, (all_ims, all_ratios) in enumerate(zip(ims, ratios, strict=True)):
         known = np.flatnonzero(np.isfinite(all_ratios))
         known = known[np.argsort(all_ims[known], kind="stable")]
@@ -79,9 +86,12 @@ def capacities(ims: Array, ratios: Array) -> Capacities:
         if first == 0:
             values[motion], status[motion] = im[0], BELOW
             continue
+        if jumps:
+            values[motion], status[motion], below[motion] = im[first], BETWEEN, im[first - 1]
+            continue
         share = (1.0 - ratio[first - 1]) / (ratio[first] - ratio[first - 1])
         values[motion], status[motion] = im[first - 1] + share * (im[first] - im[first - 1]), KNOWN
-    return Capacities(values, status, falls_back)
+    return Capacities(values, status, falls_back, np.where(status == BETWEEN, below, values))
 
 
 # ------------------------------------------------------------------------------------------------ stripes
@@ -146,108 +156,167 @@ def _probit(x: Array, hits: Array, misses: Array) -> tuple[Array, Array]:
 
 
 def fit_ida(seen: Observed) -> Fit:
-    """The fit to capacities, of which those above the highest level and not above the lowest are known as such."""
-    found = capacities(seen.ims, seen.ratios)
+    """The fit to capacities, of which those beyond the levels, or only between two, are known as such."""
+    found = capacities(seen.ims, seen.ratios, seen.jumps)
     known = found.status != NONE
-    values, status = found.values[known], found.status[known]
-    fault = _no_capacities(values, status, seen, _numbered(seen.recordings[known]))
+    where = _enclosed(found, known)
+    labels = _numbered(seen.recordings[known])
+    fault = _no_capacities(where, seen, labels)
     if fault:
         return Fit(fault=fault)
-    logs, labels = np.log(values), _numbered(seen.recordings[known])
-    middle, scale = float(logs.mean()), float(logs.std())
-    x = (logs - middle) / scale
-    (delta,), (gamma,) = _tobit(x, status, np.ones((1, x.size)))
+    x = where.scaled
+    one = np.ones((1, labels.size))
+    (delta,), (gamma,) = _tobit(x, one)
     if not np.isfinite(gamma):
         return Fit(fault="the capacities determine no curve; scan more levels")
     # ln θ and β from δ and γ, η = γ x − δ; the observed information goes with them, for the gradient is zero.
-    turn = np.array([[scale / gamma, -scale * delta / gamma**2], [0.0, -scale / gamma**2]])
-    line = gamma * x - delta
-    slope, weight = _of_capacities(line, status)
-    uncensored = status == KNOWN
-    scores = np.stack([-slope, slope * x + np.where(uncensored, 1.0 / gamma, 0.0)], axis=1)
-    curvature = np.array(
-        [
-            [weight.sum(), -(weight * x).sum()],
-            [-(weight * x).sum(), (weight * x * x).sum() + uncensored.sum() / gamma**2],
-        ]
-    )
-    inverse = turn @ np.linalg.inv(curvature)
-    spread = inverse @ curves.by_recording(scores, labels)
-    fitted = curves.fit_of(middle + scale * delta / gamma, scale / gamma, inverse @ turn.T, spread)
+    turn = np.array([[where.scale / gamma, -where.scale * delta / gamma**2], [0.0, -where.scale / gamma**2]])
+    slopes, (top, side, low) = _of_capacities(x, np.array([delta]), np.array([gamma]))
+    inverse = turn @ np.linalg.inv(np.array([[top.sum(), side.sum()], [side.sum(), low.sum()]]))
+    spread = inverse @ curves.by_recording(np.stack([slopes[0][0], slopes[1][0]], axis=1), labels)
+    fitted = curves.fit_of(where.middle + where.scale * delta / gamma, where.scale / gamma, inverse @ turn.T, spread)
     tested = seen.ims[np.isfinite(seen.ratios)]
     return curves.unless(fitted, _refusal(fitted, tested, seen.quantity))
 
 
-def _no_capacities(values: Array, status: NDArray[np.int8], seen: Observed, labels: Labels) -> str:
+class Enclosed(NamedTuple):
+    """Logarithms of capacities between ``low`` and ``high``: alike where one is known, infinite beyond the levels."""
+
+    low: Array
+    high: Array
+
+    @property
+    def finite(self) -> Array:
+        """One number for each: the middle, or the end that is finite."""
+        ends = np.stack([self.low, self.high])
+        return np.asarray(np.where(np.isfinite(ends), ends, 0.0).sum(axis=0) / np.isfinite(ends).sum(axis=0))
+
+    @property
+    def middle(self) -> float:
+        """The mean, which is taken from all before a fit."""
+        return float(self.finite.mean())
+
+    @property
+    def scale(self) -> float:
+        """The deviation, by which all are divided before a fit."""
+        return float(self.finite.std())
+
+    @property
+    def scaled(self) -> Enclosed:
+        """With a mean of 0 and a deviation of 1."""
+        return Enclosed((self.low - self.middle) / self.scale, (self.high - self.middle) / self.scale)
+
+    @property
+    def inner(self) -> NDArray[np.bool_]:
+        """Those within the levels, whether known or between two."""
+        return np.asarray(np.isfinite(self.low) & np.isfinite(self.high))
+
+    @property
+    def is_known(self) -> NDArray[np.bool_]:
+        """Those that are known."""
+        return np.asarray(self.low == self.high)
+
+
+def _enclosed(found: Capacities, known: NDArray[np.bool_]) -> Enclosed:
+    """The ends between which the capacities lie."""
+    status, high, low = found.status[known], np.log(found.values[known]), np.log(found.below[known])
+    return Enclosed(np.where(status == BELOW, -np.inf, low), np.where(status == ABOVE, np.inf, high))
+
+
+def _no_capacities(where: Enclosed, seen: Observed, labels: Labels) -> str:
     """Sentence on why capacities give no curve; "" where they do."""
     if seen.ims.shape[1] < 2:
         return "each motion has one level: incremental dynamic analysis needs several; scan more, or take a cloud"
-    if not values.size:
+    if not labels.size:
         return "no run is known"
-    if (status == ABOVE).all():
+    if np.isinf(where.high).all():
         return "no motion reaches the state at the levels that were tested: scan stronger motions"
-    if (status == BELOW).all():
+    if np.isinf(where.low).all():
         return "every motion reaches the state at its lowest level: scan weaker motions"
     if np.ptp(labels) == 0:
         return ALONE
-    if (status == KNOWN).sum() < 2 or curves.of_one_intensity(values[status == KNOWN]):
-        return "fewer than two motions reach the state between their levels: the dispersion cannot be told; scan more"
+    known = where.low[where.is_known]
+    if where.inner.sum() < 2 or (known.size and curves.of_one_intensity(np.exp(known))):
+        return "fewer than two motions reach the state between their levels: the dispersion is not known; scan more"
+    if not known.size and where.low.max() <= where.high.min():
+        return "one intensity may be the capacity of every motion: the dispersion is not known; scan levels between"
     return ""
 
 
 def drawn_ida(seen: Observed, weights: Array) -> Array:
     """As `drawn_stripes`, from the capacities."""
-    found = capacities(seen.ims, seen.ratios)
+    found = capacities(seen.ims, seen.ratios, seen.jumps)
     known = found.status != NONE
-    status, logs = found.status[known], np.log(found.values[known])
-    if (status == KNOWN).sum() < 2 or np.ptp(logs) == 0.0:
+    where = _enclosed(found, known)
+    if where.inner.sum() < 2 or where.scale == 0.0:
         return np.full((len(weights), 2), np.nan)
-    middle, scale = float(logs.mean()), float(logs.std())
     drawn = []
-    for part in _parts(weights[:, known], logs.size):
-        delta, gamma = _tobit((logs - middle) / scale, status, part)
-        drawn.append(np.stack([middle + scale * delta / gamma, scale / gamma], axis=1))
+    for part in _parts(weights[:, known], where.low.size):
+        delta, gamma = _tobit(where.scaled, part)
+        drawn.append(np.stack([where.middle + where.scale * delta / gamma, where.scale / gamma], axis=1))
     return np.concatenate(drawn)
 
 
-def _tobit(x: Array, status: NDArray[np.int8], weights: Array) -> tuple[Array, Array]:
-    """δ = μ/σ and γ = 1/σ of a normal x that is partly censored, by weighted sample; NaN without a maximum.
+def _tobit(x: Enclosed, weights: Array) -> tuple[Array, Array]:
+    """δ = μ/σ and γ = 1/σ of a normal x that is partly enclosed, by weighted sample; NaN without a maximum.
 
-    In these the likelihood is concave (Olsen 1978): Σ w (ln γ − η²/2) of the known, Σ w ln Φ(∓η) of the others.
+    In these the likelihood is concave (Olsen 1978, Burridge 1981): Σ w (ln γ − η²/2) of the known, and
+    Σ w ln (Φ(η_high) − Φ(η_low)) of the others.
     """
-    uncensored = weights[:, status == KNOWN].sum(axis=1)
+    inner, finite = weights[:, x.inner].sum(axis=1), x.finite
     total = weights.sum(axis=1)
-    mean = weights @ x / total
-    deviation = np.sqrt(np.maximum(weights @ x**2 / total - mean**2, 1e-12))
+    mean = weights @ finite / total
+    deviation = np.sqrt(np.maximum(weights @ finite**2 / total - mean**2, 1e-12))
     gamma = 1.0 / deviation
     delta = mean * gamma
     gain = np.full(len(weights), np.inf)
-    with np.errstate(all="ignore"):  # samples that have no maximum leave the range, and are told so by their gain
+    with np.errstate(all="ignore"):  # samples that have no maximum leave the range, which their gain shows
         for _ in range(MOST_STEPS):
-            line = gamma[:, None] * x - delta[:, None]
-            slope, weight = _of_capacities(line, status)
-            slope, weight = slope * weights, weight * weights
-            system = (
-                weight.sum(axis=1),
-                -(weight * x).sum(axis=1),
-                (weight * x * x).sum(axis=1) + uncensored / gamma**2,
-            )
-            score = (-slope.sum(axis=1), (slope * x).sum(axis=1) + uncensored / gamma)
+            slopes, curvature = _of_capacities(x, delta, gamma)
+            system = tuple((part * weights).sum(axis=1) for part in curvature)
+            score = tuple((part * weights).sum(axis=1) for part in slopes)
             step, gain = _step(system, score, total)
             shorter = np.where(gamma + step[1] > 0.0, 1.0, 0.5 * gamma / np.abs(step[1]))
             delta, gamma = delta + shorter * step[0], gamma + shorter * step[1]
             if (gain < CLOSE).all():
                 break
-    lost = ~(gain < CLOSE) | (uncensored <= 0.0) | (gamma > 1e6)
+    # Without a known capacity the dispersion has no limit where one intensity may be the capacity of all.
+    part_of = weights > 0.0
+    lowest_high = np.where(part_of, x.high, np.inf).min(axis=1)
+    parted = np.where(part_of, x.low, -np.inf).max(axis=1) > lowest_high
+    parted |= (part_of & x.is_known).any(axis=1)
+    lost = ~(gain < CLOSE) | (inner <= 0.0) | (gamma > 1e6) | ~parted
     return np.where(lost, np.nan, delta), np.where(lost, np.nan, gamma)
 
 
-def _of_capacities(line: Array, status: NDArray[np.int8]) -> tuple[Array, Array]:
-    """First derivative of the log-likelihood by η, and the second with its sign changed; status is by column."""
-    above, below = _mills(-line), _mills(line)
-    slope = np.where(status == KNOWN, -line, np.where(status == ABOVE, -above, below))
-    weight = np.where(status == KNOWN, 1.0, np.where(status == ABOVE, above * (above - line), below * (below + line)))
-    return slope, weight
+def _of_capacities(x: Enclosed, delta: Array, gamma: Array) -> tuple[tuple[Array, Array], tuple[Array, Array, Array]]:
+    """Derivatives of the log-likelihood by δ and γ, and the second ones with their sign changed, (samples, motions).
+
+    With p = φ(η_high)/D, q = φ(η_low)/D and D = Φ(η_high) − Φ(η_low) the first derivatives by η_high and η_low are p
+    and −q, and the second with their sign changed p (η_high + p), q (q − η_low), and −p q across.
+    """
+    ends = [np.where(np.isfinite(end), end, 0.0) for end in (x.high, x.low)]
+    up, down = ((gamma[:, None] * end - delta[:, None]) for end in ends)
+    p, q = _of_interval(np.where(np.isfinite(x.high), up, np.inf), np.where(np.isfinite(x.low), down, -np.inf))
+    p, q = np.where(x.is_known, -up, p), np.where(x.is_known, 0.0, q)
+    high, low = np.where(x.is_known, 1.0, p * (up + p)), q * (q - down)
+    across, own = -p * q, np.where(x.is_known, 1.0 / gamma[:, None], 0.0)
+    slopes = q - p, p * ends[0] - q * ends[1] + own
+    top = high + 2.0 * across + low
+    side = -(high * ends[0] + across * (ends[0] + ends[1]) + low * ends[1])
+    bottom = high * ends[0] ** 2 + 2.0 * across * ends[0] * ends[1] + low * ends[1] ** 2 + own**2
+    return slopes, (top, side, bottom)
+
+
+def _of_interval(up: Array, down: Array) -> tuple[Array, Array]:
+    """φ(up)/D and φ(down)/D with D = Φ(up) − Φ(down), also far in a tail, where both are mirrored to the left one."""
+    from scipy.special import log_ndtr
+
+    right = down > 0.0
+    far, near = log_ndtr(np.where(right, -down, up)), log_ndtr(np.where(right, -up, down))
+    with np.errstate(all="ignore"):  # of known capacities, which have no interval
+        log_d = far + np.log1p(-np.exp(near - far)) + 0.5 * np.log(2.0 * np.pi)
+        return np.exp(-0.5 * up**2 - log_d), np.exp(-0.5 * down**2 - log_d)
 
 
 # ------------------------------------------------------------------------------------------------ cloud

@@ -5,14 +5,14 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator, Sequence
 from io import StringIO
-from math import isfinite, isnan
+from math import isfinite, isnan, nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.damage_curves import DRAWS, LOST, POUNDING, SEED, Curves, Motions, Options
-from pounding_risk.assessment.damage_fits import METHODS, NONE
+from pounding_risk.assessment.damage_curves import DRAWS, LOST, NO_CONTACT, POUNDING, SEED, Curves, Motions, Options
+from pounding_risk.assessment.damage_fits import BETWEEN, METHODS, NONE
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import intensity_words
 from pounding_risk.results.attributes import tables_of
@@ -48,10 +48,17 @@ def case_words(dataset: xr.Dataset) -> str:
 
 
 def finding(dataset: xr.Dataset) -> str:
-    """Sentence on what pounding does to the median intensity of each state."""
+    """Sentence on what pounding does to each state: to its annual rate where a hazard is known, and to its median.
+
+    A median is earlier with pounding where its ratio is below 1, a rate more frequent where its ratio is above 1. With
+    other dispersions both may go one way; the rate, which counts every intensity, is the one that counts.
+    """
     words, _ = measure_words(dataset)
-    clauses = [_clause(dataset.sel(state=state)) for state in dataset["state"].values]
-    return f"Median {words} with pounding at {say(float(dataset['gap']), GAP)} over that without: {'; '.join(clauses)}"
+    clauses = "; ".join(_clause(dataset.sel(state=state)) for state in dataset["state"].values)
+    gap = say(float(dataset["gap"]), GAP)
+    if "annual_rate_ratio" not in dataset:
+        return f"Median {words} with pounding at {gap} over that without: {clauses}"
+    return f"Annual rate and median {words}, with pounding at {gap} over without: {clauses}"
 
 
 def _clause(one: xr.Dataset) -> str:
@@ -62,15 +69,32 @@ def _clause(one: xr.Dataset) -> str:
             f"{int(one['reached'].sel(pounding=side).sum())} of {int(one['runs'].sel(pounding=side).sum())} runs {side}"
             for side in POUNDING
         ]
+        if str(one["fault"].sel(pounding="without").item()) == NO_CONTACT:
+            return f"{name} is reached in {counts[0]} pounding, and in none without contact"
         return f"{name} has no ratio, it is reached in {' and '.join(counts)}"
-    low, high = float(one["median_ratio_low"]), float(one["median_ratio_high"])
-    return f"{name} {ratio:.2f}" + ("" if isnan(low) else f" ({low:.2f} to {high:.2f})")
+    median = _ratio_words(one, "median_ratio")
+    rate = float(one["annual_rate_ratio"]) if "annual_rate_ratio" in one else nan
+    if isnan(rate):
+        return f"{name} {median}"
+    opposed = (round(rate, 2) - 1.0) * (round(ratio, 2) - 1.0) > 0.0  # a lower median alone raises the rate
+    return f"{name} rate {_ratio_words(one, 'annual_rate_ratio')}, median {median}" + (
+        " (they point opposite ways, as the dispersions differ: the rate counts)" if opposed else ""
+    )
+
+
+def _ratio_words(one: xr.Dataset, name: str) -> str:
+    """A ratio with its bounds, "0.94 (0.80 to 1.10)"."""
+    low, high = float(one[f"{name}_low"]), float(one[f"{name}_high"])
+    return f"{float(one[name]):.2f}" + ("" if isnan(low) else f" ({low:.2f} to {high:.2f})")
 
 
 def told_of(found: Sequence[Curves], motions: Motions, options: Options, results: xr.Dataset) -> Iterator[str]:
     """Sentences on what is assumed, left out and not known."""
     count = options.recordings
-    yield f"Curves: {METHODS[options.method].words}. Without pounding: each building alone under the same motion."
+    yield (
+        f"Curves ({options.method}): {METHODS[options.method].words}. Without pounding: each building alone under the "
+        "same motion."
+    )
     yield (
         f"Bounds of ratios: {100.0 * options.confidence:g} % by {DRAWS} samples of the {counted(count, 'recording')}, "
         f"drawn with replacement (seed {SEED}), widened for so few (Hesterberg 2015); each sample gives both curves."
@@ -93,6 +117,8 @@ def _of_state(one: Curves, motions: Motions, options: Options) -> Iterator[str]:
     for side, fit, found in zip(POUNDING, one.fits, one.found, strict=True):
         if fit.fault:
             yield f"{name}, {side} pounding: no curve: {fit.fault}."
+        if fit.fault == NO_CONTACT:
+            continue
         back = int(found.falls_back.sum())
         if back and options.method == "ida":
             what = counted(back, "motion")
@@ -101,6 +127,17 @@ def _of_state(one: Curves, motions: Motions, options: Options) -> Iterator[str]:
         if ends and options.method == "ida":
             what = f"of {int((found.status != NONE).sum())} capacities {ends}"
             yield f"{name}, {side} pounding: {what} outside the tested levels, which count as such."
+        if (found.status == BETWEEN).any() and options.method == "ida":
+            what = counted(int((found.status == BETWEEN).sum()), "capacity", "capacities")
+            yield (
+                f"{name}, {side} pounding: {what} known as between two levels only, for the demand jumps: a contact "
+                "force is 0 without touch, and a force is capped where what carries it yields."
+            )
+    if one.state.demand.interfaces and options.method == "cloud":
+        yield (
+            f"{name}: a contact force is capped where the contact yields, which a cloud's straight line does not "
+            "follow; several levels and stripes do."
+        )
     if one.is_compared and one.lost:
         without = "no bounds are given" if one.lost > LOST * DRAWS else "left out of the bounds"
         yield f"{name}: no curve from {counted(one.lost, 'sample')} of recordings; {without}."

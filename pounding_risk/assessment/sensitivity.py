@@ -116,6 +116,11 @@ class Influence:
     output: str = ""
 
     @property
+    def is_single(self) -> bool:
+        """Whether the grid has one level of the key, so that nothing is said of it."""
+        return len(self.levels) == 1
+
+    @property
     def share(self) -> float:
         """The spread over the largest level; 0 where it is not known."""
         most = max((abs(value) for _, value in self.levels), default=0.0)

@@ -42,7 +42,7 @@ class Commands(FolderGroup):
 def _sentences() -> Iterator[None]:
     """Errors that a user can repair become a sentence and an exit status."""
     try:
-        with report_trouble():
+        with report_trouble(), _missing_named():
             yield
     except PoundingError as error:
         typer.echo(f"pounding-risk: {error}", err=True)
@@ -56,6 +56,18 @@ def _sentences() -> Iterator[None]:
         remains = str(stop) or "no file was left half written"
         typer.echo(f"pounding-risk: stopped by Ctrl-C; {remains}", err=True)
         raise typer.Exit(INTERRUPTED) from None
+
+
+@contextmanager
+def _missing_named() -> Iterator[None]:
+    """As `check.missing_named`, which is imported where a command ends in such an error alone."""
+    try:
+        yield
+    except KeyError as error:
+        from pounding_risk.results.check import missing_named
+
+        with missing_named():
+            raise error
 
 
 app = typer.Typer(

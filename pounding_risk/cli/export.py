@@ -45,6 +45,9 @@ def export(
     pga: Amplitude = None,
     intensity_level: IntensityLevel = None,
     intensity: Intensity = None,
+    method: Annotated[
+        str | None, option("Of damage: stripes, ida or cloud.", "stripes of motions at several levels, else cloud")
+    ] = None,
     discrete: Annotated[bool, typer.Option("--discrete", help="Probabilities at intensities, not parameters.")] = False,
     without: Annotated[bool, typer.Option("--without", help="Damage without pounding.")] = False,
     street: Annotated[
@@ -71,6 +74,7 @@ def export(
         without=without,
         street=street,
         inventory=inventory,
+        method=method,
     )
     announce(*written.files)
     for sentence in written.told:

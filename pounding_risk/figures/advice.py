@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 MOST_PANELS = 3  # interfaces that are drawn, the first ones
 BAND = "#009E73"
+LINE = 9.5  # points between the labels of two curves
 # Words, marker, colour and dash of each output that is drawn.
 DRAWN = {
     "peak_contact_force": ("peak contact force", "o", *STYLES[0]),
@@ -49,9 +50,11 @@ def advice_figure(advice: Advice, note: str = "") -> Figure:
     if not ranges or not advice.influences:
         reason = "no contact in any case" if ranges else "the contact model has no stiffness"
         axes[0, 0].text(0.5, 0.5, reason, ha="center", color=QUIET, transform=axes[0, 0].transAxes)
-    reach = [1.0]
+    reach, labels = [1.0], []
     for axis, stiffness_range in zip(axes.flat, ranges, strict=False):
-        reach += _panel(axis, advice, stiffness_range)
+        drawn, of_panel = _panel(axis, advice, stiffness_range)
+        reach += drawn
+        labels.append(of_panel)
     axes[0, 0].set_ylim(min(0.5, 0.8 * min(reach)), max(2.0, 1.25 * max(reach)))
     axes[0, 0].set_ylabel("median over that with the scene's stiffness [-]")
     left_out = len(advice.ranges) - len(ranges)
@@ -65,13 +68,27 @@ def advice_figure(advice: Advice, note: str = "") -> Figure:
     handles = axes[0, 0].get_legend_handles_labels()[0]
     if handles:
         legend_below(figure, handles, len(handles))
+    figure.draw_without_rendering()  # which lays the panels out
+    for of_panel in labels:
+        _spread(of_panel)
     return figure
 
 
-def _panel(axis: Any, advice: Advice, stiffness_range: StiffnessRange) -> list[float]:
-    """The curves of one interface; the values drawn."""
+def _spread(labels: list[Any]) -> None:
+    """Lift labels that would overlap the one below, by points."""
+    lowest = -np.inf
+    for label in sorted(labels, key=lambda label: float(label.xy[1])):
+        height = label.axes.transData.transform(label.xy)[1] * 72.0 / label.axes.figure.dpi
+        lifted = max(height, lowest)
+        label.set_position((5, lifted - height))
+        lowest = lifted + LINE
+
+
+def _panel(axis: Any, advice: Advice, stiffness_range: StiffnessRange) -> tuple[list[float], list[Any]]:
+    """The curves of one interface; the values drawn, and the labels at their ends."""
     _frame(axis, stiffness_range)
     drawn: list[float] = []
+    labels: list[Any] = []
     for output, (words, marker, colour, dash) in DRAWN.items():
         curve = _widest(advice, stiffness_range, output)
         if curve is None:
@@ -83,8 +100,9 @@ def _panel(axis: Any, advice: Advice, stiffness_range: StiffnessRange) -> list[f
         drawn += ratios[np.isfinite(ratios)].tolist()
         if curve.place != stiffness_range.interface and np.isfinite(ratios[-1]):
             beside = {"xytext": (5, 0), "textcoords": "offset points", "va": "center"}
-            axis.annotate(plain(curve.place), (stiffnesses[-1], ratios[-1]), fontsize=7.5, color=colour, **beside)
-    return drawn
+            end = float(stiffnesses[-1]), float(ratios[-1])
+            labels.append(axis.annotate(plain(curve.place), end, fontsize=7.5, color=colour, **beside))
+    return drawn, labels
 
 
 def _frame(axis: Any, stiffness_range: StiffnessRange) -> None:

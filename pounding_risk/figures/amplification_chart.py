@@ -9,10 +9,11 @@ import numpy as np
 from pounding_risk.assessment.amplification import (
     OUTPUTS,
     check_amplification,
-    finding,
     gap_dim,
+    raised_words,
     ratio_words,
     reference_name,
+    rises,
     told_words,
 )
 from pounding_risk.assessment.spectra import motions_words, usual_percentile
@@ -84,7 +85,14 @@ def amplification_figure(
     bar = figure.colorbar(picture, ax=axes[0, :], pad=0.01, aspect=30, ticks=EDGES, label="amplification [1]")
     bar.ax.tick_params(labelsize=8)
     told = f"{motions_words(results)}; {told_words(results)}; {_staying_words(results, stays)}"
-    title(figure, finding(shown, output, at), f"{told}; dotted area: no motion touches", note)
+    # The places have room in the caption alone, whatever the buildings are called.
+    found = rises(shown, output, at)
+    largest = "".join(
+        f"{words} at {where}; " for words, (_, where) in zip(("stiffer", "softer"), found, strict=True) if where
+    )
+    largest = f"largest of the {largest}" if largest else ""
+    heading = f"{raised_words(output, at)}: {', '.join(rise for rise, _ in found)}"
+    title(figure, heading, f"{largest}{told}; dotted area: no motion touches", note)
     return figure
 
 

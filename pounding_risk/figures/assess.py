@@ -30,6 +30,7 @@ ROOM = 1.15  # of the axis of gaps, beyond what is drawn on it
 MOST_EMPTY = 2.0  # times what the motions need: a rule that asks for more stands beyond the axis
 BAND = "one standard error to either side"
 MOST_YIELD_CURVES = 4
+RATE_MARKS = "osDv^Phx*"  # of gaps for annual rates, each named in the legend
 MOST_NAMED = 2  # interfaces whose findings stand in the title
 VERDICT_WORDS = {"depends": "not settled"}
 
@@ -219,12 +220,12 @@ def _rates(axis: Any, interface: InterfaceAssessment, assessment: Assessment) ->
     if assessment.target_rate is not None:
         words = f"target {assessment.target_rate_words}"
         axis.axhline(assessment.target_rate, color=QUIET, linestyle=":", linewidth=1.4, label=words)
-    for gap in required:
+    for number, gap in enumerate(required):
         is_target = gap.rate == assessment.target_rate
-        colour = ORANGE if is_target else BLUE
+        colour, mark = ORANGE if is_target else BLUE, RATE_MARKS[number % len(RATE_MARKS)]
         least = "at least " if gap.at_least else ""
         label = f"for {gap.words}: {least}{say_in(gap.gap, 'mm', 3)}"
-        axis.plot(1e3 * gap.gap, gap.rate, "o", color=colour, markersize=8 if is_target else 5, zorder=3, label=label)
+        axis.plot(1e3 * gap.gap, gap.rate, mark, color=colour, markersize=8 if is_target else 5, zorder=3, label=label)
     bars = [gap for gap in required if gap.rate == assessment.target_rate]
     for gap in bars:
         ends = 1e3 * np.array([gap.low, gap.high])

@@ -160,7 +160,7 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
         _demands(axes[row], results.sel(state=group), factor, [colours[state] for state in group])
         axes[row, 0].set_ylabel(intensity_label(results.attrs["intensity"]))
     left_out = f"; {counted(len(groups) - len(drawn), 'more demand')} not drawn" if len(groups) > len(drawn) else ""
-    lines = "thin: single motions; thick: 16, 50 and 84 % of the motions; dotted: thresholds"
+    lines = "thin: single motions; thick: 16, 50 and 84 % of the motions at each level, counted; dotted: thresholds"
     title(figure, _medians(results), f"{case_words(results)}; {lines}{left_out}", note)
     return figure
 
@@ -208,7 +208,7 @@ def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[st
 
 
 def _medians(results: xr.Dataset) -> str:
-    """Sentence on the intensity at which half of the motions reach each state."""
+    """Sentence on the fitted median of each state; the thick lines of the figure are counted, and may differ."""
     measure, _ = measure_words(results)
     name, factor = intensity_shown(results.attrs["intensity"])
     clauses = []
@@ -219,7 +219,8 @@ def _medians(results: xr.Dataset) -> str:
             f"{value:.3g} {name} {side}".replace("  ", " ") for side, value in values.items() if np.isfinite(value)
         ]
         if words:
-            clauses.append(f"{state} at {' and '.join(words)} pounding")
+            clauses.append(f"{state} {' and '.join(words)} pounding")
     if not clauses:
         return f"No state has a median {measure} among the levels that were tested"
-    return f"Half of the motions reach ({measure}) {'; '.join(clauses)}"
+    method = METHOD_WORDS[str(results.attrs["method"])]
+    return f"Fitted median {measure} ({method}): {'; '.join(clauses)}"

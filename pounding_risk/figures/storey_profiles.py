@@ -98,7 +98,8 @@ def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = ""
 def profiles_finding(case: RowCase) -> str:
     """Sentence on how contact changes the largest storey drift, at the ends of the row and inside it."""
     parts = []
-    for position, where in (("end", "at the row's ends"), ("interior", "inside the row")):
+    ends = " at the row's ends" if len(case.buildings) > 2 else ""
+    for position, where in (("end", ends), ("interior", " inside the row")):
         ratios = [
             amplification(case, at)
             for at, shape in enumerate(case.buildings)
@@ -106,7 +107,7 @@ def profiles_finding(case: RowCase) -> str:
         ]
         finite_ratios = [ratio for ratio in ratios if np.isfinite(ratio)]
         if finite_ratios:
-            parts.append(f"{np.median(finite_ratios):.2f} times {where}")
+            parts.append(f"{np.median(finite_ratios):.2f} times{where}")
     if not parts:
         return f"No building with storeys touches a neighbour in {counted(case.motions, 'motion')}"
     return f"With contact the largest storey drift is {' and '.join(parts)} what it is without, in the median"

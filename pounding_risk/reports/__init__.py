@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import check_target
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".html", ".pdf")
 
 
+@missing_named()
 def report(
     results: xr.Dataset | str | Path,
     out: str | Path,
@@ -61,8 +63,8 @@ def report(
     Raises
     ------
     PoundingError
-        For what is no dataset of a scan, for a target that cannot be written, as `assess`, and for a PDF without the
-        extra ``pdf``.
+        For what is no dataset of a scan or one that lacks a variable, for a target that cannot be written, as `assess`,
+        and for a PDF without the extra ``pdf``.
     """
     from pounding_risk.assessment.assess import assess
     from pounding_risk.reports.data import ReportData, companions, opened, signed
@@ -73,8 +75,9 @@ def report(
     signature = signed(project, author, revision, date)
     dataset, checksum, along = opened(results, options)
     others = companions(also)
-    model = build(ReportData(dataset, assess(dataset, hazard=hazard, **options), others, checksum, signature, along))
-    if target.suffix.lower() == ".pdf":
+    suffix, assessment = target.suffix.lower(), assess(dataset, hazard=hazard, **options)
+    model = build(ReportData(dataset, assessment, others, checksum, signature, along, suffix))
+    if suffix == ".pdf":
         from pounding_risk.reports.pdf import document
 
         return write_page(target, document(model))

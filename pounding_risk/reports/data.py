@@ -99,6 +99,7 @@ class ReportData:
     checksum: str = ""  # of the results file
     signature: Signature = NOT_SIGNED
     along: Along | None = None
+    suffix: str = ".html"  # of the file that is written
 
     @cached_property
     def pairs(self) -> tuple[Pair, ...]:

@@ -8,8 +8,10 @@ names the variables that it needs. No solver is imported.
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from hashlib import sha256
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -48,6 +50,23 @@ BESIDE = {
     ],
     "storey_": ["storey_displacement_free"],
 }
+
+
+@contextmanager
+def missing_named() -> Iterator[None]:
+    """A variable that is read and that a dataset has not becomes a PoundingError that names it; also a decorator.
+
+    What a command reads depends on the scene and its options, so that no list of what it needs can be complete.
+    """
+    try:
+        yield
+    except KeyError as error:
+        words = str(error.args[0]) if error.args else ""
+        absent = re.match(r"No variable named '(\w+)'", words)  # by xarray, of a dataset
+        name = absent[1] if absent else words  # of an array's coordinates the name alone
+        if not absent and name not in VARIABLES | COORDINATES:
+            raise
+        raise PoundingError(f"the results have no variable {name}, which is read here; {REPAIR}") from error
 
 
 def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), attrs: Iterable[str] = ()) -> None:

@@ -1,8 +1,8 @@
 """The [[interface]] tables of a scene: gap and contact of two neighbours, and where they meet."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from math import inf
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pounding_risk._common.plugins import installed
 from pounding_risk._common.words import nearest
@@ -222,11 +222,11 @@ def _equal_terms(value: Any, number: Number) -> EqualTerms:
 
 
 class Interface(Table):
-    """What stands between two neighbours: a gap, and what happens when it closes.
+    """What stands between two neighbours: a gap, and what happens when it closes."""
 
-    A contact law of `pounding_risk.laws` may be given as ``law``, in place of contact model, stiffness and parameters.
-    """
-
+    beside: ClassVar[Mapping[str, str]] = {
+        "law": "A contact law of `pounding_risk.laws`, which stands for contact_model, stiffness and its parameters."
+    }
     gap: Annotated[
         float | None,
         measured(
@@ -326,6 +326,8 @@ class Interface(Table):
         of_law = {} if law is None else _keys_of_law(law)
         if twice := [name for name in of_law if name in keys]:
             raise SceneError("Interface", [f"{name}: law gives it already; remove one" for name in twice])
+        if keys.get("restitution", self) is None:  # not given, as the signature has it
+            del keys["restitution"]
         super().__init__(*values, **of_law, **keys)
 
     def written(self) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from itertools import pairwise
 from math import inf
 from os import PathLike
 from textwrap import wrap
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, core_schema
@@ -104,6 +104,13 @@ class Key:
         return {**schema, "description": self.words, "x-example": self.example, "x-absent": self.absent}
 
 
+def _default(about: Any) -> Any:
+    """The default of a key in a signature: None, for what is not given, in place of a model of several numbers."""
+    if about.is_required():
+        return Parameter.empty
+    return None if hasattr(about.default, "_fields") else about.default
+
+
 class Table(BaseModel):
     """A table of a scene; in Python an object with the same keys, whose numbers may be floats in SI.
 
@@ -111,6 +118,7 @@ class Table(BaseModel):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+    beside: ClassVar[Mapping[str, str]] = {}  # what Python may give that is no key, by name, in words
 
     def __init__(self, *values: Any, **keys: Any):
         names = list(type(self).model_fields)
@@ -132,14 +140,15 @@ class Table(BaseModel):
     @classmethod
     def __pydantic_init_subclass__(cls, **settings: Any) -> None:
         """Give the class a signature and the parameters of its docstring, from the declarations of its keys."""
-        by_name = Parameter.POSITIONAL_OR_KEYWORD
+        by_name, alone = Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY
         cls.__signature__ = Signature(
             [
-                Parameter(name, by_name, default=Parameter.empty if about.is_required() else about.default)
-                for name, about in cls.model_fields.items()
+                *(Parameter(name, by_name, default=_default(about)) for name, about in cls.model_fields.items()),
+                *(Parameter(name, alone, default=None) for name in cls.beside),
             ]
         )
         rows = [row for name, key in cls.keys().items() for row in key.documented(name, name in cls.required())]
+        rows += [row for name, words in cls.beside.items() for row in (f"{name} : object, optional", f"    {words}")]
         if rows:
             cls.__doc__ = "\n".join([(cls.__doc__ or "").rstrip(), "", "Parameters", "----------", *rows, ""])
 

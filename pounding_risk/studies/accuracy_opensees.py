@@ -12,6 +12,8 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import product
+from math import log2
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
@@ -21,11 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact.law import SLOWEST_TOUCH, snake_case
 from pounding_risk.models.contact.laws import HertzDamp, Jankowski, KelvinVoigt
 from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.mdof import Chain
+from pounding_risk.solver.baselines.row import RowMatrices, row_matrices
 from pounding_risk.studies.accuracy_bench import Bench, Outcome
 from pounding_risk.studies.accuracy_findings import FORCE, GAP, OUTPUTS, REACH, YIELDS
 
@@ -34,6 +38,11 @@ NEAREST = 1e-12  # m: the impact materials refuse a gap of zero
 OPEN = 1e3  # m, a gap that no motion closes
 TEST, ITERATIONS = 1e-12, 100  # m, and per step
 GROUND = 1  # node; mass i is node i + 2
+
+
+MATERIALS = tuple(law.__name__ for law in (Jankowski, HertzDamp, KelvinVoigt))  # laws that OpenSees has
+FALLS = "it takes one e for every impact of a contact, not one that falls with the speed"
+ON_SPRINGS = "a building on a foundation that rotates or slides is not built here"
 
 
 class Contacts(NamedTuple):
@@ -67,21 +76,94 @@ def load() -> Any:
 
 def unsaid(chains: Sequence[Chain], points: Sequence[Point], contacts: Contacts) -> str:
     """What of a row OpenSees cannot say; "" where it says the same."""
-    kinds = {type(law).__name__ for law in contacts.laws if type(law) not in (Jankowski, HertzDamp, KelvinVoigt)}
+    kinds = {type(law).__name__ for law in contacts.laws} - set(MATERIALS)
     if kinds:
         return f"it has no material for {', '.join(sorted(kinds))}; it has Jankowski, HertzDamp and KelvinVoigt"
-    if any(rule != constant(rule.c0) for rule in contacts.rules):
-        return "it takes one e for every impact of a contact, not one that falls with the speed"
+    if not has_constant_restitution(contacts.rules):
+        return FALLS
     if any(floor != int(floor) for point in points for _, floor in sides_of(chains, point)):
         return "in one dimension it has no contact part-way up a column"
     if any(chain.foundations for chain in chains):
-        return "a floor on a swaying foundation is not built here"
+        return ON_SPRINGS
     try:
         for chain in chains:
             dashpots(chain)
     except PoundingError as error:
         return str(error)
     return ""
+
+
+class PowerLaw(NamedTuple):
+    """A contact force in two powers, F = k δ^n + c δ^p δ̇, held between two values; in SI."""
+
+    stiffness: float  # k
+    exponent: float  # n
+    damping: float  # c; of a law whose c falls with the speed at the touch, that of 1 m/s
+    damping_exponent: float  # p
+    on_approach: bool  # the damper acts on approach alone
+    by_speed: bool  # c is divided by the speed at the touch
+    least: float  # N, −inf where it may pull
+    most: float  # N, inf without a cap
+
+    def force(self, touch: float, delta: float, rate: float) -> float:
+        """The force [N] at a penetration [m] and its rate [m/s], of a contact that began at ``touch`` [m/s]."""
+        damping = self.damping / max(touch, SLOWEST_TOUCH) if self.by_speed else self.damping
+        viscous = damping * delta**self.damping_exponent * rate if rate > 0.0 or not self.on_approach else 0.0
+        return min(max(self.stiffness * delta**self.exponent + viscous, self.least), self.most)
+
+
+def power_law(law: Any, e: float, mass: float, yield_force: float) -> PowerLaw | None:
+    """A contact law in two powers, read off the law itself at some places and compared at others; None for another.
+
+    Parameters
+    ----------
+    law : ContactLaw
+        A law without a path.
+    e, mass, yield_force : float
+        Restitution, striking mass [kg] and yield force of the contact [N].
+
+    Returns
+    -------
+    PowerLaw or None
+        The same force within 1e-9.
+    """
+    memory, slower = (float(law.begin(e, speed, mass)) for speed in (1.0, 0.5))
+    elastic = [float(law.force(0.0, delta, 0.0, False)) for delta in (1.0, 2.0)]
+    viscous = [float(law.force(memory, delta, 1.0, True)) - one for delta, one in zip((1.0, 2.0), elastic, strict=True)]
+    if elastic[0] <= 0.0 or elastic[1] <= 0.0:
+        return None
+    is_damped = viscous[0] > 0.0 and viscous[1] > 0.0
+    found = PowerLaw(
+        elastic[0],
+        round(log2(elastic[1] / elastic[0]), 9),
+        viscous[0] if is_damped else 0.0,
+        round(log2(viscous[1] / viscous[0]), 9) if is_damped else 0.0,
+        bool(law.force(memory, 1.0, -1.0, False) == elastic[0]),
+        bool(abs(slower - 2.0 * memory) <= 1e-12 * abs(slower)),
+        float(law.floor()),
+        float(law.ceiling(yield_force)),
+    )
+    for touch, delta, rate in product((0.2, 1.3), (1e-4, 3e-3, 0.1), (-1.7, -0.2, 0.3, 2.0)):
+        force = float(law.force(law.begin(e, touch, mass), delta, rate, rate > 0.0))
+        force = float(law.plateau(delta, found.most)) if force > found.most else max(force, found.least)
+        if abs(found.force(touch, delta, rate) - force) > 1e-9 * abs(force):
+            return None
+    return found
+
+
+def matrices_of(bench: Bench) -> RowMatrices:
+    """The matrices of the buildings of a bench, and the shares of their masses in each contact point."""
+    return row_matrices(bench.chains, bench.points)
+
+
+def name_of(law: Any) -> str:
+    """What scenes call a contact law."""
+    return snake_case(type(law).__name__)
+
+
+def has_constant_restitution(rules: Sequence[Any]) -> bool:
+    """Whether restitution is the same at every speed."""
+    return all(rule == constant(rule.c0) for rule in rules)
 
 
 def sides_of(chains: Sequence[Chain], point: Point) -> list[tuple[int, float]]:

@@ -206,6 +206,8 @@ def test_the_dataset_is_written_read_and_drawn(results, tmp_path):
     assert words.startswith("Pounding raises the peak displacement") and "m(tower) / m(hall) = 2.67" in words
     figure = amplification_figure(results, "acceleration", percentile=50)
     assert "acceleration that 50 %" in words_of(figure)
+    headline = figure.get_suptitle()
+    assert "the softer" in headline and "T(" not in headline and len(headline.splitlines()) <= 2
     drawn = figure.axes[2].get_lines()[0].get_ydata()
     told = results["acceleration_amplification"].sel(percentile=50).isel(fixed_period=0, gap=0, building=0)
     np.testing.assert_array_equal(drawn, told)

@@ -14,6 +14,7 @@ from pounding_risk.assessment.damage_curves import expanded_tail
 from pounding_risk.assessment.damage_fits import (
     ABOVE,
     BELOW,
+    BETWEEN,
     KNOWN,
     METHODS,
     NONE,
@@ -98,6 +99,63 @@ def test_capacities_beyond_the_levels_are_fitted_as_scipy_does():
     assert (fitted.se_median, fitted.se_dispersion) == pytest.approx(tuple(errors), rel=1e-4)
 
 
+def test_capacities_between_two_levels_are_fitted_as_scipy_does():
+    """Of a demand that jumps: each capacity is known as an interval, below the lowest level or above the highest."""
+    seen = motions()._replace(jumps=True)
+    found, fitted = capacities(seen.ims, seen.ratios, jumps=True), fit_ida(seen)
+    assert set(found.status.tolist()) == {BELOW, ABOVE, BETWEEN}
+    low = np.where(found.status == BELOW, 0.0, found.below)
+    high = np.where(found.status == ABOVE, np.inf, found.values)
+    inside = found.status == BETWEEN
+    lines = capacities(seen.ims, seen.ratios)  # of the same motions, whose demands are lines in the logarithms
+    assert ((found.below < lines.values) & (lines.values < found.values))[inside].all()
+    data = stats.CensoredData(
+        left=high[found.status == BELOW],
+        right=low[found.status == ABOVE],
+        interval=np.stack([low[inside], high[inside]], axis=1),
+    )
+    dispersion, _, median = stats.lognorm.fit(data, floc=0.0)
+    assert (fitted.median, fitted.dispersion) == pytest.approx((median, dispersion), rel=1e-4)  # as far as scipy goes
+
+    def lost(point: np.ndarray) -> float:
+        curve = stats.norm(*point)
+        with np.errstate(divide="ignore"):
+            return -float(np.log(curve.cdf(np.log(high)) - curve.cdf(np.log(low))).sum())
+
+    best = minimize(lost, [1.0, 0.6], method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12}).x
+    assert [np.log(fitted.median), fitted.dispersion] == pytest.approx(best, abs=1e-6)
+    errors = curvature_errors(lost, best)
+    assert (fitted.se_median, fitted.se_dispersion) == pytest.approx(tuple(errors), rel=1e-4)
+
+
+def test_a_cap_at_the_threshold_does_not_move_the_median():
+    """A force of 0 until the touch and of the cap from yielding on, as of a column whose strength is the threshold.
+
+    Lines between the levels end at the upper one, half a level (10 %) too high; the truth is that of the motions.
+    """
+    levels = np.geomspace(1.0, 12.0, 13)  # steps of 23 %
+    smooth = motions(levels)
+    capped = np.where(smooth.ratios < 0.7, 0.0, np.minimum(smooth.ratios, 1.0))
+    truth = fit_ida(motions(np.geomspace(0.5, 40.0, 400)))  # so many levels that a line is exact
+    of_lines = fit_ida(smooth._replace(ratios=capped))
+    fitted = fit_ida(smooth._replace(ratios=capped, jumps=True))
+    assert of_lines.median / truth.median > 1.06
+    error = truth.se_median  # an interval of half a dispersion costs little of it
+    assert fitted.median == pytest.approx(truth.median, rel=0.25 * error)
+    assert fitted.dispersion == pytest.approx(truth.dispersion, abs=0.25 * truth.se_dispersion)
+    counted = fit_stripes(smooth._replace(ratios=capped))
+    assert fitted.median == pytest.approx(counted.median, rel=0.25 * error)
+
+
+def test_intervals_that_share_an_intensity_have_no_dispersion():
+    ims = np.tile([1.0, 2.0, 3.0], (4, 1))
+    alike = Observed(ims, np.tile([0.5, 0.5, 2.0], (4, 1)), np.arange(4), jumps=True)
+    beside = alike._replace(ratios=np.array([[0.5, 0.5, 2.0], [0.5, 2.0, 2.0]] * 2))  # all at 2, as far as is known
+    for seen in (alike, beside):
+        assert "one intensity may be the capacity of every motion" in fit_ida(seen).fault
+        assert np.isnan(METHODS["ida"].drawn(seen, np.ones((3, 4)))).all()
+
+
 def test_known_capacities_are_fitted_as_such():
     """All between the levels: the mean and the deviation of their logarithms, with the errors of `fit_capacities`."""
     seen = motions(np.geomspace(0.5, 40.0, 25))
@@ -118,24 +176,26 @@ def test_the_cloud_is_scipys_regression():
     assert fitted.dispersion == pytest.approx(deviation / line.slope, rel=1e-12)
 
 
+@pytest.mark.parametrize("jumps", [False, True])
 @pytest.mark.parametrize("method", METHODS)
-def test_errors_by_recording_are_those_of_a_bootstrap(method):
+def test_errors_by_recording_are_those_of_a_bootstrap(method, jumps):
     """Two ways to one number: the sandwich of one fit, and the spread of fits to samples of recordings."""
-    seen = motions(noise=0.1)
+    seen = motions(noise=0.1)._replace(jumps=jumps)
     drawn = METHODS[method].drawn(seen, bootstrap_weights(seen.recordings, 1000, 1))
     fitted = METHODS[method].fit(seen)
     assert np.isfinite(drawn).all()
     assert drawn.std(axis=0) == pytest.approx([fitted.se_median_recordings, fitted.se_dispersion_recordings], rel=0.12)
 
 
+@pytest.mark.parametrize("jumps", [False, True])
 @pytest.mark.parametrize("method", METHODS)
-def test_a_weight_is_a_motion_that_stands_there_so_often(method):
-    seen, kind = motions(noise=0.1), METHODS[method]
+def test_a_weight_is_a_motion_that_stands_there_so_often(method, jumps):
+    seen, kind = motions(noise=0.1)._replace(jumps=jumps), METHODS[method]
     weights = bootstrap_weights(seen.recordings, 3, 5)
     drawn = kind.drawn(seen, np.concatenate([np.ones((1, len(seen.ims))), weights]))
     for row, weight in zip(drawn, [np.ones(len(seen.ims)), *weights], strict=True):
         index = np.repeat(np.arange(len(seen.ims)), weight.astype(int))
-        fitted = kind.fit(Observed(seen.ims[index], seen.ratios[index], np.arange(index.size)))
+        fitted = kind.fit(Observed(seen.ims[index], seen.ratios[index], np.arange(index.size), jumps=jumps))
         assert [np.exp(row[0]), row[1]] == pytest.approx([fitted.median, fitted.dispersion], rel=1e-6)
 
 

@@ -399,6 +399,8 @@ def test_the_figure_has_the_rate_against_the_gap(tmp_path):
             assert np.interp(1e3 * gap.gap, *line.get_data()) == pytest.approx(gap.rate, rel=1e-9)
     marks = {str(line.get_label()): line.get_data() for line in axis.lines}
     assert any(label.startswith("for once in 475 years: ") for label in marks)
+    rates = [line.get_marker() for line in axis.lines if str(line.get_label()).startswith("for ")]
+    assert len(rates) > 3 and len(set(rates)) == len(rates)
     assert marks["its bounds"][0] == pytest.approx(
         [1e3 * one.rate_verdict.required.low, 1e3 * one.rate_verdict.required.high]
     )

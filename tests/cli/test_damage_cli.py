@@ -126,7 +126,7 @@ def test_figures_say_the_finding(folder):
     with_pounding = results["probability"].sel(state="tiles", pounding="with")
     assert solid[0].get_ydata() == pytest.approx(with_pounding.values)
     demands = ida_figure(results)
-    assert words_of(demands).startswith("Half of the motions reach (PGA) tiles at ")
+    assert words_of(demands).startswith("Fitted median PGA (incremental dynamic analysis): tiles ")
     assert [axis.get_title() for axis in demands.axes] == ["with pounding", "without pounding"]
     limits = [line.get_xdata()[0] for line in demands.axes[0].get_lines() if line.get_linestyle() == ":"]
     assert limits == [20.0, 40.0, 20000.0]  # mm

@@ -467,6 +467,11 @@ def test_every_number_of_the_pdf_is_the_models(built, pdf):
             assert "".join(parts) in text, row
 
 
+def test_the_command_is_the_one_that_made_the_file(html, pdf):
+    assert "oreport.pdf" in pdf_text(pdf.read_bytes()) and "report.html" not in pdf_text(pdf.read_bytes())
+    assert "-o report.html" in html and "report.pdf" not in html
+
+
 def test_the_pdf_is_tagged_and_holds_its_fonts(pdf):
     """Tags, which PDF/UA wants and typst refuses to write without a text for each figure; fonts within the file."""
     reader = pytest.importorskip("pypdf").PdfReader(pdf)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-from made_row import made_row
+from made_row import STREET, made_row
 
 from pounding_risk.assessment.assess import assess
 from pounding_risk.reports import document as model
 from pounding_risk.reports import html as page
 from pounding_risk.reports.data import ReportData
-from pounding_risk.reports.sections import row
+from pounding_risk.reports.sections import adequacy, row
+from pounding_risk.results.selected_axes import with_axes
 
 HERE = {"gap": 0.02, "yield_force": 4e5, "contact_model": "viscous_elastoplastic"}
 
@@ -37,6 +38,19 @@ def blocks(data) -> list:
 def rows_of(blocks: list, start: str) -> list:
     (one,) = [each for each in blocks if each["kind"] == "table" and each["caption"].startswith(start)]
     return one["rows"]
+
+
+def test_two_buildings_have_no_plan_and_no_summary_of_none():
+    """A row of two: its elevation says what a plan would, and there is no interior."""
+    two = with_axes(made_row(records=3, street=STREET[:2], own_gaps=(0.02,), forces=(4e5,)))
+    blocks = row.write(ReportData(two, assess(two, pga=two["pga"].values[0]), {}))
+    text = str(blocks)
+    assert "row-elevation" in text and "row-plan" not in text and "interior" not in text
+    assert "the row's ends" not in text and "largest storey drift is" in text
+    parts = adequacy.write(ReportData(two, assess(two, pga=two["pga"].values[0]), {}))
+    assert "scan several to see." not in str(parts)
+    (said,) = {part["text"] for part in parts if "scan several" in str(part.get("text"))}
+    assert said.startswith("The grid has one ") and said.endswith(": scan several to see what they change.")
 
 
 def test_the_tables_of_a_row_are_the_datasets(results, blocks):

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from made_row import STREET, made_row
-from scenes import two_records
+from scenes import scene_text, single, storeyed, two_records
 
 from pounding_risk.assessment.assess import assess
 from pounding_risk.ensemble.scan import scan
@@ -23,7 +23,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.reports import report
 from pounding_risk.reports.drawings import draw
 from pounding_risk.reports.explorer import view
-from pounding_risk.results.check import COORDINATES, VARIABLES, check_scan
+from pounding_risk.results.check import COORDINATES, VARIABLES, check_scan, missing_named
 from pounding_risk.results.files import open_results, save
 from pounding_risk.results.provenance import recorded
 from pounding_risk.results.summary import summary
@@ -160,6 +160,40 @@ def test_no_mutant_ends_in_a_traceback(sound, kind, tmp_path):
         refused += refusals > 0
     made = count if kind == "pair" else count // 4
     assert count > 400 and refused > made / 3
+
+
+@pytest.fixture(scope="module")
+def storeys() -> xr.Dataset:
+    """A row whose storeys yield and whose floors meet columns, with a state of damage: what a report reads most of."""
+    buildings = (
+        storeyed("A", "200 t", "200 MN/m", "3.6 m", storeys=2, storey_strengths="900 kN"),
+        storeyed("B", "180 t", "400 MN/m", storeys=2, storey_strengths="900 kN"),
+        single("C", "150 t", "0.25 s", height="6 m"),
+    )
+    records = {"names": ["RSN6-180", "NAPA-HNE"], "window": ["0 s", "6 s"], "pga": "0.5 g"}
+    text = scene_text(*buildings, law="linear", records=records, effects={"inelastic_storeys": {}}, gap="10 mm")
+    return scan(parse_scene(f'{text}\n[[damage]]\nname = "slight"\ndrift = "0.5 %"\n'), check_fraction=0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["pair", "storeys"])
+def test_a_report_without_one_variable_is_a_page_or_a_sentence(sound, storeys, kind, tmp_path):
+    """Each variable of a scan's dataset is left out in turn; the sentence names it, or what stands beside it."""
+    dataset = storeys if kind == "storeys" else sound[kind]
+    refused = {}
+    for name in dataset.variables:
+        try:
+            report(dataset.drop_vars(name), tmp_path / "r.html")
+        except PoundingError as told:
+            refused[name] = str(told)
+    assert {"peak_closing_free", "building_mass", "peak_storey_shear_free", "peak_contact_force"} <= refused.keys()
+    assert "no variable peak_storey_shear_free" in refused["peak_storey_shear_free"]
+    assert all(name in words for name, words in refused.items()), refused
+
+
+def test_an_error_of_a_key_that_is_no_variable_stays_one():
+    with pytest.raises(KeyError, match="mine"), missing_named():
+        raise KeyError("mine")
 
 
 def test_what_a_second_run_is_held_against_may_be_damaged(sound):

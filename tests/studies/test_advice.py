@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import nan, pi, sqrt
 from pathlib import Path
 
@@ -415,6 +416,8 @@ def test_the_figure_is_titled_with_the_finding_and_shades_the_range(soft):
     assert curves["peak contact force"].get_xdata() == pytest.approx(2.75e9 * np.array(MULTIPLES))
     looks = {(line.get_color(), line.get_linestyle(), line.get_marker()) for line in curves.values()}
     assert len(looks) == len({marker for *_, marker in looks}) == len(curves) == 5
+    boxes = sorted((label.get_window_extent() for label in axis.texts), key=lambda box: box.y0)
+    assert len(boxes) > 1 and all(one.y1 <= other.y0 + 1.0 for one, other in pairwise(boxes))  # a pixel of rounding
 
 
 def test_advice_is_short_at_a_prompt(soft):

@@ -69,6 +69,7 @@ def export(
     without: bool = False,
     street: str | Path | None = None,
     inventory: str | Path | None = None,
+    method: str | None = None,
 ) -> Written:
     """Write results, or a scene, as files of another tool.
 
@@ -100,6 +101,8 @@ def export(
     inventory : str or Path, optional
         Inventory of the buildings (`streets.read_inventory`), whose strings of the GEM
         taxonomy are written with what was found; matched by name.
+    method : {"stripes", "ida", "cloud"}, optional
+        How curves of damage states follow from demands, as `damage` takes it; a dataset of `damage` has its own.
 
     Returns
     -------
@@ -125,6 +128,7 @@ def export(
         without,
         None if street is None else Path(street),
         None if inventory is None else Path(inventory),
+        method,
     )
     given = [name for name, value in asked._asdict().items() if value not in (None, False)]
     if refused := [name for name in given if name not in module.TAKES]:

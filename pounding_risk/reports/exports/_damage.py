@@ -12,6 +12,7 @@ from math import exp, log
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.assessment.damage_curves import POUNDING
+from pounding_risk.assessment.damage_fits import METHODS
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._curves import (
     KINDS,
@@ -43,6 +44,8 @@ def fragilities_of(results: xr.Dataset, asked: Asked) -> Fragilities:
         raise PoundingError(f"--of: {kind!r} is none; it may be {' or '.join(KINDS)}")
     if kind == "damage":
         return of_damage(results, asked)
+    if asked.method is not None:
+        raise PoundingError(f"--method: is of damage states, and has no effect on {kind}; leave it out")
     if kind_of(results) == "damage":
         raise PoundingError(f"--of: {kind} is assessed from results of scan, and this dataset is of damage states")
     if asked.without:
@@ -57,6 +60,7 @@ def of_damage(results: xr.Dataset, asked: Asked) -> Fragilities:
     side = POUNDING[asked.without]
     models: list[Model] = []
     told: list[str] = []
+    method = str(dataset.attrs["method"])
     groups = _groups(dataset)
     names = distinct((identifier_of(words) for words in groups), "damage")
     for name, states in zip(names, groups.values(), strict=True):
@@ -74,7 +78,8 @@ def of_damage(results: xr.Dataset, asked: Asked) -> Fragilities:
             models += _models(function, bool(crossed))
     if not models:
         raise PoundingError(f"the results hold no fragility of damage: {'; '.join(told)}")
-    return Fragilities(measure, tuple(models), str(dataset.attrs.get("title", "")), tuple(told))
+    about = f"curves of damage states: {method}, {METHODS[method].words}"
+    return Fragilities(measure, tuple(models), str(dataset.attrs.get("title", "")), (about, *told))
 
 
 def damage_dataset(results: xr.Dataset, asked: Asked) -> xr.Dataset:
@@ -90,8 +95,8 @@ def damage_dataset(results: xr.Dataset, asked: Asked) -> xr.Dataset:
                 "--of damage: the scene has no [[damage]]; write `pounding-risk damage results.nc --states FILE -o "
                 "damage.nc`, and export that file"
             )
-        return damage(results, gap=asked.gap, intensity=asked.intensity)
-    for name in ("gap", "pga", "intensity_level", "intensity"):
+        return damage(results, gap=asked.gap, intensity=asked.intensity, method=asked.method)
+    for name in ("gap", "pga", "intensity_level", "intensity", "method"):
         if getattr(asked, name) is not None:
             option = name.replace("_", "-")
             raise PoundingError(f"--{option}: the curves of this dataset are fitted; give --{option} to `damage`")

@@ -84,7 +84,7 @@ def _kinds(results: xr.Dataset) -> tuple[str, ...]:
 def _asked(asked: Asked, kind: str, side: str) -> Asked:
     """The options of a kind: those of the demands' amplitude do not matter to curves of damage."""
     if kind != "damage":
-        return asked._replace(of=kind)
+        return asked._replace(of=kind, method=None)  # which is of damage states
     return asked._replace(of=kind, without=side == "without", pga=None, intensity_level=None)
 
 

@@ -21,6 +21,7 @@ class Asked(NamedTuple):
     without: bool = False  # without pounding
     street: Path | None = None  # footprints of a street
     inventory: Path | None = None  # of the buildings, for their taxonomy
+    method: str | None = None  # by which curves of damage states follow from demands
 
 
 class Written(NamedTuple):

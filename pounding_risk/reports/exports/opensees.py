@@ -6,25 +6,29 @@ from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from pprint import pformat
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.version import __version__
-from pounding_risk.errors import SceneError
+from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.motions.levels import at_pga
 from pounding_risk.reports.exports._written import Asked, Written, write_file
 
 if TYPE_CHECKING:
     from pounding_risk.scene.scene import Scene
-    from pounding_risk.studies.accuracy_bench import Bench
+    from pounding_risk.solver.baselines.row import RowMatrices
+    from pounding_risk.studies.accuracy_bench import Bench, PointCase
+    from pounding_risk.studies.accuracy_opensees import PowerLaw
 
 WORDS = "a scene as an OpenSeesPy script"
 ENDINGS = (".py",)
 SOURCE = "scene"
 TAKES = ("gap", "pga")
 STEPS_A_SAMPLE = 10  # of the script, unless asked otherwise
+WIDEST = 118  # characters of a line
 RTOL = 1e-10  # of the peaks that the script shows beside its own
 
 TEMPLATE = '''"""{title}, in OpenSeesPy.
@@ -32,26 +36,36 @@ TEMPLATE = '''"""{title}, in OpenSeesPy.
 {case}.
 
 Written by pounding-risk {version}.
-Units are N, kg, m and s; displacements are relative to the ground. Run it with `python {name} [STEP]`,
-where STEP is the time step in s ({step:g} by default); it needs openseespy. Its error falls with the step: compare
-two. What the scene has and this script has not:
+Units are N, kg, m and s; displacements are relative to the ground. Run it with
+`python {name} [STEP]`, where STEP is the time step in s ({step:g} by default); it needs openseespy. Its error falls
+with the step: compare two. What the scene has and this script has not, or does in another way:
 {told}
 """
 
 import sys
+from math import inf
 
 import openseespy.opensees as ops
 
 STEP = float(sys.argv[1]) if len(sys.argv) > 1 else {step!r}
 
-# Of each building, from the ground up: mass of a floor [kg], stiffness of the storey below it [N/m], and dashpots to
-# the floor below and to the ground [N s/m] that make up the building's damping matrix.
+# Of each building, from the ground up: mass of a floor [kg], and stiffness of the storey below it [N/m].
 BUILDINGS = {buildings}
+
+# Dashpots between two floors of a building [N s/m] that make up its damping matrix; floor 0 is the ground.
+DASHPOTS = {dashpots}
 
 # Of each contact: (building, floor) on its left and right, and the impact material with its numbers; OpenSees measures
 # lengths in contact as negative. A gap of zero is 1e-12 m, since the materials refuse it. None is the ground: a rigid
 # building moves with it.
 CONTACTS = {contacts}
+
+# Contacts that OpenSees has no element or no material for. The closing of one is the sum of share times displacement
+# over (building, floor, share); a floor against a column has two floors of a building. Penetration d is what exceeds
+# the gap [m], v its rate. The force, stiffness d**exponent + damping d**damping_exponent v, lies between least and
+# most [N]. The damper acts on approach only where on_approach is True, and its damping is divided by the speed at the
+# touch where by_speed is True.
+COMPUTED = {computed}
 
 # Peaks that pounding-risk computes for the same scene: relative displacement [m] and contact force [N].
 PEAKS = {peaks}
@@ -66,32 +80,39 @@ ops.model("basic", "-ndm", 1, "-ndf", 1)
 ops.node(GROUND, 0.0)
 ops.fix(GROUND, 1)
 
-# A mass is a node; storeys are elements without length.
+# A mass is a node; storeys and dashpots are elements without length.
 node_of = {{None: GROUND}}
 tag = GROUND
-for building, storeys in BUILDINGS.items():
-    below = GROUND
-    for floor, (mass, stiffness, dashpot, to_ground) in enumerate(storeys, start=1):
-        tag += 1
-        node = tag
-        node_of[building, floor] = node
-        ops.node(node, 0.0)
-        ops.mass(node, mass)
-        for spring, damper, other in ((stiffness, dashpot, below), (0.0, to_ground, GROUND)):
-            tag += 1
-            ops.uniaxialMaterial("Elastic", tag, spring, damper)
-            ops.element("zeroLength", tag, other, node, "-mat", tag, "-dir", 1, "-doRayleigh", 0)
-        below = node
 
-elements = []
-for left, right, (material, *numbers) in CONTACTS.values():
+
+def join(one, other, stiffness, dashpot):
+    global tag
+    tag += 1
+    ops.uniaxialMaterial("Elastic", tag, stiffness, dashpot)
+    ops.element("zeroLength", tag, one, other, "-mat", tag, "-dir", 1, "-doRayleigh", 0)
+
+
+for building, storeys in BUILDINGS.items():
+    node_of[building, 0] = GROUND
+    for floor, (mass, stiffness) in enumerate(storeys, start=1):
+        tag += 1
+        node_of[building, floor] = tag
+        ops.node(tag, 0.0)
+        ops.mass(tag, mass)
+        join(node_of[building, floor - 1], node_of[building, floor], stiffness, 0.0)
+    for (one, other), dashpot in DASHPOTS[building].items():
+        join(node_of[building, one], node_of[building, other], 0.0, dashpot)
+
+elements = {{}}
+for name, (left, right, (material, *numbers)) in CONTACTS.items():
     tag += 1
     ops.uniaxialMaterial(material, tag, *numbers)
     ops.element("zeroLength", tag, node_of[left], node_of[right], "-mat", tag, "-dir", 1)
-    elements.append(tag)
+    elements[name] = tag
 
 ops.timeSeries("Path", 1, "-dt", SAMPLING, "-values", *MOTION)
 ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
+ops.timeSeries("Constant", 2)
 # At rest the first sample acts already, where Newmark's rule would begin without it.
 for node in set(node_of.values()) - {{GROUND}}:
     ops.setNodeAccel(node, 1, -MOTION[0], "-commit")
@@ -105,36 +126,72 @@ ops.algorithm("ModifiedNewton")
 ops.integrator("Newmark", 0.5, 0.25)
 ops.analysis("Transient")
 
-reach = [0.0] * len(elements)
-force = [0.0] * len(elements)
+
+def across(contact, response):
+    return sum(share * response(node_of[building, floor], 1) for building, floor, share in contact["ends"])
+
+
+def force_ahead(contact):
+    """The force at the end of the next step, from displacement and velocity that a constant acceleration gives."""
+    speed, growth = across(contact, ops.nodeVel), across(contact, ops.nodeAccel)
+    depth = across(contact, ops.nodeDisp) + STEP * speed + 0.5 * STEP**2 * growth - contact["gap"]
+    rate = speed + STEP * growth
+    if depth <= 0.0:
+        contact["touch"] = None
+        return 0.0
+    if contact.get("touch") is None:
+        contact["touch"] = max(rate, {slowest!r})
+    damping = contact["damping"] / (contact["touch"] if contact["by_speed"] else 1.0)
+    if contact["on_approach"] and rate <= 0.0:
+        damping = 0.0
+    force = contact["stiffness"] * depth ** contact["exponent"] + damping * depth ** contact["damping_exponent"] * rate
+    return min(max(force, contact["least"]), contact["most"])
+
+
+reach = dict.fromkeys([*CONTACTS, *COMPUTED], 0.0)
+force = dict.fromkeys(reach, 0.0)
+pressed = {{}}
 for step in range(round((len(MOTION) - 1) * SAMPLING / STEP)):
+    if pressed:
+        ops.remove("loadPattern", 2)
+    pressed = {{name: ahead for name, contact in COMPUTED.items() if (ahead := force_ahead(contact))}}
+    if pressed:
+        ops.pattern("Plain", 2, 2)
+        for name, ahead in pressed.items():
+            for building, floor, share in COMPUTED[name]["ends"]:
+                ops.load(node_of[building, floor], -share * ahead)
     if ops.analyze(1, STEP):
         sys.exit(f"no convergence at {{ops.getTime():.4g}} s; try a shorter step")
-    for number, element in enumerate(elements):
-        reach[number] = max(reach[number], abs(ops.eleResponse(element, "deformation")[0]))
-        force[number] = max(force[number], -ops.eleResponse(element, "material", 1, "stress")[0])
+    for name, element in elements.items():
+        reach[name] = max(reach[name], abs(ops.eleResponse(element, "deformation")[0]))
+        force[name] = max(force[name], -ops.eleResponse(element, "material", 1, "stress")[0])
+    for name, contact in COMPUTED.items():
+        reach[name] = max(reach[name], abs(across(contact, ops.nodeDisp)))
+        force[name] = max(force[name], pressed.get(name, 0.0))
 
-print(f"{{'contact':32}} {{'peak relative displacement [m]':>32}} {{'peak contact force [N]':>26}}")
-for name, moved, pressed in zip(CONTACTS, reach, force):
-    print(f"{{name:32}} {{moved:32.9g}} {{pressed:26.9g}}")
+print(f"{{'contact':40}} {{'peak relative displacement [m]':>32}} {{'peak contact force [N]':>26}}")
+for name in reach:
+    print(f"{{name:40}} {{reach[name]:32.9g}} {{force[name]:26.9g}}")
 print("pounding-risk")
-for name, (moved, pressed) in PEAKS.items():
-    print(f"{{name:32}} {{moved:32.9g}} {{pressed:26.9g}}")
+for name, (moved, most) in PEAKS.items():
+    print(f"{{name:40}} {{moved:32.9g}} {{most:26.9g}}")
 '''
 
 
 class Lines(NamedTuple):
     """What of a scene stands in the script."""
 
-    buildings: dict[str, list[tuple[float, ...]]]
+    buildings: dict[str, list[tuple[float, float]]]
+    dashpots: dict[str, dict[tuple[int, int], float]]
     contacts: dict[str, tuple[Any, ...]]
+    computed: dict[str, dict[str, Any]]
     peaks: dict[str, tuple[float, float]]
 
 
 def write(study: Scene, target: Path, asked: Asked) -> Written:
     """Write the case of the scene's own gap under its first motion; raises SceneError for what OpenSees cannot say."""
     from pounding_risk.studies.accuracy import bench_of
-    from pounding_risk.studies.accuracy_opensees import unsaid_case
+    from pounding_risk.studies.accuracy_opensees import SLOWEST_TOUCH
 
     grid = study.grid
     own = grid._replace(
@@ -144,20 +201,20 @@ def write(study: Scene, target: Path, asked: Asked) -> Written:
         contact_models=(study.contact_model,),
     )
     bench = bench_of(study.updated(grid=own), 1)
-    if why := unsaid_case(bench):
-        raise SceneError(study.source, [f"OpenSees cannot say this scene: {why}"])
-    told = tuple(_told(bench))
+    script = _script(study, bench)
+    told = tuple(_told(script))
     motion = next(iter(bench.motions))
     text = TEMPLATE.format(
         title=study.name or "A scene",
-        case=bench.labels[0],
+        case=fill(bench.labels[0], WIDEST - 1),
         version=__version__,
         name=target.name,
         step=motion.dt / STEPS_A_SAMPLE,
-        told="\n".join(f"- {sentence}" for sentence in told),
+        told="\n".join(fill(f"- {sentence}", WIDEST, subsequent_indent="  ") for sentence in told),
         sampling=motion.dt,
+        slowest=SLOWEST_TOUCH,
         motion=_listed(motion.acceleration.tolist()),
-        **{name: pformat(part, sort_dicts=False, width=118) for name, part in _lines(study, bench)._asdict().items()},
+        **{name: pformat(part, sort_dicts=False, width=WIDEST) for name, part in _lines(script)._asdict().items()},
     )
     return Written((write_file(target, text),), told)
 
@@ -169,44 +226,142 @@ def _listed(values: list[float]) -> str:
     return f"[\n{body}]"
 
 
-def _lines(study: Scene, bench: Bench) -> Lines:
-    """The numbers of the first case."""
-    from pounding_risk.studies.accuracy_findings import FORCE, REACH
-    from pounding_risk.studies.accuracy_opensees import dashpots, impact_material
+class Script(NamedTuple):
+    """A scene's first case as the script has it."""
 
-    names = [building.name for building in study.buildings]
-    buildings: dict[str, list[tuple[float, ...]]] = {}
-    for name, chain in zip(names, bench.chains, strict=True):
-        if chain.mass.size:
-            columns = (chain.mass, chain.spring, *dashpots(chain))
-            buildings[name] = [tuple(map(float, row)) for row in zip(*columns, strict=True)]
+    bench: Bench
+    case: PointCase
+    matrices: RowMatrices
+    names: list[str]  # of the buildings
+
+    @property
+    def computed(self) -> dict[int, PowerLaw]:
+        """The contact points whose force the script computes, with their laws; the others have a material.
+
+        Raises PoundingError for a law that is neither.
+        """
+        from pounding_risk.studies.accuracy_opensees import name_of, power_law
+
+        found = {}
+        for k in range(len(self.bench.points)):
+            if self.has_material(k):
+                continue
+            law, e, mass = self.case.laws[k], self.case.rules[k].c0, self.matrices.striking[k]
+            read = power_law(law, e, mass, self.case.yield_forces[k])
+            if read is None:
+                raise PoundingError(
+                    f"it has no material for {name_of(law)}, whose force is no sum of two powers of the penetration "
+                    "that a script could compute; take one of jankowski, hertz_damp, kelvin_voigt or "
+                    "viscous_elastoplastic (--set interface.contact_model=...)"
+                )
+            found[k] = read
+        return found
+
+    def has_material(self, k: int) -> bool:
+        """Whether OpenSees has a material for the law of a contact point, which joins two floors."""
+        from pounding_risk.studies.accuracy_opensees import MATERIALS, sides_of
+
+        point = self.bench.points[k]
+        at_floors = all(floor == int(floor) for _, floor in sides_of(self.bench.chains, point))
+        return at_floors and type(self.case.laws[k]).__name__ in MATERIALS
+
+    def label(self, k: int) -> str:
+        """What tables call a contact point."""
+        point = self.bench.points[k]
+        left, right = self.names[point.interface : point.interface + 2]
+        return f"{left} | {right}, floors {point.left_floor:g} and {point.right_floor:g}"
+
+
+def _script(study: Scene, bench: Bench) -> Script:
+    """The first case; raises SceneError for what OpenSees cannot say, and a script cannot compute."""
+    from pounding_risk.studies.accuracy_opensees import FALLS, ON_SPRINGS, has_constant_restitution, matrices_of
+
     case = next(bench.point_cases())
+    why = f"it knows no {bench.event_only}" if bench.event_only else ""
+    why = why or (ON_SPRINGS if any(chain.foundations for chain in bench.chains) else "")
+    why = why or ("" if has_constant_restitution(case.rules) else FALLS)
+    if not why:
+        names = [building.name for building in study.buildings]
+        found = Script(bench, case, matrices_of(bench), names)
+        try:
+            assert found.computed is not None
+        except PoundingError as error:
+            why = str(error)
+    if why:
+        raise SceneError(study.source, [f"OpenSees cannot say this scene: {why}"])
+    return found
+
+
+def _lines(script: Script) -> Lines:
+    """The numbers of the script."""
+    from pounding_risk.studies.accuracy_findings import FORCE, REACH
+    from pounding_risk.studies.accuracy_opensees import impact_material
+
+    bench, case, names = script.bench, script.case, script.names
+    moving = {name: chain for name, chain in zip(names, bench.chains, strict=True) if chain.mass.size}
+    buildings = {name: list(zip(chain.mass.tolist(), chain.spring.tolist(), strict=True))
+                 for name, chain in moving.items()}  # fmt: skip
     contacts: dict[str, tuple[Any, ...]] = {}
     for k, point in enumerate(bench.points):
-        sides = ((point.interface, point.left_floor), (point.interface + 1, point.right_floor))
-        left, right = (
-            (names[building], int(floor)) if bench.chains[building].mass.size else None for building, floor in sides
-        )
-        label = f"{names[point.interface]} | {names[point.interface + 1]}, floors {_floors(point)}"
-        contact = case.gaps[k], case.laws[k], case.rules[k]
-        material = tuple(_plain(part) for part in impact_material(bench.chains, point, contact))
-        contacts[label] = (left, right, material)
+        if script.has_material(k):
+            sides = ((point.interface, point.left_floor), (point.interface + 1, point.right_floor))
+            left, right = ((names[at], int(floor)) if names[at] in moving else None for at, floor in sides)
+            contact = case.gaps[k], case.laws[k], case.rules[k]
+            material = tuple(_plain(part) for part in impact_material(bench.chains, point, contact))
+            contacts[script.label(k)] = (left, right, material)
+    computed = {
+        script.label(k): {"ends": _ends(script, k), "gap": _plain(case.gaps[k])} | law._asdict()
+        for k, law in script.computed.items()
+    }
     found = bench.event(RTOL).values[0]
     interfaces = [f"{left} | {right}" for left, right in pairwise(names)]
     peaks = {name: (float(row[REACH]), float(row[FORCE])) for name, row in zip(interfaces, found, strict=True)}
-    return Lines(buildings, contacts, peaks)
+    return Lines(buildings, {name: _dashpots(chain) for name, chain in moving.items()}, contacts, computed, peaks)
 
 
-def _floors(point: Any) -> str:
-    return f"{point.left_floor:g} and {point.right_floor:g}"
+def _dashpots(chain: Any) -> dict[tuple[int, int], float]:
+    """Dashpots between two floors of a building, 0 the ground, that make up any symmetric damping matrix [N s/m]."""
+    matrix = chain.damping
+    count, smallest = len(matrix), 1e-14 * np.abs(matrix).max(initial=0.0)
+    between = {(i, j): -float(matrix[i - 1, j - 1]) for i in range(1, count + 1) for j in range(i + 1, count + 1)}
+    to_ground = {(0, j): float(matrix[j - 1].sum()) for j in range(1, count + 1)}
+    return {pair: value for pair, value in (to_ground | between).items() if abs(value) > smallest}
+
+
+def _ends(script: Script, k: int) -> list[tuple[str, int, float]]:
+    """Building, floor and share of each mass in the displacement that closes a contact point."""
+    first = script.matrices.first
+    masses = np.flatnonzero(script.matrices.shares[k])
+    at = np.searchsorted(first, masses, side="right") - 1
+    return [
+        (script.names[building], int(mass - first[building] + 1), float(script.matrices.shares[k, mass]))
+        for building, mass in zip(at, masses, strict=True)
+    ]
 
 
 def _plain(part: Any) -> Any:
     return part if isinstance(part, str) else float(np.asarray(part))
 
 
-def _told(bench: Bench) -> Iterator[str]:
-    """What of a scene the script has not."""
+def _told(script: Script) -> Iterator[str]:
+    """What of a scene the script has not, or does in another way."""
+    from pounding_risk.studies.accuracy_opensees import MATERIALS, name_of
+
+    bench = script.bench
     yield f"other cases of the grid: it is {bench.labels[0]}"
     if len(bench.motions) > 1:
         yield f"{counted(len(bench.motions) - 1, 'further motion')} of the scene"
+    laws = [script.case.laws[k] for k in script.computed]
+    laws = sorted({name_of(law) for law in laws if type(law).__name__ not in MATERIALS})
+    reasons = [f"material for {law}" for law in laws]
+    reasons += ["element for a floor against a column"] if _columns(script) else []
+    if reasons:
+        yield (
+            f"OpenSees has no {' and no '.join(reasons)}: the script computes these forces itself by the formula of "
+            "pounding-risk, at each step from the state that the last accelerations give for its end"
+        )
+
+
+def _columns(script: Script) -> bool:
+    """Whether a contact point is part-way up a column."""
+    return any(share not in (-1.0, 1.0) for k in script.computed for _, _, share in _ends(script, k))

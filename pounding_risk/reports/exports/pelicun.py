@@ -39,7 +39,7 @@ WORDS = "demands of each building with and without contact, and fragilities, for
 ENDINGS = ("",)
 SOURCE = "results"
 OF_DAMAGE = True
-TAKES = ("of", "gap", "pga", "intensity_level", "intensity")
+TAKES = ("of", "gap", "pga", "intensity_level", "intensity", "method")
 Array = NDArray[np.float64]
 # Largest acceleration of a floor and drift of a storey, of buildings with storeys and of single masses.
 STOREYS = ("storey_acceleration", "storey_drift")
@@ -59,12 +59,10 @@ def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
 
     Of a dataset of damage states fragilities alone. Raises PoundingError as `one_case`.
     """
-    of_damage = kind_of(results) == "damage"
-    runs = None if of_damage else _runs(results, asked)
+    runs, told = _runs_or_why(results, asked)
     found = components_of(results, asked)
     make_folder(target)
     files: list[Path] = []
-    told = ["demands are of results of scan; these are of damage states"]
     if runs is not None:
         told = list(_write_demands(results, runs, found.measure, target, files))
     told += found.told
@@ -106,6 +104,18 @@ def _intensity(results: xr.Dataset, runs: xr.Dataset, measure: Known) -> Demand:
     level = int(np.argmin(np.abs(results[axis].values - float(runs[axis])))) if axis in results.dims else 0
     unit = "mps" if measure.imt == "PGV" else "mps2"
     return Demand(demand_name(measure), unit, intensities(results, measure.word)[:, level])
+
+
+def _runs_or_why(results: xr.Dataset, asked: Asked) -> tuple[xr.Dataset | None, list[str]]:
+    """The runs whose demands are written, or why none are: curves of damage states need no amplitude, as in NRML."""
+    if kind_of(results) == "damage":
+        return None, ["demands are of results of scan; these are of damage states"]
+    try:
+        return _runs(results, asked), []
+    except PoundingError as error:
+        if asked.of != "damage" or asked.pga is not None or asked.intensity_level is not None:
+            raise
+        return None, [f"no demands are written, for which one amplitude is needed: {error}"]
 
 
 def _runs(results: xr.Dataset, asked: Asked) -> xr.Dataset:

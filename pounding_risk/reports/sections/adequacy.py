@@ -430,8 +430,15 @@ def _sensitivity(data: ReportData, pair: Pair) -> list[Block]:
     influences = pair.assessed.sensitivity
     if not influences:
         return []
+    levels = {(name_of(one.key), one.levels[0][0]): None for one in influences if one.is_single}
+    single = " and ".join(f"one {key}, {level}" for key, level in levels)
     return [
         heading("Sensitivity", f"{pair.anchor}-influences"),
         paragraph(f"{pair.assessed.what_matters[:1].upper()}{pair.assessed.what_matters[1:]}."),
-        listing(f"{influence.what}, by {name_of(influence.key)}: {influence.words}." for influence in influences),
+        listing(
+            f"{influence.what}, by {name_of(influence.key)}: {influence.words}."
+            for influence in influences
+            if not influence.is_single
+        ),
+        *([paragraph(f"The grid has {single}: scan several to see what they change.")] if single else []),
     ]

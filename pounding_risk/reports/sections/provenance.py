@@ -73,7 +73,7 @@ def _commands(data: ReportData) -> list[str]:
     else:
         changed = "".join(f" --set '{override}'" for override in data.facts("overrides", []))
         scan = f"pounding-risk scan scene.toml -o results.nc{changed}"
-    return [scan, shlex.join(["pounding-risk", "report", _target(scan), "-o", "report.html", *_asked(data)])]
+    return [scan, shlex.join(["pounding-risk", "report", _target(scan), "-o", f"report{data.suffix}", *_asked(data)])]
 
 
 def _target(scan: str) -> str:

@@ -41,7 +41,7 @@ def write(data: ReportData) -> list[Block]:
     case = data.row
     where = where_words(case)
     blocks = [
-        paragraph(f"{elevation_finding(case)}. {plan_finding([case])}."),
+        paragraph(f"{elevation_finding(case)}."),
         figure(
             "row-elevation",
             svg_text(elevation_figure(case, titled=False)),
@@ -52,14 +52,18 @@ def write(data: ReportData) -> list[Block]:
         ),
         table(f"Neighbours, {where}.", [("neighbours", "l"), (head("gap", "m"), "r"), *OF_TOUCH], _interfaces(case)),
         _points(case, where),
-        figure(
-            "row-plan",
-            svg_text(plan_figure(case, titled=False)),
-            f"The row in plan, {where}: share of the motions in which a building touches a neighbour, and in which a "
-            "contact of it reaches F_E.",
-            f"Plan of {len(case.buildings)} buildings. {plan_finding([case])}.",
-        ),
     ]
+    if len(case.buildings) > 2:  # of two it would say what the elevation says
+        blocks[0] = paragraph(f"{elevation_finding(case)}. {plan_finding([case])}.")
+        blocks.append(
+            figure(
+                "row-plan",
+                svg_text(plan_figure(case, titled=False)),
+                f"The row in plan, {where}: share of the motions in which a building touches a neighbour, and in which "
+                "a contact of it reaches F_E.",
+                f"Plan of {len(case.buildings)} buildings. {plan_finding([case])}.",
+            )
+        )
     return blocks + _storeys(case, where)
 
 
@@ -106,6 +110,8 @@ def _storeys(case: RowCase, where: str) -> list[Block]:
     ]
     for position in POSITIONS:
         same = [at for at, building in enumerate(case.buildings) if building.position == position]
+        if len(case.buildings) < 3 or not same:  # two buildings are the table's own rows
+            continue
         cells = [middle(percentiles([values[at] for at in same] or [nan]), "1") for values in (raised, shaken)]
         who = f"{len(same)} {position}{'s' if len(same) != 1 else ''}"
         rows.append([f"{who}: median (16 to 84 %)", "", *cells])
@@ -125,7 +131,7 @@ def _storeys(case: RowCase, where: str) -> list[Block]:
             f"With contact over without, median of the motions in which the building touches, {where}.",
             [("building", "l"), ("in the row", "l"), ("largest storey drift", "r"), ("largest acceleration", "r")],
             rows,
-            keep=[*range(min(len(case.buildings), 10)), len(rows) - 2, len(rows) - 1],
+            keep=[*range(min(len(case.buildings), 10)), *range(len(case.buildings), len(rows))],
             note="the first buildings and the summary",
         ),
     ]

@@ -12,17 +12,28 @@ from scenes import rigid, scene_text, single, storeyed
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.models.contact.register import LAWS
+from pounding_risk.studies.accuracy_opensees import power_law
 
 SHORT = {"window": ["0 s", "4 s"], "pga": "0.5 g"}
 DAMPED = {"damping": 0.05}
 FLATS = storeyed("flats", "100 t", "90 MN/m", "3 m", storeys=3, damping=0.05, damping_rule="stiffness")
 SHOP = storeyed("shop", "150 t", "60 MN/m", "3 m", storeys=1, damping=0.05, damping_rule="stiffness")
 PAIR = single("a", "500 t", "0.5 s"), single("b", "800 t", "1.0 s", damping=0.02)
+FRAME = storeyed("frame", "100 t", "90 MN/m", "3 m", storeys=3, damping=0.05)
+LOFT = storeyed("loft", "150 t", "160 MN/m", "4 m", storeys=2, damping=0.05)
+VAN_MIER = {"law": "van_mier", "restitution": None, "plastic_exponent": 1.2, "yield_force": "4 MN"}
+STRENGTHS = {"yield_force": "4 MN", "column_yield_force": "600 kN"}
 SCENES = {
     "jankowski": scene_text(single("a", "500 t", "0.5 s", **DAMPED), PAIR[1], records=SHORT),
     "hertz_damp": scene_text(*PAIR, records=SHORT, law="hertz_damp"),
     "kelvin_voigt": scene_text(*PAIR, records=SHORT, law="kelvin_voigt", stiffness="93.5 kN/mm"),
     "a rigid wall": scene_text(single("a", "500 t", "0.5 s", **DAMPED), rigid(), records=SHORT, gap="15 mm"),
+    # Forces that the script computes: of a law without material, of floors against columns, modal damping.
+    "viscous_elastoplastic": scene_text(*PAIR, records=SHORT, law="viscous_elastoplastic", yield_force="2 MN"),
+    "no tension": scene_text(*PAIR, records=SHORT, law="kelvin_voigt_tension_cut", stiffness="93.5 kN/mm"),
+    "columns": scene_text(FRAME, LOFT, records=SHORT, law="viscous_elastoplastic", **STRENGTHS),
+    "elastic columns": scene_text(LOFT, rigid(height="9 m"), records=SHORT, law="hertz_damp_exact"),
     "a row with storeys": scene_text(FLATS, SHOP, single("c", "200 t", "0.8 s", height="3 m"), records=SHORT),
 }
 OUTPUTS = ("peak_relative_displacement", "peak_contact_force")
@@ -33,7 +44,7 @@ def peaks_of(script: Path, step: float) -> dict[str, tuple[float, float]]:
     done = subprocess.run([sys.executable, script, repr(step)], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     lines = done.stdout[done.stdout.index("contact ") :].partition("pounding-risk\n")[0].splitlines()[1:]
-    return {line[:32].strip(): tuple(map(float, line[32:].split())) for line in lines}
+    return {line[:40].strip(): tuple(map(float, line[40:].split())) for line in lines}
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -72,9 +83,34 @@ def test_the_script_says_what_it_is_and_what_it_has_not(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
+    ("name", "words"),
+    [("columns", "floor against a column"), ("no tension", "no material for kelvin_voigt_tension_cut")],
+)
+def test_what_the_script_computes_itself_is_said(name, words, tmp_path):
+    written = pr.export(pr.read_scene(SCENES[name]), "opensees", tmp_path / "model.py")
+    script = written.files[0].read_text()
+    assert any(words in sentence for sentence in written.told) and words in script.replace("\n  ", " ")
+    assert "CONTACTS = {}" in script and max(map(len, script.splitlines())) <= 120
+
+
+@pytest.mark.parametrize("law", ["jankowski", "hertz", "hertz_damp", "kelvin_voigt", "modified_kelvin_voigt",
+                                 "viscous_elastoplastic", "kelvin_voigt_tension_cut", "hertz_damp_exact"])  # fmt: skip
+def test_a_law_in_two_powers_is_the_law(law):
+    """At random places, other ones than those at which it is read and compared."""
+    own = LAWS[law](2.75e9)
+    found = power_law(own, 0.65, 3e5, 1e6)
+    random = np.random.default_rng(1)
+    for touch, delta, rate in zip(*(random.uniform(low, 1.0, 200) for low in (0.01, 1e-6, -1.0)), strict=True):
+        force = own.force(own.begin(0.65, touch, 3e5), delta, rate, rate > 0.0)
+        capped = max(min(force, own.ceiling(1e6)), own.floor())
+        assert found.force(touch, delta, rate) == pytest.approx(capped, rel=1e-9)
+
+
+@pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"law": "viscous_elastoplastic"}, "it has no material for ViscousElastoplastic"),
+        (VAN_MIER, "it has no material for van_mier, whose force is no sum of two powers"),
+        ({"law": "bilinear"}, "it knows no bilinear"),
         ({"restitution": "concrete"}, "one e for every impact"),
         ({"effects": {"permanent_set": {}}, "law": "viscous_elastoplastic"}, "permanent_set"),
     ],

@@ -95,6 +95,31 @@ def test_damage_states_alone_and_refusals(results, damaged, tmp_path):
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.parametrize("to", ["nrml", "pelicun"])
+def test_the_method_of_damage_states_is_an_option_and_is_said(results, to, tmp_path):
+    """Both formats alike: the method that `damage` was run with, and no amplitude, which such curves need not."""
+    name = "f.xml" if to == "nrml" else "folder"
+    for method, words in (
+        ("ida", "ida, maximum likelihood of the intensity"),
+        (None, "stripes, maximum likelihood of"),
+    ):
+        asked = {"of": "damage", "intensity": "pga", "method": method}
+        written = pr.export(results, to, tmp_path / f"{method}-{name}", **asked)
+        assert any(sentence.startswith(f"curves of damage states: {words}") for sentence in written.told), written.told
+    if to == "pelicun":
+        assert any(
+            sentence.startswith("no demands are written") and "--pga" not in sentence for sentence in written.told
+        )
+        curve = pr.damage(results, intensity="pga", method="ida").sel(state="moderate", pounding="with")
+        ida = pr.export(results, to, tmp_path / "again", of="damage", intensity="pga", method="ida")
+        (row,) = (row for row in rows_of(ida) if row["ID"] == f"{FRAME}.with")
+        assert float(row["LS2-Theta_0"]) * STANDARD_GRAVITY == pytest.approx(float(curve["median"]), rel=1e-14)
+    with pytest.raises(PoundingError, match="--method: is of damage states, and has no effect on contact"):
+        pr.export(results, "nrml", tmp_path / "x.xml", of="contact", method="ida", intensity="pga")
+    with pytest.raises(PoundingError, match="--method: the curves of this dataset are fitted"):
+        pr.export(pr.damage(results, intensity="pga"), to, tmp_path / f"x-{name}", method="ida")
+
+
 def test_pelicun_samples_the_states_of_the_curves(written):
     """Where it is installed, which no extra of this project brings: demands and fragilities to damage, end to end."""
     assessment = pytest.importorskip("pelicun.assessment")
