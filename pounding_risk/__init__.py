@@ -51,6 +51,7 @@ _HOMES = {
     "read_motion": "motions.read",
     "generate_motion": "motions.read",
     "code_table": "assessment.separations.table",
+    "separations": "assessment.separations.table",
     "Site": "assessment.separations.rules",
     "spectra": "assessment.spectra",
     "amplification": "assessment.amplification",

@@ -456,7 +456,7 @@ def _rate_cells(rate: Rate) -> tuple[str, ...]:
 
 def _print_separations(interface: InterfaceAssessment, percentile: float) -> None:
     """Print what the rules of building codes ask for, beside what the motions need."""
-    from pounding_risk.assessment.separations.rules import FROM_MEMORY, ONE_GROUND, QUOTED_ONLY, SHARED
+    from pounding_risk.assessment.separations.rules import FROM_MEMORY, ONE_GROUND, OWN_PEAKS, QUOTED_ONLY, SHARED
 
     comparisons = [comparison for comparison in interface.separations if comparison.middle is not None]
     if not comparisons:
@@ -478,8 +478,8 @@ def _print_separations(interface: InterfaceAssessment, percentile: float) -> Non
         for rule in comparisons
     ]
     print_table((*heads, "superseded by"), rows, "llrrrrl")
-    print(f"asks for: no more in {percentile:g} % of the motions, from their own displacements; short in: motions that")
-    print("need more than it asks for from them; `separations` lists the clauses and who quotes them")
+    print(f"asks for: no more in {percentile:g} % of the motions, {OWN_PEAKS};")
+    print("short in: motions that need more; `separations` lists the clauses, and applies them to design displacements")
     for note in (FROM_MEMORY, QUOTED_ONLY, ONE_GROUND):
         if any(note in rule.row.note for rule in comparisons):
             print(f"{SHARED[note]}.")
