@@ -57,6 +57,7 @@ _HOMES = {
     "amplification": "assessment.amplification",
     "assess": "assessment.assess",
     "uncertainty": "assessment.uncertain",
+    "setbacks": "assessment.setback",
     "assess_along": "assessment.along",
     "damage": "assessment.damage",
     "row_case": "assessment.row",
