@@ -149,7 +149,7 @@ EUROCODES = (
 )
 INDIA = (
     "in force, as reported: IS 1893 (Part 1):2025 was withdrawn on 3 March 2026 and the edition of 2016 restored "
-    "(The Hindu in owlbrief.com 11897; etvbharat.com, 11 March 2026)"
+    "(owlbrief.com 11897 after The Hindu; riskavoider.com 6750)"
 )
 IBC_TEXT = "the International Building Code's text (up.codes, building separations, eq. 16-64)"
 

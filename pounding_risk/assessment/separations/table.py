@@ -90,7 +90,8 @@ class SeparationRow:
 class Comparison:
     """One rule beside the gaps that the motions need.
 
-    ``middle`` and ``upper`` [m] are the median and the percentile of what the rule asks for, motion by motion;
+    ``middle`` and ``upper`` [m] are the median and the percentile of what the rule asks for, motion by motion, from
+    that motion's elastic peaks, not from a code's design displacements;
     ``ratio_*`` the 16 %, 50 % and 84 % values of that over the gap the same motion needs; ``exceeded`` the share of
     the motions that need more than the rule asks for. All None where the rule gives no number.
     """
