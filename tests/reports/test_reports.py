@@ -264,9 +264,12 @@ def test_the_accuracy_statement_is_the_datasets(scan, read):
 
 def test_what_codes_ask_is_that_of_the_rules(scan, html, read):
     """Each rule's median, and the motions in which it falls short; the unverified say so."""
-    assert "motions&#x27; elastic peaks; not the code" in html or "motions' elastic peaks; not the code" in html
-    assert "smaller separations and setbacks are allowed where rational analyses" in html
-    assert "IS 1893 (Part 1):2025 was withdrawn on 3 March 2026" in html
+    for words in (
+        "elastic peaks; not the code",
+        "smaller separations and setbacks are allowed where rational analyses",
+        "IS 1893 (Part 1):2025 was withdrawn on 3 March 2026",
+    ):
+        assert words in " ".join(html.split())
     found = code_table(scan)
     rows = read.table("separations that rules ask")
     for row, each in zip(rows, found.rules, strict=True):
