@@ -15,6 +15,7 @@ from pounding_risk.assessment import (
     rate_verdict,
     required_gap,
     sensitivity,
+    setback,
     verdict,
 )
 from pounding_risk.assessment.separations import table as separations
@@ -42,6 +43,7 @@ PARTS = (
     separations.Comparison,
     separations.SeparationRow,
     separations.CodeTable,
+    setback.Setback,
 )
 
 

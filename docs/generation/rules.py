@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from generation.markdown import docstring, plain, table
 from pounding_risk.assessment.separations import rules as separation_rules
-from pounding_risk.assessment.separations.rules import RULES
+from pounding_risk.assessment.separations.rules import RATIONAL, RULES, SUPERSEDED
 
 RULES_HEAD = """# Separation rules
 
@@ -30,9 +30,15 @@ def rules_page() -> str:
         for rule in RULES.values()
     ]
     sources = [(f"`{rule.name}`", rule.verification, plain(rule.source)) for rule in RULES.values() if rule.source]
+    in_force = [(f"`{rule.name}`", plain(rule.in_force)) for rule in RULES.values() if rule.in_force]
+    levels = [(f"`{rule.name}`", plain(rule.level), plain(rule.factor)) for rule in RULES.values() if rule.level]
     about = (separation_rules.__doc__ or "").partition("\n\n")[2]
     return (
         f"{RULES_HEAD}{table(heads, rows)}\n## The texts\n\n{table(('rule', 'text', 'by'), sources)}\n"
+        f"## In force\n\n{SUPERSEDED}.\n\n{table(('rule', 'in force'), in_force)}\n"
+        f"## Ground motion and factor, from memory\n\n"
+        f"{table(('rule', 'ground motion of the clause', 'factor of elastic design displacements'), levels)}\n"
+        f"## Rational analyses\n\n{RATIONAL}.\n\n"
         f"## What they work with\n\n{docstring(about)}"
     )
 

@@ -193,7 +193,7 @@ class Assessment(ShortRepr):
 
     def as_dict(self) -> dict[str, Any]:
         """The assessment as tables and lists that JSON holds; None for what is not a finite number."""
-        return _plain(asdict(self))
+        return plain(asdict(self))
 
 
 def _why_unlike(one: InterfaceAssessment, other: InterfaceAssessment) -> str:
@@ -624,10 +624,10 @@ def _method(results: xr.Dataset, options: Options) -> str:
     return curves.STRIPES if is_own and len(amplitudes.values) > 1 else curves.OWN
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """The value as JSON holds it: None for what is not a finite number."""
     if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     return None if isinstance(value, float) and not isfinite(value) else value

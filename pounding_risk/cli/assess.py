@@ -8,6 +8,8 @@ from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import typer
+
 from pounding_risk.cli._common.files import draw, write_text
 from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import (
@@ -64,6 +66,9 @@ def assess(
     gmfs: Gmfs = None,
     site: Site = None,
     target_rate: TargetRate = None,
+    setback: Annotated[
+        bool, typer.Option("--setback", help="Instead: distance of each building from a property line.")
+    ] = False,
     select: Select = NONE,
     out: Annotated[Path | None, out_option("Write it all", ".json")] = None,
     figure: Figure = None,
@@ -75,10 +80,21 @@ def assess(
     from pounding_risk.results.scene_axes import check_settled, open_axes
     from pounding_risk.units import GAP, PGA
 
+    if setback:
+        idle = {
+            "--gap": gap, "--intensity": intensity, "--hazard": hazard, "--gmfs": gmfs, "--site": site,
+            "--target-rate": target_rate, "--figure": figure,
+        }  # fmt: skip
+        for name, value in idle.items():
+            if value is not None:
+                raise PoundingError(f"{name}: is not taken with --setback, which no neighbour enters; leave it out")
     hazard, gmfs = (at_site(hazard, site), gmfs) if gmfs is None else (hazard, at_site(gmfs, site))
     criterion = read_criterion(target, percentile, confidence, prefix="--")
     rate = read_target_rate(target_rate, hazard is not None, prefix="--")
     chosen = opened_results(results, select)
+    if setback:
+        amplitude = {"pga": read_optional("--pga", pga, PGA), "intensity_level": intensity_level}
+        return _assess_setbacks(chosen, out, **criterion._asdict(), **amplitude)
     if not isinstance(chosen, Path) and [axis.name for axis in open_axes(chosen)] == [SAMPLE]:
         judged = read_optional("--gap", gap, GAP), read_optional("--pga", pga, PGA)
         if hazard is not None or gmfs is not None:
@@ -111,6 +127,37 @@ def assess(
         write_text(out, json.dumps(assessment.as_dict(), ensure_ascii=False, indent=1) + "\n")
     draw(figure, "assess.assessment_figure", assessment)
     print_assessment(assessment)
+
+
+def _assess_setbacks(results: Any, out: Path | None, **options: Any) -> None:
+    """Print and write the setback from a property line that each building requires."""
+    from dataclasses import asdict
+
+    from pounding_risk.assessment.assess import plain
+    from pounding_risk.assessment.required_gap import rounded_up
+    from pounding_risk.assessment.setback import ASSUMED, setbacks
+
+    found = setbacks(results, **options)
+    if out is not None:
+        facts = plain({"assumed": ASSUMED, "setbacks": [asdict(one) for one in found]})
+        write_text(out, json.dumps(facts, ensure_ascii=False, indent=1) + "\n")
+    first = found[0]
+    print(f"Setback from a property line, {first.motions} motions {first.at}\n")
+    heads = ("building", "of the motions", "setback", "bounds by recording")
+    rows = [
+        (
+            one.building,
+            f"{required.percentile:g} %",
+            _length(rounded_up(required.gap)),
+            f"{_length(required.low)} to {_length(required.high)}{'' if required.bounded else ' *'}",
+        )
+        for one in found
+        for required in one.required
+    ]
+    print_table(heads, rows, "lrrr")
+    if not all(required.bounded for one in found for required in one.required):
+        print("* the upper one is the largest seen: so few recordings do not bound this percentile")
+    print("\n".join(("", *(f"{sentence}." for sentence in ASSUMED))))
 
 
 def _assess_samples(results: Any, out: Path | None, figure: Path | None, **options: Any) -> None:
@@ -458,7 +505,7 @@ def _rate_cells(rate: Rate) -> tuple[str, ...]:
 
 def _print_separations(interface: InterfaceAssessment, percentile: float) -> None:
     """Print what the rules of building codes ask for, beside what the motions need."""
-    from pounding_risk.assessment.separations.rules import FROM_MEMORY, ONE_GROUND, QUOTED_ONLY, SHARED
+    from pounding_risk.assessment.separations.rules import FROM_MEMORY, ONE_GROUND, OWN_PEAKS, QUOTED_ONLY, SHARED
 
     comparisons = [comparison for comparison in interface.separations if comparison.middle is not None]
     if not comparisons:
@@ -480,8 +527,9 @@ def _print_separations(interface: InterfaceAssessment, percentile: float) -> Non
         for rule in comparisons
     ]
     print_table((*heads, "superseded by"), rows, "llrrrrl")
-    print(f"required: no more in {percentile:g} % of the motions, from their own displacements; insufficient for:")
-    print("motions that need more than the rule requires from them; `separations` lists clauses and who quotes them")
+    print(f"required: no more in {percentile:g} % of the motions, {OWN_PEAKS};")
+    print("insufficient for: motions that need more than the rule requires from them;")
+    print("`separations` lists the clauses and who quotes them, and applies the rules to design displacements")
     for note in (FROM_MEMORY, QUOTED_ONLY, ONE_GROUND):
         if any(note in rule.row.note for rule in comparisons):
             print(f"{SHARED[note]}.")

@@ -147,7 +147,7 @@ def _rules(axis: Any, separations: dict[str, float], widest: float) -> None:
     """Draw the combinations as marks along the top; an arrow at the end stands for one beyond the axis."""
     for marker, (name, upper) in zip("v^D", separations.items(), strict=False):
         beyond = upper > widest
-        label = f"{name.upper()}: {say_in(upper, 'mm', 3)}" + (", beyond the axis" if beyond else "")
+        label = f"{name.upper()}: {say_in(upper, 'mm', 3)} of elastic peaks" + (", beyond the axis" if beyond else "")
         position, shape = (widest, ">") if beyond else (upper, marker)
         axis.plot(1e3 * position, 1.08, shape, color=GREEN, markersize=6, clip_on=False, label=label)
 

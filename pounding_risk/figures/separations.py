@@ -65,7 +65,9 @@ def _by_motion(axis: Any, table: CodeTable) -> None:
         axis.set_xlabel("motion, by the gap it needs")
     axis.set_ylabel("separation [mm]")
     axis.set_ylim(bottom=0.0)
-    axis.set_title("what each motion needs, and what is asked for from its own spectrum", fontsize=9.5)
+    axis.set_title(
+        "what each motion needs, and rules of its own elastic peaks (no code's design displacement)", fontsize=9.5
+    )
     axis.legend(fontsize=8.5, loc="upper left", handlelength=3.0)
 
 

@@ -81,6 +81,7 @@ class Pounding(ShortRepr):
     """
 
     assess = _Method("assess")
+    setbacks = _Method("setbacks")
     uncertainty = _Method("uncertainty")
     damage = _Method("damage")
     report = _Method("report")

@@ -169,6 +169,13 @@ def test_rules_give_what_their_clauses_say():
         "turkey": 50.0,  # 30 + 2 · 10 mm of height, above half of 50
         "italy": 70.0,
         "asce41": 50.0,
+        "asce7_2016": 50.0,
+        "asce7_2016_boundary": 70.0,
+        "asce7_2022": 50.0,
+        "asce7_2022_boundary": 70.0,
+        "italy_2018": 70.0,
+        "nzs1170": 70.0,
+        "taiwan": 0.6 * 70.0,
     }
 
 
@@ -193,6 +200,8 @@ def test_rules_give_what_their_clauses_say():
         ("turkey", {"heights": (3.0, 9.0), "factors": (2.0, 2.0)}, 50.0),
         ("turkey", {"heights": (3.0, 9.0), "factors": (2.0, 2.0), "aligned": True}, 30.0),  # 25 is below 30
         ("italy", {"heights": (12.0, 9.0), "ground": 9.80665}, 180.0),  # 1 g: twice 1 %
+        ("italy_2018", {"heights": (12.0, 9.0), "ground": 9.80665}, 90.0),  # 1 g: the factor stays at 1
+        ("italy_2018", {"heights": (30.0, 20.0), "ground": 0.4 * 9.80665}, 160.0),  # 200 mm · 0.8
     ],
 )
 def test_what_a_site_changes(rule, site, expected):
@@ -242,7 +251,7 @@ def test_only_a_clause_that_was_read_itself_counts_as_read():
     """Engineers' letters, examination answers, forums and a code that takes the clause over are quotations."""
     known = {rule.name: rule.verification for rule in RULES.values()}
     assert {name for name, text in known.items() if text == "clause read"} == {"asce7", "mexico", "mexico_simplified"}
-    quoted = {"asce7_boundary", "ubc97", "ubc97_boundary", "nbcc", "china", "turkey", "italy"}
+    quoted = {"asce7_boundary", "ubc97", "ubc97_boundary", "nbcc", "china", "turkey", "italy", "asce7_2016_boundary"}
     assert {name for name, text in known.items() if text == "quoted"} == quoted
 
 
@@ -250,6 +259,8 @@ def test_an_edition_that_is_superseded_names_what_supersedes_it():
     """Two editions of one code stand in the list: the older names the newer."""
     assert RULES["is1893_2002"].superseded in RULES["is1893_2016"].clause
     assert {RULES[name].superseded for name in ("asce7", "asce7_boundary")} == {"ASCE/SEI 7-16 and 7-22"}
+    assert RULES["asce7_2016"].superseded in RULES["asce7_2022"].clause and not RULES["asce7_2022"].superseded
+    assert RULES["italy"].superseded in RULES["italy_2018"].clause
     for rule in RULES.values():
         later = [int(year) for year in re.findall(r"\b20\d\d\b", rule.superseded)]
         assert all(year > (rule.year or 0) for year in later)
@@ -257,6 +268,87 @@ def test_an_edition_that_is_superseded_names_what_supersedes_it():
     row = separations(BUILDINGS, (0.03, 0.04), (0.9, 1.0), (0.05, 0.05))[3]
     assert (row.rule, row.superseded) == ("asce7", "ASCE/SEI 7-16 and 7-22")
     assert "superseded by ASCE/SEI 7-16 and 7-22" in row.note
+
+
+def test_level_factor_and_what_is_in_force_stand_with_each_rule():
+    for rule in RULES.values():
+        assert bool(rule.level) is (rule.name not in COMBINATIONS)
+        assert bool(rule.factor) is (rule.level != "" and "factors" in rule.assumes)
+    assert "2/3 of MCE_R" in RULES["asce7_2016"].level and "ultimate limit state" in RULES["nzs1170"].level
+    assert RULES["italy_2018"].level.startswith("SLV") and "475 years" in RULES["taiwan"].level
+    assert "IS 1893 (Part 1):2025 was withdrawn on 3 March 2026" in RULES["is1893_2016"].in_force
+    assert "as reported" in RULES["is1893_2016"].in_force
+    assert "until it is withdrawn on 30 March 2028" in RULES["eurocode8"].in_force
+
+
+GIVEN = ("--displacement", "left=45mm", "--displacement", "right=30mm")
+
+
+@pytest.mark.parametrize(
+    ("factors", "expected"),
+    [
+        # By hand from the formulas: SRSS of 135 and 90 mm is 45 √13, their sum 225 mm.
+        (
+            ("3",),
+            {
+                "eurocode8": 45.0 * np.sqrt(13.0),
+                "asce7": 45.0 * np.sqrt(13.0),
+                "asce7_2022_boundary": 225.0,
+                "nzs1170": 225.0,
+                "is1893_2016": 225.0,
+                "ubc97": 0.7 * 45.0 * np.sqrt(13.0),
+                "taiwan": 135.0,
+            },
+        ),
+        (("left=4", "right=2"), {"nzs1170": 240.0, "eurocode8": 60.0 * np.sqrt(10.0)}),  # 180 and 60 mm
+        ((), {"abs": 75.0, "asce7": 15.0 * np.sqrt(13.0)}),
+    ],
+)
+def test_given_design_displacements_need_no_dataset(factors, expected):
+    words = [word for text in factors for word in ("--behaviour-factor", text)]
+    answer = run(*GIVEN, *words)
+    assert answer.exit_code == 0, answer.output
+    cells = {line.split()[0]: re.split(r" {2,}", line) for line in answer.output.split("\n\n")[0].splitlines()}
+    for rule, separation in expected.items():
+        assert cells[rule][1] == f"{separation:.4g} mm"
+        assert cells[rule][2] == (RULES[rule].factor or "–") and RULES[rule].clause in cells[rule]
+    assert cells["cqc"][1] == "–" and "needs periods and dampings" in cells["cqc"][-1]
+    assert cells["italy_2018"][1] == "–" and cells["italy_2018"][-1].startswith("needs heights and ground")
+    taken = "No --behaviour-factor is given: they are taken to be the design displacements of every rule."
+    assert (taken in answer.output) is (not factors)
+    assert "linear model" not in answer.output
+    assert (
+        "a later edition is published; which one is in force is decided by the authority of the site" in answer.output
+    )
+
+
+def test_given_design_displacements_in_python():
+    import pounding_risk as pr
+
+    rows = {row.rule: row for row in pr.separations(("A", "B"), ("45 mm", 0.03), site=pr.Site(factors=(3.0, 3.0)))}
+    assert rows["eurocode8"].separation == pytest.approx(0.045 * np.sqrt(13.0), rel=1e-12)
+    assert rows["cqc"].separation is None and rows["cqc"].note == "needs periods and dampings"
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--behaviour-factor", "3"), "--displacement: has none for left and right; write --displacement left=45mm"),
+        (GIVEN[:2], "--displacement: has none for right; write"),
+        ((*GIVEN, *GIVEN[:2]), '--displacement: "left=45mm" is not one of left and right once each'),
+        (("--displacement", "45 mm"), '--displacement: "45 mm" is not one of left and right once each'),
+        (("--displacement", "left=45", *GIVEN[2:]), '--displacement left: "45" has no unit'),
+        (("--displacement", "left=-4mm", *GIVEN[2:]), "--displacement left: "),
+        ((*GIVEN, "--behaviour-factor", "0"), '--behaviour-factor: "0" is out of range'),
+        ((*GIVEN, "--behaviour-factor", "left=3"), "--behaviour-factor: has none for right"),
+        ((*GIVEN, "--factor", "3", "--factor", "3"), "of given ones write --behaviour-factor 3"),
+        (("results.nc", *GIVEN), "--displacement: is for given displacements, without a dataset"),
+        (("results.nc", "--behaviour-factor", "3"), "or scale the dataset's own with --factor"),
+    ],
+)
+def test_faulty_given_displacements_are_refused(words, told):
+    answer = run(*words)
+    assert answer.exit_code == 2 and told in answer.stderr
 
 
 def test_what_a_rule_takes_for_granted_is_told():
@@ -444,6 +536,7 @@ def test_the_command_lists_every_rule():
         assert rule.source in told.output and f", by {rule.superseded}" in told.output
     assert "Rules from memory were not read anywhere" in told.output
     assert "Quoted rules were read in texts that quote the clause" in told.output
+    assert "smaller separations and setbacks are allowed where rational analyses" in told.output
 
 
 def test_the_command_prints_the_numbers_of_the_table(results, tmp_path, monkeypatch):
@@ -455,11 +548,12 @@ def test_the_command_prints_the_numbers_of_the_table(results, tmp_path, monkeypa
     table = code_table(results, site=Site(heights=(12.0, 20.0), zone="II"))
     for each in table.rules:
         if each.exceeded is None:
-            assert each.row.rule in ("china", "italy") and cells[each.row.rule][2] == "–"
+            assert each.row.rule in ("china", "italy", "italy_2018") and cells[each.row.rule][2] == "–"
             continue
         assert cells[each.row.rule][2] == f"{1e3 * each.middle:.4g} mm"
         assert cells[each.row.rule][4].startswith(f"{each.ratio_median:.2f} (")
         assert cells[each.row.rule][5] == f"{round(each.exceeded * 38)} of 38"
+    assert "Separations are from these motions' elastic peaks; not the code's design displacement." in told.output
     assert "Displacements are those of the linear model" in told.output and "not reduced" not in told.output
     assert table.finding in told.output and "1 more close no gap" in told.output
     assert Path("codes.svg").stat().st_size > 0

@@ -36,6 +36,7 @@ ROW = SCENE.replace("[records]", "tolerance = '60 mm'\n[records]").replace('"0.3
 # The public call that each method is.
 CALLS = {
     "assess": pr.assess,
+    "setbacks": pr.setbacks,
     "damage": pr.damage,
     "report": pr.report,
     "figure": pr.figures.results_figure,

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
-from math import isfinite
+from math import inf, isfinite, nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,6 +33,7 @@ from pounding_risk.assessment.separations.rules import (
     INTENSITIES,
     MEMORY,
     ONE_GROUND,
+    OWN_PEAKS,
     QUOTED,
     QUOTED_ONLY,
     RULES,
@@ -49,7 +50,7 @@ from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of
 from pounding_risk.results.attributes import has_own_grounds, tables_of
 from pounding_risk.results.own_case import at_level
 from pounding_risk.results.selected_axes import with_axes
-from pounding_risk.units import GAP, say
+from pounding_risk.units import GAP, Quantity, say, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,6 +64,7 @@ Array = NDArray[np.float64]
 
 LOW, MIDDLE, HIGH = 16.0, 50.0, 84.0  # percentiles: one standard deviation to either side, were it normal
 PLAIN = Site()
+DISPLACEMENT = Quantity("m", -inf, inf, "peak displacement", example="45 mm")  # `_check` bounds it
 NEEDED = ("peak_displacement_free", "peak_closing_free", "building_period", "building_damping")
 SAME = 1e-9  # a rule short of the demand by no more than this share is not exceeded: they are rounded apart
 
@@ -90,7 +92,8 @@ class SeparationRow:
 class Comparison:
     """One rule beside the gaps that the motions need.
 
-    ``middle`` and ``upper`` [m] are the median and the percentile of what the rule asks for, motion by motion;
+    ``middle`` and ``upper`` [m] are the median and the percentile of what the rule asks for, motion by motion, from
+    that motion's elastic peaks, not from a code's design displacements;
     ``ratio_*`` the 16 %, 50 % and 84 % values of that over the gap the same motion needs; ``exceeded`` the share of
     the motions that need more than the rule asks for. All None where the rule gives no number.
     """
@@ -133,6 +136,7 @@ class CodeTable(ShortRepr):
         yield "between", " | ".join(self.buildings)
         yield "motions", f"{self.motions} {self.at}"
         yield f"gap of {self.percentile:g} % of the motions", say(rounded_up(self.demand), GAP, 3)
+        yield "separations", OWN_PEAKS
         yield "finding", self.finding
 
     @property
@@ -153,23 +157,29 @@ class CodeTable(ShortRepr):
 
 
 def separations(
-    buildings: Sequence[str], displacements: Pair, periods: Pair, dampings: Pair, site: Site = PLAIN
+    buildings: Sequence[str],
+    displacements: Sequence[Any],
+    periods: Pair | None = None,
+    dampings: Pair | None = None,
+    site: Site = PLAIN,
 ) -> tuple[SeparationRow, ...]:
     """Separations that every rule of `RULES` asks for between two buildings, left and right.
 
-    A rule that needs what is not given has no number, and its note says what it needs.
+    A rule that needs what is not given has no number, and its note says what it needs. Design displacements come from
+    elastic ones under a code's reduced forces and its factor: ``Site(factors=(3.0, 3.0))`` for q, Cd / Ie or μ of 3, as
+    ``factor`` of the rule names it; one call for each code whose factor differs.
 
     Parameters
     ----------
     buildings : sequence of str
         Names of the two buildings.
-    displacements : pair of float
-        Peak displacements [m] of the linear model without contact under the design motion, at the height where the two
-        can touch.
-    periods : pair of float
-        Periods [s]; NaN for a rigid building.
-    dampings : pair of float
-        Damping ratios.
+    displacements : pair of float or str
+        Peak displacements [m, or text with a unit] of the linear model without contact under the design motion, at the
+        height where the two can touch.
+    periods : pair of float, optional
+        Periods [s]; NaN for a rigid building. The double difference needs them.
+    dampings : pair of float, optional
+        Damping ratios, with the periods.
     site : Site
         What codes ask about the two neighbours besides how they move.
 
@@ -183,17 +193,23 @@ def separations(
     PoundingError
         For a number out of its range.
     """
-    _check(buildings, displacements, site)
-    case = Case(displacements, periods, dampings, site)
+    _check_pair(buildings, displacements)
+    left, right = (si(value, DISPLACEMENT, "displacements") for value in displacements)
+    _check((left, right), site)
+    if periods is None or dampings is None:
+        case = Case((left, right), (nan, nan), (nan, nan), site)
+        return tuple(_row(rule, case, ("periods and dampings",) * rule.has_periods) for rule in RULES.values())
+    case = Case((left, right), periods, dampings, site)
     return tuple(_row(rule, case) for rule in RULES.values())
 
 
-def _row(rule: Rule, case: Case) -> SeparationRow:
-    missing = [key for key in rule.needs if getattr(case.site, key) is None]
+def _row(rule: Rule, case: Case, unknown: tuple[str, ...] = ()) -> SeparationRow:
+    missing = [*unknown, *(key for key in rule.needs if getattr(case.site, key) is None)]
     value = None if missing else float(rule.function(case))
     needs = f"needs {' and '.join(missing)}" if missing else ""
+    taken = () if missing else _taken(rule, case.site)
     facts = (rule.name, rule.title, rule.clause, rule.year, rule.verification, rule.source, rule.superseded)
-    return SeparationRow(*facts, value, "; ".join(filter(None, (needs, *_doubts(rule), *_taken(rule, case.site)))))
+    return SeparationRow(*facts, value, "; ".join(filter(None, (needs, *_doubts(rule), *taken))))
 
 
 def _doubts(rule: Rule) -> tuple[str, ...]:
@@ -204,14 +220,17 @@ def _doubts(rule: Rule) -> tuple[str, ...]:
 
 def _taken(rule: Rule, site: Site) -> tuple[str, ...]:
     """Assumptions of the rule on what the user did not give."""
-    if any(getattr(site, key) is None for key in rule.needs):
-        return ()
     return tuple(TAKEN[key] for key in rule.assumes if getattr(site, key) == getattr(PLAIN, key))
 
 
-def _check(buildings: Sequence[str], displacements: Pair, site: Site) -> None:
-    if len(buildings) != 2 or len(tuple(displacements)) != 2:
+def _check_pair(buildings: Sequence[str], displacements: Sequence[Any]) -> None:
+    if len(buildings) != 2:
         raise PoundingError(f"{len(buildings)} buildings; a separation is between two: choose a pair of neighbours")
+    if len(displacements) != 2:
+        raise PoundingError(f"{len(displacements)} displacements; give two, left and right, such as 0.045, 0.03")
+
+
+def _check(displacements: Pair, site: Site) -> None:
     for value in np.concatenate([np.ravel(np.asarray(displacement, float)) for displacement in displacements]):
         if not (isfinite(value) and value >= 0.0):
             raise PoundingError(f"a peak displacement is {value:g} m; it must be at least 0 and finite: give the peak")

@@ -9,7 +9,7 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.required_gap import NO_BOUND, ContactSteps, RequiredGap, contact_steps
-from pounding_risk.assessment.separations.rules import FROM_MEMORY, QUOTED_ONLY, SHARED
+from pounding_risk.assessment.separations.rules import FROM_MEMORY, OWN_PEAKS, QUOTED_ONLY, RATIONAL, SHARED
 from pounding_risk.figures.style import (
     MEANING,
     RULE_MARKS_WORDS,
@@ -205,8 +205,13 @@ def _codes(data: ReportData, pair: Pair) -> list[Block]:
     heads += [("over the gap needed: median (16 to 84 %)", "r"), ("insufficient for", "r"), ("note", "l")]
     common = _common([rule.row.note for rule in codes.rules if rule.row.separation is not None])
     rows = [_rule_cells(rule, codes.motions, common) for rule in codes.rules]
-    sentences = [f"{codes.finding}.", *(f"Everywhere {note}." for note in common), *_doubts(codes.rules)]
-    caption = f"{pair.name}: separations that rules ask, from the displacements of the same motions."
+    sentences = [
+        f"{codes.finding}.",
+        *(f"Everywhere {note}." for note in common),
+        *_doubts(codes.rules),
+        f"{RATIONAL}.",
+    ]
+    caption = f"{pair.name}: separations that rules ask, {OWN_PEAKS}."
     blocks = [paragraph(" ".join(sentences)), table(caption, heads, rows)]
     compared = [rule for rule in codes.rules if rule.ratio_median is not None]
     if compared:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pounding_risk.assessment.separations.rules import RULES
+from pounding_risk.assessment.separations.rules import RULES, SUPERSEDED
 from pounding_risk.reports.blocks import Block, listing, paragraph
 from pounding_risk.reports.data import ReportData
 
@@ -16,7 +16,10 @@ def write(data: ReportData) -> list[Block]:
     return [
         paragraph("Contact laws and effects of this study:"),
         listing(dict.fromkeys(source for source in sources if source)),
-        paragraph("Rules of codes: clause, formula, how its text is known, and later editions as far as known here:"),
+        paragraph(
+            "Rules of codes: clause, formula, how its text is known, and later editions as far as known here. "
+            f"{SUPERSEDED}:"
+        ),
         listing(_rules()),
     ]
 
@@ -26,5 +29,7 @@ def _rules() -> list[str]:
     for rule in RULES.values():
         basis = f"{rule.verification}: {rule.source}" if rule.source else rule.verification
         later = f"; superseded by {rule.superseded}" if rule.superseded else ""
-        rules.append(f"{rule.title}: {rule.clause}; {rule.formula}; {basis}{later}.")
+        level = f"; ground motion from memory: {rule.level}" if rule.level else ""
+        holds = f"; in force: {rule.in_force}" if rule.in_force else ""
+        rules.append(f"{rule.title}: {rule.clause}; {rule.formula}; {basis}{level}{later}{holds}.")
     return rules
