@@ -14,6 +14,7 @@ import numpy as np
 
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quantity
+from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.ground import SHARED
 from pounding_risk.motions.levels import PEAK, Level, driven
 from pounding_risk.motions.request import AS_RECORDED
@@ -82,6 +83,7 @@ USUAL = {
     "PGA asked for": Usual(PGA, 0.0, 2.0 * STANDARD_GRAVITY, "few records exceed 2 g", "", "m/s² or % written as g?"),
 }
 SPEED = 0.5  # m/s, a usual approach speed; the duration of a Hertz contact varies with its power −0.2
+SHARE_OF_PERIOD = 0.1  # of the shorter period that a contact may last: the rule of `advise`
 # The time in which sound crosses 1.75 m of concrete twice at 3500 m/s: no floors separate sooner.
 SHORTEST_CONTACT = 1e-3  # s
 HERTZ_TIME = 3.2181  # 2 ∫ ds / √(1 − s^(5/2)) (5/4)^(2/5) from 0 to 1: t = 3.2181 (m v²/β)^(2/5) / v
@@ -162,6 +164,12 @@ def _of_stiffnesses(study: Scene) -> Iterator[str]:
         if short and lasts >= LONGEST_CONTACT * short[1]:
             unit = quantity.unit
             yield f"{words}, {share_of(lasts, *short)}: that is no blow; {unit} written for k{unit} or M{unit}?"
+        elif short and lasts > (longest := SHARE_OF_PERIOD * short[1]) and here.stiff_name != TABULATED:
+            least = here.stiffness * (lasts / longest) ** (2.0 if quantity.unit == LINEAR_STIFFNESS.unit else 2.5)
+            yield (
+                f"{words}, {share_of(lasts, *short)}: too soft by the rule of `pounding-risk advise`, a tenth of it at "
+                f"most, which {say(least, quantity, 2)} keeps; forces and accelerations of the contact follow from it"
+            )
         elif lasts < SHORTEST_CONTACT:
             yield (
                 f"{words}, less than {1e3 * SHORTEST_CONTACT:g} ms, in which sound crosses 1.75 m of concrete twice; "

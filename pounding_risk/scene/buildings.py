@@ -27,6 +27,7 @@ from pounding_risk.scene.keys import (
     one_of,
     text,
 )
+from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import (
     DAMPING,
@@ -519,7 +520,8 @@ def building_checks(buildings: Sequence[Section], count: int) -> Iterator[Fault]
             )
         for key in KEYS:
             if key in keys and key not in kind.model_fields:
-                yield keys.fault(key, kind.repair.format(key=key))
+                answer = f"; {instead_of('t1')}" if (kind, key) == (ShearBuilding, "period") else ""
+                yield keys.fault(key, f"{kind.repair.format(key=key)}{answer}")
         yield from kind.checks(keys)
     if count < 2:
         yield Fault(

@@ -22,6 +22,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
+from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.toml import Fault, KeyPath
 from pounding_risk.units import EXAMPLES, Quantity, bounds, exact, parse, shown, si
 
@@ -184,7 +185,8 @@ class Table(BaseModel):
             if fault["type"] == "missing":
                 yield f"{name}: {cls.keys()[name].lacks(name)}"
             elif fault["type"] == "extra_forbidden":
-                yield f"{name}: unknown key{nearest(name, cls.model_fields)}; it takes {', '.join(cls.model_fields)}"
+                near = f"{nearest(name, cls.model_fields)}; it takes {', '.join(cls.model_fields)}"
+                yield f"{name}: unknown key{f'; {answer}' if (answer := instead_of(name)) else near}"
             else:
                 yield f"{name}: {cause}"
 

@@ -20,6 +20,7 @@ from pounding_risk.scene.force_tables import TableFile
 from pounding_risk.scene.interface_checks import interface_checks
 from pounding_risk.scene.interfaces import EqualTerms, Interface
 from pounding_risk.scene.keys import Draft, Key, Section, Several, Table, read_section
+from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.overrides import ARRAYS, override
 from pounding_risk.scene.records import Records, missing_files, record_checks
 from pounding_risk.scene.scene_axis import UNCERTAIN
@@ -106,7 +107,9 @@ def read_tables(
     faults += wrong + unread
     names = ", ".join(KEYS)
     faults += [
-        Fault((name,), f"unknown section{nearest(name, KEYS)}; sections are {names}")
+        Fault((name,), f"unknown section; {instead_of(name)}")
+        if instead_of(name)
+        else Fault((name,), f"unknown section{nearest(name, KEYS)}; sections are {names}")
         for name in raw
         if name not in KEYS
     ]
@@ -196,7 +199,9 @@ def _later(raw: dict[str, Any]) -> list[Fault]:
 
 
 def _unknown(table: KeyPath, key: str) -> str:
-    """An unknown key of a table: the nearest known one, the section that has it, or all that there are."""
+    """An unknown key of a table: what to write instead, the nearest known one, its section, or all that there are."""
+    if answer := instead_of(key):
+        return f"unknown key; {answer}"
     section = str(table[0])
     homes = [_header(other) for other, keys in KEYS.items() if key in keys]
     if homes and not nearest(key, KNOWN[section], 0.75):

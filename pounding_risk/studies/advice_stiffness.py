@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from math import inf, pi, sqrt
 from typing import NamedTuple
 
-from pounding_risk.ensemble.plausibility import HERTZ_TIME, contact_duration
+from pounding_risk.ensemble.plausibility import HERTZ_TIME, SHARE_OF_PERIOD, contact_duration
 from pounding_risk.models.contact.laws import HERTZ_STIFFNESS, LINEAR_STIFFNESS, stiffness_quantity
 from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.structures.contact_points import COLUMN, Point
@@ -20,7 +20,6 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.scene import Scene
 
-SHARE_OF_PERIOD = 0.1  # of the shorter period that a contact may last
 USUAL_FLOOR_LENGTH = 20.0  # m, where a building gives none; the example of the scene key floor_length
 KIP, INCH = 4448.2216152605, 0.0254  # N, m
 BELOW, WITHIN, ABOVE = "too soft", "in the range", "too stiff"

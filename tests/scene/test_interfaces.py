@@ -85,7 +85,7 @@ def test_validate_tells_buildings_interfaces_and_contact_points():
     for words in (
         "offices: 5 storeys, 18.6 m, 1050 t, period ",
         "shop: 150 t, period 0.25 s, damping ratio 0.05, height 6 m",
-        "offices | flats: gap 30 mm, stiffness 2.75e6 kN/m^1.5, restitution 0.65",
+        "offices | flats: gap 30 mm, stiffness 8e7 kN/m^1.5, restitution 0.65",
         "floor to column, yield force 400 kN: column 1 of offices, storey 1 of flats at 3 m; storey 1 of offices, col",
         "floor to floor, no yielding: storey 2 of flats, storey 1 of shop at 6 m",
     ):
@@ -108,8 +108,8 @@ def test_each_interface_has_its_own_stiffness_gap_and_restitution():
             'grid.contact_model=["jankowski", "hertz"]',
         ],
     )
-    assert [found.at(place).law().stiffness for place in (0, 1)] == [2.75e9, 1e9]
-    assert [found.at(place).law("hertz").stiffness for place in (0, 1)] == [2.75e9, 1e9]
+    assert [found.at(place).law().stiffness for place in (0, 1)] == [8e10, 1e9]
+    assert [found.at(place).law("hertz").stiffness for place in (0, 1)] == [8e10, 1e9]
     assert [interface.restitution.c0 for interface in found.interfaces] == [0.65, 0.4]
     alone = found.at(1)
     assert alone.interface_names == ("flats | shop",)

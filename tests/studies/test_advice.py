@@ -43,6 +43,7 @@ from pounding_risk.studies.advice_stiffness import (
 )
 
 SHIPPED = Path(pr.__file__).parent / "scene" / "shipped"
+TOO_SOFT = ['interface.stiffness="2.75e9 N/m^1.5"']  # too soft for buildings
 PAGE = Path(__file__).parents[2] / "docs" / "choosing.md"
 HERTZ_DIGITS = 2e-5  # of 3.2181, by which the duration of a Hertz contact is computed
 SOFT = scene_text(
@@ -75,7 +76,7 @@ def soft():
 
 @pytest.fixture(scope="module")
 def row():
-    return pr.advise(SHIPPED / "row.toml")
+    return pr.advise(pr.read_scene(SHIPPED / "row.toml", TOO_SOFT))
 
 
 @pytest.fixture(scope="module")
@@ -167,7 +168,7 @@ def test_the_line_gives_a_contact_within_both_limits(advice, request):
 @pytest.mark.parametrize("name", ["row", "compare"])
 def test_a_scene_with_the_lines_is_told_to_keep_them(name):
     """The lines are values of a scene file, and advice on the new scene agrees with the first."""
-    first = pr.advise(SHIPPED / f"{name}.toml")
+    first = pr.advise(pr.read_scene(SHIPPED / f"{name}.toml", TOO_SOFT))
     assert {one.verdict for one in first.ranges} == {BELOW}
     tables = pr.read_scene(SHIPPED / f"{name}.toml").resolved()
     for table, one in zip(tables["interface"], first.ranges, strict=True):
@@ -226,7 +227,7 @@ def test_what_the_proposed_stiffness_changes_is_told(wall, soft):
 
 def test_medians_of_a_row_are_those_of_its_scan(row):
     """Each interface keeps its own gap, and a building counts where it is touched on either side."""
-    dataset = pr.scan(SHIPPED / "row.toml", check_fraction=0.0)
+    dataset = pr.scan(pr.read_scene(SHIPPED / "row.toml", TOO_SOFT), check_fraction=0.0)
     assert row.touched == row.cases == dataset["status"].size and row.gap == "30 mm, 20 mm"
     for (output, place), value in row.now.items():
         of = dataset[output].sel(interface=place) if "|" in place else dataset[output].sel(building=place)
