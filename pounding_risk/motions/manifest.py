@@ -19,6 +19,7 @@ from math import isclose
 from pathlib import Path
 from typing import Any
 
+from pounding_risk._common.inputs import MANIFEST, Unfit, read_whole
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.source import split_component
@@ -130,11 +131,12 @@ def read_manifest(path: str | Path) -> list[dict[str, Any]]:
     """
     source = Path(path)
     try:
-        with source.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.DictReader(file)
-            columns, rows = list(reader.fieldnames or ()), list(reader)
+        reader = csv.DictReader(StringIO(read_whole(source, MANIFEST).decode("utf-8-sig"), newline=""))
+        columns, rows = list(reader.fieldnames or ()), list(reader)
     except FileNotFoundError:
         raise RecordError(f"{source}: no such manifest; check the name and the folder") from None
+    except Unfit as error:
+        raise RecordError(f"{source}: {error.strerror}") from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise RecordError(f"{source}: cannot be read as CSV ({error}); write the manifest again") from None
     if columns != list(COLUMNS):

@@ -15,6 +15,7 @@ from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
+from pounding_risk._common.inputs import EXPORT, cannot_be_read, read_text
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.sites.places import Asked, Place, Site, find_site, place
 from pounding_risk.units import shown
@@ -82,6 +83,8 @@ def place_of(table: Table, row: Row, longitude: str = "lon", latitude: str = "la
 def head_of(path: Path) -> tuple[str, ...]:
     """The head of a table, without its comment lines; empty for a file that has none or cannot be read."""
     try:
+        if not path.is_file():  # a pipe is never waited for
+            return ()
         with path.open(encoding="utf-8-sig", errors="replace") as lines:
             first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
     except OSError:
@@ -94,9 +97,9 @@ def read_table(path: Path, needed: Sequence[str], again: str = AGAIN) -> Table:
     facts: dict[str, str] = {}
     rows = []
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path, EXPORT)
     except (OSError, UnicodeDecodeError) as error:
-        raise RecordError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error}); {again}") from None
+        raise RecordError(f"{path}: {cannot_be_read(error, again)}") from None
     for number, line in enumerate(text.splitlines(), start=1):
         if line.startswith("#"):
             facts |= {key: next(filter(None, values), "").strip() for key, *values in _FACT.findall(line)}

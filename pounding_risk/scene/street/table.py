@@ -15,6 +15,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar
 
+from pounding_risk._common.inputs import EXPORT, Unfit, read_text
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
@@ -128,9 +129,11 @@ def need_maps(source: str) -> None:
 def file_text(path: Path) -> str:
     """The text of a file; raises BlockError where it cannot be read, or is not UTF-8."""
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return read_text(path, EXPORT)
     except UnicodeDecodeError as error:
         raise BlockError(str(path), [f"byte {error.start} is not UTF-8; save the file with that encoding"]) from None
+    except Unfit as error:
+        raise BlockError(str(path), [str(error.strerror)]) from None
     except OSError as error:
         folder = path.parent
         names = [file.name for file in folder.iterdir() if file.name != path.name] if folder.is_dir() else []
