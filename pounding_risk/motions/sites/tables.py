@@ -55,6 +55,13 @@ class Table(NamedTuple):
             raise self.fault(f"{column} is {shown(cell)}; it must be a number: {self.again}", row)
         return value
 
+    def whole_id(self, row: Row, column: str) -> str:
+        """The id of a cell, a whole number of 0 or more, without zeros before it; raises RecordError with the line."""
+        cell = row.cells[self.head.index(column)]
+        if not (cell.isascii() and cell.isdecimal()):
+            raise self.fault(f"{column} is {shown(cell)}; it must be a whole number such as 3: {self.again}", row)
+        return cell.lstrip("0") or "0"
+
     def fact(self, key: str) -> float:
         """A number above 0 of the comment lines; raises RecordError where there is none."""
         try:
@@ -130,6 +137,7 @@ def split_site(text: str) -> tuple[str, str]:
 
 def _cells(line: str) -> tuple[str, ...]:
     try:
-        return tuple(cell.strip() for cell in chain.from_iterable(csv.reader([line])))
+        # Blanks only: 3 and a tab may have been site 37, one byte of which was damaged.
+        return tuple(cell.strip(" ") for cell in chain.from_iterable(csv.reader([line])))
     except csv.Error:
         return ()
