@@ -1,7 +1,7 @@
 """Files that a user's word names, read whole: regular ones, up to a size that each kind states.
 
-A device has no end, and a named pipe that nobody writes would be waited for without end. Standard input, ``/dev/stdin``,
-may be a pipe; ``<(...)`` of a shell is none of it and is refused.
+A device has no end, and a named pipe that nobody writes would be waited for without end. Standard input,
+``/dev/stdin``, may be a pipe; ``<(...)`` of a shell is another one and is refused.
 """
 
 from __future__ import annotations

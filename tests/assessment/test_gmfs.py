@@ -164,7 +164,9 @@ def test_an_id_that_is_none_is_refused_by_its_line(found, column, fields):
     rows = [row.split(",") for row in ROWS]
     rows[1][column] = found
     fields.write_text(NEW.partition("\n")[0] + "\n" + "".join(",".join(row) + "\n" for row in rows), encoding="utf-8")
-    with pytest.raises(PoundingError, match=f"gmf-data_7.csv, line 3: {name} is .*; it must be a whole number such as 3"):
+    with pytest.raises(
+        PoundingError, match=f"gmf-data_7.csv, line 3: {name} is .*; it must be a whole number such as 3"
+    ):
         read_fields(f"{fields}#0")
 
 
