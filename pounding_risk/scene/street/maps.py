@@ -111,8 +111,7 @@ def written_outlines(path: Path) -> tuple[dict[tuple[str, str], Geometry], bool]
     if not {"street", "name", head} <= set(lines.fieldnames or ()):
         needed = "street, name and footprint [WKT, deg]"
         raise BlockError(str(path), [f"has no columns {needed}, as buildings.csv of block has; write it again"])
-    names = ("street", "name")
-    cells = {tuple(without_mark(line[one]) for one in names): line[head] for line in lines if line[head]}
+    cells = {(without_mark(line["street"]), without_mark(line["name"])): line[head] for line in lines if line[head]}
     try:
         shapes = shapely.from_wkt(list(cells.values()))
     except shapely.errors.GEOSException as error:
