@@ -3,22 +3,23 @@
 Numba stamps a compiled function with the text of its own file only, so an edited contact law would go on answering with
 its old numbers. The cache folder therefore carries a digest of every source file that kernels are made of,
 `KERNEL_SOURCES`: any edit starts a new folder. Where the package is installed does not count, so that machines may
-share one. A cache that can only be read is read; where none can be, nothing is kept. Of a class from anywhere else, a
-user's own law, nothing is kept: its source has no digest.
+share one. A cache that can only be read is read; where none can be, nothing is kept, nor where another user can write
+(`trust`). Of a class from anywhere else, a user's own law, nothing is kept: its source has no digest.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
-import stat
 import tempfile
+import warnings
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from pounding_risk._jit.trust import UntrustedCode, doubt, make_private
 from pounding_risk.errors import PoundingError
 
 SETTINGS = ".numba_config.yaml"  # numba looks for it in the working folder
@@ -67,8 +68,15 @@ def _numba_version() -> bytes:
 
 @cache
 def compile_cache() -> str | None:
-    """The folder that this process keeps compiled kernels in; None where nothing is kept or compiled."""
-    return None if INTERPRETED else cache_folder()
+    """The folder that this process keeps compiled kernels in; None where nothing is kept or compiled.
+
+    Warns of UntrustedCode, once, where another user could write it.
+    """
+    if INTERPRETED:
+        return None
+    if why := cache_doubt():
+        warnings.warn(f"compiled code is not kept: {why}", UntrustedCode, stacklevel=2)
+    return _found()[0]
 
 
 def cache_folder() -> str | None:
@@ -76,18 +84,37 @@ def cache_folder() -> str | None:
 
     ``NUMBA_CACHE_DIR`` wins; otherwise the user's cache folder. One that holds compiled kernels will do if it can be
     read, as on the nodes of a cluster; else it must be one that can be written. A read-only home, or none, falls back
-    to a private folder under the system's temporary one.
+    to a private folder under the system's temporary one. One that another user can write is not used, nor another one
+    in its place.
     """
+    return _looked_for()[0]
+
+
+def cache_doubt() -> str | None:
+    """Why the folder is not used though it could be: another user can write it, and how to mend that."""
+    return _found()[1]
+
+
+@cache
+def _found() -> tuple[str | None, str | None]:
+    return _looked_for()
+
+
+def _looked_for() -> tuple[str | None, str | None]:
+    """The folder, or why it is not used."""
     for root in _cache_roots():
         folder = root / "pounding_risk" / source_digest()
+        if why := doubt(folder, root):
+            return None, why
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.NamedTemporaryFile(dir=folder):
-                return str(folder)
+            make_private(folder)
+            tempfile.TemporaryFile(dir=folder).close()
         except OSError:
-            if _is_filled(folder):
-                return str(folder)
-    return None
+            if not _is_filled(folder):
+                continue
+        why = doubt(folder, root)  # what was not there a moment ago may be another user's now
+        return (None, why) if why else (str(folder), None)
+    return None, None
 
 
 def _is_filled(folder: Path) -> bool:
@@ -108,16 +135,7 @@ def _cache_roots() -> Iterator[Path]:
         yield home
     with suppress(OSError):
         user = str(os.getuid()) if hasattr(os, "getuid") else "user"
-        private = Path(tempfile.gettempdir()) / f"pounding_risk-{user}"
-        private.mkdir(mode=0o700, exist_ok=True)
-        # Cached code is run: in a folder that all share, only from what nobody else can have written.
-        if not hasattr(os, "getuid") or _is_mine_alone(private):
-            yield private
-
-
-def _is_mine_alone(folder: Path) -> bool:
-    facts = folder.lstat()
-    return stat.S_ISDIR(facts.st_mode) and facts.st_uid == os.getuid() and not facts.st_mode & 0o077
+        yield Path(tempfile.gettempdir()) / f"pounding_risk-{user}"
 
 
 def is_ours(kind: type) -> bool:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.letters import cell
 from pounding_risk.assessment.damage_curves import DRAWS, LOST, NO_CONTACT, POUNDING, SEED, Curves, Motions, Options
 from pounding_risk.assessment.damage_fits import BETWEEN, METHODS, NONE
 from pounding_risk.errors import PoundingError
@@ -167,5 +168,6 @@ def damage_table(dataset: xr.Dataset) -> str:
     writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
     writer.writeheader()
     for row in rows:
-        writer.writerow({key: "" if isinstance(value, float) and isnan(value) else value for key, value in row.items()})
+        known = {key: "" if isinstance(value, float) and isnan(value) else value for key, value in row.items()}
+        writer.writerow({key: cell(value) for key, value in known.items()})
     return stream.getvalue()

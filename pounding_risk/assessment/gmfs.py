@@ -148,15 +148,15 @@ def read_fields(path: str | Path) -> Fields:
             f"some period; {AGAIN}"
         )
     site, words = _site(table, columns["site"], where)
-    at_site, at_event = (table.head.index(columns[what]) for what in ("site", "event"))
-    at_realisation = table.head.index(columns["realisation"]) if columns["realisation"] else at_event
+    of_realisation = columns["realisation"] or columns["event"]
     events: dict[tuple[str, str], int] = {}
     rows = {}
     for row in table.rows:
-        event = events.setdefault((row.cells[at_realisation], row.cells[at_event]), len(events))
-        if row.cells[at_site] == site:
+        key = table.whole_id(row, of_realisation), table.whole_id(row, columns["event"])
+        event = events.setdefault(key, len(events))
+        if table.whole_id(row, columns["site"]) == site:
             if event in rows:
-                raise table.fault(f"has event {row.cells[at_event]} at site {site} a second time; {AGAIN}", row)
+                raise table.fault(f"has event {key[1]} at site {site} a second time; {AGAIN}", row)
             rows[event] = row
     levels = {}
     for column, known in measures.items():
@@ -178,8 +178,7 @@ def read_fields(path: str | Path) -> Fields:
 
 def _site(table: Table, column: str, where: str) -> tuple[str, str]:
     """The id of the site that is asked for, and a sentence on it."""
-    at = table.head.index(column)
-    ids = list(dict.fromkeys(row.cells[at] for row in table.rows))
+    ids = list(dict.fromkeys(table.whole_id(row, column) for row in table.rows))
     asked = read_site(where, str(table.path)) if where else None
     if asked is None or asked.place is None:
         site = asked.id if asked else ids[0] if len(ids) == 1 else ""
@@ -190,7 +189,7 @@ def _site(table: Table, column: str, where: str) -> tuple[str, str]:
         return site, f"Site {site}."
     mesh = _mesh(table.path)
     places = [place_of(mesh, row) for row in mesh.rows]
-    names = [row.cells[mesh.head.index("site_id")] for row in mesh.rows]
+    names = [mesh.whole_id(row, "site_id") for row in mesh.rows]
     found = find_site(places, names, asked, str(mesh.path))
     return names[found.position], site_words(found, asked)
 

@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.inputs import EXPORT, cannot_be_read, read_text
 from pounding_risk.assessment.annual_rates import AnnualRate, rate_of_probability, read_rate
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.assessment.hazard_openquake import Exported, exported
@@ -181,9 +182,9 @@ def statement(head: str) -> Statement | None:
 def _lines(source: Path) -> list[Line]:
     """The lines of a table that hold something, the head first."""
     try:
-        lines = source.read_text(encoding="utf-8-sig").splitlines()
+        lines = read_text(source, EXPORT).splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise PoundingError(f"{source}: cannot be read ({getattr(error, 'strerror', error)}); {HEAD}") from None
+        raise PoundingError(f"{source}: {cannot_be_read(error, HEAD)}") from None
     rows = [
         Line(source, at, text)
         for at, text in enumerate(lines, start=1)

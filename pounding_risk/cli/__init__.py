@@ -9,12 +9,13 @@ from __future__ import annotations
 import os
 import sys
 import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
-from typing import Annotated, Any
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout, suppress
+from typing import Annotated, Any, cast
 
 import typer
 
+from pounding_risk._common.letters import plain
 from pounding_risk.cli._common.commands import FolderGroup, group_of
 from pounding_risk.cli._common.compile_cache import report_trouble
 from pounding_risk.cli._common.options import BAD_INPUT, INTERRUPTED
@@ -38,23 +39,47 @@ class Commands(FolderGroup):
             super().format_commands(ctx, formatter)
 
 
+class PlainText:
+    """A stream on which no text of a scene, of a dataset or of a plug-in can steer the terminal."""
+
+    def __init__(self, stream: Any):
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text with its control characters as ``\\u001b``."""
+        self._stream.write(plain(text))
+        return len(text)
+
+    def writelines(self, lines: Iterable[str]) -> None:
+        """Write several texts."""
+        for line in lines:
+            self.write(line)
+
+
+def _plain_output() -> AbstractContextManager[Any]:
+    return nullcontext() if sys.stdout is None else redirect_stdout(cast(Any, PlainText(sys.stdout)))
+
+
 @contextmanager
 def _sentences() -> Iterator[None]:
     """Errors that a user can repair become a sentence and an exit status."""
     try:
-        with report_trouble(), _missing_named():
+        with report_trouble(), _missing_named(), _plain_output():
             yield
     except PoundingError as error:
-        typer.echo(f"pounding-risk: {error}", err=True)
+        typer.echo(plain(f"pounding-risk: {error}"), err=True)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:  # a name too long, a full disk: no fault of the code, wherever it occurs
         if error.filename is None:
             raise
-        typer.echo(f"pounding-risk: {error.filename}: {error.strerror}; choose another name or place", err=True)
+        typer.echo(plain(f"pounding-risk: {error.filename}: {error.strerror}; choose another name or place"), err=True)
         raise typer.Exit(BAD_INPUT) from None
     except KeyboardInterrupt as stop:
         remains = str(stop) or "no file was left half written"
-        typer.echo(f"pounding-risk: stopped by Ctrl-C; {remains}", err=True)
+        typer.echo(plain(f"pounding-risk: stopped by Ctrl-C; {remains}"), err=True)
         raise typer.Exit(INTERRUPTED) from None
 
 

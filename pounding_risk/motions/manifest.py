@@ -19,6 +19,8 @@ from math import isclose
 from pathlib import Path
 from typing import Any
 
+from pounding_risk._common.inputs import MANIFEST, Unfit, read_whole
+from pounding_risk._common.letters import cell, without_mark
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.source import split_component
@@ -85,7 +87,8 @@ def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
     target, text = Path(path), StringIO(newline="")
     writer = csv.DictWriter(text, COLUMNS)
     writer.writeheader()
-    writer.writerows({**row, "source": _beside(row["source"], target.parent)} for row in manifest(motions))
+    rows = ({**row, "source": _beside(row["source"], target.parent)} for row in manifest(motions))
+    writer.writerows({key: cell(value) for key, value in row.items()} for row in rows)
     return write_text(target, text.getvalue().encode(), "check the folder")
 
 
@@ -130,11 +133,12 @@ def read_manifest(path: str | Path) -> list[dict[str, Any]]:
     """
     source = Path(path)
     try:
-        with source.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.DictReader(file)
-            columns, rows = list(reader.fieldnames or ()), list(reader)
+        reader = csv.DictReader(StringIO(read_whole(source, MANIFEST).decode("utf-8-sig"), newline=""))
+        columns, rows = list(reader.fieldnames or ()), list(reader)
     except FileNotFoundError:
         raise RecordError(f"{source}: no such manifest; check the name and the folder") from None
+    except Unfit as error:
+        raise RecordError(f"{source}: {error.strerror}") from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise RecordError(f"{source}: cannot be read as CSV ({error}); write the manifest again") from None
     if columns != list(COLUMNS):
@@ -190,7 +194,7 @@ def _read(source: Path, number: int, row: Mapping[str, Any]) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for name, (_, kind) in COLUMNS.items():
         try:
-            values[name] = kind(row[name]) if row[name] else None
+            values[name] = kind(without_mark(row[name])) if row[name] else None
         except ValueError:
             raise RecordError(
                 f'{source}: line {number}, {name}: "{row[name]}" is no number; write the manifest again'

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pounding_risk._common.inputs import SPECTRUM, Unfit, read_text
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import record_sets
 from pounding_risk.motions.processing.signals import Samples
@@ -357,11 +358,13 @@ def _shape(name: str, kind: str, parameters: str) -> Target:
 
 def _file(path: Path, damping: float) -> Target:
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = read_text(path, SPECTRUM).splitlines()
     except FileNotFoundError:
         raise RecordError(
             f"{path}: no such file, and no shape; write {' or '.join(shape[2] for shape in SHAPES.values())}, or a file"
         ) from None
+    except Unfit as error:
+        raise RecordError(f"{path}: {error.strerror}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise RecordError(f"{path}: cannot be read as text ({error}); save it as CSV") from None
     rows = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk._common.letters import refused, refused_below
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS
 from pounding_risk.results.kinds import kind_of
@@ -159,6 +160,8 @@ def _attribute_faults(dataset: xr.Dataset) -> Iterator[str]:
     for name, kind in (*((name, dict) for name in TABLES), *((name, list) for name in lists), ("records", list)):
         if name in dataset.attrs and not isinstance(_json(dataset.attrs[name]), kind):
             yield f"the attribute {name} cannot be read as a {'table' if kind is dict else 'list'} in JSON"
+    if why := refused(str(dataset.attrs.get("title", ""))):
+        yield f"the attribute title {why}"
     yield from _table_faults(dataset)
     rtol = dataset.attrs.get("rtol", 1.0)
     if isinstance(rtol, str) or np.size(rtol) != 1 or not (isfinite(rtol) and rtol > 0.0):
@@ -198,6 +201,7 @@ def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:
             labels = [str(label) for label in np.atleast_1d(dataset[name].values)]
             if len(set(labels)) < len(labels) or not all(labels):
                 yield f"the labels of the axis {name} are empty or stand there twice"
+            yield from (f"a label of {name} {why}" for why in map(refused, labels) if why)
     senses = np.atleast_1d(dataset["polarity"].values) if "polarity" in dataset.coords else ()
     if wrong := sorted(set(map(str, senses)) - set(POLARITIES)):
         yield f"the polarity {wrong[0]!r} is neither {' nor '.join(map(repr, POLARITIES))}"
@@ -266,6 +270,7 @@ def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         yield f"the scene in the attribute scene_resolved cannot be read ({error})"
         return
+    yield from (f"the scene in scene_resolved, {'.'.join(map(str, path))}: {why}" for path, why in refused_below(scene))
     interfaces = scene.get("interface", [])
     if not isinstance(interfaces, list) or not interfaces or not all(map(_is_interface, interfaces)):
         yield "the scene in the attribute scene_resolved has no [[interface]] with a gap, or one that cannot be read"

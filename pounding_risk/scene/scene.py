@@ -16,6 +16,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from pounding_risk._common.letters import plain
 from pounding_risk._common.plugins import Plugin, plugin_of
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import PoundingError, SceneError
@@ -693,7 +694,7 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
     interfaces, faults = resolved_interfaces(draft, buildings, grid, row)
     laws = dict.fromkeys(interface.contact_model for interface in interfaces)
     values = {
-        "name": draft.table("scene").get("name") or Path(origin.source).stem,
+        "name": draft.table("scene").get("name") or plain(Path(origin.source).stem),
         "buildings": buildings,
         "interfaces": interfaces,
         "records": _records(records),

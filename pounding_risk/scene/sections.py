@@ -10,6 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from pounding_risk._common.letters import refused_below
 from pounding_risk._common.words import nearest
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene import buildings
@@ -101,7 +102,8 @@ def read_tables(
     raw = {name: table if name in same else copy.deepcopy(table) for name, table in tables.items()}
     outside = [path for text in overrides for path in override(raw, text, KNOWN, source)]
     written = {name: table if name in same else copy.deepcopy(table) for name, table in raw.items()}
-    faults = _later(raw)
+    faults = [Fault(path, words) for path, words in refused_below({key: raw[key] for key in raw if key not in same})]
+    faults += _later(raw)
     axes, wrong = taken_axes(raw, outside, KEYS)
     numbers, unread = taken_numbers(raw, outside, KEYS, axes)
     faults += wrong + unread

@@ -10,6 +10,7 @@ from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pounding_risk._common.inputs import SCENE, cannot_be_read, read_whole
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.units import shown
@@ -31,7 +32,7 @@ class Fault(NamedTuple):
 def read_text(path: Path) -> str:
     """The text of a scene file; raises SceneError where it cannot be read, is empty or is not UTF-8."""
     try:
-        raw = path.read_bytes()
+        raw = read_whole(path, SCENE)
     except FileNotFoundError:
         folder = path.parent
         others = [entry.name for entry in folder.glob("*.toml")] if folder.is_dir() else []
@@ -40,7 +41,7 @@ def read_text(path: Path) -> str:
     except IsADirectoryError:
         raise SceneError(str(path), ["this is a folder; name a scene file (.toml) in it"]) from None
     except OSError as error:
-        raise SceneError(str(path), [f"cannot be read ({error.strerror}); check its permissions"]) from None
+        raise SceneError(str(path), [cannot_be_read(error, "check its permissions")]) from None
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
-from pounding_risk._jit.sources import INTERPRETED, compile_cache
+from pounding_risk._jit.sources import INTERPRETED, cache_doubt, compile_cache
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
@@ -37,7 +37,8 @@ class CompileCache(ShortRepr):
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Where the folder is, what is in it and beside it, as pairs of a name and words."""
-        yield "folder", "none that can be written; set NUMBA_CACHE_DIR" if self.folder is None else str(self.folder)
+        none = cache_doubt() or "none that can be written; set NUMBA_CACHE_DIR"
+        yield "folder", none if self.folder is None else str(self.folder)
         yield "compiled", f"{counted(self.functions, 'function')}, {self.size / 1e6:.1f} MB"
         if self.others:
             yield "other versions", f"{counted(len(self.others), 'folder')}, {self.other_size / 1e6:.1f} MB"
@@ -85,7 +86,7 @@ def cache(
         raise PoundingError(
             "cache: compiled code is switched off by NUMBA_DISABLE_JIT; remove it from the environment"
             if INTERPRETED
-            else "cache: no folder can be written; set NUMBA_CACHE_DIR to one that can"
+            else f"cache: {cache_doubt() or 'no folder can be written; set NUMBA_CACHE_DIR to one that can'}"
         )
     for number, study in enumerate(studies, start=1):
         compile_for(_with_all_models(study) if all_models else study)

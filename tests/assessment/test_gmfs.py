@@ -154,3 +154,29 @@ def test_states_of_damage_have_their_probability_in_an_event(fields):
         each = norm.cdf(np.log(G * np.array([0.1, 0.4]) / float(one["median"])) / float(one["dispersion"]))
         assert float(one["event_probability"]) == pytest.approx(each.sum() / 3)
     assert any("3 events, 2 of them with a row" in sentence for sentence in json.loads(dataset.attrs["told"]))
+
+
+@pytest.mark.parametrize("column", [0, 1], ids=["event_id", "site_id"])
+@pytest.mark.parametrize("found", ["3.7", "3\t", "\t3", "3\t7", "-3", "-inf", "nan", "1e3", "", "\u0663", "0x3"])
+def test_an_id_that_is_none_is_refused_by_its_line(found, column, fields):
+    """A row of such an id would count for another site, and the event as without shaking at this one."""
+    name = ("event_id", "site_id")[column]
+    rows = [row.split(",") for row in ROWS]
+    rows[1][column] = found
+    fields.write_text(NEW.partition("\n")[0] + "\n" + "".join(",".join(row) + "\n" for row in rows), encoding="utf-8")
+    with pytest.raises(
+        PoundingError, match=f"gmf-data_7.csv, line 3: {name} is .*; it must be a whole number such as 3"
+    ):
+        read_fields(f"{fields}#0")
+
+
+@pytest.mark.parametrize("found", ["-3", "-inf", "3.7", "1\t"])
+def test_an_id_of_the_mesh_that_is_none_is_refused_by_its_line(found, fields):
+    (fields.parent / "sitemesh_7.csv").write_text(f"site_id,lon,lat\n0,23.7,38.0\n{found},23.8,38.1\n")
+    with pytest.raises(PoundingError, match=r"sitemesh_7.csv, line 3: site_id is .*; it must be a whole number"):
+        read_fields(f"{fields}#23.7,38.0")
+
+
+def test_an_id_with_zeros_before_it_is_the_same_site(fields):
+    fields.write_text(NEW.replace("1,1,0.2", "1,01,0.2"))
+    assert read_fields(f"{fields}#1").at("pga") == pytest.approx(G * np.array([0.3, 0.2, 0.0]))

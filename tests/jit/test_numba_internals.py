@@ -41,6 +41,11 @@ PRIVATE = {
         "loading of declarations, and `save_overload`; both must still raise what goes wrong with a file; `flush` "
         "empties the index, `cache_path` names the folder in a warning",
     ),
+    "numba.core.caching.IndexDataCacheFile": (
+        ["cache_path", "filename_base", "source_stamp"],
+        "`OwnFiles` overrides how index and data are read and a file is written, and reads `_cache_path`, "
+        "`_index_path` and `_source_stamp`; `load` takes an OSError of `_load_data` for an absent file",
+    ),
     "numba.core.codegen.JITCodeLibrary": (
         ["codegen", "name"],
         "`Fragment` and `Entry` override `finalize`, `_optimize_functions` and `_get_module_for_linking`, read "
@@ -136,6 +141,12 @@ METHODS = {
         "_guard_against_spurious_io_errors": ["self"],
         "save_overload": ["self", "sig", "data"],
         "flush": ["self"],
+    },
+    "numba.core.caching.IndexDataCacheFile": {
+        "_load_index": ["self"],
+        "_load_data": ["self", "name"],
+        "_data_path": ["self", "name"],
+        "_open_for_write": ["self", "filepath"],
     },
     # What numba asks of a locator, which `Shelf` answers.
     "numba.core.caching._CacheLocator": {

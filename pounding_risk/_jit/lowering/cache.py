@@ -5,15 +5,19 @@ from __future__ import annotations
 import os
 import tempfile
 import warnings
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
+from pathlib import Path
+from typing import BinaryIO
 
 from llvmlite import binding as llvm  # type: ignore[import-untyped]
 from numba import types
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.runtime import _nrt_python
 
 from pounding_risk._jit.sources import compile_cache, is_ours
+from pounding_risk._jit.trust import doubt, file_doubt, make_private
 
 
 def is_foreign(kind) -> bool:
@@ -53,7 +57,7 @@ class Shelf:
 
     def ensure_cache_path(self):
         """Have the folder; raises OSError where it cannot be written, before anything is."""
-        os.makedirs(self._path, exist_ok=True)
+        make_private(Path(self._path))
         tempfile.TemporaryFile(dir=self._path).close()
 
     def get_source_stamp(self):
@@ -71,6 +75,43 @@ class OnShelf(CompileResultCacheImpl):
     _locator_classes = (Shelf,)
 
 
+@cache
+def _folder_doubt(folder: str) -> str | None:
+    return doubt(Path(folder), Path(compile_cache() or folder).parents[1])
+
+
+class OwnFiles(IndexDataCacheFile):
+    """Index and data files that this user or root has written; what anyone else could have counts as absent."""
+
+    def _load_index(self):
+        return super()._load_index() if self._is_own(self._index_path) else {}
+
+    def _load_data(self, name):
+        if not self._is_own(self._data_path(name)):
+            raise FileNotFoundError(name)
+        return super()._load_data(name)
+
+    def _is_own(self, path: str) -> bool:
+        why = _folder_doubt(self._cache_path) or file_doubt(Path(path))
+        if why is None:
+            return True
+        warnings.warn(f"{self._cache_path}: a compiled kernel cannot be trusted ({why})", stacklevel=2)
+        return False
+
+    @contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[BinaryIO]:
+        """A file aside, that this user alone can read and write whatever the umask, renamed when it is written."""
+        handle, aside = tempfile.mkstemp(dir=self._cache_path, suffix=".tmp")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                yield file
+            os.replace(aside, filepath)
+        except BaseException:
+            with suppress(OSError):
+                os.unlink(aside)
+            raise
+
+
 class ForgivingCache(FunctionCache):
     """The compiled forms of one kernel on disk, where nothing that is wrong with a file is an error.
 
@@ -80,6 +121,11 @@ class ForgivingCache(FunctionCache):
     """
 
     _impl_class = OnShelf
+
+    def __init__(self, function):
+        super().__init__(function)
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = OwnFiles(self.cache_path, self._impl.filename_base, stamp)
 
     def load_overload(self, sig, target_context):
         """The compiled form for these types, or None."""

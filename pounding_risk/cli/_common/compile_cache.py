@@ -11,11 +11,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from pounding_risk._common.letters import plain
 from pounding_risk._common.plugins import PluginWarning
+from pounding_risk._jit.trust import UntrustedCode
 
 ADVICE = "set NUMBA_CACHE_DIR to a folder that can be written"
 TROUBLES = {
     "cannot be read": "was damaged ({why}) and is compiled anew",
+    "cannot be trusted": "is not loaded, and compiled anew: {why}",
     "cannot be kept": f"cannot be kept ({{why}}), so that the next start compiles again; free space, or {ADVICE}",
 }
 
@@ -28,6 +31,8 @@ def report_trouble() -> Iterator[None]:
         shown = warnings.showwarning
 
         def show(message: Warning | str, *where: Any) -> None:
+            if isinstance(message, UntrustedCode):
+                return  # `_unusual_folder` says it of every command
             trouble = (str(message),) * 2 if isinstance(message, PluginWarning) else _trouble(str(message))
             if trouble is None:
                 return shown(message, *where)
@@ -38,7 +43,7 @@ def report_trouble() -> Iterator[None]:
             yield
         finally:
             for sentence in (*sentences.values(), *_unusual_folder()):
-                print(f"pounding-risk: note: {sentence}", file=sys.stderr)
+                print(f"pounding-risk: note: {plain(sentence)}", file=sys.stderr)
 
 
 def _trouble(warning: str) -> tuple[str, str] | None:
@@ -56,6 +61,9 @@ def _unusual_folder() -> Iterator[str]:
     """A sentence where compiled code is not cached, or in another folder than the user's cache folder."""
     sources = sys.modules.get("pounding_risk._jit.sources")
     if sources is None or sources.INTERPRETED:
+        return
+    if why := sources.cache_doubt():
+        yield f"compiled code is not kept, so that every start compiles again: {why}"
         return
     folder = sources.compile_cache()
     chosen = os.environ.get("NUMBA_CACHE_DIR")

@@ -7,6 +7,8 @@ from threading import Event, Lock, Thread
 from time import monotonic
 from typing import Any
 
+from pounding_risk._common.letters import plain
+
 EVERY = 30.0  # s between two lines of progress where there is no terminal
 
 
@@ -105,7 +107,7 @@ class ProgressDisplay:
         if self._bar is not None:
             self._bar.console.print(line, highlight=False)
         else:
-            print(line, file=sys.stderr, flush=True)
+            print(plain(line), file=sys.stderr, flush=True)
 
 
 def pace(speed: float, remaining: float) -> str:

@@ -11,6 +11,7 @@ import re
 from os import PathLike
 from pathlib import Path
 
+from pounding_risk._common.inputs import Unfit, read_text
 from pounding_risk._common.words import nearest
 from pounding_risk.models.contact.table import FORCE, PENETRATION, Table, TableError, table_of
 from pounding_risk.units import Quantity, QuantityError, parse, shown
@@ -89,12 +90,11 @@ def _cells(source: str, faults: list[Fault]) -> tuple[list[int], Heads, list[lis
 def _text(source: str, faults: list[Fault]) -> str:
     path = Path(source)
     try:
-        if path.stat().st_size > MOST_BYTES:
-            faults.append((None, f"is larger than {MOST_BYTES // 1000} kB; leave points out"))
-            return ""
-        return path.read_text(encoding="utf-8-sig")
+        return read_text(path, MOST_BYTES)
     except UnicodeDecodeError as error:
         faults.append((None, f"byte {error.start} is not UTF-8; save the file with that encoding"))
+    except Unfit as error:
+        faults.append((None, f"{error.strerror}; leave points out where it is a table"))
     except (OSError, ValueError) as error:
         names = [file.name for file in path.parent.iterdir()] if path.parent.is_dir() else []
         reason = getattr(error, "strerror", None) or error

@@ -30,6 +30,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pounding_risk._common.inputs import cannot_be_read, read_whole
 from pounding_risk.errors import RecordError
 from pounding_risk.units import shown
 
@@ -213,20 +214,17 @@ def one_trace(source: Any) -> Trace:
 
 def _bytes(path: Path) -> bytes:
     """The bytes of a file, at most ``LARGEST``."""
-    if path.is_dir():
-        raise RecordError(f"{path}: is a folder; name a record file in it")
     try:
-        with path.open("rb") as opened:
-            raw = opened.read(LARGEST + 1)  # and no more, as a device has no end
+        raw = read_whole(path, LARGEST)
+    except IsADirectoryError:
+        raise RecordError(f"{path}: is a folder; name a record file in it") from None
     except (FileNotFoundError, NotADirectoryError):
         others = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
         near = get_close_matches(path.name, others, 3, 0.6)
         hint = f" (did you mean {' or '.join(near)}?)" if near else ""
         raise RecordError(f"{path}: no such record file{hint}; check the name and the folder") from None
     except OSError as error:
-        raise RecordError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
-    if len(raw) > LARGEST:
-        raise RecordError(f"{path}: has more than {LARGEST >> 20} MiB; cut the record before")
+        raise RecordError(f"{path}: {cannot_be_read(error, 'check its permissions')}") from None
     if not raw:
         raise RecordError(f"{path}: is empty (0 bytes); fetch the record again")
     return raw

@@ -13,6 +13,7 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import NamedTuple
 
+from pounding_risk._common.inputs import EXPORT, read_text
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats._unit import size_of
 from pounding_risk.motions.record import FACTOR_OF_SITE, Source
@@ -143,7 +144,7 @@ def _unit(path: Path, unit: str | None) -> str | None:
     for folder in (path.parent, path.parent.parent, path.parent.parent.parent):
         file = folder / WORKFLOW
         try:
-            stated = json.loads(file.read_text(encoding="utf-8"))["RegionalEvent"]["units"]["TH_file"]
+            stated = json.loads(read_text(file, EXPORT))["RegionalEvent"]["units"]["TH_file"]
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             continue
         if unit is not None and size_of(unit, "unit") != size_of(stated, str(file)):

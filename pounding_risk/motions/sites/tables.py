@@ -15,6 +15,7 @@ from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
+from pounding_risk._common.inputs import EXPORT, cannot_be_read, read_text
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.sites.places import Asked, Place, Site, find_site, place
 from pounding_risk.units import shown
@@ -54,6 +55,13 @@ class Table(NamedTuple):
             raise self.fault(f"{column} is {shown(cell)}; it must be a number: {self.again}", row)
         return value
 
+    def whole_id(self, row: Row, column: str) -> str:
+        """The id of a cell, a whole number of 0 or more, without zeros before it; raises RecordError with the line."""
+        cell = row.cells[self.head.index(column)]
+        if not (cell.isascii() and cell.isdecimal()):
+            raise self.fault(f"{column} is {shown(cell)}; it must be a whole number such as 3: {self.again}", row)
+        return cell.lstrip("0") or "0"
+
     def fact(self, key: str) -> float:
         """A number above 0 of the comment lines; raises RecordError where there is none."""
         try:
@@ -82,6 +90,8 @@ def place_of(table: Table, row: Row, longitude: str = "lon", latitude: str = "la
 def head_of(path: Path) -> tuple[str, ...]:
     """The head of a table, without its comment lines; empty for a file that has none or cannot be read."""
     try:
+        if not path.is_file():  # a pipe is never waited for
+            return ()
         with path.open(encoding="utf-8-sig", errors="replace") as lines:
             first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
     except OSError:
@@ -94,9 +104,9 @@ def read_table(path: Path, needed: Sequence[str], again: str = AGAIN) -> Table:
     facts: dict[str, str] = {}
     rows = []
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path, EXPORT)
     except (OSError, UnicodeDecodeError) as error:
-        raise RecordError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error}); {again}") from None
+        raise RecordError(f"{path}: {cannot_be_read(error, again)}") from None
     for number, line in enumerate(text.splitlines(), start=1):
         if line.startswith("#"):
             facts |= {key: next(filter(None, values), "").strip() for key, *values in _FACT.findall(line)}
@@ -127,6 +137,7 @@ def split_site(text: str) -> tuple[str, str]:
 
 def _cells(line: str) -> tuple[str, ...]:
     try:
-        return tuple(cell.strip() for cell in chain.from_iterable(csv.reader([line])))
+        # Blanks only: 3 and a tab may have been site 37, one byte of which was damaged.
+        return tuple(cell.strip(" ") for cell in chain.from_iterable(csv.reader([line])))
     except csv.Error:
         return ()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk._common.letters import cell
 from pounding_risk.motions.levels import LEVEL_AXIS
 from pounding_risk.reports.exports._written import Asked, Written, make_folder, write_file
 from pounding_risk.results.layout import AXES
@@ -70,7 +71,7 @@ def table(results: xr.Dataset, names: list[str]) -> str:
     for row, where in enumerate(np.ndindex(*first.shape)):
         values = [_cell(column[row], known) for column, known in zip(columns, flags, strict=True)]
         if any(value != "" for value in values):
-            writer.writerow([*(label[at] for label, at in zip(labels, where, strict=True)), *values])
+            writer.writerow([*(cell(label[at]) for label, at in zip(labels, where, strict=True)), *map(cell, values)])
     return out.getvalue()
 
 

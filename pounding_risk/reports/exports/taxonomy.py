@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.letters import cell
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
 from pounding_risk.assessment.options import percent_words
@@ -77,7 +78,7 @@ def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
         _row(name, height, sides, strings.by_name[name], assessment)
         for name, height, sides in _with_sides(results, names, assessment)
     ]
-    writer.writerows(rows)
+    writer.writerows([*map(cell, row)] for row in rows)
     told = [
         "positions are those in the row; what stands in front of a building and behind it is not in the results, so "
         "that BP3 is never written",

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import shapely
 
+from pounding_risk._common.letters import without_mark
 from pounding_risk.scene.street.footprints import Geometry, last_decimal
 from pounding_risk.scene.street.map_files import (
     FARTHEST,
@@ -110,7 +111,7 @@ def written_outlines(path: Path) -> tuple[dict[tuple[str, str], Geometry], bool]
     if not {"street", "name", head} <= set(lines.fieldnames or ()):
         needed = "street, name and footprint [WKT, deg]"
         raise BlockError(str(path), [f"has no columns {needed}, as buildings.csv of block has; write it again"])
-    cells = {(line["street"], line["name"]): line[head] for line in lines if line[head]}
+    cells = {(without_mark(line["street"]), without_mark(line["name"])): line[head] for line in lines if line[head]}
     try:
         shapes = shapely.from_wkt(list(cells.values()))
     except shapely.errors.GEOSException as error:

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk._common.letters import cell
 from pounding_risk.models.structures.contact_points import COLUMN, LevelRule, automatic_points
 from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules
 from pounding_risk.scene.street.footprints import (
@@ -167,7 +168,9 @@ def neighbours_csv(
         ends = [f"{end:.6g}" for end in within(gap, pair.resolution)]
         measured = ["" if isnan(value) else f"{value:.4g}" for value in (pair.faced, pair.share)]
         meet, miss, offset = floors(one, other, tolerance)
-        writer.writerow((*_who(one, other), f"{gap:.6g}", *ends, *measured, meet, miss, f"{offset:.4g}", held))
+        writer.writerow(
+            (*map(cell, _who(one, other)), f"{gap:.6g}", *ends, *measured, meet, miss, f"{offset:.4g}", cell(held))
+        )
 
     for name, pairs in rows:
         for pair in pairs:

@@ -17,6 +17,7 @@ from math import isnan
 from pathlib import Path
 from typing import Any
 
+from pounding_risk._common.letters import cell
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import SceneError
 from pounding_risk.scene.reader import parse_scene
@@ -206,7 +207,8 @@ class Block(ShortRepr):
         outline = house.footprint if in_metres else mapped.outline
         sides = self.sides.get((house.street, house.name), "")
         wkt = "" if outline is None else _wkt(outline, 3 if in_metres else DIGITS)
-        return (house.street, house.name, mapped.id, house.place, row, position, sides, *where, wkt)
+        names = map(cell, (house.street, house.name, mapped.id, house.place, row))
+        return (*names, position, sides, *where, wkt)
 
     def check(self) -> None:
         """Raise BlockError, with the reason, where no two buildings are neighbours in a row."""

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk._common.files import write_whole
+from pounding_risk._common.letters import cell
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.request import SOURCES
 from pounding_risk.scene.street.hazus import STATES, Chain
@@ -97,7 +98,7 @@ def filled_csv(filled: Iterable[Filled]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(("street", "building", "column", "value", "rule"))
-    writer.writerows(filled)
+    writer.writerows([*map(cell, row)] for row in filled)
     return text.getvalue()
 
 

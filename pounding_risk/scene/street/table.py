@@ -15,6 +15,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar
 
+from pounding_risk._common.inputs import EXPORT, Unfit, read_text
+from pounding_risk._common.letters import refused, without_mark
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
@@ -128,9 +130,11 @@ def need_maps(source: str) -> None:
 def file_text(path: Path) -> str:
     """The text of a file; raises BlockError where it cannot be read, or is not UTF-8."""
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return read_text(path, EXPORT)
     except UnicodeDecodeError as error:
         raise BlockError(str(path), [f"byte {error.start} is not UTF-8; save the file with that encoding"]) from None
+    except Unfit as error:
+        raise BlockError(str(path), [str(error.strerror)]) from None
     except OSError as error:
         folder = path.parent
         names = [file.name for file in folder.iterdir() if file.name != path.name] if folder.is_dir() else []
@@ -241,9 +245,9 @@ def cell_value(cell: Any, unit: str, quantity: Quantity | None) -> Any:
         raise ValueError(f"{shown(cell)} is neither text nor a number; write one of the two")
     text = str(cell).strip()
     if quantity is None:
-        words = " ".join(text.split())
-        if not words.isprintable():
-            raise ValueError(f"{shown(words)} has a character that cannot be printed; leave it out")
+        words = without_mark(" ".join(text.split()))
+        if why := refused(words):
+            raise ValueError(why)
         return words
     if unit and not re.fullmatch(r"[+-]?[0-9.]+([eE][+-]?[0-9]+)?", text):
         raise QuantityError(f"{shown(text)} is not a plain number, and the column's unit is {unit}; write a number")

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.letters import refused
 from pounding_risk.scene.street.table import COLUMNS, NOT_KNOWN, Derived, cell_value, csv_rows
 from pounding_risk.units import shown
 
@@ -120,10 +121,10 @@ class Draft:
     def text(self, head: str) -> str:
         """Words of a cell; "" where it has none."""
         words = " ".join(self.line.cells.get(head.lower(), "").split())
-        if words.isprintable():
-            return words
-        self.fault(head, f"{shown(words)} has a character that cannot be printed; leave it out")
-        return ""
+        why = refused(words)
+        if why:
+            self.fault(head, why)
+        return "" if why else words
 
     def number(self, head: str, low: float = -inf, high: float = inf) -> float | None:
         """The number of a cell from ``low`` to ``high``; None where it has none, with a fault where it is wrong."""

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.inputs import EXPORT, read_text
 from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.scene.street.hazus import FAMILIES, family_of
 from pounding_risk.scene.street.inventory._lines import (
@@ -73,7 +74,7 @@ def _run_unit(path: Path) -> tuple[str, str]:
     """The unit of length of the run that a table belongs to, and where it stands; "" where no run says it."""
     for folder in (path.parent, path.parent.parent):
         try:
-            units = json.loads((folder / RUN).read_text(encoding="utf-8"))["units"]
+            units = json.loads(read_text(folder / RUN, EXPORT))["units"]
             unit = str(units["length"]).lower()
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             continue
