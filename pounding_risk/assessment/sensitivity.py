@@ -208,11 +208,13 @@ def what_matters(influences: Sequence[Influence]) -> str:
         at = yielding[0].what.partition(" at ")[2]
         sentences.append(f"whether {at} is reached depends on {' and '.join(map(_spread, yielding))}")
     contact = {influence.key: influence.spread for influence in influences if influence.what == CONTACT}
-    moved = f"by {contact['polarity']:.2f}" if contact["polarity"] > 0.0 else "by nothing here"
+    polarity = contact["polarity"]
+    changes = f"changes P(contact) by {polarity:.2f}" if polarity > 0.0 else "does not change P(contact)"
     never = contact["yield_force"] == contact["contact_model"] == 0.0
     if not np.isnan(contact["polarity"]):
-        also = ", F_E and the contact model never do" if never else ""
-        sentences.append(f"the polarity moves P(contact) {moved}{also}")
+        others = ", F_E and the contact model never do" if polarity > 0.0 else ", nor do F_E and the contact model"
+        also = others if never else ""
+        sentences.append(f"polarity {changes}{also}")
     elif never:
         sentences.append("F_E and the contact model never change whether there is contact")
     return "; ".join(sentences) or "one level of each key was scanned, which tells nothing of what matters"

@@ -427,7 +427,7 @@ def _sensitivity(data: ReportData, pair: Pair) -> list[Block]:
     if not influences:
         return []
     return [
-        heading("What sways it", f"{pair.anchor}-influences"),
+        heading("Sensitivity", f"{pair.anchor}-influences"),
         paragraph(f"{pair.assessed.what_matters[:1].upper()}{pair.assessed.what_matters[1:]}."),
         listing(f"{influence.what}, by {name_of(influence.key)}: {influence.words}." for influence in influences),
     ]
