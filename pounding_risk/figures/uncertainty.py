@@ -168,7 +168,7 @@ def _indices(axis: Any, part: xr.Dataset) -> None:
             axis.legend(fontsize=8)
         axis.set_title(f"{what} of {said}, with bounds", fontsize=9.5)
     else:
-        varies = float(one["output_deviation"]) > 0.0
+        varies = float(part["output_deviation"].sel(output=output)) > 0.0
         why = f"no shares from so few samples: {LEAST_SAMPLES} or more" if varies else f"{said} does not vary"
         axis.set_title(why if varies else f"{why} over the samples", fontsize=9.5)
 
