@@ -254,7 +254,7 @@ class UncertainNumbers:
         return {SAMPLE: {"drawn": self.drawn}} | {one.key: {"distribution": one.words()} for one in self.numbers}
 
     def notes(self) -> Iterator[str]:
-        """A sentence for each distribution that is cut, and for Sobol points that are not balanced, and for a correlated hypercube."""
+        """Sentences on distributions that are cut, Sobol points out of balance, and a correlated hypercube."""
         for number in self.numbers:
             if cut := number.cut_words():
                 yield f"{number.key}: {number.distribution.name()}, {cut}; the samples are of the rest"
