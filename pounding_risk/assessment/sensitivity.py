@@ -221,11 +221,11 @@ def what_matters(influences: Sequence[Influence]) -> str:
         sentences.append(f"whether {at} is reached depends on {' and '.join(map(_spread, yielding))}")
     contact = {influence.key: influence.spread for influence in influences if influence.what == CONTACT}
     never = contact["yield_force"] == contact["contact_model"] == 0.0
-    if not np.isnan(contact["polarity"]):
-        by = contact["polarity"]
-        moves = f"changes P(contact) by {by:.2f}" if by > 0.0 else "does not change P(contact)"
-        also = "; F_E and the contact model never change it" if never else ""
-        sentences.append(f"the polarity {moves}{also}")
+    polarity = contact["polarity"]
+    if not np.isnan(polarity):
+        changes = f"changes P(contact) by {polarity:.2f}" if polarity > 0.0 else "does not change P(contact)"
+        others = "; F_E and the contact model never do" if polarity > 0.0 else ", nor do F_E and the contact model"
+        sentences.append(f"the polarity {changes}{others if never else ''}")
     elif never:
         sentences.append("F_E and the contact model never change whether there is contact")
     return "; ".join(sentences) or "one level of each key was scanned, which tells nothing of what matters"

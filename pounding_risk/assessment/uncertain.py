@@ -21,7 +21,7 @@ from pounding_risk.assessment.crossed import Analysis, Components
 from pounding_risk.assessment.crossed_contact import CrossedClosings
 from pounding_risk.assessment.demands import record_doubts
 from pounding_risk.assessment.drawn_closings import DrawnClosings, analysed_clusters, motion_share
-from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
+from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE, Criterion, read_criterion
 from pounding_risk.assessment.sobol import Indices, given_indices, sobol_indices
 from pounding_risk.assessment.uncertain_fragility import CURVES, Capacities
 from pounding_risk.assessment.uncertain_samples import (
@@ -50,6 +50,10 @@ PARTS = ("parameters", "motions", "interaction", "total")
 PARTS_DRAWN = ("parameters and interaction", "motions", "total")  # where motions are drawn with the samples
 OVER_SAMPLES = (5.0, 16.0, 50.0, 84.0, 95.0)  # percentiles over the samples
 GAPS = 81  # at which P(contact) is given
+GAPS_WORDS = (
+    "even steps from 0 to what 99.5 % of all outcomes need or 1.2 times the judged gap, the scene's own gaps and the "
+    "judged one"
+)
 USUAL_SOBOL = 256
 
 
@@ -82,7 +86,7 @@ def uncertainty(
         File for the dataset, ``.nc``.
     gap : float or str, optional
         The gap to assess [m, or text with a unit], at every interface; the scene's own by default. Where gaps are
-        themselves uncertain it is the gap that is meant, and each sample departs from it as from the scene's own.
+        themselves uncertain it is the nominal gap: each sample's departs from it as from the scene's own.
     target : float or str, optional
         Accepted probability of contact; what the percentile leaves by default. As of `assess`.
     percentile : float or str, optional
@@ -106,7 +110,8 @@ def uncertainty(
         How many samples of a scene, in place of its own number.
     sobol : bool or int
         Compute Sobol indices, first and total, of a scene on a design of their own: so many points, 256 by default,
-        times the count of numbers and two. Without it first-order indices are estimated from the samples.
+        times the count of numbers and two. First-order indices are estimated from the samples too, from 128 on, and
+        those with the narrower bounds are given; ``first_order_of_design`` says which.
     workers : int, optional
         Threads; one a processor by default. Results do not depend on it.
     new : bool
@@ -170,7 +175,9 @@ def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
     judged = [subject.gap(index) if asked.gap is None else asked.gap for index in range(len(closings))]
     most = max(max(float(np.percentile(one.rising, 99.5)) for one in closings), 1.2 * max(judged), 1e-6)
     finite = most if np.isfinite(most) else max(float(one.logs.max()) for one in closings)
-    gaps = np.unique([*np.linspace(0.0, finite, GAPS), *judged])
+    # The scene's own gap stands among them, whatever gap is judged.
+    own = [subject.gap(index) for index in range(len(closings))]
+    gaps = np.unique([*np.linspace(0.0, finite, GAPS), *judged, *own])
     parts = [
         _interface(subject, index, one, gap, gaps, asked)
         for index, (one, gap) in enumerate(zip(closings, judged, strict=True))
@@ -187,7 +194,7 @@ def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
     assumptions = [*subject.assumptions, *few, *record_doubts(subject.first_sample)]
     about = {
         "title": subject.title,
-        "asked": asked.criterion.words,
+        "asked": f"{asked.criterion.words}{_usual_target(asked.criterion)}",
         "samples": subject.words,
         "motions": subject.motions_words(asked.level),
         "assumptions": json.dumps(assumptions, ensure_ascii=False),
@@ -196,6 +203,13 @@ def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
     }
     of_run = {name: value for name, value in subject.dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)}
     return dataset.assign_attrs(of_run | about)
+
+
+def _usual_target(criterion: Criterion) -> str:
+    """Whence the usual target is, where it is that."""
+    if not criterion.agrees or criterion.percentile != USUAL_PERCENTILE:
+        return ""
+    return " The default target is what the 84th percentile, the median plus one standard deviation, leaves of 100 %."
 
 
 def _interface(
@@ -221,12 +235,15 @@ def _interface(
     }
     indices = _indices(subject, outputs, criterion.confidence)
     parts |= indices | subject.moved(index, gap, asked)
+    about = described("m", "standard deviation of the gap over the samples; 0 where it is known")
+    parts["scene_gap"] = ((), subject.gap(index), described("m", "gap of the scene"))
+    parts["gap_deviation"] = ((), subject.gap_deviation(index), about)
     if closings.is_drawn:
         parts |= _share_of_motions(outputs, closings, criterion.confidence)
     dataset = xr.Dataset(
         parts,
         {
-            "gap": ("gap", gaps, described("m", "gap")),
+            "gap": ("gap", gaps, described("m", "gap") | {"description": GAPS_WORDS}),
             "component": ("component", list(_parts_of(closings)), {"long_name": "part of the variance"}),
             "percentile": ("percentile", list(_percentiles(criterion)), described("1", "percentile [%]")),
             "sample_percentile": ("sample_percentile", list(OVER_SAMPLES), described("1", "percentile of samples [%]")),
@@ -387,7 +404,7 @@ def _share_of_motions(outputs: Mapping[str, Any], closings: CrossedClosings, con
 
 
 def _indices(subject: Samples, outputs: Mapping[str, Any], confidence: float) -> dict[str, Any]:
-    """Indices of each output and number: on a design of their own, or from the samples."""
+    """Indices of each output and number: of first order those of the samples or of a design, by the width of bounds."""
     dims = ("output", "uncertain_number")
     parts: dict[str, Any] = {
         "output_deviation": (
@@ -402,13 +419,17 @@ def _indices(subject: Samples, outputs: Mapping[str, Any], confidence: float) ->
             bound = {"": "", "_low": "lower bound of the ", "_high": "upper bound of the "}[ending]
             parts[f"{name}{ending}"] = (dims, values, described("1", f"{bound}{what}"))
 
-    known = "share of the variance over samples that would go were the number known exactly"
+    stacked = np.stack([one.values for one in outputs.values()])
+    first = given_indices(subject.values, stacked, confidence, subject.is_balanced)
+    from_design = np.zeros(len(outputs), dtype=bool)
     if subject.has_design:
         designed = np.stack([one.design for one in outputs.values()])
-        first, total = sobol_indices(designed, len(subject.keys), confidence)
+        of_design, total = sobol_indices(designed, len(subject.keys), confidence)
         add("total_order", total, "share of the variance that would remain were all other numbers known exactly")
-        add("first_order", first, f"{known}, on a design of its own")
-    else:
-        stacked = np.stack([one.values for one in outputs.values()])
-        add("first_order", given_indices(subject.values, stacked, confidence), f"{known}, from the samples")
+        from_design = ~(first.width <= of_design.width)  # where those of the samples are NaN too
+        first = Indices(*(np.where(from_design[:, None], *both) for both in zip(of_design, first, strict=True)))
+        parts["sobol_points"] = ((), subject.sobol_points, described("1", "points N of the Sobol design"))
+    about = described("1", "1 where first-order shares are those of the Sobol design, 0 where those of the samples")
+    parts["first_order_of_design"] = ("output", from_design.astype(np.int8), about)
+    add("first_order", first, "share of the variance over samples that would go were the number known exactly")
     return parts

@@ -35,6 +35,7 @@ from pounding_risk.results.own_case import own_case, own_level, scene_gap
 from pounding_risk.results.scene_axes import axes_of, has_drawn_motions
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
+from pounding_risk.scene.sampling import SOBOL
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:
@@ -50,8 +51,8 @@ MOST_SOBOL = 65536
 OF_RECORDS = ("records", "processing", "motions_sha256", "flags", "copies")  # attributes that tell of all records
 ONE_MOTION = (
     "Each sample has one motion, drawn with it: bounds count recordings, of which the samples are clusters. What the "
-    "uncertain numbers do alone is not told from what they do together with the motions, and no sample has its own "
-    "P(contact) over the motions."
+    "uncertain numbers do alone is not separable from what they do together with the motions, and no sample has its "
+    "own P(contact) over the motions."
 )
 ALL_MOTIONS = 'run all motions in each: motions = "all" in [uncertain], or --set uncertain.motions=all'
 
@@ -184,6 +185,18 @@ class Samples:
     def has_design(self) -> bool:
         return self.design_dataset is not None
 
+    @property
+    def sobol_points(self) -> int:
+        """Points N of the Sobol design, of N (numbers + 2) in all."""
+        return 0 if self.design_dataset is None else self.design_dataset.sizes[SAMPLE] // (len(self.keys) + 2)
+
+    @property
+    def is_balanced(self) -> bool:
+        """True where the samples are Sobol points of independent numbers."""
+        written = tables_of(str(self.dataset.attrs.get("scene_resolved", ""))).get("uncertain", {})
+        is_own = not written.get("points") and not written.get("correlations")
+        return is_own and written.get("method", SOBOL) == SOBOL
+
     def attrs_of(self, key: str) -> dict[str, str]:
         """Unit and words of a number."""
         about = self.dataset[key].attrs if key in self.dataset.variables else {}
@@ -246,6 +259,11 @@ class Samples:
         """The gap of each sample [m], were the scene's own ``gap``; None where gaps are not uncertain."""
         gaps = _gaps_of_samples(dataset.isel(interface=index) if "interface" in dataset.dims else dataset)
         return None if gaps is None else gaps - self.gap(index) + gap
+
+    def gap_deviation(self, index: int) -> float:
+        """Standard deviation over the samples of the gap [m]; 0 where it is known."""
+        gaps = self.gaps_of(self.dataset, index, self.gap(index))
+        return 0.0 if gaps is None else float(np.std(gaps))
 
     def reach_of(self, dataset: xr.Dataset, index: int, level: int | None) -> Array:
         """What motions close (samples, motions) [m], whatever the gap; inf where there is no finite closing."""

@@ -11,6 +11,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.crossed_contact import CrossedClosings
 from pounding_risk.assessment.options import Criterion, percent_words
 from pounding_risk.assessment.proportions import least_upper_bound, motions_to_show
+from pounding_risk.assessment.sobol import LEAST_SAMPLES, power_of_two
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE, share_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.kinds import kind_of
@@ -28,6 +29,7 @@ OUTPUT_WORDS = {
     "contact": "whether there is contact",
     "log_closing": "the logarithm of the closing",
 }
+WIDE = 0.2  # bounds of shares, above which there are too few samples or points
 MOSTLY = 0.6  # of the variance of the bounds, from which one side is named
 
 
@@ -61,10 +63,21 @@ def verdict_of(
     joint = ", " if closings.is_drawn else " × "
     who = f"{counted(len(closings.closing), 'sample')}{joint}{subject.motions_words(level)}"
     bounds = f"{100 * criterion.confidence:g} % bounds {share_words(low)} to {share_words(high)}"
-    finding = (
-        f"{word.capitalize()}: over {who} P(contact) at a gap of {say(gap, GAP, 3)} is {share_words(share)} ({bounds})"
-    )
+    where = judged_words(gap, subject.gap_deviation(index), "a ")
+    finding = f"{word.capitalize()}: over {who} P(contact) at {where} is {share_words(share)} ({bounds})"
     return WordedVerdict(word, f"{finding}{_why(word, criterion, by_polarity if len(sides) > 1 else {})}")
+
+
+def judged_words(gap: float, deviation: float, article: str = "") -> str:
+    """A gap that is judged in words; where gaps are uncertain the nominal one, from which that of a sample departs."""
+    if not deviation > 0.0:
+        return f"{article}gap of {say(gap, GAP, 3)}"
+    return f"{article}nominal gap of {say(gap, GAP, 3)} plus its scatter (deviation {say(deviation, GAP, 2)})"
+
+
+def gap_scatter(part: xr.Dataset) -> float:
+    """Standard deviation over the samples of the gap [m], 0 where it is known."""
+    return float(part.get("gap_deviation", 0.0))
 
 
 def _why(word: str, criterion: Criterion, by_polarity: dict[str, float]) -> str:
@@ -73,7 +86,7 @@ def _why(word: str, criterion: Criterion, by_polarity: dict[str, float]) -> str:
         answers = ", ".join(f"{name} {share_words(share)}" for name, share in by_polarity.items())
         return f". Each polarity alone would answer otherwise to {target}: {answers}."
     if word == DEPENDS:
-        return f". Samples and motions leave open on which side of {target} it is."
+        return f". These bounds lie on both sides of {target}."
     return f", {'within' if word == ADEQUATE else 'above'} {target} throughout."
 
 
@@ -102,8 +115,8 @@ def parts_words(part: xr.Dataset) -> str:
     deviation = dict(zip(part["component"].values.tolist(), part["dispersion"].values.tolist(), strict=True))
     if not np.isfinite(share["motions"]):
         if "interaction" not in share:
-            return "No motion was drawn twice, or all are of one recording: draw more samples to tell what motions do."
-        return "One recording, or one sample, does not tell what motions and parameters contribute."
+            return "No motion was drawn twice, or all are of one recording: draw more samples for the motions' share."
+        return "One recording, or one sample, does not show what motions and parameters contribute."
     whose = "ln closing" if str(part["chosen_output"].item()) in OUTPUT_WORDS else "the output"
     words = {"motions": "the motions", "parameters": "the uncertain numbers", "interaction": "both together"}
     words["parameters and interaction"] = "the uncertain numbers, alone and together with the motions"
@@ -130,16 +143,16 @@ def words_of_number(part: xr.Dataset, criterion: Criterion) -> str:
     names = [str(name) for name in part["uncertain_number"].values]
     if not np.isfinite(first).any():
         if part.sizes["sample"] < 2:
-            return f"One sample does not tell whether {said} hangs on any number: draw more."
+            return f"One sample does not show whether {said} depends on any number: draw more."
         if float(one["output_deviation"]) > 0.0:
-            return f"So few samples do not tell which number {said} hangs on: draw more."
+            return f"On which number {said} depends most is not known from {counted(part.sizes['sample'], 'sample')}."
         return f"Over the samples {said} does not vary: no number changes it."
     order = np.argsort(-np.nan_to_num(first, nan=-1.0))
     lead = int(order[0])
     if not low[lead] > 0.0:
         return (
             f"No number stands out: the largest share of the variance of {said} over the samples, "
-            f"{_share(first[lead])} of {names[lead]}, is not told from none by {100 * criterion.confidence:g} % bounds."
+            f"{_share(first[lead])} of {names[lead]}, is not significant at {100 * criterion.confidence:g} %."
         )
     deviation = float(one["output_deviation"])
     narrowed = deviation * float(np.sqrt(max(1.0 - first[lead], 0.0)))
@@ -148,11 +161,48 @@ def words_of_number(part: xr.Dataset, criterion: Criterion) -> str:
     beside = [names[at] for at in order[1:] if high[at] > low[lead] and first[at] > 0.0]
     lead_words = (
         f"Knowing {names[lead]} exactly would narrow {said} most: it has {_share(first[lead])} of the variance over "
-        f"the samples (bounds {_share(max(low[lead], 0.0))} to {_share(high[lead])}), and {change}."
+        f"the samples (bounds {_share(low[lead])} to {_share(high[lead])}), and {change}."
     )
     if beside:
-        lead_words += f" It is not told apart from {', '.join(beside)}."
+        lead_words += f" Its bounds overlap those of {', '.join(beside)}."
     return lead_words
+
+
+def indices_words(part: xr.Dataset) -> str:
+    """Sentences on what the shares are from, and where samples or points are too few for them; "" where none vary."""
+    one = part.sel(output=str(part["chosen_output"].item()))
+    if not float(one["output_deviation"]) > 0.0:
+        return ""
+    samples, points = part.sizes["sample"], int(part.get("sobol_points", 0))
+    is_designed = points > 0 and bool(one["first_order_of_design"])
+    sentences = []
+    if samples < LEAST_SAMPLES:
+        have = f"there {'is' if samples == 1 else 'are'} {samples}"
+        sentences.append(
+            f"First-order shares from samples are withheld: their bounds hold from {LEAST_SAMPLES} on, and {have}."
+        )
+    elif points:
+        source = f"the N = {points} points of --sobol" if is_designed else f"the {samples} samples"
+        sentences.append(f"First-order shares are from {source}, whose bounds are narrower.")
+    designed = ("first_order", "total_order") if is_designed else ("total_order",)
+    for many, count, kinds in (
+        (f"N = {points}", points, designed if points else ()),
+        (f"{samples} samples", samples, () if is_designed else ("first_order",)),
+    ):
+        width = max((float((one[f"{kind}_high"] - one[f"{kind}_low"]).max()) for kind in kinds), default=0.0)
+        if width > WIDE:  # bounds narrow with the root of the count
+            needed = power_of_two(int(np.ceil(count * (width / WIDE) ** 2)))
+            is_few = "is too small" if count == points and kinds == designed else "are few"
+            sentences.append(
+                f"{many} {is_few}: bounds of shares are up to {_share(width)} wide; {needed} would bring them to "
+                f"about {_share(WIDE)}."
+            )
+    shares = [kind for kind in ("first_order", "total_order") if kind in one]
+    if any(bool(((one[kind] < 0.0) | (one[kind] > 1.0)).any()) for kind in shares):
+        sentences.append(
+            "A share below 0 or above 1 is so by an error of the estimate, which more samples or points reduce."
+        )
+    return " ".join(sentences)
 
 
 def _dispersion(part: xr.Dataset) -> Iterator[str]:

@@ -17,7 +17,6 @@ from pounding_risk.cli._common.options import (
     Dataset,
     Figure,
     IntensityLevel,
-    JudgedGap,
     New,
     Overrides,
     Percentile,
@@ -38,7 +37,10 @@ GAP_ROWS = 9  # gaps of the table of P(contact)
 
 def uncertainty(
     source: Annotated[Path, argument("SOURCE", "A scene with [uncertain] (.toml), or a dataset of its scan (.nc).")],
-    gap: JudgedGap = None,
+    gap: Annotated[
+        str | None,
+        option("The gap to judge; of uncertain gaps the nominal one, to which the scatter adds.", "the scene's"),
+    ] = None,
     percentile: Percentile = None,
     confidence: Confidence = "95 %",
     target: Target = None,
@@ -57,7 +59,8 @@ def uncertainty(
     ] = None,
     samples: Annotated[int | None, option("Samples of a scene.", "its own", min=2)] = None,
     sobol: Annotated[
-        int | None, option("Sobol indices, first and total, from so many points times numbers + 2.", "none", min=8)
+        int | None,
+        option("Sobol indices, first and total, from N points times numbers + 2; such as 1024.", "none", min=8),
     ] = None,
     tornado: Annotated[bool, typer.Option("--tornado", help="Print each number from its 10 % to its 90 %.")] = False,
     overrides: Overrides = NONE,
@@ -143,7 +146,8 @@ def _percent(value: float) -> str:
 
 def _print_required(part: Any) -> None:
     of_samples = ("5 % of samples", "median", "95 %") if "required_gap_of_samples" in part else ()
-    heads = ("gap required by", "over samples and motions", "bounds", *of_samples)
+    head = "nominal gap required by" if _has_scatter(part) else "gap required by"
+    heads = (head, "over samples and motions", "bounds", *of_samples)
     rows = []
     for percentile in part["percentile"].values:
         one = part.sel(percentile=percentile)
@@ -157,16 +161,25 @@ def _print_required(part: Any) -> None:
     print()
 
 
+def _has_scatter(part: Any) -> bool:
+    from pounding_risk.assessment.uncertain_words import gap_scatter
+
+    return gap_scatter(part) > 0.0
+
+
 def _length(value: Any) -> str:
     return engineering(float(value), "m", 3)
 
 
 def _print_contact(part: Any) -> None:
-    """Print P(contact) at a few gaps."""
-    size = part.sizes["gap"]
-    places = sorted({round(at * (size - 1) / (GAP_ROWS - 1)) for at in range(GAP_ROWS)})
+    """Print P(contact) at a few gaps, the judged one and the scene's own among them."""
+    import numpy as np
+
+    size, gaps = part.sizes["gap"], part["gap"].values
+    own = [int(np.abs(gaps - float(part[name])).argmin()) for name in ("judged_gap", "scene_gap")]
+    places = sorted({*(round(at * (size - 1) / (GAP_ROWS - 1)) for at in range(GAP_ROWS)), *own})
     of_samples = ("5 % of samples", "median", "95 %") if "contact_probability_of_samples" in part else ()
-    heads = ("gap", "P(contact)", "bounds", *of_samples)
+    heads = ("nominal gap" if _has_scatter(part) else "gap", "P(contact)", "bounds", *of_samples)
     rows = []
     for one in (part.isel(gap=place) for place in places):
         ends = (5, 50, 95) if of_samples else ()
@@ -174,6 +187,9 @@ def _print_contact(part: Any) -> None:
         low, high = (_percent(float(one[f"contact_probability{ending}"])) for ending in ("_low", "_high"))
         rows.append((_length(one["gap"]), _percent(float(one["contact_probability"])), f"{low} to {high}", *over))
     print_table(heads, rows, "rrlrrr"[: len(heads)])
+    print(f"Gaps: {part['gap'].attrs['description']}.")
+    if _has_scatter(part):
+        print("The gap of each sample departs from a nominal one by the scatter that [uncertain] states.")
     print()
 
 
@@ -208,7 +224,7 @@ def _print_fragilities(part: Any) -> None:
     rows = []
     for name in part["curve"].values:
         one = part.sel(curve=name)
-        if name == ALONE and "first_order_of_motions" in part:  # which drawn motions do not tell
+        if name == ALONE and "first_order_of_motions" in part:  # which drawn motions do not show
             continue
         median, *ends = (engineering(float(one[f"fragility_median{end}"]), "m/s2", 3) for end in ("", "_low", "_high"))
         spread, *bounds = (f"{float(one[f'fragility_dispersion{end}']):.3g}" for end in ("", "_low", "_high"))
@@ -220,6 +236,8 @@ def _print_fragilities(part: Any) -> None:
 def _print_indices(part: Any) -> None:
     """Print the indices of the output that the sentences are of, the largest first."""
     import numpy as np
+
+    from pounding_risk.assessment.uncertain_words import indices_words
 
     output = str(part["chosen_output"].item())
     one = part.sel(output=output)
@@ -238,6 +256,8 @@ def _print_indices(part: Any) -> None:
         value, low, high = (_share(one[f"first_order_of_motions{end}"]) for end in ("", "_low", "_high"))
         rows.append(["the motion", value, f"{low} to {high}"])
     print_table(heads, rows, "l" + "rl" * len(kinds))
+    if sentence := indices_words(part):
+        print(sentence)
     print()
 
 

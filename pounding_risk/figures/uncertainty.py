@@ -8,7 +8,15 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.options import percent_words
-from pounding_risk.assessment.uncertain_words import OUTPUT_WORDS, check_uncertainty, parts_words
+from pounding_risk.assessment.sobol import LEAST_SAMPLES
+from pounding_risk.assessment.uncertain_words import (
+    OUTPUT_WORDS,
+    check_uncertainty,
+    gap_scatter,
+    indices_words,
+    judged_words,
+    parts_words,
+)
 from pounding_risk.assessment.verdict import share_words
 from pounding_risk.figures.style import MEANING, QUIET, STYLES, blank, plain, title
 from pounding_risk.units import GAP, say, say_in
@@ -65,7 +73,7 @@ def _finding(results: xr.Dataset, names: list[str]) -> str:
         share, low, high = (float(part[f"judged_probability{end}"]) for end in ("", "_low", "_high"))
         who = f"{plain(name)}: " if len(names) > 1 else ""
         clauses.append(
-            f"{who}P(contact) at {say(float(part['judged_gap']), GAP, 3)} is {share_words(share)} "
+            f"{who}P(contact) at {_judged(part)} is {share_words(share)} "
             f"({share_words(low)} to {share_words(high)}), {part['verdict'].item()} for a "
             f"target of {percent_words(float(results.attrs['target']))}"
         )
@@ -74,11 +82,24 @@ def _finding(results: xr.Dataset, names: list[str]) -> str:
     return "; ".join(clauses).replace(" %", "\N{NO-BREAK SPACE}%").replace(" mm", "\N{NO-BREAK SPACE}mm")
 
 
+def _judged(part: xr.Dataset) -> str:
+    """The judged gap; the length alone where it is known."""
+    gap, scatter = float(part["judged_gap"]), gap_scatter(part)
+    return judged_words(gap, scatter, "a ") if scatter > 0.0 else say(gap, GAP, 3)
+
+
 def _condition(results: xr.Dataset) -> str:
     joint = ", " if "first_order_of_motions" in results else " × "
+    parts = (
+        [results.isel(interface=at) for at in range(results.sizes["interface"])]
+        if "interface" in results.dims
+        else [results]
+    )
+    shares = " ".join(dict.fromkeys(filter(None, map(indices_words, parts))))
     return (
         f"{counted(results.sizes['sample'], 'sample')}{joint}{results.attrs['motions']}; bounds of "
         f"{percent_words(float(results.attrs['confidence']))} over recordings and samples"
+        f"{f'. {shares}' if shares else ''}"
     )
 
 
@@ -103,7 +124,7 @@ def _contact(axis: Any, part: xr.Dataset, name: str) -> None:
     axis.set_xlim(0.0, gaps[-1])
     axis.set_ylim(0.0, 1.0)
     axis.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
-    axis.set_xlabel("gap [mm]")
+    axis.set_xlabel("nominal gap, without its scatter [mm]" if gap_scatter(part) > 0.0 else "gap [mm]")
     axis.set_ylabel("P(contact)")
     axis.set_title(f"contact{f', {plain(name)}' if name else ''}", fontsize=9.5)
     axis.legend(fontsize=7.5, loc="upper right")
@@ -130,11 +151,12 @@ def _indices(axis: Any, part: xr.Dataset) -> None:
     for number, (kind, colour, hatch, label) in enumerate(kinds):
         value, low, high = (one[f"{kind}{end}"].values[order] for end in ("", "_low", "_high"))
         at = np.arange(len(order)) + width * ((len(kinds) - 1) / 2.0 - number)
-        axis.barh(at, np.maximum(value, 0.0), width * 0.9, color=colour, hatch=hatch, edgecolor="white", label=label)
+        axis.barh(at, value, width * 0.9, color=colour, hatch=hatch, edgecolor="white", label=label)
         ends = np.clip([value - low, high - value], 0.0, None)
         axis.errorbar(value, at, xerr=ends, fmt="none", color="black", linewidth=1.0, capsize=2.5)
     low, high = axis.get_xlim()
-    axis.set_xlim(max(low, LEAST_SHOWN), min(high, MOST_SHOWN))
+    shares = [share for kind, *_ in kinds for share in one[kind].values if np.isfinite(share)]
+    axis.set_xlim(max(low, min([LEAST_SHOWN, *shares])), min(high, max([MOST_SHOWN, *shares])))
     axis.set_yticks(range(len(order)), [_short(names[place]) for place in order], fontsize=8)
     axis.axvline(0.0, color=QUIET, linewidth=0.8)
     axis.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
@@ -146,7 +168,9 @@ def _indices(axis: Any, part: xr.Dataset) -> None:
             axis.legend(fontsize=8)
         axis.set_title(f"{what} of {said}, with bounds", fontsize=9.5)
     else:
-        axis.set_title(f"{said} does not vary over the samples", fontsize=9.5)
+        varies = float(part["output_deviation"].sel(output=output)) > 0.0
+        why = f"no shares from so few samples: {LEAST_SAMPLES} or more" if varies else f"{said} does not vary"
+        axis.set_title(why if varies else f"{why} over the samples", fontsize=9.5)
 
 
 def _with_motions(one: xr.Dataset) -> xr.Dataset:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.scene.distributions import VALUE, WIDTH, Array, Continuous, Discrete, Distribution
-from pounding_risk.scene.sampling import SOBOL, correlated, inside, points_of
+from pounding_risk.scene.sampling import HYPERCUBE, SOBOL, correlated, inside, points_of
 from pounding_risk.scene.scene_axis import SAMPLE, SceneAxis
 from pounding_risk.units import Quantity, exact, say
 
@@ -254,10 +254,16 @@ class UncertainNumbers:
         return {SAMPLE: {"drawn": self.drawn}} | {one.key: {"distribution": one.words()} for one in self.numbers}
 
     def notes(self) -> Iterator[str]:
-        """A sentence for each distribution that is cut, and for Sobol points that are not balanced."""
+        """Sentences on distributions that are cut, Sobol points out of balance, and a correlated hypercube."""
         for number in self.numbers:
             if cut := number.cut_words():
                 yield f"{number.key}: {number.distribution.name()}, {cut}; the samples are of the rest"
+        if self.method == HYPERCUBE and self.correlations:
+            later = [key for at, key in enumerate(self.keys) if any(self.matrix[at][:at])]
+            yield (
+                f"a Latin hypercube stratifies numbers before they are correlated: {', '.join(later)} are spread as of "
+                "random points"
+            )
         if self.method == SOBOL and log2(self.samples) % 1.0:
             below = 2 ** int(log2(self.samples))
             yield (

@@ -241,7 +241,7 @@ def test_an_axis_beside_the_samples_is_assessed_one_value_at_a_time(scanned):
 
 def test_too_few_samples_to_tell_what_motions_do():
     few = pr.uncertainty(drawn_scene(4)).isel(interface=0)
-    assert "draw more samples to tell what motions do" in parts_words(few)
+    assert "draw more samples for the motions' share" in parts_words(few)
     assert uncertainty_figure(few.expand_dims("interface")) is not None
 
 

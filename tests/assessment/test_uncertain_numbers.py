@@ -121,7 +121,7 @@ def test_a_linear_scene_has_the_variance_that_is_known():
     still = [{"kind": "ricker", "pga": "0.0001 g", "period": f"{period} s"} for period in (0.05, 0.06)]
     study = uncertain_scene(
         numbers,
-        64,
+        128,
         records={"generated": still, "polarity": BOTH},
         buildings=(single("left", "500 t", "0.5 s"), single("right", "800 t", "1.0 s")),
         gap="200 mm",
@@ -129,7 +129,8 @@ def test_a_linear_scene_has_the_variance_that_is_known():
     part = pr.uncertainty(study, output="required_gap", gap="140 mm").isel(interface=0)
     variances = np.array([60.0, 20.0]) ** 2 * 1e-6 / 12.0
     indices = part["first_order"].sel(output="required_gap")
-    np.testing.assert_allclose(indices, variances / variances.sum(), atol=0.05)
+    # The bounds' half width at 128 samples.
+    np.testing.assert_allclose(indices, variances / variances.sum(), atol=0.1)
     assert float(part["output_deviation"].sel(output="required_gap")) == pytest.approx(variances.sum() ** 0.5, rel=0.02)
     np.testing.assert_allclose(part["required_gap_moved"], [[0.116, 0.14, 0.164], [0.148, 0.14, 0.132]], rtol=1e-3)
     assert float(part["judged_probability"]) == pytest.approx(0.5, abs=0.02)
@@ -140,10 +141,12 @@ def test_a_linear_scene_has_the_variance_that_is_known():
 
 def test_a_gap_that_is_uncertain_moves_what_is_required_by_as_much():
     gaps = {"interface.gap": {"distribution": "normal", "mean": "80 mm", "deviation": "10 mm"}}
-    part = pr.uncertainty(uncertain_scene(gaps | {LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 64)).isel(interface=0)
+    part = pr.uncertainty(uncertain_scene(gaps | {LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 128)).isel(interface=0)
     one = part.sel(output="required_gap")
     assert float(one["output_deviation"]) == pytest.approx(0.01, rel=0.05)
-    np.testing.assert_allclose(one["first_order"], (1.0, 0.0), atol=0.05)
+    # A fit of 11 coefficients to 128 samples has up to 9 % of the variance by chance.
+    np.testing.assert_allclose(one["first_order"], (1.0, 0.0), atol=0.09)
+    assert "a nominal gap of 80 mm plus its scatter (deviation 10 mm)" in part["sentence"].item()
     z = ndtri(0.9)
     middle = float(part["required_gap_moved"][0, 1])
     np.testing.assert_allclose(part["required_gap_moved"][0], middle + np.array([z, 0.0, -z]) * 0.01, rtol=1e-6)
@@ -238,7 +241,7 @@ def test_correlated_numbers_have_no_sobol_indices():
 
 def test_one_sample_says_nothing_of_the_numbers():
     part = pr.uncertainty(uncertain_scene(samples=1)).isel(interface=0)
-    assert "One sample does not tell whether" in part["narrowing"].item()
+    assert "One sample does not show whether" in part["narrowing"].item()
     assert "no number changes it" not in part["narrowing"].item()
 
 
@@ -263,9 +266,11 @@ def test_a_number_is_named_alone_only_where_its_bounds_say_so(of_scene):
     deviation = float(part["output_deviation"].sel(output="contact_probability"))
     assert alone.startswith(f"Knowing {LEFT} exactly would narrow P(contact) most: it has 75 % of the variance")
     assert alone.endswith(f"would fall from {deviation:.2g} to {0.5 * deviation:.2g}.")
-    assert told((0.3, 0.4), (0.2, 0.3), (0.4, 0.5)).endswith(f"It is not told apart from {LEFT}.")
+    assert told((0.3, 0.4), (0.2, 0.3), (0.4, 0.5)).endswith(f"Its bounds overlap those of {LEFT}.")
     assert told((0.1, 0.2), (-0.1, -0.05), (0.3, 0.4)).startswith("No number stands out: the largest share")
-    assert told((np.nan, np.nan), (np.nan, np.nan), (np.nan, np.nan)).startswith("So few samples do not tell")
+    assert told((np.nan, np.nan), (np.nan, np.nan), (np.nan, np.nan)).startswith(
+        "On which number P(contact) depends most is not known"
+    )
 
 
 def test_too_few_recordings_are_told():

@@ -111,6 +111,9 @@ def test_what_was_cut_and_unbalanced_points_are_told():
         "6 samples are no power of two, for which alone Sobol points are balanced; 4 or 8 are better spread",
     ]
     assert list(parse_scene(uncertain_text()).uncertain.notes()) == []
+    tied = THREE | {"method": "latin hypercube", "correlations": [TIED]}
+    (stratified,) = parse_scene(uncertain_text(tied, samples=8)).uncertain.notes()
+    assert "building.left.mass are spread as of random points" in stratified
 
 
 def test_stiffness_of_contact_has_the_unit_of_its_law():

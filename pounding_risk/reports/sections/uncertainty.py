@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.assessment.uncertain_words import OUTPUT_WORDS, parts_words
+from pounding_risk.assessment.uncertain_words import OUTPUT_WORDS, gap_scatter, indices_words, parts_words
 from pounding_risk.figures.style import svg_text
 from pounding_risk.figures.uncertainty import uncertainty_figure
 from pounding_risk.reports.blocks import Block, between, figure, heading, listing, number, paragraph, table
@@ -33,6 +33,7 @@ def write(data: ReportData) -> list[Block]:
             blocks.append(heading(str(name), f"uncertain-{place + 1}"))
         blocks += [paragraph(f"{part['sentence'].item()} {parts_words(part)} {part['narrowing'].item()}")]
         blocks += [_required(part), _parts(part), _indices(part)]
+        blocks += [paragraph(shares)] if (shares := indices_words(part)) else []
     words = "P(contact) over samples and motions with its bounds, and what the uncertain numbers contribute"
     blocks.append(figure("uncertainty", svg_text(uncertainty_figure(dataset)), f"{words}.", f"{words}."))
     return [*blocks, listing(json.loads(dataset.attrs["assumptions"]))]
@@ -46,7 +47,8 @@ def _required(part: xr.Dataset) -> Block:
         bounded = "bounds" if int(one["required_gap_bounded"]) else "the upper one is the largest seen"
         rows.append((f"{percentile:g} %", number(float(one["required_gap"]), "m"), between(low, high, "m"), bounded))
     heads = [("share", "l"), ("gap required", "r"), ("bounds", "r"), ("", "l")]
-    return table("Gap that a share of samples and motions together needs", heads, rows)
+    nominal = "Nominal gap, to which its scatter adds," if gap_scatter(part) > 0.0 else "Gap"
+    return table(f"{nominal} that a share of samples and motions together needs", heads, rows)
 
 
 def _parts(part: xr.Dataset) -> Block:
