@@ -62,7 +62,7 @@ def amplification(
     processing: options.Processing = None,
     window: options.Window = None,
     direction: options.Direction = None,
-    tail: Annotated[str | None, option("Free vibration after each record.", "none")] = None,
+    tail: Annotated[str | None, option("Free vibration after each record, at least.", "none")] = None,
     unit: options.Unit = None,
     dt: options.Step = None,
     workers: Workers = None,

@@ -150,7 +150,8 @@ class GridJob(Job):
         record, polarity, amplitude = motion
         study = self.study
         level = study.grid.amplitudes[amplitude]
-        return driven(self.scan_input.motions[record], study.records.polarities[polarity], level)
+        turned = driven(self.scan_input.motions[record], study.records.polarities[polarity], level)
+        return turned.reaching(study.lag)  # along an axis it differs from that of ``scan_input.motions``
 
     def peaks_under(self) -> Array:
         """The peak of a_g under each building, by motion of the grid (record, polarity, amplitude, building) [m/s²]."""

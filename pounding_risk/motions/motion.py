@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from hashlib import sha256
-from math import inf
+from math import ceil, inf
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing import Done
 from pounding_risk.motions.processing.amplitude import in_si, scale_samples_to
 from pounding_risk.motions.processing.signals import Samples, velocity_displacement
-from pounding_risk.motions.processing.window import cut, doubts, reversed_polarity, with_zeros
+from pounding_risk.motions.processing.window import ROUNDING, cut, doubts, reversed_polarity, with_zeros
 from pounding_risk.motions.request import AS_RECORDED, REVERSED
 from pounding_risk.motions.source import USABLE, check_samples, lowest_usable
 from pounding_risk.units import PGA, STANDARD_GRAVITY, TAIL, TIME, shown
@@ -46,7 +46,9 @@ class Motion(ShortRepr):
         By building of a scene, samples at the same times [m/s²] of the record that it stands on in place of this
         motion, None where it stands on this one; empty where all do.
     tail : int
-        Number of samples at the end that are zeros of `with_tail`, which are no part of the record.
+        Number of samples at the end that are zeros of `with_tail` and `reaching`, which are no part of the record.
+    late : int
+        Number of these that are zeros of `reaching`.
 
     Raises
     ------
@@ -62,6 +64,7 @@ class Motion(ShortRepr):
     flags: tuple[str, ...] = ()
     own_grounds: tuple[Samples | None, ...] = ()
     tail: int = 0
+    late: int = 0
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Where the motion is from, how long and how strong it is, for its display."""
@@ -124,12 +127,27 @@ class Motion(ShortRepr):
         return part.doubted(doubts(part.acceleration, self.dt))
 
     def with_tail(self, seconds: float | str) -> Motion:
-        """The motion followed by zeros of that duration [s], in which the buildings vibrate freely."""
+        """The motion followed by at least that duration [s] of zeros, in which the buildings vibrate freely.
+
+        Whole time steps, after one in which a motion that does not end at zero goes to it on a straight line.
+        """
         longer = self.after(with_zeros(self.acceleration, self.dt, in_si("tail", seconds, TAIL)))
         return replace(longer, tail=self.tail + longer.acceleration.size - self.acceleration.size)
 
+    def reaching(self, lag: float) -> Motion:
+        """The motion as buildings need it of which the last is reached ``lag`` [s] after the first.
+
+        Zeros follow it, in whole time steps, until the last building has had all of it; those for another lag go.
+        """
+        count = max(ceil(lag / self.dt - ROUNDING), 0) - self.late
+        if count <= 0:
+            return self.first(self.acceleration.size + count) if count else self
+        own = tuple(None if samples is None else np.pad(samples, (0, count)) for samples in self.own_grounds)
+        longer = np.pad(self.acceleration, (0, count))
+        return replace(self, acceleration=longer, own_grounds=own, tail=self.tail + count, late=self.late + count)
+
     def without_tail(self) -> Motion:
-        """The motion without the zeros of `with_tail`."""
+        """The motion without the zeros of `with_tail` and `reaching`."""
         return self.first(self.acceleration.size - self.tail) if self.tail else self
 
     def velocity_displacement(self) -> tuple[Samples, Samples]:
@@ -151,16 +169,24 @@ class Motion(ShortRepr):
         own = self.own_grounds
         if done.factor != 1.0:
             own = tuple(None if samples is None else done.factor * samples for samples in own)
-        tail = self.tail if done.samples.size == self.acceleration.size else 0
+        tail, late = (self.tail, self.late) if done.samples.size == self.acceleration.size else (0, 0)
         return replace(
-            self, acceleration=done.samples, dt=dt, record=record, processing=sentences, own_grounds=own, tail=tail
+            self,
+            acceleration=done.samples,
+            dt=dt,
+            record=record,
+            processing=sentences,
+            own_grounds=own,
+            tail=tail,
+            late=late,
         ).doubted(done.flags)
 
     def first(self, count: int) -> Motion:
         """Its first samples alone, so many of them."""
         own = tuple(None if samples is None else samples[:count] for samples in self.own_grounds)
-        tail = max(0, self.tail - (self.acceleration.size - count))
-        return replace(self, acceleration=self.acceleration[:count], own_grounds=own, tail=tail)
+        gone = self.acceleration.size - count
+        tail, late = max(0, self.tail - gone), max(0, self.late - gone)
+        return replace(self, acceleration=self.acceleration[:count], own_grounds=own, tail=tail, late=late)
 
     def doubted(self, flags: Sequence[str]) -> Motion:
         """The motion with further flags; each sentence stands once."""

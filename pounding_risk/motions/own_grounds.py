@@ -102,6 +102,7 @@ def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
         record={**motion.record, "beside": [_facts(record) for record in others]},
         processing=(*motion.processing, *sentences),
         own_grounds=apart if any(samples is not None for samples in apart) else (),
+        tail=shared.size - ((motion.acceleration.size - motion.tail - 1) * parts[id(motion)] + 1),
     ).doubted(flags)
 
 

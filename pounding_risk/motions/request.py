@@ -78,7 +78,7 @@ class RecordRequest(NamedTuple):
     scale: float | None  # factor; None where neither is given: as recorded
     polarities: tuple[str, ...]  # of POLARITIES
     processing: str | tuple[StepTable, ...]  # "auto", "none", or the steps in their order
-    tail: float  # s of free vibration after the record
+    tail: float  # s of free vibration after the record, at least
     set: str = ""  # name of a record set
     manifest: str = ""  # a list of records with their factors, relative to the scene file's folder
     unit: str = ""  # of files that do not state theirs, such as "cm/s^2"

@@ -30,7 +30,7 @@ class Treatment(NamedTuple):
     sa: Spectral | None = None
     to_median: str | Spectral | None = None  # of the motions that are treated together
     scale: float | None = None  # factor
-    tail: float = 0.0  # s of zeros after the motion
+    tail: float = 0.0  # s of zeros after the motion, at least
 
 
 def treatment_of(request: RecordRequest, *, scaled: bool = True) -> Treatment:

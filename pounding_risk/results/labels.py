@@ -160,7 +160,7 @@ def motion_spectra(motions: tuple[Motion, ...]) -> dict[str, Any]:
     known = LEAST_PERIOD * max(motion.dt for motion in motions) <= PERIODS
     spectra = np.full((len(motions), PERIODS.size), np.nan)
     spectra[:, known] = response_spectra(
-        [motion.acceleration for motion in motions], [motion.dt for motion in motions], PERIODS[known]
+        [motion.reaching(0.0).acceleration for motion in motions], [motion.dt for motion in motions], PERIODS[known]
     ).pseudo_acceleration
     words = (
         "pseudo-spectral acceleration of the record after processing and scaling by the scene, before the amplitude "
@@ -274,7 +274,7 @@ def grounds_apart(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
     """How far the grounds part at each interface under each record, before the amplitude of the grid."""
     partings = [parting(study, motion) for motion in motions]
     before = "x_right - x_left of the grounds under neighbours, before the amplitude of the grid"
-    values = {"largest": f"largest size of {before}", "end": f"{before}: at the end of the record"}
+    values = {"largest": f"largest size of {before}", "end": f"{before}: at the end of the run"}
     return {
         f"record_ground_widening_{name}": (
             ("record", "interface"),

@@ -190,7 +190,8 @@ GroundDelay = Annotated[
     float,
     measured(
         GROUND_DELAY,
-        "How much later the ground motion reaches it than the building that is reached first, which has none.",
+        "How much later the ground motion reaches it than the building that is reached first, which has none. A run "
+        "lasts until the last building has had the whole motion.",
         '"0.1 s"',
         "at once",
     ),

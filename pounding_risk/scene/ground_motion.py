@@ -26,6 +26,7 @@ class Parting(NamedTuple):
 
 def parting(study: Scene, motion: Motion) -> Parting:
     """How the grounds part under a motion as it drives the scene."""
+    motion = motion.reaching(study.lag)
     ground = ground_displacements(study, motion, motion.times)
     apart = np.diff(ground, axis=1)
     at = np.abs(apart).argmax(axis=0)

@@ -26,7 +26,8 @@ def motions_of(study: Scene) -> tuple[Motion, ...]:
 def gathered(study: Scene) -> MotionEnsemble:
     """The scene's ground motions, one per record, before polarity and the grid's amplitudes, and what was left out.
 
-    Beside each stand the records of buildings that have their own.
+    Beside each stand the records of buildings that have their own. They last until the building that is reached last
+    has had all of them.
 
     Raises as `read_ensemble`, and SceneError where the grid sets the amplitude that the records have already, where no
     file is a record, where a building's own records are not as many as those of the scene, and where a record ends
@@ -45,14 +46,14 @@ def gathered(study: Scene) -> MotionEnsemble:
         asked = ", ".join(study.records.files)
         left = f"; left out: {', '.join(ensemble.left_out)}" if ensemble.left_out else ""
         raise SceneError(study.source, [f"records.files: {asked} matches no record{left}; check the folder"])
-    check_arrivals(study, ensemble.motions)
-    return ensemble
+    check_arrivals(study, motions)
+    return ensemble._replace(motions=tuple(motion.reaching(study.lag) for motion in motions))
 
 
 def check_arrivals(study: Scene, motions: Iterable[Motion]) -> None:
     """Raise SceneError where a record ends before it has reached all buildings."""
-    lag = max((support.delay for support in study.supports), default=0.0)
-    for motion in motions:
+    lag = study.lag
+    for motion in (one.reaching(0.0) for one in motions):
         if lag >= motion.duration:
             is_wave = "wave_passage" in dict(study.effects)
             key, what = ("effects.wave_passage", "the wave") if is_wave else ("building.ground_delay", "the motion")

@@ -425,7 +425,10 @@ class Records(Table):
             schema={"anyOf": [{"enum": ["auto", "none"]}, _STEPS]},
         ),
     ] = "auto"
-    tail: Annotated[float, measured(TAIL, "Free vibration after each record.", '"5 s"', '"0 s"')] = 0.0
+    tail: Annotated[
+        float,
+        measured(TAIL, "Free vibration after each record, at least; rounded up to whole time steps.", '"5 s"', '"0 s"'),
+    ] = 0.0
     generated: Annotated[
         tuple[Recipe, ...],
         Key(

@@ -277,6 +277,11 @@ class Scene(ShortRepr):
         return supports_of(self.buildings, self.effects)
 
     @property
+    def lag(self) -> float:
+        """Time from the arrival of the ground motion at the first building to that at the last [s]."""
+        return max((support.delay for support in self.supports), default=0.0)
+
+    @property
     def pair(self) -> tuple[Building, Building]:
         """The two single masses, left and right, of a scene that is no row."""
         left, right = self.buildings

@@ -119,10 +119,9 @@ def compile_for(study: Scene) -> None:
     from pounding_risk.ensemble.scan import scan
     from pounding_risk.studies.simulate import simulate
 
-    lag = max((support.delay for support in study.supports), default=0.0)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "made.AT2"
-        path.write_text(_made_record(SHAKING + REST + lag), encoding="ascii")
+        path.write_text(_made_record(SHAKING + REST + study.lag), encoding="ascii")
         request = RecordRequest((), (str(path),), None, None, None, (AS_RECORDED,), "auto", 0.0)
         grid = study.grid
         one = grid._replace(gaps=grid.gaps[:1], yield_forces=grid.yield_forces[:1], amplitudes=(None,))

@@ -35,15 +35,15 @@ def plan() -> Plan:
 def test_cases_are_the_product_of_the_dimensions(plan):
     assert plan.shape == {"record": 2, "polarity": 2, "pga": 2, "contact_model": 2, "gap": 11, "yield_force": 3}
     assert plan.cases == 2 * 2 * 2 * 2 * 11 * 3
-    # Each record lasts 6 s and its tail 2 s.
-    assert plan.shaking == pytest.approx(plan.cases * 8.0)
+    # Each record lasts 6 s, its straight line to zero a step, and its tail 2 s.
+    assert plan.shaking == pytest.approx(plan.cases * 0.5 * (8.01 + 8.0 + plan.records[1].dt))
     assert plan.batches == plan.cases // 3
 
 
 def test_records_are_read_as_the_runs_will_see_them(plan):
     centro, ridgecrest = plan.records
     assert (centro.name, centro.state, centro.dt) == ("RSN6-180", "processed", 0.01)
-    assert centro.duration == pytest.approx(8.0)
+    assert centro.duration == pytest.approx(8.01)
     assert (ridgecrest.name, ridgecrest.state) == ("CCC-HN1", "raw")
     # The strong shaking of that record starts later than the window ends.
     assert any("window leaves the strong shaking out" in flag for flag in ridgecrest.flags)
@@ -59,7 +59,10 @@ def test_summary_reads_like_the_scene(plan):
         ("contact model", "viscous_elastoplastic, stiffness 4.2e7 kN/m^1.5"),
         ("contact model", "linear, stiffness from equal penetration at 0.5 m/s as viscous_elastoplastic"),
         ("restitution", "concrete: falls with the approach speed, held beyond 5 m/s"),
-        ("records", "2, 0 s to 6 s, each scaled to 0.2 g, 0.5 g, 2 s of free vibration after"),
+        (
+            "records",
+            "2, 0 s to 6 s, each scaled to 0.2 g, 0.5 g, at least 2 s of free vibration after (whole time steps)",
+        ),
         ("polarity", "as recorded and reversed"),
         ("gaps", "11 from 0 mm to 20 mm"),
         ("yield forces", "200 kN, 450 kN, inf"),
@@ -68,7 +71,7 @@ def test_summary_reads_like_the_scene(plan):
     ]
     lines = str(plan).splitlines()
     assert lines[1] == "left building   frame: 44.36 t, period 0.208 s, damping ratio 0.05"
-    assert lines[-2] == "RSN6-180: 8 s at 0.01 s, PGA 0.2808 g"
+    assert lines[-2] == "RSN6-180: 8.01 s at 0.01 s, PGA 0.2808 g"
 
 
 def test_a_study_may_be_changed_from_outside():

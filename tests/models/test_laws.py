@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from pounding_risk.models.contact.law import is_path_dependent
+from pounding_risk.models.contact.law import complete, is_path_dependent
 from pounding_risk.models.contact.laws import LAWS, Bilinear, VanMier, ViscousElastoplastic, stiffness_quantity
 from pounding_risk.models.contact.laws.hertz import exact_hertz_damping
 from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
@@ -17,6 +17,7 @@ from pounding_risk.models.contact.laws.linear import kelvin_voigt_ratio
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair.api import Interface, solve
+from pounding_risk.solver.pair.law_verbs import ends_itself
 from pounding_risk.studies.impact import impact
 from pounding_risk.studies.stability.trial import shaking
 
@@ -47,6 +48,27 @@ def test_full_restitution_takes_no_energy(name: str):
     assert memory == 0.0 or is_path_dependent(LAWS[name])
     for depth in DEPTHS:
         assert law.force(memory, depth, 0.4, True) == law.force(memory, depth, -0.4, False)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_without_a_damper_takes_no_viscous_energy(name: str):
+    """Said of a law whose force follows from δ alone, whatever e is: what its contact takes is 0 J, and no rounding."""
+    law = law_of(name)
+    memory = law.begin(0.6, 0.5, 570.0)
+    alike = all(law.force(memory, d, 0.4, True) == law.force(memory, d, -0.4, False) for d in DEPTHS)
+    assert law.conserves() == (alike and not is_path_dependent(LAWS[name]))
+    if law.conserves():
+        assert ends_itself(law, memory, 1e-9, 1e6, 3e-7, 0.0) == (0.0, 0.0, 0.0)
+
+
+def test_a_law_that_changes_the_force_of_one_without_a_damper_says_nothing_of_it():
+    class Sticky(LAWS["linear"]):
+        __slots__ = ()
+
+        def begin(self, e, speed, mass):
+            return 1.0
+
+    assert not complete(Sticky)(1e8).conserves()
 
 
 @pytest.mark.parametrize("name", [name for name, law in LAWS.items() if not is_path_dependent(law)])

@@ -221,7 +221,7 @@ def test_one_chain_treats_what_is_named_listed_and_read_alone(tmp_path):
     write_manifest([read_motion("RSN6-180")], tmp_path / "a.csv")
     (listed,) = read_ensemble(PLAIN._replace(manifest="a.csv", **asked), tmp_path).motions
     whole = read_motion("RSN6-180").acceleration
-    by_hand = np.pad(1.5 * whole[100:901], (0, 200))  # samples 0.01 s apart, both ends of the window included
+    by_hand = np.pad(1.5 * whole[100:901], (0, 201))  # 0.01 s apart, both ends of the window included, a step to zero
     for motion in (alone, named, listed):
         assert np.array_equal(motion.acceleration, by_hand)
         assert [sentence.partition(":")[0] for sentence in motion.processing] == ["units", "window", "scale", "tail"]
@@ -252,14 +252,17 @@ def test_a_choice_of_records_drives_a_scene_with_its_factors(folder, tmp_path):
     write_manifest(chosen.motions(), tmp_path / "selected.csv")
     study = parse_scene(SCENE + 'manifest = "selected.csv"\ntail = "1 s"\n', str(tmp_path / "scene.toml"))
     told = dict(validate(study).summary())["records"]
-    assert told.endswith(", each times its factor of selected.csv, 1 s of free vibration after")
+    assert told.endswith(
+        ", each times its factor of selected.csv, at least 1 s of free vibration after (whole time steps)"
+    )
     assert parse_scene(study.to_toml(), study.source) == study
     found = gathered(study).motions
     assert [motion.name for motion in found] == [motion.name for motion in chosen.motions()]
     for motion, asked in zip(found, chosen.motions(), strict=True):
         count = len(asked.acceleration)
         assert np.array_equal(motion.acceleration[:count], asked.acceleration)
-        assert motion.duration == pytest.approx(asked.duration + 1.0)
+        straight = motion.dt * (asked.acceleration[-1] != 0.0)  # to zero
+        assert motion.duration == pytest.approx(asked.duration + straight + 1.0)
 
 
 def test_a_manifest_whose_files_have_changed_is_refused(folder):

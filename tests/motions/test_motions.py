@@ -234,11 +234,30 @@ def test_the_history_is_in_the_trace_and_in_the_motion():
     assert motion.processing[-3:] == (
         "polarity: reversed",
         "scale: times 1.780655317, from PGA 0.2808 g to 0.5 g",
-        "tail: 2 s of zeros added",
+        "tail: 2 s of zeros added, after a straight line to zero over 0.01 s",
     )
     assert np.array_equal(trace.data, motion.acceleration)
-    assert len(motion.acceleration) == 801
+    assert len(motion.acceleration) == 802
     assert not motion.acceleration[601:].any()
+
+
+@pytest.mark.parametrize(("asked", "zeros"), [(0.0, 0), (0.05, 1), (0.2, 1), (0.3, 2), (0.31, 2), (0.6, 3), (1.0, 5)])
+@pytest.mark.parametrize("last", [0.0, -0.3])
+def test_a_tail_is_never_shorter_than_asked_for(asked, zeros, last):
+    """Whole steps of 0.2 s, rounded up; a motion that ends off zero first goes to it over one step."""
+    motion = Motion("m", np.array([1.0, 0.5, last]), 0.2, {}).with_tail(asked)
+    off_zero = int(last != 0.0 and asked > 0.0)
+    assert motion.tail == zeros + off_zero and motion.acceleration.size == 3 + zeros + off_zero
+    np.testing.assert_array_equal(motion.without_tail().acceleration, [1.0, 0.5, last])
+
+
+def test_a_motion_lasts_until_the_last_building_has_had_it():
+    """Whole steps, rounded up; what stands for one lag goes with another, and the tail and the intensity stay."""
+    motion = Motion("m", np.array([1.0, 0.5, -0.3]), 0.2, {}).with_tail(0.4)
+    for lag, zeros in ((0.0, 0), (0.2, 1), (0.21, 2), (0.6, 3), (0.05, 1)):
+        motion = motion.reaching(lag)
+        assert (motion.late, motion.tail, motion.acceleration.size) == (zeros, 3 + zeros, 6 + zeros)
+        assert not motion.acceleration[3:].any() and motion.without_tail().acceleration.size == 3
 
 
 def test_a_trace_keeps_its_history_and_its_samples():
@@ -263,7 +282,7 @@ def test_a_motion_turns_scales_and_swings_out():
     assert np.array_equal(turned.acceleration, -motion.acceleration)
     assert (motion.record["polarity"], turned.record["polarity"]) == ("as recorded", "reversed")
     assert np.array_equal(turned.reversed().acceleration, motion.acceleration)
-    assert motion.with_tail(3.0).duration == pytest.approx(9.0)
+    assert motion.with_tail(3.0).duration == pytest.approx(9.01)
     assert np.array_equal(motion.scaled_to("0.5 g").acceleration, read_motion(
         "RSN6-180", window=(0.0, 6.0), pga=HALF_G).acceleration)  # fmt: skip
     assert motion.times[-1] == pytest.approx(6.0)

@@ -16,6 +16,7 @@ from pounding_risk.cli.simulate import simulate
 from pounding_risk.ensemble.plan.compilation import kernels_of
 from pounding_risk.errors import PoundingError, RecordError, SceneError
 from pounding_risk.models.ground import Support
+from pounding_risk.motions.intensity import response_spectra
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.own_grounds import set_beside
 from pounding_risk.scene.motions import motions_of
@@ -120,6 +121,41 @@ def test_a_delay_longer_than_the_record_is_refused():
 
 
 # -------------------------------------------------------------------------------------------------- scans
+
+
+LATE = [{"ground_delay": "0.5 s"}, {"ground_delay": "1 s"}, {"ground_delay": "0.4567 s"}]
+
+
+@pytest.mark.parametrize("keys", LATE, ids=str)
+@pytest.mark.parametrize("solver", ["pair", "row"])
+def test_a_building_that_is_reached_late_has_the_whole_motion(keys, solver):
+    """Two equal buildings move alike, one later: equal peaks, by either solver; both are those of the motion alone."""
+    one, other = (single(name, "40 t", "0.5 s", **own) for name, own in (("left", {}), ("right", keys)))
+    records = {"names": ["RSN6-180"], "window": ["0 s", "3 s"], "polarity": ["as recorded"]}
+    study = parse_scene(scene_text(one, other, law="linear", gap="2 m", records=records)).updated(
+        is_row=solver == "row"
+    )
+    results, run = scanned(study), pr.simulate(study)
+    peaks = results.peak_displacement_free.values.ravel()
+    assert peaks[1] == pytest.approx(peaks[0], rel=1e-9)
+    alone = response_spectra(motions_of(study)[0].without_tail().acceleration, 0.01, [0.5]).displacement[0]
+    assert peaks[0] == pytest.approx(
+        alone, rel=1e-8
+    )  # a spectrum's peak is that of a parabola about the highest sample
+    lag = study.lag
+    assert 3.0 + lag - 1e-9 <= run["time"].values[-1] < 3.01 + lag
+    assert results.record_ground_widening_end.values.ravel()[0] == pytest.approx(
+        float(run.ground_widening[-1].values.ravel()[0]), rel=1e-9
+    )
+
+
+def test_validate_says_how_long_a_run_lasts():
+    plan = pr.validate(pair({}, {"ground_delay": "0.5 s"}, records={"window": ["0 s", "6 s"], "tail": "1 s"}))
+    told = dict(plan.summary())["records"]
+    assert told.endswith(
+        "at least 1 s of free vibration after (whole time steps), 0.5 s longer for the building that is reached last"
+    )
+    assert plan.records[0].duration == pytest.approx(7.51)  # with the straight line to zero
 
 
 def test_a_delay_alone_is_the_wave_to_the_bit():

@@ -42,7 +42,7 @@ def alone(study: Scene, motions: tuple[Motion, ...]) -> Alone:
     closed, size = np.zeros((*shape, len(study.grid.gaps))), 0
     for place in np.ndindex(shape):
         motion = driven(motions[place[0]], study.records.polarities[place[1]], study.grid.amplitudes[place[2]])
-        closed[place], held = respond(motion)
+        closed[place], held = respond(motion.reaching(study.lag))
         size = max(size, bytes_of(held))
     return Alone(closed, size)
 

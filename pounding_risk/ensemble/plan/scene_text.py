@@ -245,7 +245,9 @@ def _amplitude(study: Scene, count: int) -> str:
         is_factor = grid.measure.name == FACTOR
         scaled = f"{scaled}, then times {levels}" if is_factor else f"each scaled to {of}{levels}"
     part = f", {asked.window[0]:g} s to {asked.window[1]:g} s" if asked.window else ""
-    tail = f", {say(asked.tail, TAIL)} of free vibration after" if asked.tail else ""
+    tail = f", at least {say(asked.tail, TAIL)} of free vibration after (whole time steps)" if asked.tail else ""
+    if study.lag:
+        tail += f", {say(study.lag, GROUND_DELAY)} longer for the building that is reached last"
     turned = "" if asked.direction is None else f", in the direction {asked.direction:g}° from north"
     return f"{count}{turned}{part}, {scaled}{tail}"
 

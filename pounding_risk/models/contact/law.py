@@ -79,6 +79,9 @@ class PathDependence(Protocol):
     def yielded(self, loss):
         """The part of a contact's loss that its hysteresis takes, and no damper [J]."""
 
+    def conserves(self):
+        """True where nothing but dents takes energy: what else is missing after a contact is rounding."""
+
 
 # Defaults of `PathDependence`.
 DEFAULTS: dict[str, Callable[..., Any]] = {
@@ -90,6 +93,7 @@ DEFAULTS: dict[str, Callable[..., Any]] = {
     "worn": lambda self, memory: 0.0,  # nothing
     "held": lambda self, memory, delta, strength: self.stored(delta, strength),
     "yielded": lambda self, loss: 0.0,  # all loss is the damper's
+    "conserves": lambda self: False,
 }
 
 
@@ -98,6 +102,9 @@ def complete(law: type) -> type:
     for name, default in DEFAULTS.items():
         if not hasattr(law, name):
             setattr(law, name, default)
+    if "conserves" not in vars(law) and {"begin", "force"} & vars(law).keys():
+        # What a class inherits was said of another force.
+        setattr(law, "conserves", DEFAULTS["conserves"])  # noqa: B010
     return law
 
 
@@ -122,6 +129,11 @@ def stiffness_quantity(law: type) -> Quantity:
 def undamped(self, e, speed, mass):
     """``begin`` of a law without damping: 0."""
     return 0.0
+
+
+def without_damper(self):
+    """``conserves`` of a law whose force follows from δ alone: True."""
+    return True
 
 
 def flat(self, delta, strength):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import ceil
+
 import numpy as np
 
 from pounding_risk.errors import RecordError
@@ -11,6 +13,7 @@ from pounding_risk.motions.processing.resample import MOST
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.quality import FIRST_OF_PEAK, LONGEST_STEP
 
+ROUNDING = 1e-6  # steps: 5 s may be 1000 + 1e-13 steps of 0.005 s
 WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
 
 
@@ -30,11 +33,15 @@ def reversed_polarity(samples: Samples) -> Done:
 
 
 def with_zeros(samples: Samples, dt: float, seconds: float) -> Done:
-    """The samples followed by zeros of that duration [s]."""
-    count = round(seconds / dt)
+    """The samples followed by zeros of that duration [s], rounded up to whole time steps.
+
+    Ground acceleration is linear between samples: one that does not end at zero reaches it within one more step.
+    """
+    count, ramp = ceil(seconds / dt - ROUNDING), bool(samples[-1]) and seconds > 0.0
     if count > MOST:
         raise RecordError(f"a tail of {seconds:g} s makes {count} samples, {MOST} are allowed; write a shorter one")
-    return Done(np.pad(samples, (0, count)), f"tail: {count * dt:g} s of zeros added")
+    straight = f", after a straight line to zero over {dt:g} s" if ramp else ""
+    return Done(np.pad(samples, (0, count + ramp)), f"tail: {count * dt:g} s of zeros added{straight}")
 
 
 def doubts(samples: Samples, dt: float) -> tuple[str, ...]:

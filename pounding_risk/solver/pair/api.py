@@ -156,8 +156,9 @@ def solve(
 ) -> dict[str, float]:
     """One run of a pair under a_g [m/s²] sampled every ``dt`` [s]: every output by name, in SI units.
 
-    ``supports`` say what a_g is under each building. Outputs per building carry ``_left`` or ``_right``. A failed run
-    is NaN, or −1 in counts; ``status`` says why.
+    ``supports`` say what a_g is under each building. The run ends with the last sample: zeros have to follow a motion
+    that reaches a building late, as `Motion.reaching` adds them. Outputs per building carry ``_left`` or ``_right``. A
+    failed run is NaN, or −1 in counts; ``status`` says why.
     A law without a cap counts its yielding too: its force reaches the yield force.
     """
     ground = np.asarray(acceleration, dtype=np.float64)

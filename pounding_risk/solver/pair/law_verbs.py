@@ -51,7 +51,7 @@ def ends_itself(law, memory, delta, strength, work, lost):
 
     ``work`` is that of its force, ``lost`` what dents have taken of it.
     """
-    loss = work - law.held(memory, delta, strength) - lost
+    loss = 0.0 if law.conserves() else work - law.held(memory, delta, strength) - lost
     return loss, law.yielded(loss), law.worn(memory)
 
 

@@ -15,6 +15,7 @@ from pounding_risk.models.contact.law import (
     may_pull,
     never_yields,
     undamped,
+    without_damper,
 )
 
 ORDER = 20
@@ -67,6 +68,7 @@ class Hertz(NamedTuple):
     capped, needs_restitution = False, False
 
     begin, force, plateau, stored, ceiling, floor = undamped, hertz_force, flat, hertz_energy, never_yields, may_pull
+    conserves = without_damper
 
 
 class HertzDamp(NamedTuple):

@@ -7,7 +7,15 @@ from typing import Annotated, NamedTuple
 
 from pounding_risk._jit.compile import small
 from pounding_risk.models.contact.damping import approach_ratio, positive_root
-from pounding_risk.models.contact.law import LINEAR_STIFFNESS, flat, linear_energy, may_pull, never_yields, undamped
+from pounding_risk.models.contact.law import (
+    LINEAR_STIFFNESS,
+    flat,
+    linear_energy,
+    may_pull,
+    never_yields,
+    undamped,
+    without_damper,
+)
 
 ORDER = 10
 
@@ -24,7 +32,7 @@ class Linear(NamedTuple):
     reference = "linear spring"
     capped, needs_restitution = False, False
 
-    begin = undamped
+    begin, conserves = undamped, without_damper
 
     def force(self, memory, delta, rate, approaching):
         return self.stiffness * delta

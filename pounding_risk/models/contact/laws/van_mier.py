@@ -13,6 +13,7 @@ from pounding_risk.models.contact.law import (
     hertz_yields_at,
     may_pull,
     undamped,
+    without_damper,
 )
 from pounding_risk.units import Quantity
 
@@ -36,7 +37,7 @@ class VanMier(NamedTuple):
     reference = "van Mier et al. (1991), Journal of Structural Engineering 117; Khatiwada et al. (2011) eq. 1"
     capped, needs_restitution = True, False
 
-    begin, force = undamped, hertz_force
+    begin, force, conserves = undamped, hertz_force, without_damper
     yields_at = hertz_yields_at
 
     def plateau(self, delta, strength):
