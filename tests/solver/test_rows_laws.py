@@ -12,8 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from interpreted import interpreted
-from row_cases import EL_CENTRO, PLACES, contacts_of, floors, jankowski, points_of, single, storeys
+from row_cases import EL_CENTRO, PLACES, RIGID, contacts_of, floors, jankowski, meeting, points_of, single, storeys
+from scipy.integrate import solve_ivp
 
+from pounding_risk.models.structures.mdof import chain_of
+from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver import counters
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.layout import lay_out
@@ -85,6 +88,8 @@ def spring(factor):
             return factor * self.stiffness * delta
         def stored(self, delta, strength):
             return 0.5 * factor * self.stiffness * delta * delta
+        def conserves(self):
+            return True
         plateau, ceiling, floor = contact.flat, contact.never_yields, contact.may_pull
     return pr.contact_law(Cushion)
 
@@ -153,6 +158,61 @@ def test_a_closed_gap_at_rest_under_a_tapered_record():
         assert run.status == counters.COMPLETE
         assert run.points[0, counters.COUNT] >= 1
         assert quiet * dt <= run.points[0, counters.FIRST_TOUCH] < quiet * dt + 1.0
+
+
+def hertz_chain(masses: np.ndarray, beta: float, speed: float) -> tuple[np.ndarray, np.ndarray]:
+    """(ends of contact [s], impulses [N s]) of free touching masses, the first at ``speed``, by SciPy."""
+
+    def forces(delta):
+        return beta * np.maximum(delta, 0.0) ** 1.5
+
+    def motion(_, state):
+        u, v, _ = np.split(state, [masses.size, 2 * masses.size])
+        force = forces(u[:-1] - u[1:])
+        push = np.zeros(masses.size)
+        push[:-1] -= force
+        push[1:] += force
+        return np.concatenate([v, push / masses, force])
+
+    count = masses.size - 1
+    state = np.zeros(2 * masses.size + count)
+    state[masses.size] = speed
+    parted = [lambda _, y, k=k: y[k] - y[k + 1] for k in range(count)]
+    for event in parted:
+        event.direction = -1.0
+    run = solve_ivp(motion, (0.0, 0.6), state, method="DOP853", events=parted, rtol=1e-11, atol=1e-15, max_step=1e-3)
+    return np.array([times[-1] for times in run.t_events]), run.y[-count:, -1]
+
+
+@pytest.mark.parametrize("step", [0.3, 0.1, 0.01])
+def test_touching_masses_are_in_contact_from_the_first_touch_on(step):
+    """A chain that touches, struck at one end: each contact lasts from that instant to its parting, whatever the step.
+
+    Masses on springs of 5000 s, which take 1e-6 of the impulse in 0.6 s.
+    """
+    masses, beta = np.array([20e3, 20e3, 18e3, 17e3, 15e3]), 5e7
+    chains = [chain_of(Building("", mass, 5000.0, 0.0)) for mass in masses]
+    chains[0] = chains[0]._replace(initial=np.array([[0.0], [0.5]]))
+    meetings = [meeting(i, 1.0, 1.0, 0.0, law="hertz", stiffness=beta, restitution=1.0) for i in range(4)]
+    laid = lay_out(chains, points_of(meetings), step)
+    run = rows.run_row(laid, contacts_of(meetings), np.zeros(1 + round(0.6 / step)), rtol=1e-10)
+    ends, impulses = hertz_chain(masses, beta, 0.5)
+    np.testing.assert_array_equal(run.points[:, counters.FIRST_TOUCH], 0.0)
+    np.testing.assert_array_equal(run.points[:, counters.COUNT], 1)
+    np.testing.assert_allclose(run.points[:, counters.CONTACT_TIME], ends, rtol=1e-5)
+    np.testing.assert_allclose(run.points[:, counters.IMPULSE], impulses, rtol=1e-5)
+
+
+def test_equal_houses_that_sway_alike_are_all_struck_at_once():
+    """Three equal houses side by side, moved by one record, and a wall with a gap: one instant for all contacts."""
+    acceleration, dt = EL_CENTRO.samples()
+    house = storeys(2, 80e3, 5e7)
+    chains = (RIGID, house, house, house)
+    meetings = [*floors(0, 1.0, 2.0, gap=0.002), *(point for i in (1, 2) for point in floors(i, 1.0, 2.0, gap=0.0))]
+    run = rows.run_row(lay_out(chains, points_of(meetings), dt), contacts_of(meetings), acceleration[:300])
+    first = run.points[:, counters.FIRST_TOUCH]
+    assert run.status == counters.COMPLETE and first[:2].min() > 0.0
+    np.testing.assert_array_equal(first[2:], first[:2].min())
 
 
 def test_a_row_without_contact_points_is_free():

@@ -38,7 +38,20 @@ from pounding_risk.solver.row.implicit import choose_method
 from pounding_risk.solver.row.peaks import update_floor_peaks, update_point_peaks
 from pounding_risk.solver.row.storey import switch_storey
 from pounding_risk.solver.row.trace import write_line
-from pounding_risk.solver.row.workspace import END, FIRST, LAST, NODE, NOW, SLOPE, SLOPES, START, TRIAL, VELOCITY
+from pounding_risk.solver.row.workspace import (
+    CONSTANT,
+    END,
+    FIRST,
+    LAST,
+    NODE,
+    NOW,
+    SLOPE,
+    SLOPES,
+    START,
+    TANGENT,
+    TRIAL,
+    VELOCITY,
+)
 
 FLOWN, GROW, FAILED = 0, 1, 2  # how a stretch ends
 ALIKE = 1e-13  # of a_g: neighbours at rest that begin to move alike press each other by rounding at most
@@ -53,18 +66,23 @@ def any_closed(row, run, first, last):
     return closed
 
 
+@small
+def touches(row, run, k):
+    """True where contact point ``k`` is open with its gap closed, in rows NOW, to rounding."""
+    if run.contacts[k].closed > 0.0 or compliance(row, k) == 0.0:
+        return False
+    return across(row, k, run.dofs, NOW) - run.contacts[k].gap >= -ROUNDED
+
+
 @kernel
 def begin_contacts(row, run, group, time, ground):
-    """Begin every contact of the group that is about to press, its state in rows NOW; returns how many.
+    """Begin every contact of the group that is about to press, its state in rows NOW.
 
-    ``ground`` begins now.
+    ``ground`` begins now. Returns the interface of a building that looks on and is pressed at once, or −1 for none.
     """
-    count = 0
     ready = False
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        if run.contacts[k].closed > 0.0 or compliance(row, k) == 0.0:
-            continue
-        if across(row, k, run.dofs, NOW) - run.contacts[k].gap < -ROUNDED:
+        if not touches(row, run, k):
             continue
         rate = across(row, k, run.dofs, NOW + VELOCITY)
         if rate == 0.0:
@@ -77,8 +95,70 @@ def begin_contacts(row, run, group, time, ground):
                 continue
         if rate > 0.0:
             touch_down(row, run, k, time, slowest_scale(row, run, group.first, group.last, time))
-            count += 1
-    return count
+    return begin_driven_contacts(row, run, group, time, ground)
+
+
+@kernel
+def begin_driven_contacts(row, run, group, time, ground):
+    """Begin contacts that are closed at rest where a building is pressed against its neighbour by the one behind it.
+
+    As the masses are lumped, a contact that begins at ``time`` moves all those that touch and would otherwise go on
+    alike at once, however little; how soon that is more than rounding depends on the steps. Returns as
+    `begin_contacts`.
+    """
+    has_begun = True
+    while has_begun:
+        has_begun = False
+        for i in range(group.watched_first, group.watched_last):
+            if not is_driven(row, run, group, i, time) or not go_on_alike(row, run, ground, i):
+                continue
+            for k in range(row.frame[START, i], row.frame[START, i + 1]):
+                if touches(row, run, k):
+                    if not group.first <= i < group.last:
+                        return i
+                    touch_down(row, run, k, time, slowest_scale(row, run, group.first, group.last, time))
+                    has_begun = True
+    return -1
+
+
+@kernel
+def go_on_alike(row, run, ground, i):
+    """True where both buildings of interface ``i`` have the same motion from rows NOW on, as long as none is touched.
+
+    They are equal, in the same state and under the same ground, or at rest and unloaded.
+    """
+    left, right, end = row.frame[FIRST, i], row.frame[FIRST, i + 1], row.frame[FIRST, i + 2]
+    (pull, rise), (right_pull, right_rise) = ground.under(i), ground.under(i + 1)
+    is_still = pull == 0.0 and rise == 0.0 and right_pull == 0.0 and right_rise == 0.0
+    for d in range(left, end):
+        is_moving = run.dofs[NOW, d] != 0.0 or run.dofs[NOW + VELOCITY, d] != 0.0 or run.dofs[CONSTANT, d] != 0.0
+        is_still = is_still and not is_moving
+    if is_still:
+        return True
+    are_alike = pull == right_pull and rise == right_rise and right - left == end - right
+    if are_alike:
+        for d in range(left, right):
+            other = d + right - left
+            for line in (NOW, NOW + VELOCITY, TANGENT, CONSTANT):
+                are_alike = are_alike and run.dofs[line, d] == run.dofs[line, other]
+            for number in range(row.floors.shape[0]):
+                are_alike = are_alike and row.floors[number, d] == row.floors[number, other]
+            for column in range(row.damping.shape[1]):
+                are_alike = are_alike and row.damping[d, column] == row.damping[other, column]
+    return are_alike
+
+
+@kernel
+def is_driven(row, run, group, i, time):
+    """True where interface ``i`` is open and a contact of the next one, on either side, begins at ``time``."""
+    if any_closed(row, run, i, i + 1):
+        return False
+    for beside in (i - 1, i + 1):
+        if group.first <= beside < group.last:
+            for k in range(row.frame[START, beside], row.frame[START, beside + 1]):
+                if run.contacts[k].closed > 0.0 and run.contacts[k].touch_time == time:
+                    return True
+    return False
 
 
 @kernel
@@ -258,7 +338,10 @@ def integrate_contact(row, run, members, window, t, base):
             has_changed, of_images, of_event = apply_with_mirror_images(row, run, group, kind, k, moment + t)
             energy_in = energy_in + of_images + of_event
             if kind == TOUCH:
-                begin_contacts(row, run, group, moment + t, ground.later(t))
+                fill_spectators(row, run, group, t - base, NOW)
+                edge = begin_contacts(row, run, group, moment + t, ground.later(t))
+                if edge >= 0:
+                    return GROW, t, edge
             if has_changed and too_many(row, run, group):
                 return fail(run, TOO_MANY_CONTACTS), t, -1
     run.workspace.residual += note_energy(row, run, group) - energy_before - energy_in
@@ -309,7 +392,9 @@ def solve_group(row, run, span, watch, window, terms, rtol):
     write_spectator_series(row, run, span, watch, ground, terms)
     turns = 0
     while True:
-        begin_contacts(row, run, group, moment + t, ground.later(t))
+        edge = begin_contacts(row, run, group, moment + t, ground.later(t))
+        if edge >= 0:
+            return GROW, edge
         if any_closed(row, run, span[0], span[1]):
             outcome, t, edge = integrate_contact(row, run, group, window, t, base)
             if outcome != FLOWN:
