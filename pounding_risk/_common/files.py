@@ -14,7 +14,8 @@ import os
 import platform
 import re
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from math import inf
 from pathlib import Path
 from typing import BinaryIO
@@ -49,16 +50,28 @@ def is_partial_of(name: str, pattern: str) -> bool:
 
 def write_whole(path: Path, write: Callable[[BinaryIO], object]) -> None:
     """Write a file atomically; ``write`` gets a file open for bytes. Raises OSError, and then leaves nothing aside."""
-    partial = partial_of(path)
+    write_together([(path, write)])
+
+
+def write_together(files: Iterable[tuple[Path, Callable[[BinaryIO], object]]]) -> None:
+    """Write several files aside, each as `write_whole`, and move them into place when all are complete."""
+    partials: dict[Path, Path] = {}
     try:
-        with open(partial, "wb", opener=_open_own) as file:
-            write(file)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(partial, path)
-        sync_folder(path.parent)
+        for path, write in files:
+            partials[path] = partial_of(path)
+            with open(partials[path], "wb", opener=_open_own) as file:
+                write(file)
+                file.flush()
+                os.fsync(file.fileno())
+        for path, partial in partials.items():
+            os.replace(partial, path)
+        for folder in {path.parent for path in partials}:
+            sync_folder(folder)
     finally:
-        partial.unlink(missing_ok=True)
+        for partial in partials.values():
+            partial.unlink(missing_ok=True)
+    for path in partials:
+        _remove_orphans(path)
 
 
 def _open_own(name: str, flags: int) -> int:
@@ -92,6 +105,7 @@ def move_into_place(partial: Path, target: Path) -> None:
     if not partial.is_dir():
         os.replace(partial, target)
         sync_folder(target.parent)
+        _remove_orphans(target)
         return
     older = _aside(target, OLD)
     try:
@@ -104,6 +118,7 @@ def move_into_place(partial: Path, target: Path) -> None:
         raise
     sync_folder(target.parent)
     discard(older)
+    _remove_orphans(target)
 
 
 def moved_away(target: Path) -> Path | None:
@@ -130,6 +145,27 @@ def remove_leftovers(target: Path) -> list[Path]:
     for path in leftovers:
         discard(path)
     return leftovers
+
+
+def _remove_orphans(target: Path) -> None:
+    """Remove what killed processes of this machine have left aside of a target; what cannot be removed stays."""
+    if os.name != "posix":  # elsewhere a signal to a process ends it
+        return
+    for path in _asides(target, PARTIAL):
+        machine, process = path.name.removeprefix(f".{target.name}.").split(".")[:2]
+        if machine == host() and not _is_running(int(process)):
+            with suppress(OSError):
+                discard(path)
+
+
+def _is_running(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # of another user
+        return True
+    return True
 
 
 def not_written(target: Path, error: BaseException, repair: str = AGAIN) -> PoundingError:

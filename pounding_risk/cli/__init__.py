@@ -6,6 +6,7 @@ itself when it is run or listed, so that help and completion answer at once.
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import threading
@@ -75,7 +76,12 @@ def _sentences() -> Iterator[None]:
     except OSError as error:  # a name too long, a full disk: no fault of the code, wherever it occurs
         if error.filename is None:
             raise
-        typer.echo(plain(f"pounding-risk: {error.filename}: {error.strerror}; choose another name or place"), err=True)
+        from pounding_risk._common.files import AGAIN, FULL, raised
+
+        repair = "choose another name or place"
+        if error.errno in FULL:
+            repair = raised(AGAIN) if error.errno == errno.EFBIG else AGAIN
+        typer.echo(plain(f"pounding-risk: {error.filename}: {error.strerror}; {repair}"), err=True)
         raise typer.Exit(BAD_INPUT) from None
     except KeyboardInterrupt as stop:
         remains = str(stop) or "no file was left half written"

@@ -65,10 +65,12 @@ def announce(*paths: Path | None) -> None:
 @contextmanager
 def _announced(target: Path) -> Iterator[None]:
     """Write a file, then print that it is written; raises PoundingError where writing fails."""
+    from pounding_risk._common.files import not_written
+
     try:
         yield
     except OSError as error:
-        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
+        raise not_written(target, error) from None
     announce(target)
 
 
@@ -94,15 +96,9 @@ def draw(target: Path | None, name: str, *arguments: Any, **options: Any) -> Non
     """
     if target is None:
         return
-    from pounding_risk._common.files import move_into_place, partial_of
     from pounding_risk.figures.style import write
 
     module, _, function = name.rpartition(".")
     figure = getattr(import_module(f"pounding_risk.figures.{module}"), function)(*arguments, **options)
-    partial = target.with_name(f"{partial_of(target).name}{target.suffix}")  # the suffix chooses the format
-    try:
-        with _announced(target):
-            write(figure, partial)
-            move_into_place(partial, target)
-    finally:
-        partial.unlink(missing_ok=True)
+    with _announced(target):
+        write(figure, target)

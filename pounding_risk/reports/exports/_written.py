@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
-from pounding_risk._common.files import write_whole
+from pounding_risk._common.files import not_written, write_together
 from pounding_risk.errors import PoundingError
 
 
@@ -31,21 +33,47 @@ class Written(NamedTuple):
     told: tuple[str, ...]
 
 
-def write_file(target: Path, content: str | bytes) -> Path:
+Content = str | bytes
+
+
+def write_file(target: Path, content: Content) -> Path:
     """Write a file, text as UTF-8, whole or not at all; raises PoundingError where that fails."""
-    data = content.encode() if isinstance(content, str) else content
-    try:
-        write_whole(target, lambda file: file.write(data))
-    except OSError as error:
-        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
-    return target
+    return write_files([(target, content)])[0]
 
 
-def make_folder(target: Path) -> None:
-    """Make the folder of an export's tables; raises PoundingError where that fails."""
-    if target.is_file():
-        raise PoundingError(f"{target} is a file, and the tables go to a folder; choose another name")
+def write_folder(folder: Path, contents: Iterable[tuple[str, Content]]) -> tuple[Path, ...]:
+    """Write files by name into a folder, all of them or none, and make the folder where there is none.
+
+    Raises PoundingError where that fails; a folder that was made for them is removed then.
+    """
+    if folder.is_file():
+        raise PoundingError(f"{folder} is a file, and the tables go to a folder; choose another name")
+    missing = [place for place in (folder, *folder.absolute().parents) if not place.exists()]
     try:
-        target.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise PoundingError(f"{target}: cannot be made ({error.strerror}); choose another place") from None
+        raise PoundingError(f"{folder}: cannot be made ({error.strerror}); choose another place") from None
+    try:
+        return write_files((folder / name, content) for name, content in contents)
+    except BaseException:  # Ctrl-C as well
+        with suppress(OSError):
+            for place in missing:
+                place.rmdir()
+        raise
+
+
+def write_files(contents: Iterable[tuple[Path, Content]]) -> tuple[Path, ...]:
+    """Write files, text as UTF-8, all of them or none; raises PoundingError where that fails."""
+    targets: list[Path] = []
+
+    def writers() -> Iterator[tuple[Path, Callable[[BinaryIO], object]]]:
+        for target, content in contents:
+            data = content.encode() if isinstance(content, str) else content
+            targets.append(target)
+            yield target, lambda file, data=data: file.write(data)  # type: ignore[misc]
+
+    try:
+        write_together(writers())
+    except OSError as error:
+        raise not_written(targets[-1], error) from None
+    return tuple(targets)

@@ -11,7 +11,7 @@ import numpy as np
 
 from pounding_risk._common.letters import cell
 from pounding_risk.motions.levels import LEVEL_AXIS
-from pounding_risk.reports.exports._written import Asked, Written, make_folder, write_file
+from pounding_risk.reports.exports._written import Asked, Written, write_folder
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.variables import PLACES
 
@@ -35,11 +35,8 @@ FREE = "_without_contact"  # added to the name of a table whose values are of mo
 
 def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
     """Write a table for each kind of place of a dataset, with every case."""
-    make_folder(target)
-    files = []
-    for name, variables in grouped(results).items():
-        files.append(write_file(target / f"{name}.csv", table(results, variables)))
-    return Written(tuple(files), ())
+    tables = ((f"{name}.csv", table(results, variables)) for name, variables in grouped(results).items())
+    return Written(write_folder(target, tables), ())
 
 
 def grouped(results: xr.Dataset) -> dict[str, list[str]]:

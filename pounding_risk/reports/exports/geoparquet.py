@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pounding_risk.reports.exports._layers import Layer, layers_of
-from pounding_risk.reports.exports._written import Asked, Written, make_folder, write_file
+from pounding_risk.reports.exports._written import Asked, Written, write_folder
 from pounding_risk.reports.exports.geopackage import NEEDED, frame_of, need
 
 if TYPE_CHECKING:
@@ -24,12 +24,10 @@ def write(results: list[xr.Dataset], target: Path, asked: Asked) -> Written:
     """Write the layers of rows, a file each; raises PoundingError as `layers_of`."""
     need((*NEEDED, "pyarrow"), "GeoParquet")
     layers = layers_of(results, asked)
-    make_folder(target)
-    files = [
-        write_file(target / f"{layer.name}.parquet", parquet_of(layer, layers.crs))
-        for layer in (layers.buildings, layers.interfaces)
-    ]
-    return Written(tuple(files), layers.told)
+    files = (
+        (f"{layer.name}.parquet", parquet_of(layer, layers.crs)) for layer in (layers.buildings, layers.interfaces)
+    )
+    return Written(write_folder(target, files), layers.told)
 
 
 def parquet_of(layer: Layer, crs: str | None) -> bytes:

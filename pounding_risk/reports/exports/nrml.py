@@ -23,7 +23,7 @@ from pounding_risk.reports.exports._curves import (
     probabilities,
 )
 from pounding_risk.reports.exports._damage import fragilities_of
-from pounding_risk.reports.exports._written import Asked, Written, write_file
+from pounding_risk.reports.exports._written import Asked, Written, write_files
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,15 +49,13 @@ def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
         files = [target.with_name(f"{target.stem}-{name}{target.suffix}") for name in names]
         told.append("OpenQuake takes one model from a file, with the same limit states for all its functions")
     side = " without pounding" if asked.without else ""
-    written = [
-        write_file(file, document(found, model, side, asked.discrete))
-        for file, model in zip(files, found.models, strict=True)
-    ]
+    documents = (document(found, model, side, asked.discrete) for model in found.models)
+    written = write_files(zip(files, documents, strict=True))
     told += [
         "probabilities are those of the fitted lognormal; its standard errors are in the description",
         "the curves count no uncertainty of the buildings",
     ]
-    return Written(tuple(written), tuple(told))
+    return Written(written, tuple(told))
 
 
 def document(found: Fragilities, model: Model, side: str, discrete: bool) -> str:

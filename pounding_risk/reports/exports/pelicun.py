@@ -27,7 +27,7 @@ from pounding_risk.reports.exports._pelicun_fragilities import (
     fragility_table,
     fragility_words,
 )
-from pounding_risk.reports.exports._written import Asked, Written, make_folder, write_file
+from pounding_risk.reports.exports._written import Asked, Written, write_folder
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.one_case import one_case
@@ -61,27 +61,26 @@ def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
     """
     runs, told = _runs_or_why(results, asked)
     found = components_of(results, asked)
-    make_folder(target)
-    files: list[Path] = []
+    tables: dict[str, str] = {}
     if runs is not None:
-        told = list(_write_demands(results, runs, found.measure, target, files))
+        told = list(_demand_tables(results, runs, found.measure, tables))
     told += found.told
     if found.measure is not None and found.components:
-        files.append(write_file(target / "fragility.csv", fragility_table(found.measure, found.components)))
+        tables["fragility.csv"] = fragility_table(found.measure, found.components)
         words = fragility_words(found.components, str(results.attrs.get("title", "")))
-        files.append(write_file(target / "fragility.json", words))
+        tables["fragility.json"] = words
         told.append(
             f"components stand at location 0 in direction 1, where {demand_name(found.measure)} is their demand"
         )
     else:
         told.append("no fragilities are written")
-    return Written(tuple(files), tuple(told))
+    return Written(write_folder(target, tables.items()), tuple(told))
 
 
-def _write_demands(
-    results: xr.Dataset, runs: xr.Dataset, measure: Known | None, target: Path, files: list[Path]
+def _demand_tables(
+    results: xr.Dataset, runs: xr.Dataset, measure: Known | None, tables: dict[str, str]
 ) -> Iterator[str]:
-    """Write the demands of each building, and yield sentences on them."""
+    """Enter the demands of each building in ``tables``, by the file's name, and yield sentences on them."""
     yield _case_words(runs)
     complete = _complete(runs)
     if not complete.all():
@@ -95,7 +94,7 @@ def _write_demands(
         for ending, word in (("", "with"), ("_free", "without")):
             columns = [*_demands(one, ending, heights), *intensity]
             name = f"{identifier_of(building)}-{word}-contact.csv"
-            files.append(write_file(target / name, table(runs, columns, complete)))
+            tables[name] = table(runs, columns, complete)
 
 
 def _intensity(results: xr.Dataset, runs: xr.Dataset, measure: Known) -> Demand:
