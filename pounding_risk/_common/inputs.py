@@ -6,6 +6,7 @@ A device has no end, and a named pipe that nobody writes would be waited for wit
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import stat
@@ -61,6 +62,8 @@ def cannot_be_read(error: Any, repair: str) -> str:
     """Words on a file that was not read, after its name; ``repair`` for what the error itself has none."""
     if isinstance(error, Unfit):
         return str(error.strerror)
+    if getattr(error, "errno", None) == errno.ENAMETOOLONG:
+        repair = "check the name"
     return f"cannot be read ({getattr(error, 'strerror', None) or error}); {repair}"
 
 

@@ -145,5 +145,5 @@ def rounded_up(gap: float) -> float:
     """A gap [m] rounded up to three digits, 0 where it is not above 0."""
     if not gap > 0.0:
         return 0.0
-    unit = 10.0 ** (np.floor(np.log10(gap)) - 2.0)
+    unit = 10.0 ** max(np.floor(np.log10(gap)) - 2.0, -300.0)  # no division by what underflows
     return float(np.ceil(gap / unit - 1e-9) * unit)

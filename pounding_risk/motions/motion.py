@@ -102,10 +102,12 @@ class Motion(ShortRepr):
     def digest(self) -> str:
         """SHA-256 of what a run takes: every sample [m/s²], then ``dt`` [s], as little-endian numbers of 8 bytes.
 
-        The samples of `own_grounds` follow, each after the number of its building.
+        The samples of `own_grounds` follow, each after the number of its building. The zeros of `reaching`, which
+        follow from the scene, are not counted.
         """
-        own = [np.append(place, samples) for place, samples in enumerate(self.own_grounds) if samples is not None]
-        return sha256(np.concatenate([self.acceleration, [self.dt], *own]).astype("<f8").tobytes()).hexdigest()
+        prompt = self.reaching(0.0)
+        own = [np.append(place, samples) for place, samples in enumerate(prompt.own_grounds) if samples is not None]
+        return sha256(np.concatenate([prompt.acceleration, [self.dt], *own]).astype("<f8").tobytes()).hexdigest()
 
     def reversed(self) -> Motion:
         """The motion with the opposite sign. A pair is not symmetric, so that both polarities are worth a run."""

@@ -288,7 +288,7 @@ def test_motions_without_a_response_count_against_the_verdict():
     assert (one.verdict.motions, one.contact_at_gap().runs) == (140, 140)
     assert one.contact_at_gap().high_recordings < 0.1
     assert one.verdict.word == "depends"  # the 20 may all have closed it
-    assert "20 of them failed" in one.verdict.sentence
+    assert "20 failed motions widen" in one.verdict.sentence
     with pytest.raises(PoundingError, match="no motion of the dataset moves the ground and has a finite response"):
         assess(made_up(np.full((2, 2), np.nan)))
 

@@ -416,7 +416,7 @@ REFUSED = [
         "-o: several of the records would be out/A090.csv; process them into folders of their own",
     ),
     ("process RSN6-180 -o /proc/out", "--out: "),  # where nobody can make a folder, whatever the permissions say
-    (f"info {300 * 'a'}.at2", f"{300 * 'a'}.at2: File name too long; "),
+    (f"info {300 * 'a'}.at2", f"{300 * 'a'}.at2: cannot be read (File name too long); check the name"),
     (f"process RSN6-180 -o {300 * 'a'}", f"{300 * 'a'}: File name too long; "),
     ("process RSN6-180 --pga 1e300g", "RSN6-180: a sample of 9.81e+300 m/s² is no motion of the ground; "),
     (

@@ -56,7 +56,8 @@ def test_a_law_without_a_damper_takes_no_viscous_energy(name: str):
     law = law_of(name)
     memory = law.begin(0.6, 0.5, 570.0)
     alike = all(law.force(memory, d, 0.4, True) == law.force(memory, d, -0.4, False) for d in DEPTHS)
-    assert law.conserves() == (alike and not is_path_dependent(LAWS[name]))
+    # That of the points of a table is path-dependent only where it has a way back.
+    assert law.conserves() == (alike and (name == "tabulated" or not is_path_dependent(LAWS[name])))
     if law.conserves():
         assert ends_itself(law, memory, 1e-9, 1e6, 3e-7, 0.0) == (0.0, 0.0, 0.0)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import json
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +50,14 @@ def folder(tmp_path_factory):
     return target
 
 
+def without_later_notes(dataset):
+    """Without the note on a stiffness that is too soft, which the version of the files had not."""
+    if "notes" in dataset.attrs:
+        notes = [note for note in json.loads(dataset.attrs["notes"]) if "too soft by the rule" not in note]
+        dataset.attrs["notes"] = json.dumps(notes)
+    return dataset
+
+
 def fresh(name, study, folder):
     """What this version writes where version 1 wrote the file."""
     if name.startswith("simulate"):
@@ -64,7 +73,10 @@ def fresh(name, study, folder):
 @pytest.mark.parametrize("name", CHOICES)
 def test_it_is_a_fresh_run(folder, name):
     upgraded = open_results(folder / f"{name}.nc")
-    now = fresh(name, parse_scene(upgraded.attrs["scene_resolved"]), folder)
+    now = without_later_notes(fresh(name, parse_scene(upgraded.attrs["scene_resolved"]), folder))
+    if name == "simulate-wave":  # the late building has the whole motion now; until the end of the file nothing differs
+        now = now.isel(time=slice(upgraded.sizes["time"]), contact=slice(-1))
+        upgraded = upgraded.isel(contact=slice(-1))  # the last contact ended with the file
     assert set(now.variables) - set(upgraded.variables) == IN_SPACE | ABSENT.get(name, set())
     assert set(upgraded.variables) <= set(now.variables)
     assert set(upgraded.coords) == set(now.coords)

@@ -66,6 +66,9 @@ def test_a_fresh_scan_has_the_same_dimensions_labels_and_numbers(folder, name):
     before = open_results(path)
     origin = recorded(before, path)
     after = pr.scan(origin.study, screening=origin.screening, check_fraction=origin.check_fraction)
+    # The stiffness of the row's file is too soft, which no version noted then.
+    notes = [note for note in json.loads(after.attrs.pop("notes", "[]")) if "too soft by the rule" not in note]
+    after.attrs |= {"notes": json.dumps(notes)} if notes else {}
     assert set(after.variables) - set(before.variables) == {"record_pgv"}  # which no file of version 1 has
     assert set(before.variables) <= set(after.variables)
     for variable in before.variables:

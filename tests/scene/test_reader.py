@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scene_cases import cases
 
+from pounding_risk._common.letters import refused
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.laws import LAWS, Hertz, Linear, VanMier
 from pounding_risk.models.restitution import CONCRETE, Restitution
@@ -193,7 +194,7 @@ VARIED = [
     ]\n""",
     SHORT.replace("[records]", 'equal_terms = {same = "penetration", speed = "1 m/s"}\n[records]'),
     SHORT.replace('period = "0.208 s"', 'period = "0.208 s"\nfloor_length = "18.3 m"\nwave_speed = "2.9 km/s"'),
-    SHORT.replace('name = "frame"', r'name = "a \"b\" \\ \u007f\n.é"'),
+    SHORT.replace('name = "frame"', r'name = "a \"b\" \\ .é"'),
 ]
 
 
@@ -276,7 +277,7 @@ def test_a_law_that_the_scene_cannot_give():
     numbers=st.tuples(*[st.floats(1.0, 1e9)] * 5),
     fraction=st.floats(1e-3, 0.999),
     gaps=st.sets(st.floats(0.0, 10.0), min_size=1, max_size=6),
-    name=st.text(st.characters(codec="utf-8"), min_size=1).filter(str.strip),
+    name=st.text(st.characters(codec="utf-8"), min_size=1).filter(str.strip).filter(lambda name: not refused(name)),
 )
 def test_round_trip_of_any_numbers(numbers, fraction, gaps, name):
     base = parse_scene(DESIGN)

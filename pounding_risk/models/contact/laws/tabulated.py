@@ -171,4 +171,7 @@ class Tabulated(NamedTuple):
     def yielded(self, loss):
         return loss
 
+    def conserves(self):
+        return unloading_pieces(self.table)[1] == 0
+
     ceiling, floor = never_yields, may_pull
