@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +15,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.results.along import at_places
 from pounding_risk.results.files import stream_results
 from pounding_risk.results.layout import AMPLITUDE, Template, amplitude_axis, axes_of_cases, scene_dims
-from pounding_risk.results.scene_axes import VARIANTS, axes_of, has_drawn_motions
+from pounding_risk.results.scene_axes import axes_of, has_drawn_motions, variants_of
 from pounding_risk.scene.sampling import GROWING
 from pounding_risk.scene.scene_axis import SAMPLE, UNCERTAIN, SceneAxis
 
@@ -67,8 +66,7 @@ class KnownSamples:
         self._arrays: dict[str, tuple[tuple[str, ...], np.ndarray]] = {}
 
     def _listed(self, name: str) -> list[Any]:
-        listed: list[Any] = json.loads(self._dataset.attrs[VARIANTS])[name]
-        return listed
+        return variants_of(self._dataset).get(name, [])
 
     def has(self, places: Mapping[str, int]) -> bool:
         """True for a place whose cases it has."""

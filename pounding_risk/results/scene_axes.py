@@ -67,6 +67,20 @@ def axes_of(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
         ) from None
 
 
+def variants_of(dataset: xr.Dataset) -> dict[str, list[Any]]:
+    """What else differs along the axes: lists of attributes and of tables; raises PoundingError where it is damaged."""
+    try:
+        found = json.loads(dataset.attrs.get(VARIANTS, "{}"))
+    except (TypeError, ValueError):
+        found = None
+    if not isinstance(found, dict) or not all(isinstance(listed, list) for listed in found.values()):
+        raise PoundingError(
+            f"the attribute {VARIANTS} cannot be read: the file was damaged or changed since it was written; take the "
+            "one that scan wrote, or run the scan again"
+        )
+    return found
+
+
 def axis_coordinates(axes: Iterable[SceneAxis], more: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Labels of the axes, as xarray takes them: the values of each key along its dimension.
 
@@ -263,7 +277,7 @@ def _equal(value: Any, other: Any) -> bool:
 def _attributes(dataset: xr.Dataset, axes: Sequence[SceneAxis], places: Sequence[int]) -> dict[str, Any]:
     """The attributes of a scan of the scene at a place along every axis."""
     attrs = {str(name): value for name, value in dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)}
-    variants = json.loads(dataset.attrs.get(VARIANTS, "{}"))
+    variants = variants_of(dataset)
     for name, along, values in variants.get("attributes", ()):
         value = at_places(along, values, places)
         attrs.pop(name, None) if value is None else attrs.update({name: value})

@@ -250,6 +250,33 @@ def test_the_damage_is_named(sound, damage, words, tmp_path):
     assert words in str(told.value) and str(tmp_path / "results.nc") in str(told.value)
 
 
+def test_damaged_zarr_stores_are_a_sentence_or_do_no_harm(sound, tmp_path):
+    """Each 29th mutant of a pair's scan as a Zarr store, written without the checks of this package."""
+    results_zarr = pytest.importorskip("pounding_risk.results.zarr")
+    refused = passed = 0
+    for number, (words, damage) in enumerate(mutants(sound["pair"])):
+        if number % 29:
+            continue
+        store = tmp_path / f"r{number}.zarr"
+        try:
+            damaged = results_zarr.fixed_texts(damage(sound["pair"]))
+        except (TypeError, ValueError):  # texts cannot be summed: there is no such store
+            continue
+        damaged.attrs |= {results_zarr.ZARR_MARK: [str(name) for name in damaged.variables]}
+        damaged.attrs = {
+            name: getattr(value, "tolist", lambda value=value: value)() for name, value in damaged.attrs.items()
+        }
+        with results_zarr.zarr.config.set(results_zarr.EVERY_CHUNK):
+            damaged.to_zarr(store, zarr_format=2, consolidated=True)
+        try:
+            summary(store)
+            passed += 1
+        except PoundingError as error:
+            assert str(store) in str(error), words
+            refused += 1
+    assert refused >= 5 and passed >= 1, (refused, passed)
+
+
 def test_several_damages_are_told_at_once(sound):
     damaged = _with_attr(_without(sound["pair"], "records"), "gap", "units", "mm")
     with pytest.raises(PoundingError, match=r"(?s)the dataset: .*records is missing.*the variable gap is in 'mm'"):

@@ -175,7 +175,14 @@ def test_contact_along_axes_needs_axes(alone):
 
 
 @pytest.mark.parametrize(
-    ("name", "text"), [("scene_axes", "[{}]"), ("scene_axes", "{"), ("scene_variants", '{"tables": [[1]]}')]
+    ("name", "text"),
+    [
+        ("scene_axes", "[{}]"),
+        ("scene_axes", "{"),
+        ("scene_variants", '{"tables": [[1]]}'),
+        ("scene_variants", "null"),
+        ("scene_variants", '{"attributes": null}'),
+    ],
 )
 def test_damaged_attributes_are_told(whole, name, text):
     damaged = whole.sel(PLACE).assign_attrs({name: text})
