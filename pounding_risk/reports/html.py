@@ -90,7 +90,8 @@ def packed(values: np.ndarray, kind: str) -> str:
 
     Bytes of the same significance are alike, so that the sorted ones take a half to a tenth of the room.
     """
-    plain = np.ascontiguousarray(values, dtype=f"<{kind}").reshape(-1)
+    with np.errstate(over="ignore"):  # a number of a damaged file that is too large is infinite
+        plain = np.ascontiguousarray(values, dtype=f"<{kind}").reshape(-1)
     sorted_bytes = plain.view(np.uint8).reshape(-1, plain.itemsize).T.tobytes()
     return base64.b64encode(zlib.compress(sorted_bytes, 9)).decode("ascii")
 

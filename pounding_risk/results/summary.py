@@ -167,12 +167,14 @@ class _Accumulator:
         if known.size:
             self.values += known.size
             self.least, self.largest = min(self.least, float(known.min())), max(self.largest, float(known.max()))
-            self.sums.append(float(known.sum(dtype=float)))
+            with np.errstate(over="ignore"):  # of damaged numbers
+                self.sums.append(float(known.sum(dtype=float)))
 
     def spread(self) -> Spread:
         if not self.values:
             return Spread(0, nan, nan, nan)
-        return Spread(self.values, self.least, fsum(self.sums) / self.values, self.largest)
+        total = fsum(self.sums) if max(map(abs, self.sums)) < 1e300 else sum(self.sums)  # which may overflow
+        return Spread(self.values, self.least, total / self.values, self.largest)
 
 
 def _spreads(dataset: xr.Dataset, template: Template) -> dict[str, dict[str, Spread]]:

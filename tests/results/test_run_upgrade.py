@@ -74,9 +74,16 @@ def fresh(name, study, folder):
 def test_it_is_a_fresh_run(folder, name):
     upgraded = open_results(folder / f"{name}.nc")
     now = without_later_notes(fresh(name, parse_scene(upgraded.attrs["scene_resolved"]), folder))
-    if name == "simulate-wave":  # the late building has the whole motion now; until the end of the file nothing differs
-        now = now.isel(time=slice(upgraded.sizes["time"]), contact=slice(-1))
-        upgraded = upgraded.isel(contact=slice(-1))  # the last contact ended with the file
+    if (
+        name == "simulate-wave"
+    ):  # the late building has the whole motion now: the histories of the file are the first part
+        for variable, before in upgraded.data_vars.items():
+            if "time" in before.dims:
+                after = now[variable].isel(time=slice(upgraded.sizes["time"])).values
+                np.testing.assert_allclose(
+                    before, after, rtol=1e-9, atol=1e-9 * np.nanmax(np.abs(after)), err_msg=variable
+                )
+        return
     assert set(now.variables) - set(upgraded.variables) == IN_SPACE | ABSENT.get(name, set())
     assert set(upgraded.variables) <= set(now.variables)
     assert set(upgraded.coords) == set(now.coords)
