@@ -74,14 +74,15 @@ def _sentences() -> Iterator[None]:
         typer.echo(plain(f"pounding-risk: {error}"), err=True)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:  # a name too long, a full disk: no fault of the code, wherever it occurs
-        if error.filename is None:
-            raise
         from pounding_risk._common.files import AGAIN, FULL, raised
 
+        if error.filename is None and error.errno not in FULL:
+            raise
+        name = error.filename or "a file, or one of those that are needed for it"
         repair = "choose another name or place"
         if error.errno in FULL:
             repair = raised(AGAIN) if error.errno == errno.EFBIG else AGAIN
-        typer.echo(plain(f"pounding-risk: {error.filename}: {error.strerror}; {repair}"), err=True)
+        typer.echo(plain(f"pounding-risk: {name}: {error.strerror}; {repair}"), err=True)
         raise typer.Exit(BAD_INPUT) from None
     except KeyboardInterrupt as stop:
         remains = str(stop) or "no file was left half written"

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pounding_risk._common.files import not_written
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import check_target
 
@@ -80,5 +81,9 @@ def report(
     if suffix == ".pdf":
         from pounding_risk.reports.pdf import document
 
-        return write_page(target, document(model))
+        try:
+            bytes_of_pdf = document(model)
+        except OSError as error:  # of figures and fonts in the temporary folder
+            raise not_written(target, error) from None
+        return write_page(target, bytes_of_pdf)
     return write_page(target, page(model))

@@ -9,10 +9,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from scenes import two_records
 
 from pounding_risk._common.files import host, move_into_place, write_together, write_whole
+from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._written import write_folder
+from pounding_risk.scene.reader import parse_scene
 
 posix = pytest.mark.skipif(os.name != "posix", reason="processes are asked for by a signal")
 SLOW = """
@@ -89,3 +92,31 @@ def test_a_folder_made_for_files_that_cannot_be_written_goes_again(tmp_path):
     with pytest.raises(PoundingError, match="second"):
         write_folder(tmp_path / "there", contents())
     assert names(tmp_path) == ["there"] and names(tmp_path / "there") == []
+
+
+LIMITED = """
+import resource, signal, sys
+import pounding_risk as pr
+from pounding_risk.results.files import open_results
+
+results = open_results(sys.argv[1])
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # as Python has it
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]), resource.RLIM_INFINITY))
+try:
+    pr.report(results, sys.argv[2])
+except pr.PoundingError as error:
+    print(error)
+"""
+
+
+@posix
+@pytest.mark.parametrize("limit", [2_000, 300_000])
+def test_a_pdf_beyond_the_limit_of_files_names_itself_and_the_limit(limit, tmp_path):
+    """2 kB are too few for its tables, 300 kB for a font."""
+    pytest.importorskip("typst")
+    scan(parse_scene(two_records(law="jankowski", stiffness="2e9 N/m^1.5")), tmp_path / "r.nc")
+    command = [sys.executable, "-c", LIMITED, tmp_path / "r.nc", tmp_path / "r.pdf", str(limit)]
+    ran = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert ran.stdout.startswith(f"{tmp_path / 'r.pdf'}: cannot be written (File too large"), ran.stderr
+    assert "raise the limit (ulimit -f)" in ran.stdout
+    assert not any("pdf" in name for name in names(tmp_path))
