@@ -338,7 +338,8 @@ def _print_response(interface: InterfaceAssessment) -> None:
     rows = []
     for force in dict.fromkeys(median.yield_force for median in medians):
         of_force = {median.output: median for median in medians if median.yield_force == force}
-        values = (engineering(of_force[output].median, of_force[output].unit, 3) for output in words)
+        shown = (of_force.get(output) for output in words)  # none where no motion has a finite value of an output
+        values = ("–" if median is None else engineering(median.median, median.unit, 3) for median in shown)
         rows.append((_level(force, interface), str(max(median.motions for median in of_force.values())), *values))
     print_table(("F_E", "contact in", *words.values()), rows, "r" * (2 + len(words)))
     own_force = _level(interface.own_force, interface)
