@@ -146,4 +146,4 @@ def rounded_up(gap: float) -> float:
     if not gap > 0.0:
         return 0.0
     unit = 10.0 ** max(np.floor(np.log10(gap)) - 2.0, -300.0)  # no division by what underflows
-    return float(np.ceil(gap / unit - 1e-9) * unit)
+    return float(max(np.ceil(gap / unit - 1e-9), 1.0) * unit)  # 1: what is below the unit is rounded up too

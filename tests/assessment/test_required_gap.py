@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.stats import beta, binom, lognorm
 
@@ -20,6 +20,7 @@ from pounding_risk.assessment.required_gap import (
 )
 
 
+@example(closing=[5e-324], percentile=50.0)  # below any unit of three digits
 @given(
     closing=st.lists(st.floats(0.0, 0.5), min_size=1, max_size=40),
     percentile=st.sampled_from([50.0, 75.0, 84.0, 90.0, 95.0]),
