@@ -1,0 +1,39 @@
+"""Every command on the shipped scenes says what its file says: the same words, the same numbers."""
+
+from __future__ import annotations
+
+import pytest
+from golden import COMMANDS, FILES, differences, outputs
+
+NAMES = list(COMMANDS)
+
+
+@pytest.fixture(scope="session")
+def texts(shared_once, tmp_path_factory) -> dict[str, str]:
+    """What each command prints and writes."""
+    return shared_once("golden", lambda: dict(outputs(tmp_path_factory.mktemp("golden"))))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_command_says_what_its_file_says(texts, name):
+    """``python tests/golden/golden.py NAME`` writes the file anew, to be read before it is committed."""
+    found = differences(texts[name], (FILES / f"{name}.txt").read_text(encoding="utf-8"))
+    assert not found, f"{name}:\n" + "\n".join(found[:40])
+
+
+def test_every_file_is_of_a_command():
+    assert {file.stem for file in FILES.glob("*.txt")} == set(NAMES)
+
+
+@pytest.mark.parametrize(
+    ("text", "kept", "is_alike"),
+    [
+        ("gap 1.23 mm", "gap  1.22 mm", True),
+        ("gap 1.24 mm", "gap 1.22 mm", False),
+        ("error 2e-09", "error 3e-09", True),
+        ("gap 12 m", "gap 12 mm", False),
+        ("a\nb", "a", False),
+    ],
+)
+def test_numbers_may_be_one_apart_in_their_last_digit(text, kept, is_alike):
+    assert (not differences(text, kept)) == is_alike
