@@ -28,7 +28,14 @@ from pounding_risk.reports.blocks import (
 )
 from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.studies.compare_along import FLIPPED, is_along, keys_along, rows_along, widest_along
-from pounding_risk.studies.compare_findings import FIRST_TWO, interface_names, times_words
+from pounding_risk.studies.compare_findings import (
+    FIRST_TWO,
+    interface_names,
+    of_interface,
+    place_of_interface,
+    times_words,
+    which_interface,
+)
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
@@ -117,10 +124,15 @@ def draw_models(names: Sequence[str], panels: dict[str, np.ndarray]) -> Figure:
 
 
 def _compared(dataset: xr.Dataset) -> list[Block]:
-    """The finding of `compare`, and each law's ratios and changed conclusions; along axes what each place says."""
+    """The finding of `compare`, and each law's ratios and changed conclusions; along axes what each place says.
+
+    Of a row the tables are of one interface, that of the command's; the finding is of all.
+    """
     if is_along(dataset):
         return _compared_along(dataset)
-    baseline = str(dataset.attrs["baseline"])
+    index, title = place_of_interface(dataset), str(dataset.attrs["title"])
+    which, dataset = which_interface(dataset, index), of_interface(dataset, index)
+    baseline, at = str(dataset.attrs["baseline"]), f", {which}" if which else ""
     outputs = [str(name) for name in dataset["output"].values[:FIRST_OUTPUTS]]
     conclusions = [str(name) for name in dataset["conclusion"].values]
     ratios: list[list[Cell | str]] = []
@@ -133,14 +145,14 @@ def _compared(dataset: xr.Dataset) -> list[Block]:
     return [
         heading("On equal terms", "equal-terms"),
         paragraph(str(dataset.attrs["finding"])),
-        paragraph(f"From `pounding-risk compare` of “{dataset.attrs['title']}”."),
+        paragraph(f"From `pounding-risk compare` of “{title}”."),
         table(
-            f"Ratio to {name_of(baseline)}: median (16 to 84 %) over the cases in which that has contact.",
+            f"Ratio to {name_of(baseline)}: median (16 to 84 %) over the cases in which that has contact{at}.",
             [("contact model", "l"), *((name, "r") for name in outputs)],
             ratios,
         ),
         table(
-            f"In how many of the judged cases a conclusion differs from that under {name_of(baseline)}.",
+            f"In how many of the judged cases a conclusion differs from that under {name_of(baseline)}{at}.",
             [("contact model", "l"), *((name, "r") for name in conclusions)],
             differing,
         ),
