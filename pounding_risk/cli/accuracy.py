@@ -21,7 +21,7 @@ from pounding_risk.cli._common.options import (
     option,
 )
 from pounding_risk.cli._common.progress import ProgressDisplay
-from pounding_risk.cli._common.tables import print_pairs, print_table
+from pounding_risk.render.terminal import print_pairs, print_table
 
 ORDER = 70
 HEADS = ("displacement", "force", "count", "yields", "first touch", "gap")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from pounding_risk.cli._common.files import draw
 from pounding_risk.cli._common.options import NONE, Figure, Overrides, Scene, option
 from pounding_risk.cli._common.progress import ProgressDisplay
-from pounding_risk.cli._common.tables import print_pairs, print_table
+from pounding_risk.render.terminal import print_pairs, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.studies.advice import Advice

@@ -23,8 +23,8 @@ from pounding_risk.cli._common.options import (
 )
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli._common.subjects import SOURCE, read_subject
-from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
 from pounding_risk.cli.records import _options as options
+from pounding_risk.render.terminal import engineering, print_pairs, print_table
 
 ORDER = 126
 

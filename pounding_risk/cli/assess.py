@@ -33,8 +33,8 @@ from pounding_risk.cli._common.options import (
     out_option,
     read_optional,
 )
-from pounding_risk.cli._common.tables import engineering, print_table
 from pounding_risk.errors import PoundingError
+from pounding_risk.render.terminal import engineering, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment

@@ -9,8 +9,8 @@ import typer
 
 from pounding_risk.cli._common.options import NONE, argument
 from pounding_risk.cli._common.progress import ProgressDisplay
-from pounding_risk.cli._common.tables import print_pairs
 from pounding_risk.errors import PoundingError
+from pounding_risk.render.terminal import print_pairs
 
 ORDER = 225
 SHIPPED, SHIPPED_ALL = ("paper", "row"), ("compare", "row")  # of all models `compare` has what each of them needs

@@ -23,7 +23,7 @@ from pounding_risk.cli._common.options import (
     read_optional,
 )
 from pounding_risk.cli._common.progress import ProgressDisplay
-from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
+from pounding_risk.render.terminal import engineering, print_pairs, print_table
 
 ORDER = 60
 MOST_PLACES = 60  # rows of the table along axes

@@ -26,7 +26,7 @@ from pounding_risk.cli._common.options import (
     option,
     out_option,
 )
-from pounding_risk.cli._common.tables import engineering, print_table
+from pounding_risk.render.terminal import engineering, print_table
 
 ORDER = 137
 

@@ -10,7 +10,7 @@ import typer
 
 from pounding_risk.cli._common.files import check_folder
 from pounding_risk.cli._common.options import option
-from pounding_risk.cli._common.tables import print_pairs
+from pounding_risk.render.terminal import print_pairs
 
 ORDER = 10
 

@@ -8,7 +8,7 @@ from typing import Any
 from pounding_risk.cli._common.files import announce, draw
 from pounding_risk.cli._common.options import NONE, Dataset, Figure, New, Overrides, Scene, Select, chosen_scene
 from pounding_risk.cli._common.progress import ProgressDisplay
-from pounding_risk.cli._common.tables import print_pairs, print_table
+from pounding_risk.render.terminal import print_pairs, print_table
 
 ORDER = 80
 HEADS = {

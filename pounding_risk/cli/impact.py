@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 from pounding_risk.cli._common.files import draw
 from pounding_risk.cli._common.notes import FASTER, print_notes
 from pounding_risk.cli._common.options import Figure, option, read_option, read_optional
-from pounding_risk.cli._common.tables import engineering, print_table
 from pounding_risk.errors import PoundingError
+from pounding_risk.render.terminal import engineering, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.solver.pair.isolated import Impact

@@ -8,7 +8,7 @@ from typing import Any
 
 import typer
 
-from pounding_risk.cli._common.tables import print_table
+from pounding_risk.render.terminal import print_table
 
 ORDER = 100
 # Where the registries are, or the functions that return them, by group of plug-ins.

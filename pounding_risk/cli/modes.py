@@ -10,7 +10,7 @@ import typer
 from pounding_risk.cli._common.files import draw
 from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import NONE, Figure, Scene
-from pounding_risk.cli._common.tables import print_table
+from pounding_risk.render.terminal import print_table
 
 ORDER = 110
 SHOWN_SHARE = 0.99  # of the mass; further modes are left out

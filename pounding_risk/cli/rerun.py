@@ -12,7 +12,7 @@ from pounding_risk.cli._common.files import announce
 from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import New, Workers, argument, option, out_option
 from pounding_risk.cli._common.progress import ProgressDisplay
-from pounding_risk.cli._common.tables import print_table
+from pounding_risk.render.terminal import print_table
 
 if TYPE_CHECKING:
     from pounding_risk.studies.rerun import Difference, Rerun

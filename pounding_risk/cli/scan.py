@@ -26,9 +26,9 @@ from pounding_risk.cli._common.options import (
     out_option,
 )
 from pounding_risk.cli._common.progress import ProgressDisplay
-from pounding_risk.cli._common.tables import print_pairs
 from pounding_risk.cli.validate import print_plan
 from pounding_risk.errors import PoundingError
+from pounding_risk.render.terminal import print_pairs
 
 ORDER = 50
 # Options that cannot change a number, and whether they take a value: left out of the command that the results carry.

@@ -12,8 +12,8 @@ import typer
 
 from pounding_risk.cli._common.files import draw
 from pounding_risk.cli._common.options import NONE, Figure, Select, chosen_results, option, read_option, read_optional
-from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
 from pounding_risk.errors import PoundingError
+from pounding_risk.render.terminal import engineering, print_pairs, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.separations.table import CodeTable, Comparison, SeparationRow

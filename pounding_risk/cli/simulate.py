@@ -23,8 +23,8 @@ from pounding_risk.cli._common.options import (
     out_option,
     read_optional,
 )
-from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
 from pounding_risk.errors import PoundingError
+from pounding_risk.render.terminal import engineering, print_pairs, print_table
 
 ORDER = 40
 MOST_CONTACTS = 60  # rows of the table of contacts

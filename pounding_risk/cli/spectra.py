@@ -13,9 +13,9 @@ from pounding_risk.cli._common.notes import print_flags, print_left_out
 from pounding_risk.cli._common.options import NONE, Dataset, Figure, New, Overrides, Workers, option, read_option
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli._common.subjects import SOURCE, read_subject
-from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
 from pounding_risk.cli.records import _options as options
 from pounding_risk.errors import PoundingError
+from pounding_risk.render.terminal import engineering, print_pairs, print_table
 
 ORDER = 125
 SIDES = "left, then right"

@@ -10,7 +10,7 @@ import typer
 
 from pounding_risk.cli._common.options import RUN_FAILED, option
 from pounding_risk.cli._common.progress import ProgressDisplay
-from pounding_risk.cli._common.tables import print_table
+from pounding_risk.render.terminal import print_table
 
 if TYPE_CHECKING:
     from pounding_risk.studies.stability import Row

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from pounding_risk._common.counted import counted
 from pounding_risk.cli._common.options import argument
 from pounding_risk.cli._common.progress import pace, span_words
-from pounding_risk.cli._common.tables import print_pairs
+from pounding_risk.render.terminal import print_pairs
 
 if TYPE_CHECKING:
     from pounding_risk.ensemble.status import Status

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import NONE, Results, Select, chosen_results
-from pounding_risk.cli._common.tables import print_pairs, print_table
+from pounding_risk.render.terminal import print_pairs, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.results.summary import Summary

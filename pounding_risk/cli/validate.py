@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pounding_risk.cli._common.notes import print_flags, print_left_out, print_notes
 from pounding_risk.cli._common.options import NONE, Overrides, Scene
-from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
+from pounding_risk.render.terminal import engineering, print_pairs, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.ensemble.plan.plan import Plan

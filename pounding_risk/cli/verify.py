@@ -11,7 +11,7 @@ import typer
 from pounding_risk.cli._common.files import announce, draw
 from pounding_risk.cli._common.options import Figure, out_option
 from pounding_risk.cli._common.progress import ProgressDisplay
-from pounding_risk.cli._common.tables import print_table
+from pounding_risk.render.terminal import print_table
 
 if TYPE_CHECKING:
     from pounding_risk.studies.verification import Property, Verification

@@ -13,8 +13,8 @@ from pkgutil import iter_modules
 from typing import Any, NamedTuple
 
 from pounding_risk import __version__
+from pounding_risk.render.sheet import LONG, Block, paragraph
 from pounding_risk.reports import sections as folder
-from pounding_risk.reports.blocks import LONG, Block, paragraph
 from pounding_risk.reports.data import ReportData
 
 Document = dict[str, Any]

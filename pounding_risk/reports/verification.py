@@ -13,8 +13,8 @@ from pounding_risk.figures.verification import (
     verification_differences_figure,
     verification_figure,
 )
+from pounding_risk.render.sheet import Block, facts, figure, heading, listing, paragraph, table
 from pounding_risk.reports import SUFFIXES
-from pounding_risk.reports.blocks import Block, facts, figure, heading, listing, paragraph, table
 from pounding_risk.reports.document import Document, number_blocks
 from pounding_risk.reports.html import page, write_page
 from pounding_risk.results.files import check_target

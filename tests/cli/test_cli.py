@@ -26,10 +26,10 @@ from typer.testing import CliRunner
 import pounding_risk
 from pounding_risk import cli
 from pounding_risk.cli._common import progress
-from pounding_risk.cli._common.tables import engineering
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.structures.typologies import TYPOLOGIES
+from pounding_risk.render.terminal import engineering
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent
 MODULES = {

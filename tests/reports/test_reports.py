@@ -30,11 +30,11 @@ from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.required_gap import RequiredGap, contact_steps, rounded_up
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
+from pounding_risk.render.sheet import KEPT, LONG, number
 from pounding_risk.reports import document as model
 from pounding_risk.reports import html as page
 from pounding_risk.reports import pdf as document
 from pounding_risk.reports import sections
-from pounding_risk.reports.blocks import KEPT, LONG, number
 from pounding_risk.reports.data import ReportData, companions
 from pounding_risk.reports.sections import provenance
 from pounding_risk.reports.sections.adequacy import draw_contact

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pounding_risk.reports.blocks import Block, Cell, count, facts, heading, milliseconds, number, paragraph, table
+from pounding_risk.render.sheet import Block, Cell, count, facts, heading, milliseconds, number, paragraph, table
 from pounding_risk.reports.data import ReportData
 
 if TYPE_CHECKING:

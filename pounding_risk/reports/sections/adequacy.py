@@ -19,7 +19,8 @@ from pounding_risk.figures.style import (
     strength_styles,
     svg_text,
 )
-from pounding_risk.reports.blocks import (
+from pounding_risk.questions.required_gap import bounds_cell, enough
+from pounding_risk.render.sheet import (
     DRAWN,
     KEPT,
     MISSING,
@@ -28,9 +29,7 @@ from pounding_risk.reports.blocks import (
     Cell,
     amount,
     between,
-    bounds_cell,
     count,
-    enough,
     evenly,
     figure,
     head,

@@ -8,7 +8,7 @@ from typing import Any
 from pounding_risk.assessment.along import along_finding, idle_words
 from pounding_risk.figures.along import along_caption, along_figure
 from pounding_risk.figures.style import svg_text
-from pounding_risk.reports.blocks import KEPT, Block, between, figure, head, number, paragraph, table
+from pounding_risk.render.sheet import KEPT, Block, between, figure, head, number, paragraph, table
 from pounding_risk.reports.data import ReportData
 from pounding_risk.units import SHOWN
 

@@ -9,7 +9,7 @@ from pounding_risk.assessment.damage_words import POUNDING, case_words, finding
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.damage import damage_figure
 from pounding_risk.figures.style import svg_text
-from pounding_risk.reports.blocks import Block, Cell, between, count, figure, head, listing, number, paragraph, table
+from pounding_risk.render.sheet import Block, Cell, between, count, figure, head, listing, number, paragraph, table
 from pounding_risk.reports.data import ReportData
 from pounding_risk.results.amplitudes import intensity_unit, intensity_words
 

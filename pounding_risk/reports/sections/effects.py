@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.reports.blocks import Block, Cell, heading, listing, milliseconds, name_of, number, paragraph, table
+from pounding_risk.render.sheet import Block, Cell, heading, listing, milliseconds, name_of, number, paragraph, table
 from pounding_risk.reports.data import ReportData
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import numpy as np
 
 from pounding_risk.assessment.sensitivity import force_words
 from pounding_risk.figures.style import MEANING, QUIET, blank, plain, svg_text
-from pounding_risk.reports.blocks import (
+from pounding_risk.render.sheet import (
     DRAWN,
     Block,
     Cell,

@@ -9,7 +9,7 @@ import numpy as np
 from pounding_risk.assessment.gap_for_rate import GapForRate, rate_lines
 from pounding_risk.assessment.rate_verdict import SHAPE
 from pounding_risk.figures.style import MEANING, blank, svg_text
-from pounding_risk.reports.blocks import (
+from pounding_risk.render.sheet import (
     DRAWN,
     SMALL,
     Block,

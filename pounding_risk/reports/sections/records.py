@@ -9,7 +9,7 @@ import numpy as np
 
 from pounding_risk.figures.style import MEANING, blank, plain, styles, svg_text
 from pounding_risk.motions.levels import FACTOR, PEAK
-from pounding_risk.reports.blocks import (
+from pounding_risk.render.sheet import (
     DRAWN,
     KEPT,
     SMALL,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pounding_risk.assessment.separations.rules import RULES, SUPERSEDED
-from pounding_risk.reports.blocks import Block, listing, paragraph
+from pounding_risk.render.sheet import Block, listing, paragraph
 from pounding_risk.reports.data import ReportData
 
 TITLE = "References"

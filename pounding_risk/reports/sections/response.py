@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pounding_risk.assessment.sensitivity import force_words
-from pounding_risk.reports.blocks import (
+from pounding_risk.render.sheet import (
     MISSING,
     Block,
     Cell,

@@ -11,7 +11,7 @@ from pounding_risk.figures.elevation import elevation_figure, elevation_finding,
 from pounding_risk.figures.plan_view import plan_figure, plan_finding
 from pounding_risk.figures.storey_profiles import amplification, profiles_figure, profiles_finding
 from pounding_risk.figures.style import svg_text
-from pounding_risk.reports.blocks import (
+from pounding_risk.render.sheet import (
     Block,
     Cell,
     amount,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pounding_risk.reports.blocks import (
+from pounding_risk.render.sheet import (
     Block,
     Cell,
     amount,

@@ -6,15 +6,14 @@ from typing import Any
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.separations.rules import MEMORY, QUOTED
-from pounding_risk.reports.blocks import (
+from pounding_risk.questions.required_gap import bounds_cell, enough
+from pounding_risk.render.sheet import (
     KEPT,
     Block,
     Cell,
     amount,
     between,
-    bounds_cell,
     count,
-    enough,
     facts,
     head,
     heading,

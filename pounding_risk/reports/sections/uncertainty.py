@@ -10,7 +10,7 @@ import numpy as np
 from pounding_risk.assessment.uncertain_words import OUTPUT_WORDS, gap_scatter, indices_words, parts_words
 from pounding_risk.figures.style import svg_text
 from pounding_risk.figures.uncertainty import uncertainty_figure
-from pounding_risk.reports.blocks import Block, between, figure, heading, listing, number, paragraph, table
+from pounding_risk.render.sheet import Block, between, figure, heading, listing, number, paragraph, table
 from pounding_risk.reports.data import ReportData
 
 if TYPE_CHECKING:

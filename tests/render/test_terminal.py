@@ -14,13 +14,13 @@ from math import inf, nan
 import pytest
 from rich.cells import cell_len
 
-from pounding_risk.cli._common.tables import _width, engineering, print_table
+from pounding_risk.render.terminal import _width, engineering, print_table
 
 NUMBERS = ["20000 kN", "0.2431 g", "0.043, 0.094", "63.9 mm", "12 of 44"]
 HEADS = ["fragility of", "gap", "F_E", "median sa(left)", "s.e. ln median", "reached in", "by"]
 WORDS = ["yielding, viscous_elastoplastic", "exact scaling of linear buildings, one recording at a time"]
 PRINT = (
-    "from pounding_risk.cli._common.tables import print_table\n"
+    "from pounding_risk.render.terminal import print_table\n"
     f"print_table({HEADS!r}, [{[WORDS[0], *NUMBERS, WORDS[1]]!r}] * 3, 'lrrrrrl')\n"
 )
 

@@ -7,15 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import isfinite, isinf, nan
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from pounding_risk.assessment.required_gap import NO_LOWER, NO_UPPER, rounded_up
 from pounding_risk.units import MISSING, SHOWN, rounded
-
-if TYPE_CHECKING:
-    from pounding_risk.assessment.required_gap import RequiredGap
 
 Block = dict[str, Any]
 Cell = dict[str, Any]
@@ -61,19 +57,6 @@ def between(low: float, high: float, unit: str, digits: int = 4) -> Cell:
     """Both ends of a range, in the unit of the column's head."""
     ends = [number(end, unit, digits) for end in (low, high)]
     return {"text": f"{ends[0]['text']} to {ends[1]['text']}", "parts": [end["raw"] for end in ends]}
-
-
-def enough(gap: float, unit: bool = False) -> Cell:
-    """A required gap [m] rounded up to three digits, so that what is read suffices too."""
-    return (amount if unit else number)(rounded_up(gap), "m")
-
-
-def bounds_cell(required: RequiredGap) -> Cell:
-    """The bounds of a required gap with the marks that `NO_BOUND` explains, in the unit of the column's head."""
-    low = number(required.low, "m")["text"] if required.low > 0.0 else NO_LOWER
-    high = number(rounded_up(required.high), "m")["text"]
-    text = f"{low} to {high}{'' if required.bounded else f' {NO_UPPER}'}"
-    return {"text": text, "parts": [required.low, required.high]}
 
 
 def percentiles(values: Any) -> tuple[float, float, float]:

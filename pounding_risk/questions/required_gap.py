@@ -1,0 +1,19 @@
+"""Cells of required gaps."""
+
+from __future__ import annotations
+
+from pounding_risk.assessment.required_gap import NO_LOWER, NO_UPPER, RequiredGap, rounded_up
+from pounding_risk.render.sheet import Cell, amount, number
+
+
+def enough(gap: float, unit: bool = False) -> Cell:
+    """A required gap [m] rounded up to three digits, so that what is read suffices too."""
+    return (amount if unit else number)(rounded_up(gap), "m")
+
+
+def bounds_cell(required: RequiredGap) -> Cell:
+    """The bounds of a required gap with the marks that `NO_BOUND` explains, in the unit of the column's head."""
+    low = number(required.low, "m")["text"] if required.low > 0.0 else NO_LOWER
+    high = number(rounded_up(required.high), "m")["text"]
+    text = f"{low} to {high}{'' if required.bounded else f' {NO_UPPER}'}"
+    return {"text": text, "parts": [required.low, required.high]}
