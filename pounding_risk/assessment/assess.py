@@ -191,6 +191,14 @@ class Assessment(ShortRepr):
         """Target, percentile and confidence, as the gaps were held against them."""
         return Criterion(self.target, self.percentile, self.confidence)
 
+    @property
+    def hazard_curve(self) -> Hazard | None:
+        """The hazard curve, None where none was given; already checked to be of the intensity."""
+        if not self.hazard_rows:
+            return None
+        im, rate = np.array(self.hazard_rows).T
+        return Hazard(self.intensity, im, rate, self.hazard, self.hazard_reading)
+
     def as_dict(self) -> dict[str, Any]:
         """The assessment as tables and lists that JSON holds; None for what is not a finite number."""
         return plain(asdict(self))

@@ -1,11 +1,12 @@
-"""Blocks of a report: dictionaries that JSON holds, in which every number stands once rounded and once in full.
+"""Blocks of a sheet: dictionaries in which every number stands once rounded and once in full.
 
-Sections make them, `html` and `pdf` print them, so that a page, a PDF and a test read the same digits.
+Questions and sections of the report make them; the terminal, the page and the PDF show them, so that all have the same
+digits. A figure is drawn where a renderer needs it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import isfinite, isinf, nan
 from typing import Any
 
@@ -56,6 +57,8 @@ def milliseconds(seconds: float) -> Cell:
 def between(low: float, high: float, unit: str, digits: int = 4) -> Cell:
     """Both ends of a range, in the unit of the column's head."""
     ends = [number(end, unit, digits) for end in (low, high)]
+    if all(end["text"] == MISSING for end in ends):
+        return {"text": MISSING, "parts": [None, None]}
     return {"text": f"{ends[0]['text']} to {ends[1]['text']}", "parts": [end["raw"] for end in ends]}
 
 
@@ -128,9 +131,12 @@ def table(
     }
 
 
-def figure(name: str, svg: str, caption: str, alt: str) -> Block:
-    """A drawing; ``name`` is unique in a report, ``alt`` describes it to a reader who cannot see it."""
-    return {"kind": "figure", "name": name, "svg": svg, "caption": caption, "alt": alt}
+def figure(name: str, drawing: str | Callable[[], Any], caption: str, alt: str) -> Block:
+    """A drawing; ``name`` is unique in a report, ``alt`` describes it to a reader who cannot see it.
+
+    ``drawing`` is the SVG, or a call that gives the Matplotlib figure, made only where a drawing is shown.
+    """
+    return {"kind": "figure", "name": name, "svg": drawing, "caption": caption, "alt": alt}
 
 
 def name_of(law: str) -> str:

@@ -1,4 +1,4 @@
-"""Tables on standard output: aligned columns of words and of numbers in engineering units.
+"""Sheets and tables on standard output: aligned columns of words and of numbers in engineering units.
 
 On a terminal nothing is cut at any width; through a pipe every row is one line.
 """
@@ -6,12 +6,15 @@ On a terminal nothing is cut at any width; through a pipe every row is one line.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import zip_longest
 from math import inf, isfinite, isnan
 from shutil import get_terminal_size
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 from unicodedata import category, east_asian_width
+
+if TYPE_CHECKING:
+    from pounding_risk.render.sheet import Block
 
 BETWEEN = 2  # blanks between two columns of a table
 NARROWEST_WORDS = 16  # columns of a terminal below which a column of sentences is no longer read with ease
@@ -183,6 +186,45 @@ def _padded(text: str, width: int, side: str) -> str:
 def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
     """Print a line for each pair of a label and its words."""
     print_table(("", ""), pairs, "ll")
+
+
+def print_sheet(blocks: Iterable[Block]) -> None:
+    """Print the blocks of a sheet, a blank line between them; figures are left to the files that are asked for."""
+    shown = [block for block in blocks if block["kind"] != "figure"]
+    for at, block in enumerate(shown):
+        if at:
+            print()
+        _PRINTERS[block["kind"]](block)
+
+
+def _print_table_block(block: Block) -> None:
+    print(f"{block['caption'].rstrip('.')}\n")
+    print_table(block["heads"], [[cell["text"] for cell in row] for row in block["rows"]], block["sides"])
+
+
+def _print_facts(block: Block) -> None:
+    if block["caption"]:
+        print(f"{block['caption'].rstrip('.')}\n")
+    print_pairs((name, cell["text"]) for name, cell in block["rows"])
+
+
+def _print_list(block: Block) -> None:
+    for item in block["items"]:
+        print(f"note: {item}")
+
+
+def _print_text(block: Block) -> None:
+    print(block["text"])
+
+
+_PRINTERS: dict[str, Callable[[Block], None]] = {
+    "paragraph": _print_text,
+    "heading": _print_text,
+    "source": _print_text,
+    "list": _print_list,
+    "table": _print_table_block,
+    "facts": _print_facts,
+}
 
 
 def one_line(words: object) -> str:

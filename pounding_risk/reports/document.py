@@ -13,6 +13,7 @@ from pkgutil import iter_modules
 from typing import Any, NamedTuple
 
 from pounding_risk import __version__
+from pounding_risk.figures.style import svg_text
 from pounding_risk.render.sheet import LONG, Block, paragraph
 from pounding_risk.reports import sections as folder
 from pounding_risk.reports.data import ReportData
@@ -79,7 +80,7 @@ def _shortened(sections: list[dict[str, Any]]) -> list[Block]:
 
 
 def number_blocks(sections: list[dict[str, Any]]) -> None:
-    """Number sections, tables and figures in the order in which they stand."""
+    """Number sections, tables and figures in the order in which they stand; figures are drawn."""
     counts = {"table": 0, "figure": 0}
     for number, section in enumerate(sections, start=1):
         section["number"] = number
@@ -87,3 +88,5 @@ def number_blocks(sections: list[dict[str, Any]]) -> None:
             if block["kind"] in counts:
                 counts[block["kind"]] += 1
                 block["number"] = counts[block["kind"]]
+            if block["kind"] == "figure" and callable(block["svg"]):
+                block["svg"] = svg_text(block["svg"]())

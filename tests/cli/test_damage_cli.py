@@ -74,7 +74,7 @@ def test_a_scan_gives_tables_a_dataset_and_figures(folder, monkeypatch):
         "with",
         str(int(one["reached"][0].sum())),
     ]
-    assert float(tiles[0][10]) == pytest.approx(median, rel=5e-3)
+    assert float(tiles[0][9]) == pytest.approx(median, rel=5e-3)
     assert float(tiles[2][1]) == pytest.approx(float(one["median_ratio"]), rel=5e-3)
     assert results["at_intensity"].values == pytest.approx(0.980665)
     rate = float(one["annual_rate"].sel(pounding="with"))
