@@ -87,7 +87,7 @@ def _rates(dataset: xr.Dataset) -> Block:
         missing = max(float(side["annual_rate_missing"]) for side in sides)
         rows.append([*row, *_bounded(one, "annual_rate_ratio"), number(missing, "%", 2)])
     caption = (
-        "Annual rates with pounding and without. Share beyond the curve: the part of the rate that lies beyond the ends "
+        "Annual rates with pounding and without. Share beyond the curve: what part of the rate lies beyond the ends "
         "of the hazard curve, were it continued at the slope of its last rows."
     )
     return table(caption, heads, rows)
