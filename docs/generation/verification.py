@@ -13,10 +13,9 @@ SCRIPT = """
 import json, sys
 import pounding_risk as pr
 from pounding_risk import figures
-from pounding_risk.reports.verification import kinds, property_rows
+from pounding_risk.questions.verify import property_rows, values
 from pounding_risk.studies.verification.files import shipped
 from pounding_risk.studies.verification.property import plain
-from pounding_risk.studies.verification.run import said, share
 from pounding_risk.studies.verification.unreached import EXPERIMENTS, UNREACHED
 outcome = pr.verify()
 folder = sys.argv[1]
@@ -28,16 +27,15 @@ run = pr.simulate(pr.read_scene(scene))
 figures.write(figures.simulation_figure(run, "parameters known from memory"), folder + "/jankowski_2008.png")
 for one in outcome.properties:
     figures.write(figures.property_figure(one), f"{folder}/property_{one.name}.png")
-values = [[check.case, check.source, check.quantity, check.kind, check.printed, said(check), share(check.difference),
-           share(abs(check.change)), check.word] for check in outcome.checks]
+(block,) = values(outcome)
 cases = [[case.name, case.about.title, case.about.citation, case.about.where, case.about.url, case.about.basis,
           case.about.known, case.about.note] for case in outcome.cases]
 properties = [[one.name, one.title, one.source, one.citation, one.url, one.basis, one.known, one.relation,
                plain(one.headline), plain(one.condition), one.word, property_rows(one)] for one in outcome.properties]
-print(json.dumps({"finding": outcome.finding(), "kinds": kinds(outcome), "values": values, "cases": cases,
-                  "properties": properties, "experiments": EXPERIMENTS, "unreached": UNREACHED}))
+print(json.dumps({"finding": outcome.finding(), "cases": cases, "properties": properties, "experiments": EXPERIMENTS,
+                  "heads": block["heads"], "values": [[cell["text"] for cell in row] for row in block["rows"]],
+                  "unreached": UNREACHED}))
 """
-HEADS = ("source", "quantity", "kind", "published", "ours", "difference", "ours changes by", "")
 PROPERTY_HEADS = ("reading", "published", "ours", "bounds", "bounds by", "")
 
 
@@ -47,12 +45,12 @@ def verification_pages(interpreted: Callable[..., str]) -> dict[str, str | bytes
         printed = interpreted("-c", SCRIPT, folder, compiled=True)
         pictures = {path.name: path.read_bytes() for path in sorted(Path(folder).glob("*.png"))}
     found = json.loads(printed.splitlines()[-1])
-    values = [(plain(f"{source} (`{case}`)"), *map(plain, rest)) for case, source, *rest in found["values"]]
+    values = [(f"`{case}`", *map(plain, rest)) for case, *rest in found["values"]]
     cases = [(f"`{name}`", _case(*about)) for name, *about in found["cases"]]
     text = (
-        f"{found['finding']}. {found['kinds']}\n\n{table(HEADS, values)}\n"
+        f"{found['finding']}.\n\n{table(tuple(found['heads']), values)}\n"
         "![Published points over our curves](/generated/published_points.png)\n\n"
-        "![Differences, and how far ours changes with the tolerance](/generated/published_differences.png)\n\n"
+        "![Differences, and their tolerance effect](/generated/published_differences.png)\n\n"
         f"### The cases and their sources\n\n{table(('case', 'what, source, how it is known'), cases)}"
     )
     unreached = [tuple(map(plain, row)) for row in found["unreached"]]

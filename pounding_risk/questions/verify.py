@@ -1,0 +1,239 @@
+"""Sheet of `verify`, and the sections of its page: published values and properties beside ours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from pounding_risk.render.sheet import Block, Cell, facts, figure, heading, listing, paragraph, table
+from pounding_risk.studies.verification.property import bounds, plain, rounded
+from pounding_risk.studies.verification.run import EXACT, RUNGS, said, share
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pounding_risk.studies.verification import Check, Property, Verification
+
+HEADS = (
+    *(("case", "l"), ("quantity", "l"), ("source", "l"), ("kind", "l"), ("published", "r"), ("ours", "r")),
+    *(("difference", "r"), ("tolerance effect", "r"), ("", "l")),
+)
+MEANING = (
+    "exact: ours agrees to the digits that are printed, six at most.",
+    "acceptable: within 5 % of the published value, 25 % of an experiment's, or within the uncertainty that the case "
+    "states. These are the bounds of CSI's verification manuals (SAP2000, Methodology).",
+    "unacceptable: beyond.",
+    "tolerance effect: how far our value moves between the tolerances 1e-6, the default, and 1e-9, while the time step "
+    "of generated motions falls to an eighth; none where a value has no tolerance. A difference ten times larger is "
+    "neither that of our solver nor that of the samples.",
+)
+
+
+def sheet(outcome: Verification) -> list[Block]:
+    """Values, properties, whatever is unacceptable or out of its bounds, and the counts.
+
+    Parameters
+    ----------
+    outcome : Verification
+        As `verify` gives it.
+    """
+    far = [*map(_far, outcome.unacceptable), *(words for one in outcome.properties for words in _outside(one))]
+    return [
+        *values(outcome),
+        *([_properties_in_short(outcome)] if outcome.properties else []),
+        *map(paragraph, far),
+        paragraph(outcome.finding()),
+    ]
+
+
+def sections_of(outcome: Verification) -> list[tuple[str, str, list[Block]]]:
+    """Name, title and blocks of each section of the page; without blocks where there is nothing of its kind."""
+    return [
+        ("values", "Published values and ours", _values(outcome)),
+        ("figures", "Figures", _figures(outcome)),
+        ("properties", "Published properties and ours", _properties(outcome)),
+        ("cases", "The cases and their sources", _cases(outcome)),
+        ("unreached", "Published, and not among the cases", _unreached(outcome)),
+    ]
+
+
+def values(outcome: Verification) -> list[Block]:
+    """The table of every published value beside ours; nothing without one."""
+    rows = [(check.case, check.quantity, check.source, check.kind, *_compared(check)) for check in outcome.checks]
+    caption = "Every published value, as printed, and ours in the same unit."
+    return [table(caption, HEADS, rows, keep=range(len(rows)))] if rows else []
+
+
+def _compared(check: Check) -> tuple[Cell | str, ...]:
+    """Published value, ours, difference, tolerance effect and the word."""
+    return (
+        {"text": check.printed, "raw": check.published, "unit": check.unit},
+        {"text": said(check), "raw": check.ours, "unit": check.unit},
+        _share(check.difference),
+        _share(abs(check.change)),
+        check.word,
+    )
+
+
+def _share(value: float) -> Cell:
+    return {"text": share(value), "raw": value if isfinite(value) else None}
+
+
+def _far(check: Check) -> str:
+    """A sentence on a value that ours does not reach."""
+    why = "; ours has converged" if check.is_converged else ""
+    most = f"more than {share(check.limit)}{why}"
+    return f"{check.case}, {check.quantity}: {share(check.difference)} from {check.printed} of {check.source}, {most}"
+
+
+def _properties_in_short(outcome: Verification) -> Block:
+    rows = [
+        (
+            one.name,
+            one.source,
+            plain(one.headline),
+            f"{sum(reading.holds for reading in one.readings)} of {len(one.readings)}",
+            one.word,
+        )
+        for one in outcome.properties
+    ]
+    heads = (("property", "l"), ("source", "l"), ("ours", "l"), ("readings in bounds", "r"), ("", "l"))
+    return table("Published properties.", heads, rows, keep=range(len(rows)))
+
+
+def _outside(one: Property) -> Iterator[str]:
+    """A sentence on each reading of a property that is out of its bounds."""
+    for reading in one.readings:
+        if not reading.holds:
+            ours, ends = rounded(reading.ours), bounds(reading)
+            yield f"{one.name}, {reading.quantity}: {ours}, bounds {ends}: {reading.reason}"
+
+
+def _values(outcome: Verification) -> list[Block]:
+    if not outcome.checks:
+        return []
+    summary = f"{outcome.finding()}. {_recalled(outcome)}".strip()
+    return [paragraph(summary), listing(MEANING), *values(outcome), *_ladder(outcome)]
+
+
+def _ladder(outcome: Verification) -> list[Block]:
+    """Where ours differs: its values at every tolerance, as distances from the one at the finest."""
+    apart = [check for check in outcome.checks if check.rungs and check.word != EXACT and check.ours]
+    if not apart:
+        return []
+    rows = [
+        (
+            f"{check.source} ({check.case})",
+            check.quantity,
+            _share(check.difference),
+            *(_share(abs(value / check.ours - 1.0)) for value in check.rungs[:-1]),
+        )
+        for check in apart
+    ]
+    heads = (("source and case", "l"), ("quantity", "l"), ("difference", "r"))
+    words = (
+        f"How far ours at each tolerance is from ours at {RUNGS[-1]:.0e}, where a published value is not met exactly."
+    )
+    return [table(words, (*heads, *((f"{rtol:.0e}", "r") for rtol in RUNGS[:-1])), rows, keep=range(len(rows)))]
+
+
+def _recalled(outcome: Verification) -> str:
+    """A sentence on the cases whose source was not read, nor a text that quotes it."""
+    names = ", ".join(f"`{case.name}`" for case in outcome.cases if case.about.basis == "from memory")
+    return f"Known from memory, not read: {names}; look the source up before you rely on it." if names else ""
+
+
+def _basis(about: Any) -> str:
+    """Whether the source was read, and in which words of the case."""
+    return about.basis if about.known == about.basis else f"{about.basis}: {about.known}"
+
+
+def _figures(outcome: Verification) -> list[Block]:
+    if not outcome.checks:
+        return []
+    from pounding_risk.figures.verification import verification_differences_figure, verification_figure
+
+    blocks = []
+    if any(len(curve.points) > 1 for curve in outcome.curves):
+        blocks.append(_drawn("curves", verification_figure(outcome), "Published points over our curves."))
+    caption = "Every difference, and its tolerance effect."
+    return [*blocks, _drawn("differences", verification_differences_figure(outcome), caption)]
+
+
+def _drawn(name: str, drawn: Figure, caption: str) -> Block:
+    return figure(name, lambda: drawn, caption, f"{caption} {drawn.get_suptitle()}.")
+
+
+PROPERTY_HEADS = (
+    *(("reading", "l"), ("published", "r"), ("ours", "r"), ("bounds", "r"), ("bounds by", "l"), ("", "l")),
+)
+MEANING_OF_PROPERTIES = (
+    "A property is a published relation without a single number to hit. It holds where each reading of ours lies "
+    "within bounds that follow from the tolerance of the runs, the digits printed, or the number of samples and a "
+    "fixed seed."
+)
+
+
+def _properties(outcome: Verification) -> list[Block]:
+    """A heading, the relation with its source, the readings and the figure of each property."""
+    from pounding_risk.figures.verification import property_figure
+
+    blocks: list[Block] = [paragraph(MEANING_OF_PROPERTIES)] if outcome.properties else []
+    for one in outcome.properties:
+        blocks.append(heading(f"{one.title} ({one.name}): {one.word}", f"property-{one.name}"))
+        about = (
+            *(("relation", one.relation), ("source", one.citation), ("address", one.url)),
+            ("known", one.basis if one.known == one.basis else f"{one.basis}: {one.known}"),
+        )
+        blocks.append(facts("", [(name, words) for name, words in about if words]))
+        blocks.append(_drawn(one.name, property_figure(one), f"{one.source}: {one.title}."))
+        rows = property_rows(one)
+        blocks.append(table(f"{one.title}.", PROPERTY_HEADS, rows, keep=range(len(rows))))
+    return blocks
+
+
+def property_rows(one: Property) -> list[tuple[str, ...]]:
+    """The readings of a property as words."""
+    return [
+        (
+            reading.quantity,
+            *(_number(value, reading.unit) for value in (reading.expected, reading.ours)),
+            *(bounds(reading), reading.reason, reading.word),
+        )
+        for reading in one.readings
+    ]
+
+
+def _number(value: float, unit: str) -> str:
+    return f"{rounded(value)} {unit}".strip() if isfinite(value) else ""
+
+
+def _unreached(outcome: Verification) -> list[Block]:
+    """What is not among the cases, on the page of all that ship."""
+    from pounding_risk.studies.verification.properties import PROPERTIES
+    from pounding_risk.studies.verification.unreached import EXPERIMENTS, UNREACHED
+
+    if len(outcome.properties) < len(PROPERTIES):
+        return []
+    heads = (("what", "l"), ("why", "l"))
+    caption = "What is published and not compared, and why."
+    return [paragraph(EXPERIMENTS), table(caption, heads, UNREACHED, keep=range(len(UNREACHED)))]
+
+
+def _cases(outcome: Verification) -> list[Block]:
+    blocks: list[Block] = []
+    for case in outcome.cases:
+        about = case.about
+        blocks.append(heading(f"{about.title} ({case.name})", f"case-{case.name}"))
+        rows = [
+            ("source", about.citation),
+            ("where", about.where),
+            ("address", about.url),
+            ("known", _basis(about)),
+        ]
+        rows += [("note", about.note)]
+        rows += [(value.quantity.replace("_", " "), value.note) for value in case.published if value.note]
+        unique = list(dict.fromkeys((name, words) for name, words in rows if words))
+        blocks.append(facts("", unique))
+    return blocks
