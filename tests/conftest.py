@@ -38,7 +38,7 @@ settings.load_profile("project")
 
 # `pytest -n 2` gives each process one half of the tests to begin with. What compiles kernels comes first and what
 # compiles none is in the middle, so that the second process finds compiled what the first one needed as well.
-COMPILING = ("assessment", "ensemble", "models", "results", "cli", "reports", "solver")
+COMPILING = ("assessment", "golden", "questions", "ensemble", "models", "results", "cli", "reports", "solver")
 COMPILING_NONE = (
     *("test_architecture.py", "test_units.py", "test_docstrings.py", "test_python_calls.py", "common", "figures"),
     "motions",

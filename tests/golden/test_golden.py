@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from golden import COMMANDS, FILES, differences, outputs
+from golden_commands import COMMANDS, FILES, differences, outputs
 
 NAMES = list(COMMANDS)
 
@@ -16,7 +16,7 @@ def texts(shared_once, tmp_path_factory) -> dict[str, str]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_command_says_what_its_file_says(texts, name):
-    """``python tests/golden/golden.py NAME`` writes the file anew, to be read before it is committed."""
+    """``python tests/golden_commands.py NAME`` writes the file anew, to be read before it is committed."""
     found = differences(texts[name], (FILES / f"{name}.txt").read_text(encoding="utf-8"))
     assert not found, f"{name}:\n" + "\n".join(found[:40])
 

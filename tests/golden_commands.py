@@ -1,6 +1,6 @@
 """What every command prints and writes for the shipped scenes, as text files.
 
-``python tests/golden/golden.py`` writes all files anew; ``python tests/golden/golden.py assess damage`` those whose
+``python tests/golden_commands.py`` writes all files anew; ``python tests/golden_commands.py assess damage`` those whose
 names begin so. A change of them is read before it is committed: words may change, numbers may not.
 """
 
@@ -24,7 +24,7 @@ from types import MappingProxyType
 from typer.testing import CliRunner
 
 HERE = Path(__file__).parent
-FILES = HERE / "files"
+FILES = HERE / "golden" / "files"
 SHIPPED = files("pounding_risk.scene") / "shipped"
 
 UNCERTAIN = """

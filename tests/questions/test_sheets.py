@@ -1,0 +1,126 @@
+"""Of every question: cells of its sheet are values of its answer, and all renderers show the same cells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from io import BytesIO
+from pathlib import Path
+from pkgutil import iter_modules
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from golden_commands import page_text, prepare
+from pypdf import PdfReader
+
+import pounding_risk as pr
+from pounding_risk import questions
+from pounding_risk.render.sheet import Block
+from pounding_risk.render.terminal import print_sheet
+from pounding_risk.reports import html, pdf
+from pounding_risk.reports.document import number_blocks
+
+# An answer of each question that has a sheet, from the scenes of the golden files.
+ANSWERS: MappingProxyType[str, Callable[[Path], Any]] = MappingProxyType(
+    {
+        "damage": lambda folder: pr.damage(_scan(folder, "levels"), hazard=folder / "hazard.csv"),
+        "verify": lambda _: pr.verify(["hertz_1881", "chopra_10_4"]),
+    }
+)
+WITH_SHEETS = sorted(
+    name
+    for _, name, _ in iter_modules(questions.__path__)
+    if hasattr(import_module(f"{questions.__name__}.{name}"), "sheet")
+)
+
+
+def _scan(folder: Path, name: str) -> xr.Dataset:
+    return pr.scan(folder / f"{name}.toml", check_fraction=0.0)
+
+
+@pytest.fixture(scope="module")
+def answers(tmp_path_factory) -> dict[str, Any]:
+    """The answers that the tests of this file have asked for so far, and the folder of their scenes."""
+    folder = tmp_path_factory.mktemp("answers")
+    prepare(folder)
+    return {"folder": folder}
+
+
+def answered(answers: dict[str, Any], name: str) -> tuple[Any, list[Block]]:
+    """Answer and sheet of a question."""
+    if name not in answers:
+        answers[name] = ANSWERS[name](answers["folder"])
+    return answers[name], import_module(f"{questions.__name__}.{name}").sheet(answers[name])
+
+
+def cells(blocks: list[Block]) -> Iterator[dict[str, Any]]:
+    """Every cell of the tables and facts of a sheet."""
+    for block in blocks:
+        if block["kind"] == "table":
+            yield from (cell for row in block["rows"] for cell in row)
+        elif block["kind"] == "facts":
+            yield from (cell for _, cell in block["rows"])
+
+
+def numbers(answer: Any) -> np.ndarray:
+    """All numbers of an answer, and the sums of its arrays along each dimension."""
+    return np.concatenate(list(_numbers(answer)))
+
+
+def _numbers(part: Any) -> Iterator[np.ndarray]:
+    if isinstance(part, xr.Dataset):
+        for variable in part.variables.values():
+            if variable.dtype.kind in "iufb":
+                yield np.ravel(variable.values).astype(float)
+                yield from (np.ravel(variable.sum(dim).values).astype(float) for dim in variable.dims)
+        yield from _numbers(list(part.attrs.values()))
+    elif isinstance(part, int | float | np.number):
+        yield np.array([float(part)])
+    elif isinstance(part, np.ndarray) and part.dtype.kind in "iufb":
+        yield np.ravel(part).astype(float)
+    elif isinstance(part, dict):
+        yield from _numbers(list(part.values()))
+    elif isinstance(part, list | tuple) and not hasattr(part, "_fields"):
+        for each in part:
+            yield from _numbers(each)
+    elif type(part).__module__.startswith("pounding_risk."):
+        values = (getattr(part, name) for name in dir(part) if not name.startswith("_"))
+        yield from _numbers([value for value in values if not callable(value)])
+
+
+def test_every_sheet_has_an_answer_here():
+    assert sorted(ANSWERS) == WITH_SHEETS
+
+
+@pytest.mark.parametrize("name", WITH_SHEETS)
+def test_cells_are_values_of_the_answer(answers, name):
+    answer, blocks = answered(answers, name)
+    known, seen = numbers(answer), 0
+    for cell in cells(blocks):
+        for value in (cell.get("raw"), *cell.get("parts", ())):
+            if isinstance(value, int | float):
+                seen += 1
+                # 1e-12: a share that a table has in per cent is multiplied once.
+                assert np.isclose(known, value, rtol=1e-12, atol=0.0).any() or value == 0.0, cell
+    assert seen > 3
+
+
+@pytest.mark.parametrize("name", WITH_SHEETS)
+def test_all_renderers_show_the_same_cells(answers, name, capsys):
+    _, blocks = answered(answers, name)
+    print_sheet(blocks)
+    terminal = capsys.readouterr().out
+    model = {"title": "One", "about": "", "signature": [], "author": "", "program": "", "made_from": ""}
+    model["sections"] = [{"name": name, "title": name, "blocks": blocks}]
+    number_blocks(model["sections"])
+    page = page_text(html.page(model))
+    printed = "".join(sheet.extract_text() for sheet in PdfReader(BytesIO(pdf.document(model))).pages)
+    closed = "".join(printed.split()).replace("\u00ad", "").replace("-", "")
+    for cell in cells(blocks):
+        shown = cell["text"].replace("`", "")
+        assert shown in terminal or cell["text"] in terminal
+        assert shown.replace("F_E", "FE") in page
+        assert "".join(shown.split()).replace("F_E", "FE").replace("-", "") in closed, shown
