@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
@@ -86,9 +87,11 @@ def _numbers(part: Any) -> Iterator[np.ndarray]:
     elif isinstance(part, list | tuple) and not hasattr(part, "_fields"):
         for each in part:
             yield from _numbers(each)
-    elif type(part).__module__.startswith("pounding_risk."):
-        values = (getattr(part, name) for name in dir(part) if not name.startswith("_"))
-        yield from _numbers([value for value in values if not callable(value)])
+    elif hasattr(part, "_fields") or is_dataclass(part):
+        kind = type(part)
+        derived = [name for name in dir(kind) if isinstance(getattr(kind, name), property)]
+        names = part._fields if hasattr(part, "_fields") else [each.name for each in fields(part)]
+        yield from _numbers([getattr(part, name) for name in (*names, *derived)])
 
 
 def test_every_sheet_has_an_answer_here():
