@@ -87,7 +87,7 @@ def _numbers(part: Any) -> Iterator[np.ndarray]:
     elif isinstance(part, list | tuple) and not hasattr(part, "_fields"):
         for each in part:
             yield from _numbers(each)
-    elif hasattr(part, "_fields") or is_dataclass(part):
+    elif (hasattr(part, "_fields") or is_dataclass(part)) and not isinstance(part, pr.Scene):
         kind = type(part)
         derived = [name for name in dir(kind) if isinstance(getattr(kind, name), property)]
         names = part._fields if hasattr(part, "_fields") else [each.name for each in fields(part)]
