@@ -230,7 +230,7 @@ def _check(dataset: xr.Dataset, whose: str) -> None:
     late = [name for name in ADDED if name not in dataset.variables]
     if late:
         raise PoundingError(
-            f"{whose}: has no {', '.join(late)}: it was written by an older version; run the scan again"
+            f"{whose}: has no {', '.join(late)}: it was written by an older version, or damaged; run the scan again"
         )
     check_scan(
         dataset,

@@ -63,8 +63,9 @@ def missing_named() -> Iterator[None]:
         yield
     except KeyError as error:
         words = str(error.args[0]) if error.args else ""
-        absent = re.match(r"No variable named '(\w+)'", words)  # by xarray, of a dataset
-        name = absent[1] if absent else words  # of an array's coordinates the name alone
+        # By xarray, of a dataset; and of what it selects by.
+        absent = re.match(r"No variable named '([^']+)'|'([^']+)' is not a valid dimension or coordinate", words)
+        name = (absent[1] or absent[2]) if absent else words  # of an array's coordinates the name alone
         if not absent and name not in VARIABLES | COORDINATES:
             raise
         raise PoundingError(f"the results have no variable {name}, which is read here; {REPAIR}") from error
@@ -91,10 +92,27 @@ def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), at
     """
     faults = [*_missing(dataset, names, attrs), *_form_faults(dataset), *_attribute_faults(dataset)]
     # What is looked at next relies on dimensions and kinds of values.
-    faults = faults or [*_axis_faults(dataset), *_status_faults(dataset), *_scene_faults(dataset)]
+    _refuse(whose, faults or [*_axis_faults(dataset), *_status_faults(dataset), *_scene_faults(dataset)])
+
+
+def check_scene(dataset: xr.Dataset, whose: str = "the dataset") -> None:
+    """Raise PoundingError where the scene in the attributes of any dataset cannot be read."""
+    _refuse(whose, list(_scene_faults(dataset)))
+
+
+def check_run(run: xr.Dataset, whose: str = "the dataset") -> None:
+    """Raise PoundingError where a run of `simulate` lost an axis, or where a level in its attributes is no number."""
+    lost = [f"the dimension {dim} is missing" for dim in ("time", "building", "storey") if dim not in run.dims]
+    levels = [name for name in ("pga", "gap", "yield_force", "intensity_level") if name in run.attrs]
+    wrong = [name for name in levels if isinstance(run.attrs[name], str) or np.size(run.attrs[name]) != 1]
+    _refuse(whose, [*lost, *(f"the attribute {name} is {run.attrs[name]!r}, not a number" for name in wrong)])
+
+
+def _refuse(whose: str, faults: list[str]) -> None:
+    """Raise PoundingError with a sentence for each fault, where there are any."""
+    if len(faults) == 1:
+        raise PoundingError(f"{whose}: {faults[0]}; {REPAIR}")
     if faults:
-        if len(faults) == 1:
-            raise PoundingError(f"{whose}: {faults[0]}; {REPAIR}")
         raise PoundingError(
             "\n".join([f"{whose}: {len(faults)} faults", *(f"  - {fault}" for fault in faults), REPAIR])
         )
@@ -182,11 +200,17 @@ def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
     if isinstance(records, list):
         if not all(isinstance(record, dict) and isinstance(record.get("name"), str) for record in records):
             yield "the attribute records has an entry without a name"
+        elif not all(isinstance(record.get(key) or "", str) for record in records for key in ("event", "date", "sha256")):
+            yield "the attribute records has an event, a date or a checksum that is no text"
         elif records and "record" in dataset.coords:
             known = {record["name"] for record in records}
             lost = [str(name) for name in np.atleast_1d(dataset["record"].values) if str(name) not in known]
             if lost:
                 yield f"the attribute records says nothing of {', '.join(lost[:3])}"
+    for name in ("notes", "unused_keys", "overrides"):
+        entries = _json(dataset.attrs.get(name, "[]"))
+        if isinstance(entries, list) and not all(isinstance(entry, str) for entry in entries):
+            yield f"the attribute {name} has an entry that is no text"
     for name in ("processing", "flags"):
         table = _json(dataset.attrs.get(name, "{}"))
         if isinstance(table, dict) and not all(isinstance(sentences, list) for sentences in table.values()):
