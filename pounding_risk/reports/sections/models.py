@@ -28,7 +28,7 @@ from pounding_risk.reports.blocks import (
 )
 from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.studies.compare_along import FLIPPED, is_along, keys_along, rows_along, widest_along
-from pounding_risk.studies.compare_findings import FIRST_TWO, interface_names, times_words
+from pounding_risk.studies.compare_findings import FIRST_TWO, at_interface, interface_names, times_words, widest_interface
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
@@ -123,11 +123,14 @@ def _compared(dataset: xr.Dataset) -> list[Block]:
     baseline = str(dataset.attrs["baseline"])
     outputs = [str(name) for name in dataset["output"].values[:FIRST_OUTPUTS]]
     conclusions = [str(name) for name in dataset["conclusion"].values]
+    names, index = interface_names(dataset), widest_interface(dataset)
+    where = f", at {names[index]}, where the peak relative displacement moves most" if len(names) > 1 else ""
     ratios: list[list[Cell | str]] = []
     differing: list[list[Cell | str]] = []
     for law in map(str, dataset["contact_model"].values):
         of_law = dataset.sel(contact_model=law)
-        counts = [(of_law["flips"].sel(conclusion=name), of_law["judged"].sel(conclusion=name)) for name in conclusions]
+        told = at_interface(of_law, index)
+        counts = [(told["flips"].sel(conclusion=name), told["judged"].sel(conclusion=name)) for name in conclusions]
         ratios.append([name_of(law), *(_ratio(of_law.sel(output=name)) for name in outputs)])
         differing.append([name_of(law), *(_of(*count) for count in counts)])
     return [
@@ -140,7 +143,7 @@ def _compared(dataset: xr.Dataset) -> list[Block]:
             ratios,
         ),
         table(
-            f"In how many of the judged cases a conclusion differs from that under {name_of(baseline)}.",
+            f"In how many of the judged cases a conclusion differs from that under {name_of(baseline)}{where}.",
             [("contact model", "l"), *((name, "r") for name in conclusions)],
             differing,
         ),
