@@ -91,7 +91,7 @@ def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
         raise PoundingError(
             f"{whose}: has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
         )
-    check_scan(results, whose, names=(*AXES_OF_CASES, "building", "building_period"), attrs=("records", "title"))
+    check_scan(results, whose, names=(*AXES_OF_CASES, "building", "building_period", "building_damping"), attrs=("records", "title"))
 
 
 def interfaces(results: xr.Dataset) -> list[tuple[str, xr.Dataset]]:

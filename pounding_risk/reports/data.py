@@ -205,6 +205,7 @@ def opened(results: xr.Dataset | str | Path, options: Mapping[str, Any]) -> tupl
     whole = open_results(results) if isinstance(results, str | Path) else results
     along = None
     if kind_of(whole) == "scan" and is_drawn_along(whole):
+        check_scan(whole, source)
         known = ("gap", "confidence", "percentile", "target", "pga", "intensity_level")
         assessed = assess_along(whole, **{name: value for name, value in options.items() if name in known})
         along = Along(assessed, usual_place(assessed))

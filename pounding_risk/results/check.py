@@ -92,7 +92,8 @@ def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), at
     """
     faults = [*_missing(dataset, names, attrs), *_form_faults(dataset), *_attribute_faults(dataset)]
     # What is looked at next relies on dimensions and kinds of values.
-    _refuse(whose, faults or [*_axis_faults(dataset), *_status_faults(dataset), *_scene_faults(dataset)])
+    late = (_axis_faults, _status_faults, _flag_faults, _scene_faults)
+    _refuse(whose, faults or [fault for of in late for fault in of(dataset)])
 
 
 def check_scene(dataset: xr.Dataset, whose: str = "the dataset") -> None:
@@ -129,10 +130,11 @@ def _missing(dataset: xr.Dataset, names: Iterable[str], attrs: Iterable[str]) ->
     lost += [
         name
         for prefix, names in BESIDE.items()
-        if any(str(variable).startswith(prefix) for variable in dataset.data_vars)
+        if any(str(variable).startswith(prefix) and variable not in COORDINATES for variable in dataset.data_vars)
         for name in names
     ]
     yield from (f"the variable {name} is missing" for name in lost if name not in dataset.variables)
+    yield from (f"{name} is not among the coordinates" for name in dataset.data_vars if name in COORDINATES)
     yield from (f"the dimension {dim} has a length of 0" for dim, size in dataset.sizes.items() if size == 0)
 
 
@@ -207,6 +209,9 @@ def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
             lost = [str(name) for name in np.atleast_1d(dataset["record"].values) if str(name) not in known]
             if lost:
                 yield f"the attribute records says nothing of {', '.join(lost[:3])}"
+    digests = _json(dataset.attrs.get("motions_sha256", "{}"))
+    if isinstance(digests, dict) and not all(isinstance(digest, str) for digest in digests.values()):
+        yield "the attribute motions_sha256 has a checksum that is no text"
     for name in ("notes", "unused_keys", "overrides"):
         entries = _json(dataset.attrs.get(name, "[]"))
         if isinstance(entries, list) and not all(isinstance(entry, str) for entry in entries):
@@ -280,6 +285,15 @@ def _status_faults(dataset: xr.Dataset) -> Iterator[str]:
         yield "the attribute sentences of the variable status cannot be read"
 
 
+def _flag_faults(dataset: xr.Dataset) -> Iterator[str]:
+    """Faults of the attributes that explain the codes of any other variable."""
+    for name, variable in dataset.data_vars.items():
+        codes, words = (variable.attrs.get(f"flag_{kind}") for kind in ("values", "meanings"))
+        if name != "status" and (codes is not None or words is not None):
+            if not isinstance(words, str) or codes is None or np.size(codes) != len(words.split()):
+                yield f"the attributes flag_values and flag_meanings of the variable {name} do not fit together"
+
+
 def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:
     """Faults of the scene in the attributes: it must be whole, and that of this dataset."""
     text = dataset.attrs.get("scene_resolved")
@@ -298,8 +312,12 @@ def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:
     interfaces = scene.get("interface", [])
     if not isinstance(interfaces, list) or not interfaces or not all(map(_is_interface, interfaces)):
         yield "the scene in the attribute scene_resolved has no [[interface]] with a gap, or one that cannot be read"
-    if not isinstance(scene.get("effects", {}), dict):
-        yield "the effects of the scene in the attribute scene_resolved are no table"
+    for name in ("effects", "grid", "records", "solver", "uncertain"):
+        if not isinstance(scene.get(name, {}), dict):
+            yield f"the {name} of the scene in the attribute scene_resolved are no table"
+    buildings = scene.get("building", [])
+    if not isinstance(buildings, list) or not all(isinstance(building, dict) for building in buildings):
+        yield "the buildings of the scene in the attribute scene_resolved are no tables"
 
 
 def _is_interface(table: Any) -> bool:

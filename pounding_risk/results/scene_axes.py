@@ -86,7 +86,8 @@ def check_axes(dataset: xr.Dataset, source: str) -> None:
         axes, variants = axes_of(dataset), variants_of(dataset)
     except PoundingError as error:
         raise PoundingError(f"{source}: {error}") from None
-    faults = [*_label_faults(dataset, axes), *_variant_faults(variants, shape_of_axes(axes))]
+    lost = [f"the attribute {VARIANTS} has no {name}" for name in ("attributes", "tables") if axes and name not in variants]
+    faults = [*lost, *_label_faults(dataset, axes), *_variant_faults(variants, shape_of_axes(axes))]
     if faults:
         raise PoundingError(
             f"{source}: {'; '.join(faults)}: the file was damaged or changed since it was written; take the one that "
@@ -106,6 +107,8 @@ def _label_faults(dataset: xr.Dataset, axes: Sequence[SceneAxis]) -> Iterator[st
                 for value, known_values in _beside(found.values.tolist(), labels.values)
             ):
                 yield f"the labels {name} are not those of the attribute {SCENE_AXES}"
+            elif str(found.attrs.get("units")) != str(labels.unit):
+                yield f"the labels {name} are in {found.attrs.get('units')!r}, not in {labels.unit!r}"
 
 
 def _beside(found: list[Any], known: tuple[Any, ...]) -> Iterator[tuple[Any, tuple[Any, ...]]]:

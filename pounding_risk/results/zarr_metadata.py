@@ -26,6 +26,7 @@ DTYPE = re.compile(r"[<>|][biuf][1248]|[<>]U[1-9]\d{0,4}")  # numbers, flags, an
 TEXT_FILTER = "vlen-utf8"  # through which Zarr 3.0 writes texts, as their UTF-8; 3.1 writes them without
 NAME = re.compile(r"[^./\\][^/\\]*")  # of a variable: one folder below the store's
 AXES_OF = "_ARRAY_DIMENSIONS"  # attribute in which a variable's dimensions stand
+LABELS = "coordinates"  # attribute in which the names of coordinates stand
 LARGEST = 1 << 31  # bytes of a piece: what Blosc, which wrote it, can hold
 SOURCE = "a store of another origin, or one that was changed; it was not opened. Take what scan or convert wrote"
 
@@ -125,12 +126,14 @@ def _check_document(path: Path, name: str, document: Any) -> None:
     dims = document.get(AXES_OF)
     if variable and (not isinstance(dims, list) or not all(isinstance(dim, str) and dim for dim in dims)):
         raise PoundingError(f"{path}: the variable {variable} names no dimensions; run the scan again")
+    if variable and len(set(dims)) < len(dims):
+        raise PoundingError(f"{path}: the variable {variable} names a dimension twice: {SOURCE}")
     for attr, value in document.items():
-        if attr not in (AXES_OF, ZARR_MARK) and not _is_attribute(value):
+        if attr not in (AXES_OF, ZARR_MARK) and not (isinstance(value, str) if attr == LABELS else _is_attribute(value)):
             whose = f" of the variable {variable}" if variable else ""
             shown = repr(value) if len(repr(value)) < 40 else f"{repr(value)[:40]}..."
             raise PoundingError(
-                f"{path}: the attribute {attr}{whose} is {shown}, neither text nor numbers: {SOURCE}"
+                f"{path}: the attribute {attr}{whose} is {shown}, not {'text' if attr == LABELS else 'text or numbers'}: {SOURCE}"
             )
 
 
