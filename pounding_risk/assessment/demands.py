@@ -84,14 +84,19 @@ def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
     missing = [name for name in NEEDED if name not in results]
     if missing:
         raise PoundingError(
-            f"{whose}: has no {', '.join(missing)}: an older version wrote it, or it was damaged; scan the scene again, "
-            "the scene's text is the attribute 'scene'"
+            f"{whose}: has no {', '.join(missing)}: an older version wrote it, or it was damaged; scan the scene "
+            "again, the scene's text is the attribute 'scene'"
         )
     if "scene_resolved" not in results.attrs:
         raise PoundingError(
             f"{whose}: has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
         )
-    check_scan(results, whose, names=(*AXES_OF_CASES, "building", "building_period", "building_damping"), attrs=("records", "title"))
+    check_scan(
+        results,
+        whose,
+        names=(*AXES_OF_CASES, "building", "building_period", "building_damping"),
+        attrs=("records", "title"),
+    )
 
 
 def interfaces(results: xr.Dataset) -> list[tuple[str, xr.Dataset]]:

@@ -70,7 +70,7 @@ KINDS = {
     "profiles": Kind(("scan",), profiles_figure, row_case),
     "along": Kind(("scan",), along_figure, assess_along),
 }
-CHECKS = {"scan": check_scan, "compare": check_scan, "simulate": check_run}
+CHECKS: dict[str, Callable[..., None]] = {"scan": check_scan, "compare": check_scan, "simulate": check_run}
 # The figures of several places along axes of numbers of the scene, by the call; all others take one place.
 ALONG = {"scan": "along", "compare": "agreement_along"}
 

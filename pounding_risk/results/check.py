@@ -36,6 +36,7 @@ REPAIR = "the file was damaged or changed since it was written: take the one tha
 TABLES = ("stiffness", "flags", "options", "motions_sha256", "processing", "versions", "plugins", "level_notes")
 LISTS = ("left_out", "overrides", "copies", "notes", "unused_keys")
 TEXTS = ("title", "source", "references", "scene", "scene_file", "restitution", "restitution_relation", "command")
+TEXTS_OF_RECORD = ("event", "date", "station", "component", "source", "sha256")
 AXES_OF_CASES = ("record", "polarity", "contact_model", "gap", "yield_force")  # with labels in every dataset of a scan
 # Coordinates of every dataset with these dimensions.
 OF_PLACES = {
@@ -104,6 +105,9 @@ def check_scene(dataset: xr.Dataset, whose: str = "the dataset") -> None:
 def check_run(run: xr.Dataset, whose: str = "the dataset") -> None:
     """Raise PoundingError where a run of `simulate` lost an axis, or where a level in its attributes is no number."""
     lost = [f"the dimension {dim} is missing" for dim in ("time", "building", "storey") if dim not in run.dims]
+    time = run["time"].values if "time" in run.coords else np.array([0.0])
+    if time.dtype.kind not in NUMBER or not np.all(np.isfinite(time)) or np.any(np.diff(time) < 0.0):
+        lost.append("the times are not finite numbers in rising order")
     levels = [name for name in ("pga", "gap", "yield_force", "intensity_level") if name in run.attrs]
     wrong = [name for name in levels if isinstance(run.attrs[name], str) or np.size(run.attrs[name]) != 1]
     _refuse(whose, [*lost, *(f"the attribute {name} is {run.attrs[name]!r}, not a number" for name in wrong)])
@@ -202,16 +206,17 @@ def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
     if isinstance(records, list):
         if not all(isinstance(record, dict) and isinstance(record.get("name"), str) for record in records):
             yield "the attribute records has an entry without a name"
-        elif not all(isinstance(record.get(key) or "", str) for record in records for key in ("event", "date", "sha256")):
-            yield "the attribute records has an event, a date or a checksum that is no text"
+        elif not all(isinstance(record.get(key) or "", str) for record in records for key in TEXTS_OF_RECORD):
+            yield f"the attribute records has one of {', '.join(TEXTS_OF_RECORD)} that is no text"
         elif records and "record" in dataset.coords:
             known = {record["name"] for record in records}
             lost = [str(name) for name in np.atleast_1d(dataset["record"].values) if str(name) not in known]
             if lost:
                 yield f"the attribute records says nothing of {', '.join(lost[:3])}"
-    digests = _json(dataset.attrs.get("motions_sha256", "{}"))
-    if isinstance(digests, dict) and not all(isinstance(digest, str) for digest in digests.values()):
-        yield "the attribute motions_sha256 has a checksum that is no text"
+    for name in ("motions_sha256", "versions"):
+        table = _json(dataset.attrs.get(name, "{}"))
+        if isinstance(table, dict) and not all(isinstance(entry, str) for entry in table.values()):
+            yield f"the attribute {name} has an entry that is no text"
     for name in ("notes", "unused_keys", "overrides"):
         entries = _json(dataset.attrs.get(name, "[]"))
         if isinstance(entries, list) and not all(isinstance(entry, str) for entry in entries):
@@ -289,9 +294,10 @@ def _flag_faults(dataset: xr.Dataset) -> Iterator[str]:
     """Faults of the attributes that explain the codes of any other variable."""
     for name, variable in dataset.data_vars.items():
         codes, words = (variable.attrs.get(f"flag_{kind}") for kind in ("values", "meanings"))
-        if name != "status" and (codes is not None or words is not None):
-            if not isinstance(words, str) or codes is None or np.size(codes) != len(words.split()):
-                yield f"the attributes flag_values and flag_meanings of the variable {name} do not fit together"
+        if name == "status" or (codes is None and words is None):
+            continue
+        if not isinstance(words, str) or codes is None or np.size(codes) != len(words.split()):
+            yield f"the attributes flag_values and flag_meanings of the variable {name} do not fit together"
 
 
 def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:

@@ -86,7 +86,9 @@ def check_axes(dataset: xr.Dataset, source: str) -> None:
         axes, variants = axes_of(dataset), variants_of(dataset)
     except PoundingError as error:
         raise PoundingError(f"{source}: {error}") from None
-    lost = [f"the attribute {VARIANTS} has no {name}" for name in ("attributes", "tables") if axes and name not in variants]
+    lost = [
+        f"the attribute {VARIANTS} has no {name}" for name in ("attributes", "tables") if axes and name not in variants
+    ]
     faults = [*lost, *_label_faults(dataset, axes), *_variant_faults(variants, shape_of_axes(axes))]
     if faults:
         raise PoundingError(

@@ -128,7 +128,9 @@ def _watched(path: Path, array: xr.DataArray, chunks: dict[str, int] | None) -> 
 def _encodable(values: np.ndarray) -> np.ndarray:
     """The values; raises ValueError for texts with letters that do not exist, as damaged bytes give."""
     if values.dtype.kind == "U":
-        "".join(values.ravel().tolist()).encode()
+        codes = np.ascontiguousarray(values.astype(values.dtype.newbyteorder("="))).view(np.uint32)
+        if np.any((codes > 0x10FFFF) | ((codes >= 0xD800) & (codes < 0xE000))):
+            raise ValueError("a text has letters that do not exist")
     return values
 
 

@@ -27,6 +27,8 @@ TEXT_FILTER = "vlen-utf8"  # through which Zarr 3.0 writes texts, as their UTF-8
 NAME = re.compile(r"[^./\\][^/\\]*")  # of a variable: one folder below the store's
 AXES_OF = "_ARRAY_DIMENSIONS"  # attribute in which a variable's dimensions stand
 LABELS = "coordinates"  # attribute in which the names of coordinates stand
+# Attributes by which a reader would take the values for others; none is of ours.
+PACKED = ("_FillValue", "missing_value", "scale_factor", "add_offset", "_Unsigned", "_Encoding", "dtype")
 LARGEST = 1 << 31  # bytes of a piece: what Blosc, which wrote it, can hold
 SOURCE = "a store of another origin, or one that was changed; it was not opened. Take what scan or convert wrote"
 
@@ -128,13 +130,15 @@ def _check_document(path: Path, name: str, document: Any) -> None:
         raise PoundingError(f"{path}: the variable {variable} names no dimensions; run the scan again")
     if variable and len(set(dims)) < len(dims):
         raise PoundingError(f"{path}: the variable {variable} names a dimension twice: {SOURCE}")
+    if packed := [attr for attr in PACKED if variable and attr in document]:
+        raise PoundingError(f"{path}: the variable {variable} has the attribute {packed[0]}: {SOURCE}")
     for attr, value in document.items():
-        if attr not in (AXES_OF, ZARR_MARK) and not (isinstance(value, str) if attr == LABELS else _is_attribute(value)):
-            whose = f" of the variable {variable}" if variable else ""
-            shown = repr(value) if len(repr(value)) < 40 else f"{repr(value)[:40]}..."
-            raise PoundingError(
-                f"{path}: the attribute {attr}{whose} is {shown}, not {'text' if attr == LABELS else 'text or numbers'}: {SOURCE}"
-            )
+        if attr in (AXES_OF, ZARR_MARK) or (isinstance(value, str) if attr == LABELS else _is_attribute(value)):
+            continue
+        whose = f" of the variable {variable}" if variable else ""
+        shown = repr(value) if len(repr(value)) < 40 else f"{repr(value)[:40]}..."
+        kinds = "text" if attr == LABELS else "text or numbers"
+        raise PoundingError(f"{path}: the attribute {attr}{whose} is {shown}, not {kinds}: {SOURCE}")
 
 
 def _is_attribute(value: Any) -> bool:

@@ -16,13 +16,12 @@ from typing import Any
 import numpy as np
 import pytest
 from axes import pair_text
-from scenes import BOTH, scene_text, single, storeyed, two_records
+from scenes import scene_text, single, storeyed, two_records
 from uncertain import uncertain_text
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.check import check_scan
-from pounding_risk.results.files import open_results, save, stream_results
+from pounding_risk.results.files import open_results, save
 from pounding_risk.results.provenance import recorded
 from pounding_risk.scene.reader import parse_scene
 
@@ -50,7 +49,7 @@ def stores(tmp_path_factory) -> Path:
         storeyed("B", "180 t", "400 MN/m", storeys=2, storey_strengths="900 kN"),
         single("C", "150 t", "0.25 s", height="6 m"),
     )
-    records = {"names": ["RSN6-180", "NAPA-HNE"], "window": ["0 s", "3 s"], "pga": "0.5 g", "polarity": BOTH}
+    records = {"names": ["RSN6-180", "NAPA-HNE"], "window": ["0 s", "3 s"], "pga": "0.5 g"}
     row = scene_text(*buildings, law="linear", records=records, effects={"inelastic_storeys": {}}, gap="10 mm")
     row += '\n[[damage]]\nname = "slight"\ndrift = "0.5 %"\n'
     pair, street = parse_scene(two_records(law="jankowski", stiffness="2e9 N/m^1.5")), parse_scene(row)
@@ -132,8 +131,6 @@ def readers(store: Path, kind: str, out: Path) -> dict[str, Callable[[], object]
         found["uncertainty"] = lambda: pr.uncertainty(store)
     if kind == "simulate":
         found["animation"] = lambda: pr.draw(store, animation=out / "a.html")
-    if kind == "damage":
-        found["export"] = lambda: pr.export(store, "nrml", out / "n.xml", of="damage")
     return found
 
 

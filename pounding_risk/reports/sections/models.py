@@ -28,7 +28,13 @@ from pounding_risk.reports.blocks import (
 )
 from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.studies.compare_along import FLIPPED, is_along, keys_along, rows_along, widest_along
-from pounding_risk.studies.compare_findings import FIRST_TWO, at_interface, interface_names, times_words, widest_interface
+from pounding_risk.studies.compare_findings import (
+    FIRST_TWO,
+    at_interface,
+    interface_names,
+    times_words,
+    widest_interface,
+)
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
