@@ -24,6 +24,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import open_results, save
 from pounding_risk.results.provenance import recorded
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.studies.rerun import compared
 
 pytest.importorskip("zarr")
 KINDS = ("pair", "storeys", "samples", "axes", "simulate", "histories", "compare", "spectra", "damage")
@@ -159,3 +160,127 @@ def test_a_damaged_store_is_a_sentence_or_an_answer(stores, kind, tmp_path, monk
             shutil.rmtree(out)
         shutil.rmtree(store)
     assert refused
+
+
+@pytest.fixture
+def copied(stores, tmp_path) -> Callable[[str], Path]:
+    """Gives a copy of a sound store of a kind."""
+    return lambda kind: Path(shutil.copytree(stores / f"{kind}.zarr", tmp_path / f"{kind}.zarr"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "document", "key", "value", "words"),
+    [
+        ("pair", "gap/.zattrs", "scale_factor", 2.0, "the variable gap has the attribute scale_factor"),
+        ("pair", ".zattrs", "title", None, "the attribute title is None, not text or numbers"),
+        ("pair", ".zattrs", "title", "\ud800", "surrogates not allowed"),
+        ("pair", "status/.zattrs", "coordinates", 7, "coordinates of the variable status is 7, not text"),
+        ("pair", "status/.zattrs", "_ARRAY_DIMENSIONS", ["gap", "gap"], "names a dimension twice"),
+        ("pair", "gap/.zarray", "shape", [10**12], "pieces of it are missing (gap lacks"),
+        ("axes", ".zattrs", "scene_axes", '[{"keys": 7, "values": []}]', "the attribute scene_axes cannot be read"),
+        ("axes", ".zattrs", "scene_variants", '{"tables": [[1]], "attributes": []}', "an entry without a name"),
+        ("axes", ".zattrs", "scene_variants", '{"tables": [["a", [9], 1]], "attributes": []}', "along its axes"),
+        ("axes", ".zattrs", "scene_variants", "{}", "scene_variants has no attributes"),
+        ("axes", "building.left.period/.zattrs", "units", "kg", "building.left.period are in 'kg', not in 's'"),
+    ],
+)
+def test_what_was_changed_is_told_when_a_store_is_opened(copied, kind, document, key, value, words):
+    store = copied(kind)
+    changed(store, document, key, value)
+    with pytest.raises(PoundingError) as told:
+        open_results(store)
+    assert words in str(told.value) and str(store) in str(told.value)
+
+
+@pytest.mark.slow
+def test_what_is_no_store_s_value_is_not_taken_for_one(copied, tmp_path):
+    """A fill value hides no number, a piece of another size is told late, and so are letters that do not exist."""
+    store = copied("pair")
+    sound = open_results(store)
+    changed(store, "impact_count/.zarray", "fill_value", 0)
+    changed(store, "gap/.zattrs", "units", "days since 2000-01-01")
+    assert open_results(store)["impact_count"].dtype == np.int32
+    assert open_results(store)["impact_count"].equals(sound["impact_count"])
+    assert open_results(store)["gap"].dtype == float
+    changed(store, "impulse/.zarray", "dtype", "|b1")
+    for read in (pr.summary, lambda one: pr.convert(one, tmp_path / "c.nc")):
+        with pytest.raises(PoundingError, match="is not a readable Zarr store"):
+            read(store)
+    assert not (tmp_path / "c.nc").exists()
+    changed(store, "record/.zarray", "compressor", None)
+    piece(store, "record", lambda _: np.full(sound["record"].dtype.itemsize // 2, 0x12FFFE00, "<u4").tobytes())
+    with pytest.raises(PoundingError, match="is not a readable Zarr store"):
+        open_results(store)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("overrides", "true", "cannot be read as a list"),
+        ("notes", "[7]", "notes has an entry that is no text"),
+        ("motions_sha256", '{"a": []}', "motions_sha256 has an entry that is no text"),
+        ("versions", '{"numpy": {}}', "versions has an entry that is no text"),
+        ("records", '[{"name": "RSN6-180", "event": 7}]', "records has one of event"),
+    ],
+)
+def test_entries_of_another_kind_are_told_by_every_reader(copied, tmp_path, name, text, words):
+    store = copied("pair")
+    changed(store, ".zattrs", name, text)
+    for command, read in readers(store, "pair", tmp_path).items():
+        if command != "convert":
+            with pytest.raises(PoundingError) as told:
+                read()
+            assert words in str(told.value) and str(store) in str(told.value), command
+
+
+@pytest.mark.slow
+def test_lost_names_are_told_as_what_they_are(copied, tmp_path):
+    store = copied("axes")
+    called(store, "impact_count", "other")
+    with pytest.raises(PoundingError, match="impact_count"):
+        pr.summary(store)
+    pair = open_results(copied("pair"))
+    with pytest.raises(PoundingError, match="the labels of interface lie along another dimension"):
+        pr.assess(pair.rename_dims(interface="other"))
+    with pytest.raises(PoundingError, match="contact_point_level is not among the coordinates"):
+        pr.assess(pair.reset_coords("contact_point_level"))
+    with pytest.raises(PoundingError, match="flag_meanings of the variable sensitive do not fit"):
+        pr.assess(pair.assign(sensitive=pair["sensitive"].assign_attrs(flag_meanings=[1, 2])))
+    samples = copied("samples")
+    called(samples, "first_impact_time", "other")
+    with pytest.raises(PoundingError, match="has no variable first_impact_time"):
+        pr.scan(parse_scene(uncertain_text(samples=6)), out=samples)
+
+
+@pytest.mark.slow
+def test_runs_and_cases_that_are_damaged_are_told(copied, tmp_path):
+    run = open_results(copied("simulate"))
+    for damaged in (
+        run.assign_attrs(pga="[1, 2]"),
+        run.assign_coords(time=-np.inf * run["time"]),
+        run.rename(time="t"),
+    ):
+        with pytest.raises(PoundingError):
+            pr.draw(damaged, animation=tmp_path / "a.html")
+    assert repr(run.assign_attrs(pga="[1, 2]").pounding)
+    with pytest.raises(PoundingError, match="scene_resolved"):
+        open_results(copied("histories")).assign_attrs(scene_resolved="[[1]]").pounding.case()
+    with pytest.raises(PoundingError, match="has lost its im"):
+        open_results(copied("damage")).rename(im="other").pounding.figure()
+
+
+@pytest.mark.slow
+def test_damaged_numbers_overflow_without_a_warning(copied):
+    warnings.simplefilter("error", RuntimeWarning)
+    pair, samples = open_results(copied("pair")), open_results(copied("samples"))
+    pr.summary(pair.assign_coords(building_period=pair["building_period"] * np.nan))
+    samples["peak_closing_free"].values.flat[0] = -np.inf
+    pr.uncertainty(samples)
+    assert not compared(pair, pair.assign(impulse=pair["impulse"] * 0.0 + 1e-320), []).same
+
+
+@pytest.mark.slow
+def test_a_report_beside_a_comparison_is_written(stores, tmp_path):
+    assert pr.report(stores / "pair.zarr", tmp_path / "r.html", also=[stores / "compare.zarr"]).exists()
