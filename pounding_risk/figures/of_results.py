@@ -28,7 +28,7 @@ from pounding_risk.figures.simulate import simulation_figure
 from pounding_risk.figures.spectra import gap_spectra_figure
 from pounding_risk.figures.storey_profiles import profiles_figure
 from pounding_risk.figures.uncertainty import uncertainty_figure
-from pounding_risk.results.check import check_run, check_scan, missing_named
+from pounding_risk.results.check import check_labels, check_run, check_scan, missing_named
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.scene_axes import is_drawn_along, settled
 from pounding_risk.results.selected_axes import with_axes
@@ -123,8 +123,7 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     _check_options(name, other_options, () if figure.made_by is None else _options(figure.made_by))
     one_place = {"scan": with_axes, "compare": settled}.get(made_by) if name not in ALONG.values() else None
     dataset = results if one_place is None else one_place(results)
-    if made_by in CHECKS:
-        CHECKS[made_by](dataset, "the dataset")
+    CHECKS.get(made_by, check_labels)(dataset, "the dataset")
     return figure.draw(
         dataset if figure.made_by is None else figure.made_by(dataset, **other_options), note=note, **draw_options
     )

@@ -102,6 +102,12 @@ def check_scene(dataset: xr.Dataset, whose: str = "the dataset") -> None:
     _refuse(whose, list(_scene_faults(dataset)))
 
 
+def check_labels(dataset: xr.Dataset, whose: str = "the dataset") -> None:
+    """Raise PoundingError where a label of an axis of any dataset stands there twice."""
+    axes = [axis for axis in dataset.dims if axis in dataset.coords and not dataset.indexes[axis].is_unique]
+    _refuse(whose, [f"a label of the axis {axis} stands there twice" for axis in axes])
+
+
 def check_run(run: xr.Dataset, whose: str = "the dataset") -> None:
     """Raise PoundingError where a run of `simulate` lost an axis, or where a level in its attributes is no number."""
     lost = [f"the dimension {dim} is missing" for dim in ("time", "building", "storey") if dim not in run.dims]

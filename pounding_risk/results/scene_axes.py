@@ -290,7 +290,7 @@ def settled(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     chosen = chosen.drop_vars([key for axis in axes for key in axis.names if key in chosen.variables])
     try:
         chosen.attrs = _attributes(dataset, axes, places)
-    except (TypeError, ValueError, LookupError, AttributeError):  # of tables that are none
+    except (TypeError, ValueError, LookupError, AttributeError, RecursionError):  # of tables that are none too
         raise PoundingError(
             f"{source}: the attributes {VARIANTS} and scene_resolved cannot be read together: the file was damaged or "
             "changed since it was written"

@@ -264,6 +264,9 @@ def test_runs_and_cases_that_are_damaged_are_told(copied, tmp_path):
     ):
         with pytest.raises(PoundingError):
             pr.draw(damaged, animation=tmp_path / "a.html")
+    spectra = open_results(copied("spectra"))
+    with pytest.raises(PoundingError, match="a label of the axis percentile stands there twice"):
+        spectra.assign_coords(percentile=spectra["percentile"] * 0.0).pounding.figure()
     assert repr(run.assign_attrs(pga="[1, 2]").pounding)
     with pytest.raises(PoundingError, match="scene_resolved"):
         open_results(copied("histories")).assign_attrs(scene_resolved="[[1]]").pounding.case()
