@@ -202,7 +202,7 @@ def _check_pieces(path: Path, documents: dict[str, dict[str, Any]]) -> None:
     for name, document in documents.items():
         if name.endswith("/.zarray"):
             variable = name.removesuffix("/.zarray")
-            sizes = zip(document["shape"], document["chunks"], strict=True)
+            sizes = zip(document.get("shape", []), document.get("chunks", []), strict=True)
             expected = prod(-(-size // piece) for size, piece in sizes)
             there = sum(not file.name.startswith(".") for file in (path / variable).glob("*"))
             if there < expected:

@@ -178,6 +178,7 @@ def copied(stores, tmp_path) -> Callable[[str], Path]:
         ("pair", "status/.zattrs", "coordinates", 7, "coordinates of the variable status is 7, not text"),
         ("pair", "status/.zattrs", "_ARRAY_DIMENSIONS", ["gap", "gap"], "names a dimension twice"),
         ("pair", "gap/.zarray", "shape", [10**12], "pieces of it are missing (gap lacks"),
+        ("spectra", "left_damping/.zarray", "shape", ..., "is not a readable Zarr store"),
         ("axes", ".zattrs", "scene_axes", '[{"keys": 7, "values": []}]', "the attribute scene_axes cannot be read"),
         ("axes", ".zattrs", "scene_variants", '{"tables": [[1]], "attributes": []}', "an entry without a name"),
         ("axes", ".zattrs", "scene_variants", '{"tables": [["a", [9], 1]], "attributes": []}', "along its axes"),
