@@ -31,6 +31,9 @@ def check_damage(results: xr.Dataset) -> xr.Dataset:
     """The dataset; raises PoundingError for another one than `damage` makes."""
     if kind_of(results) != "damage":
         raise PoundingError("this is no dataset of `pounding-risk damage`; run it with -o damage.nc")
+    lost = [name for name in ("state", "pounding", "im", "level") if name not in results.dims]
+    if lost:
+        raise PoundingError(f"the dataset of damage has lost its {' and '.join(lost)}; run damage again")
     return results
 
 

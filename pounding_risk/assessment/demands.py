@@ -76,22 +76,27 @@ def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
     kind = kind_of(results)
     if kind not in ("scan", ""):
         raise PoundingError(
-            f"this is a dataset of `{kind}`, which has not the cases of a scan; assess takes what "
+            f"{whose}: is a dataset of `{kind}`, which has not the cases of a scan; assess takes what "
             "`pounding-risk scan SCENE -o results.nc` writes"
         )
     if "impact_count" not in results or not {"record", "gap"} <= set(results.dims):
-        raise PoundingError("this is no dataset of pounding-risk; `pounding-risk scan SCENE -o results.nc` writes one")
+        raise PoundingError(f"{whose}: is no dataset of a scan; `pounding-risk scan SCENE -o results.nc` writes one")
     missing = [name for name in NEEDED if name not in results]
     if missing:
         raise PoundingError(
-            f"the dataset has no {', '.join(missing)}: an older version wrote it; scan the scene again, the scene's "
-            "text is the attribute 'scene'"
+            f"{whose}: has no {', '.join(missing)}: an older version wrote it, or it was damaged; scan the scene "
+            "again, the scene's text is the attribute 'scene'"
         )
     if "scene_resolved" not in results.attrs:
         raise PoundingError(
-            "the dataset has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
+            f"{whose}: has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
         )
-    check_scan(results, whose, names=(*AXES_OF_CASES, "building", "building_period"), attrs=("records", "title"))
+    check_scan(
+        results,
+        whose,
+        names=(*AXES_OF_CASES, "building", "building_period", "building_damping"),
+        attrs=("records", "title"),
+    )
 
 
 def interfaces(results: xr.Dataset) -> list[tuple[str, xr.Dataset]]:

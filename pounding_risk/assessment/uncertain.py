@@ -167,13 +167,15 @@ def uncertainty(
     return dataset
 
 
+@np.errstate(invalid="ignore")  # differences of infinities, where a motion has no finite closing
 def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
     """The dataset of `uncertainty` from samples."""
     import xarray as xr
 
     closings = [subject.closings(index, asked.level) for index in range(len(subject.interfaces))]
     judged = [subject.gap(index) if asked.gap is None else asked.gap for index in range(len(closings))]
-    most = max(max(float(np.percentile(one.rising, 99.5)) for one in closings), 1.2 * max(judged), 1e-6)
+    largest = max(float(np.percentile(one.rising, 99.5)) for one in closings)
+    most = max(largest, 1.2 * max(judged), 1e-6)
     finite = most if np.isfinite(most) else max(float(one.logs.max()) for one in closings)
     # The scene's own gap stands among them, whatever gap is judged.
     own = [subject.gap(index) for index in range(len(closings))]

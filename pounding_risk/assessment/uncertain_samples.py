@@ -29,6 +29,7 @@ from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
 from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.attributes import tables_of
+from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import open_results
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.own_case import own_case, own_level, scene_gap
@@ -444,6 +445,7 @@ def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
     others = [one.name for one in axes_of(dataset) if one.name != SAMPLE and dataset.sizes.get(one.name, 1) > 1]
     if others:
         raise PoundingError(f"{source}: has several values of {' and '.join(others)}; choose one of each with sel")
+    check_scan(dataset, source)
     one_sample = dataset.isel({SAMPLE: [0]})
     data.check_dataset(with_axes(one_sample, source), source)
     values = tuple(np.asarray(dataset[key].values) for key in axis.keys)

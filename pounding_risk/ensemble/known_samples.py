@@ -55,8 +55,8 @@ def samples_before(target: Path, identity: Mapping[str, Any]) -> int:
 class KnownSamples:
     """The cases of a finished dataset, by place along the axes of the scene; to be closed after use."""
 
-    def __init__(self, dataset: xr.Dataset):
-        self._dataset = dataset
+    def __init__(self, dataset: xr.Dataset, target: Path):
+        self._dataset, self._target = dataset, target
         self._axes = [axis.name for axis in axes_of(dataset)]
         self._variants = dict((name, (along, values)) for name, along, values in self._listed("attributes"))
         self.count = dataset.sizes[SAMPLE]
@@ -97,6 +97,11 @@ class KnownSamples:
         if sample not in self._span:
             start = sample - sample % self._step
             self._span, self._arrays = range(start, min(start + self._step, self.count)), {}
+        if name not in self._dataset.variables:
+            raise PoundingError(
+                f"{self._target}: has no variable {name}, so that it was damaged or changed and no samples can be "
+                f"added; {OTHER_NAME}, or replace it (--new, or new=True in Python)"
+            )
         if name not in self._arrays:
             variable = self._dataset[name].variable
             if SAMPLE in variable.dims:
@@ -125,7 +130,7 @@ def known_samples(
         return None
     dataset = stream_results(target)
     if _is_whole(dataset, count, {axis.name: axis for axis in axes}, shape):
-        return KnownSamples(dataset)
+        return KnownSamples(dataset, target)
     dataset.close()
     return None
 

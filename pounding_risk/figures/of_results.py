@@ -28,6 +28,7 @@ from pounding_risk.figures.simulate import simulation_figure
 from pounding_risk.figures.spectra import gap_spectra_figure
 from pounding_risk.figures.storey_profiles import profiles_figure
 from pounding_risk.figures.uncertainty import uncertainty_figure
+from pounding_risk.results.check import check_labels, check_run, check_scan, missing_named
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.scene_axes import is_drawn_along, settled
 from pounding_risk.results.selected_axes import with_axes
@@ -69,10 +70,12 @@ KINDS = {
     "profiles": Kind(("scan",), profiles_figure, row_case),
     "along": Kind(("scan",), along_figure, assess_along),
 }
+CHECKS: dict[str, Callable[..., None]] = {"scan": check_scan, "compare": check_scan, "simulate": check_run}
 # The figures of several places along axes of numbers of the scene, by the call; all others take one place.
 ALONG = {"scan": "along", "compare": "agreement_along"}
 
 
+@missing_named()
 def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = "", **options: Any) -> Figure:
     """The figure of a dataset that has this name, or its usual one.
 
@@ -120,6 +123,7 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     _check_options(name, other_options, () if figure.made_by is None else _options(figure.made_by))
     one_place = {"scan": with_axes, "compare": settled}.get(made_by) if name not in ALONG.values() else None
     dataset = results if one_place is None else one_place(results)
+    CHECKS.get(made_by, check_labels)(dataset, "the dataset")
     return figure.draw(
         dataset if figure.made_by is None else figure.made_by(dataset, **other_options), note=note, **draw_options
     )

@@ -17,6 +17,7 @@ from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import law_words
 from pounding_risk.reports.html import packed, script_page, write_page
+from pounding_risk.results.check import check_run
 from pounding_risk.results.files import check_target
 from pounding_risk.units import say_in
 
@@ -84,6 +85,7 @@ def _check(run: xr.Dataset) -> None:
             f"the dataset has no {missing[0] if missing else 'contact points'}, so it is no run with its histories; "
             "write one with simulate -o run.nc"
         )
+    check_run(run)
     if run.sizes["time"] < 2:
         raise PoundingError("the run has fewer than two instants; nothing moves")
 

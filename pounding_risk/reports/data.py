@@ -205,6 +205,7 @@ def opened(results: xr.Dataset | str | Path, options: Mapping[str, Any]) -> tupl
     whole = open_results(results) if isinstance(results, str | Path) else results
     along = None
     if kind_of(whole) == "scan" and is_drawn_along(whole):
+        check_scan(whole, source)
         known = ("gap", "confidence", "percentile", "target", "pga", "intensity_level")
         assessed = assess_along(whole, **{name: value for name, value in options.items() if name in known})
         along = Along(assessed, usual_place(assessed))
@@ -230,7 +231,7 @@ def _check(dataset: xr.Dataset, whose: str) -> None:
     late = [name for name in ADDED if name not in dataset.variables]
     if late:
         raise PoundingError(
-            f"{whose}: has no {', '.join(late)}: it was written by an older version; run the scan again"
+            f"{whose}: has no {', '.join(late)}: it was written by an older version, or damaged; run the scan again"
         )
     check_scan(
         dataset,

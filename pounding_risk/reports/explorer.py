@@ -107,7 +107,7 @@ def _opened(results: str | Path | xr.Dataset) -> tuple[xr.Dataset, str]:
     source = str(results) if isinstance(results, str | Path) else "the dataset"
     whole = open_results(results) if isinstance(results, str | Path) else results
     # Where each sample has its own motion there is no list of motions to choose from.
-    is_along = kind_of(whole) == "scan" and open_axes(whole) and not has_drawn_motions(whole)
+    is_along = kind_of(whole) in ("scan", "") and open_axes(whole) and not has_drawn_motions(whole)
     return whole if is_along else with_axes(whole, source), source
 
 

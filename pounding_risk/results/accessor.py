@@ -140,14 +140,16 @@ def _facts_of_run(run: xr.Dataset) -> Iterator[tuple[str, str]]:
     facts: list[tuple[str, Any]] = [(axis_words(name), run.attrs.get(name, "")) for name in OF_RUN]
     facts += [(axis_words(axis), listed_values(axis, _levels(run, axis))) for axis in LEVELS]
     facts.append(("contacts", run.sizes.get("contact", 0)))
-    facts.append(("lasts", f"{float(run['time'][-1]):.6g} s, {counted(run.sizes['time'], 'instant')}"))
+    if "time" in run.variables:
+        facts.append(("lasts", f"{float(run['time'][-1]):.6g} s, {counted(run['time'].size, 'instant')}"))
     yield from ((name, str(words)) for name, words in facts if words != "")
 
 
 def _levels(run: xr.Dataset, axis: str) -> list[float]:
     """The amplitude, gaps or yield forces of a run, each once."""
     known = [run[name].values if name in run.coords else run.attrs.get(name) for name in LEVELS[axis]]
-    return sorted({float(value) for values in known if values is not None for value in np.atleast_1d(values)})
+    levels = [value for values in known if values is not None for value in np.atleast_1d(values)]
+    return sorted({float(value) for value in levels if not isinstance(value, str)})  # which is no level: damaged
 
 
 def _facts_of_grid(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:

@@ -43,14 +43,17 @@ def _version_of(package: str) -> str:
 def told(dataset: xr.Dataset, name: str, default: Any) -> Any:
     """The value of an attribute that was written by `as_text`, ``default`` where there is none.
 
-    Raises PoundingError where the attribute is damaged.
+    Raises PoundingError where the attribute is damaged, or holds another kind of value than ``default``.
     """
     try:
-        return json.loads(dataset.attrs[name]) if name in dataset.attrs else default
-    except (TypeError, ValueError):
+        value = json.loads(dataset.attrs[name]) if name in dataset.attrs else default
+    except (TypeError, ValueError, RecursionError):
+        value = None
+    if type(value) is not type(default):
         raise PoundingError(
             f'the attribute "{name}" of the results cannot be read: the file was changed since; run the scan again'
-        ) from None
+        )
+    return value
 
 
 @lru_cache(maxsize=8)

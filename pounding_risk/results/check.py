@@ -36,6 +36,7 @@ REPAIR = "the file was damaged or changed since it was written: take the one tha
 TABLES = ("stiffness", "flags", "options", "motions_sha256", "processing", "versions", "plugins", "level_notes")
 LISTS = ("left_out", "overrides", "copies", "notes", "unused_keys")
 TEXTS = ("title", "source", "references", "scene", "scene_file", "restitution", "restitution_relation", "command")
+TEXTS_OF_RECORD = ("event", "date", "station", "component", "source", "sha256")
 AXES_OF_CASES = ("record", "polarity", "contact_model", "gap", "yield_force")  # with labels in every dataset of a scan
 # Coordinates of every dataset with these dimensions.
 OF_PLACES = {
@@ -63,8 +64,9 @@ def missing_named() -> Iterator[None]:
         yield
     except KeyError as error:
         words = str(error.args[0]) if error.args else ""
-        absent = re.match(r"No variable named '(\w+)'", words)  # by xarray, of a dataset
-        name = absent[1] if absent else words  # of an array's coordinates the name alone
+        # By xarray, of a dataset; and of what it selects by.
+        absent = re.match(r"No variable named '([^']+)'|'([^']+)' is not a valid dimension or coordinate", words)
+        name = (absent[1] or absent[2]) if absent else words  # of an array's coordinates the name alone
         if not absent and name not in VARIABLES | COORDINATES:
             raise
         raise PoundingError(f"the results have no variable {name}, which is read here; {REPAIR}") from error
@@ -91,10 +93,37 @@ def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), at
     """
     faults = [*_missing(dataset, names, attrs), *_form_faults(dataset), *_attribute_faults(dataset)]
     # What is looked at next relies on dimensions and kinds of values.
-    faults = faults or [*_axis_faults(dataset), *_status_faults(dataset), *_scene_faults(dataset)]
+    late = (_axis_faults, _status_faults, _flag_faults, _scene_faults)
+    _refuse(whose, faults or [fault for of in late for fault in of(dataset)])
+
+
+def check_scene(dataset: xr.Dataset, whose: str = "the dataset") -> None:
+    """Raise PoundingError where the scene in the attributes of any dataset cannot be read."""
+    _refuse(whose, list(_scene_faults(dataset)))
+
+
+def check_labels(dataset: xr.Dataset, whose: str = "the dataset") -> None:
+    """Raise PoundingError where a label of an axis of any dataset stands there twice."""
+    axes = [axis for axis in dataset.dims if axis in dataset.coords and not dataset.indexes[axis].is_unique]
+    _refuse(whose, [f"a label of the axis {axis} stands there twice" for axis in axes])
+
+
+def check_run(run: xr.Dataset, whose: str = "the dataset") -> None:
+    """Raise PoundingError where a run of `simulate` lost an axis, or where a level in its attributes is no number."""
+    lost = [f"the dimension {dim} is missing" for dim in ("time", "building", "storey") if dim not in run.dims]
+    time = run["time"].values if "time" in run.coords else np.array([0.0])
+    if time.dtype.kind not in NUMBER or not np.all(np.isfinite(time)) or np.any(np.diff(time) < 0.0):
+        lost.append("the times are not finite numbers in rising order")
+    levels = [name for name in ("pga", "gap", "yield_force", "intensity_level") if name in run.attrs]
+    wrong = [name for name in levels if isinstance(run.attrs[name], str) or np.size(run.attrs[name]) != 1]
+    _refuse(whose, [*lost, *(f"the attribute {name} is {run.attrs[name]!r}, not a number" for name in wrong)])
+
+
+def _refuse(whose: str, faults: list[str]) -> None:
+    """Raise PoundingError with a sentence for each fault, where there are any."""
+    if len(faults) == 1:
+        raise PoundingError(f"{whose}: {faults[0]}; {REPAIR}")
     if faults:
-        if len(faults) == 1:
-            raise PoundingError(f"{whose}: {faults[0]}; {REPAIR}")
         raise PoundingError(
             "\n".join([f"{whose}: {len(faults)} faults", *(f"  - {fault}" for fault in faults), REPAIR])
         )
@@ -111,10 +140,11 @@ def _missing(dataset: xr.Dataset, names: Iterable[str], attrs: Iterable[str]) ->
     lost += [
         name
         for prefix, names in BESIDE.items()
-        if any(str(variable).startswith(prefix) for variable in dataset.data_vars)
+        if any(str(variable).startswith(prefix) and variable not in COORDINATES for variable in dataset.data_vars)
         for name in names
     ]
     yield from (f"the variable {name} is missing" for name in lost if name not in dataset.variables)
+    yield from (f"{name} is not among the coordinates" for name in dataset.data_vars if name in COORDINATES)
     yield from (f"the dimension {dim} has a length of 0" for dim, size in dataset.sizes.items() if size == 0)
 
 
@@ -182,11 +212,21 @@ def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
     if isinstance(records, list):
         if not all(isinstance(record, dict) and isinstance(record.get("name"), str) for record in records):
             yield "the attribute records has an entry without a name"
+        elif not all(isinstance(record.get(key) or "", str) for record in records for key in TEXTS_OF_RECORD):
+            yield f"the attribute records has one of {', '.join(TEXTS_OF_RECORD)} that is no text"
         elif records and "record" in dataset.coords:
             known = {record["name"] for record in records}
             lost = [str(name) for name in np.atleast_1d(dataset["record"].values) if str(name) not in known]
             if lost:
                 yield f"the attribute records says nothing of {', '.join(lost[:3])}"
+    for name in ("motions_sha256", "versions"):
+        table = _json(dataset.attrs.get(name, "{}"))
+        if isinstance(table, dict) and not all(isinstance(entry, str) for entry in table.values()):
+            yield f"the attribute {name} has an entry that is no text"
+    for name in ("notes", "unused_keys", "overrides"):
+        entries = _json(dataset.attrs.get(name, "[]"))
+        if isinstance(entries, list) and not all(isinstance(entry, str) for entry in entries):
+            yield f"the attribute {name} has an entry that is no text"
     for name in ("processing", "flags"):
         table = _json(dataset.attrs.get(name, "{}"))
         if isinstance(table, dict) and not all(isinstance(sentences, list) for sentences in table.values()):
@@ -256,6 +296,16 @@ def _status_faults(dataset: xr.Dataset) -> Iterator[str]:
         yield "the attribute sentences of the variable status cannot be read"
 
 
+def _flag_faults(dataset: xr.Dataset) -> Iterator[str]:
+    """Faults of the attributes that explain the codes of any other variable."""
+    for name, variable in dataset.data_vars.items():
+        codes, words = (variable.attrs.get(f"flag_{kind}") for kind in ("values", "meanings"))
+        if name == "status" or (codes is None and words is None):
+            continue
+        if not isinstance(words, str) or codes is None or np.size(codes) != len(words.split()):
+            yield f"the attributes flag_values and flag_meanings of the variable {name} do not fit together"
+
+
 def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:
     """Faults of the scene in the attributes: it must be whole, and that of this dataset."""
     text = dataset.attrs.get("scene_resolved")
@@ -274,8 +324,12 @@ def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:
     interfaces = scene.get("interface", [])
     if not isinstance(interfaces, list) or not interfaces or not all(map(_is_interface, interfaces)):
         yield "the scene in the attribute scene_resolved has no [[interface]] with a gap, or one that cannot be read"
-    if not isinstance(scene.get("effects", {}), dict):
-        yield "the effects of the scene in the attribute scene_resolved are no table"
+    for name in ("effects", "grid", "records", "solver", "uncertain"):
+        if not isinstance(scene.get(name, {}), dict):
+            yield f"the {name} of the scene in the attribute scene_resolved are no table"
+    buildings = scene.get("building", [])
+    if not isinstance(buildings, list) or not all(isinstance(building, dict) for building in buildings):
+        yield "the buildings of the scene in the attribute scene_resolved are no tables"
 
 
 def _is_interface(table: Any) -> bool:

@@ -169,7 +169,7 @@ class _Lasting:
     def add(self, time: Array, count: NDArray[np.int64]) -> None:
         """Count a block of cases; the last axis is that of interfaces."""
         touching = (count > 0) & (time > 0.0)
-        long = touching & (time >= self.limits * count)
+        long = touching & (time >= self.limits * np.maximum(count, 1))  # no limit times no contact is no number
         over = tuple(range(touching.ndim - 1))
         self.touching = self.touching + touching.sum(axis=over)
         self.long = self.long + long.sum(axis=over)

@@ -24,6 +24,7 @@ from pounding_risk._common import files
 from pounding_risk._common.files import discard, move_into_place, moved_away, not_written, partial_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.results import accessor as accessor  # registers it with xarray
+from pounding_risk.results.scene_axes import check_axes
 from pounding_risk.results.upgrade import upgrade, widened
 from pounding_risk.results.zarr_metadata import ZARR_MARK, is_zarr_of_ours
 
@@ -167,9 +168,16 @@ def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
             + (f", or rename {older}, the results of before, which a crash left there" if older else "")
         )
     if is_zarr:
-        return upgrade(zarr_store().opened(source, chunks), str(source), _widened)
-    with reading(source):
-        return upgrade(xr.open_dataset(source, engine="netcdf4"), str(source), _widened)
+        dataset = upgrade(zarr_store().opened(source, chunks), str(source), _widened)
+    else:
+        with reading(source):
+            dataset = upgrade(xr.open_dataset(source, engine="netcdf4"), str(source), _widened)
+    try:
+        check_axes(dataset, str(source))
+    except PoundingError:
+        dataset.close()
+        raise
+    return dataset
 
 
 class _Widened(BackendArray):

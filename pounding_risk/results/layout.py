@@ -180,7 +180,7 @@ def scene_dims(dataset: xr.Dataset) -> tuple[str, ...]:
         return ()
     try:
         names = [str(axis.get("dimension") or axis["keys"][0]) for axis in json.loads(text)]
-    except (TypeError, ValueError, LookupError, AttributeError):
+    except (TypeError, ValueError, LookupError, AttributeError, RecursionError):
         raise PoundingError(
             f"the attribute {SCENE_AXES} cannot be read: the file was damaged or changed since it was written"
         ) from None

@@ -9,6 +9,7 @@ import numpy as np
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import PEAK
 from pounding_risk.results.amplitudes import axis_name, measure_of
+from pounding_risk.results.check import check_scene
 from pounding_risk.results.grid_values import axis_words, listed_values, place_of, quantity_of
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.layout import axes_of_cases
@@ -77,6 +78,7 @@ def one_case(
         raise PoundingError(
             f"pga: the amplitude is named by intensity_level, of {measure_of(results).words}; leave pga out"
         )
+    check_scene(results)
     given = (record, polarity, intensity_level if pga is None else pga, contact_model, gap, yield_force)
     own = {"record": None, "polarity": None} | own_values(results)
     where = {axis: _place(results, axis, value, own) for axis, value in zip(axes_of_cases(results), given, strict=True)}

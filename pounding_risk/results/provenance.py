@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk._jit.sources import source_digest
-from pounding_risk.errors import PoundingError
+from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.attributes import as_text, told
+from pounding_risk.results.check import check_scan
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.tolerance_check import check_share
 from pounding_risk.scene.reader import parse_scene
@@ -81,10 +82,14 @@ def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) 
     raw = tomllib.loads(text)
     _check_laws(raw, path)
     source = _folder(raw, attrs, path, folder) / Path(str(attrs.get("scene_file", "scene"))).name
+    check_scan(results, str(path))
     overrides = tuple(map(str, told(results, "overrides", [])))
-    if SCENE_AXES in attrs:  # its axes set keys of the scene as written
-        return Recorded(parse_scene(str(attrs.get("scene", text)), str(source), overrides), screening, fraction)
-    study = parse_scene(text, str(source))
+    try:
+        if SCENE_AXES in attrs:  # its axes set keys of the scene as written
+            return Recorded(parse_scene(str(attrs.get("scene", text)), str(source), overrides), screening, fraction)
+        study = parse_scene(text, str(source))
+    except SceneError as error:
+        raise SceneError(f"{path}, its scene", error.faults) from None
     return Recorded(study.updated(text=str(attrs.get("scene", text)), overrides=overrides), screening, fraction)
 
 

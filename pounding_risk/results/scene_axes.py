@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import deepcopy
 from hashlib import sha256
@@ -24,7 +24,7 @@ from pounding_risk.results.attributes import as_text
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.variables import described
 from pounding_risk.scene.overrides import address_of, override, parts_of
-from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap, labels_of, overrides_at
+from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap, labels_of, overrides_at, shape_of_axes
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.units import GAP, SHOWN, Quantity, QuantityError, parse, shown
 
@@ -57,21 +57,95 @@ def axes_of(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
     if not text:
         return ()
     try:
-        return tuple(
-            SceneAxis(tuple(one["keys"]), tuple(map(tuple, one["values"])), one.get("dimension", ""))
-            for one in json.loads(text)
-        )
-    except (TypeError, ValueError, LookupError):
+        return tuple(map(_axis, json.loads(text)))
+    except (TypeError, ValueError, LookupError, AttributeError, RecursionError):
         raise PoundingError(
             f"the attribute {SCENE_AXES} cannot be read: the file was damaged or changed since it was written"
         ) from None
+
+
+def _axis(told: Any) -> SceneAxis:
+    """An axis of the attribute; raises ValueError or, as what it is made of, another error where it is damaged."""
+    keys, values, dimension = told["keys"], told["values"], told.get("dimension", "")
+    is_sound = (
+        isinstance(dimension, str)
+        and isinstance(keys, list)
+        and len(keys) == len(values) > 0
+        and all(isinstance(key, str) for key in keys)
+        and all(isinstance(along, list) and len(along) == len(values[0]) > 0 for along in values)
+        and all(isinstance(value, str | int | float) for along in values for value in along)
+    )
+    if not is_sound:
+        raise ValueError("no axis")
+    return SceneAxis(tuple(keys), tuple(map(tuple, values)), dimension)
+
+
+def check_axes(dataset: xr.Dataset, source: str) -> None:
+    """Raise PoundingError unless the axes of a dataset, their labels and what else differs along them fit together."""
+    try:
+        axes, variants = axes_of(dataset), variants_of(dataset)
+    except PoundingError as error:
+        raise PoundingError(f"{source}: {error}") from None
+    lost = [
+        f"the attribute {VARIANTS} has no {name}" for name in ("attributes", "tables") if axes and name not in variants
+    ]
+    faults = [*lost, *_label_faults(dataset, axes), *_variant_faults(variants, shape_of_axes(axes))]
+    if faults:
+        raise PoundingError(
+            f"{source}: {'; '.join(faults)}: the file was damaged or changed since it was written; take the one that "
+            "scan wrote, or run the scan again"
+        )
+
+
+def _label_faults(dataset: xr.Dataset, axes: Sequence[SceneAxis]) -> Iterator[str]:
+    """Faults of the labels of axes that a dataset has; one along which a place was selected need have none."""
+    for axis in axes:
+        for name, labels in axis.labels().items() if axis.name in dataset.dims else ():
+            found = dataset.variables.get(name)
+            if found is None or found.dims != (axis.name,):
+                yield f"the axis {axis.name} has no labels {name}"
+            elif (found.dtype.kind in "UOT") != isinstance(labels.values[0], str) or not all(
+                any(_equal(known, value) for known in known_values)
+                for value, known_values in _beside(found.values.tolist(), labels.values)
+            ):
+                yield f"the labels {name} are not those of the attribute {SCENE_AXES}"
+            elif str(found.attrs.get("units")) != str(labels.unit):
+                yield f"the labels {name} are in {found.attrs.get('units')!r}, not in {labels.unit!r}"
+
+
+def _beside(found: list[Any], known: tuple[Any, ...]) -> Iterator[tuple[Any, tuple[Any, ...]]]:
+    """Each label with those that it may be: its own, or any where places were selected."""
+    for place, value in enumerate(found):
+        yield value, (known[place],) if len(found) == len(known) else known
+
+
+def _variant_faults(variants: Mapping[str, list[Any]], shape: tuple[int, ...]) -> Iterator[str]:
+    """Faults of what differs along axes of this shape: entries of a name, the axes, and values along these."""
+    for listed in variants.values():
+        for entry in listed:
+            if not isinstance(entry, list) or len(entry) != 3 or not isinstance(entry[0], str):
+                yield f"the attribute {VARIANTS} has an entry without a name, its axes and values"
+            elif not _is_along(entry[1], len(shape)) or not _has_shape(entry[2], [shape[axis] for axis in entry[1]]):
+                yield f"the attribute {VARIANTS} has values of {entry[0]} that do not lie along its axes"
+
+
+def _is_along(along: Any, count: int) -> bool:
+    return isinstance(along, list) and all(type(axis) is int and 0 <= axis < count for axis in along)
+
+
+def _has_shape(values: Any, shape: Sequence[int]) -> bool:
+    """True for lists in lists of these lengths."""
+    if not shape:
+        return True
+    first, *rest = shape
+    return isinstance(values, list) and len(values) == first and all(_has_shape(value, rest) for value in values)
 
 
 def variants_of(dataset: xr.Dataset) -> dict[str, list[Any]]:
     """What else differs along the axes: lists of attributes and of tables; raises PoundingError where it is damaged."""
     try:
         found = json.loads(dataset.attrs.get(VARIANTS, "{}"))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, RecursionError):
         found = None
     if not isinstance(found, dict) or not all(isinstance(listed, list) for listed in found.values()):
         raise PoundingError(
@@ -216,7 +290,7 @@ def settled(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     chosen = chosen.drop_vars([key for axis in axes for key in axis.names if key in chosen.variables])
     try:
         chosen.attrs = _attributes(dataset, axes, places)
-    except (TypeError, ValueError, LookupError):
+    except (TypeError, ValueError, LookupError, AttributeError, RecursionError):  # of tables that are none too
         raise PoundingError(
             f"{source}: the attributes {VARIANTS} and scene_resolved cannot be read together: the file was damaged or "
             "changed since it was written"

@@ -73,6 +73,10 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     missing = [dim for dim in missing if dim not in MAY_LACK]
     if not missing:
         return _with_own_points(dataset)
+    if apart := [axis for axis in missing if dataset[axis].ndim]:
+        raise PoundingError(
+            f"{source}: the labels of {', '.join(apart)} lie along another dimension; run the scan again"
+        )
     labels = {axis: dataset[axis].variable for axis in missing}
     bare = dataset.drop_vars(missing)
     changed: dict[Any, Any] = {

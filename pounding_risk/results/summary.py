@@ -97,7 +97,7 @@ def _summary(dataset: xr.Dataset, whose: str) -> Summary:
         )
     if "rtol" not in dataset.attrs:
         raise PoundingError(f"{whose}: its attributes are lost; name the file that the scan wrote, before any change")
-    check_scan(dataset, whose, names=(*AXES_OF_CASES, "simulated"))
+    check_scan(dataset, whose, names=(*AXES_OF_CASES, "simulated", "impact_count"))
     spreads = _spreads(dataset, template)
     units = {name: str(template.cases[name].attrs.get("units", "1")) for name in spreads}
     title = str(dataset.attrs.get("title", ""))

@@ -88,7 +88,7 @@ def upgrade(dataset: xr.Dataset, whose: str = "the dataset", widen: Widen = wide
 def _lacks_interface(dataset: xr.Dataset) -> bool:
     """True for two buildings without their interface."""
     is_pair = "building" in dataset.coords and dataset.sizes.get("building") == 2
-    return is_pair and "interface" not in {*dataset.dims, *dataset.coords}
+    return is_pair and "interface" not in {*dataset.dims, *dataset.variables}
 
 
 def _with_interface(dataset: xr.Dataset, widen: Widen) -> xr.Dataset:

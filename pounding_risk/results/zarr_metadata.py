@@ -26,6 +26,9 @@ DTYPE = re.compile(r"[<>|][biuf][1248]|[<>]U[1-9]\d{0,4}")  # numbers, flags, an
 TEXT_FILTER = "vlen-utf8"  # through which Zarr 3.0 writes texts, as their UTF-8; 3.1 writes them without
 NAME = re.compile(r"[^./\\][^/\\]*")  # of a variable: one folder below the store's
 AXES_OF = "_ARRAY_DIMENSIONS"  # attribute in which a variable's dimensions stand
+LABELS = "coordinates"  # attribute in which the names of coordinates stand
+# Attributes by which a reader would take the values for others; none is of ours.
+PACKED = ("_FillValue", "missing_value", "scale_factor", "add_offset", "_Unsigned", "_Encoding", "dtype")
 LARGEST = 1 << 31  # bytes of a piece: what Blosc, which wrote it, can hold
 SOURCE = "a store of another origin, or one that was changed; it was not opened. Take what scan or convert wrote"
 
@@ -62,6 +65,7 @@ def check_store(path: Path) -> None:
     for file in sorted(path.glob("*/.zarray")):
         _check_document(path, f"{file.parent.name}/.zarray", _json(file))
     _check_names(path, documents)
+    _check_pieces(path, documents)
 
 
 def _check_files(path: Path) -> None:
@@ -92,7 +96,9 @@ def _entries(path: Path) -> Iterator[tuple[Path, list[os.DirEntry[str]]]]:
 def _json(file: Path) -> Any:
     """A metadata file; raises PoundingError where it cannot be read."""
     try:
-        return json.loads(file.read_text(encoding="utf-8"))
+        content = json.loads(file.read_text(encoding="utf-8"))
+        json.dumps(content, ensure_ascii=False).encode()  # half a letter, which JSON can hold, is no text
+        return content
     except FileNotFoundError:
         raise PoundingError(f"{file}: is missing: the store is not whole; run the scan again") from None
     except (OSError, ValueError, RecursionError) as error:
@@ -117,10 +123,33 @@ def _check_document(path: Path, name: str, document: Any) -> None:
         fault = _array_fault(document)
         if fault:
             raise PoundingError(f"{path}: the variable {variable}: {fault}: {SOURCE}")
-    if kind == ".zattrs" and variable:
-        dims = document.get(AXES_OF)
-        if not isinstance(dims, list) or not all(isinstance(dim, str) for dim in dims):
-            raise PoundingError(f"{path}: the variable {variable} names no dimensions; run the scan again")
+    if kind != ".zattrs":
+        return
+    dims = document.get(AXES_OF)
+    if variable and (not isinstance(dims, list) or not all(isinstance(dim, str) and dim for dim in dims)):
+        raise PoundingError(f"{path}: the variable {variable} names no dimensions; run the scan again")
+    if variable and len(set(dims)) < len(dims):
+        raise PoundingError(f"{path}: the variable {variable} names a dimension twice: {SOURCE}")
+    if packed := [attr for attr in PACKED if variable and attr in document]:
+        raise PoundingError(f"{path}: the variable {variable} has the attribute {packed[0]}: {SOURCE}")
+    for attr, value in document.items():
+        if attr in (AXES_OF, ZARR_MARK) or (isinstance(value, str) if attr == LABELS else _is_attribute(value)):
+            continue
+        whose = f" of the variable {variable}" if variable else ""
+        shown = repr(value) if len(repr(value)) < 40 else f"{repr(value)[:40]}..."
+        kinds = "text" if attr == LABELS else "text or numbers"
+        raise PoundingError(f"{path}: the attribute {attr}{whose} is {shown}, not {kinds}: {SOURCE}")
+
+
+def _is_attribute(value: Any) -> bool:
+    """True for what netCDF can hold too: a text, a number, or a list of numbers or of texts."""
+    if isinstance(value, list):
+        return bool(value) and (all(map(_is_number, value)) or all(isinstance(item, str) for item in value))
+    return isinstance(value, str) or _is_number(value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, float) or (type(value) is int and abs(value) < 1 << 63)
 
 
 def _array_fault(document: Any) -> str:
@@ -166,3 +195,17 @@ def _check_names(path: Path, documents: dict[str, dict[str, Any]]) -> None:
         raise PoundingError(f"{path}: the variables {', '.join(strange)} were added to it: {SOURCE}")
     if unnamed := sorted(name for name in there if f"{name}/.zattrs" not in documents):
         raise PoundingError(f"{path}: the variables {', '.join(unnamed)} name no dimensions; run the scan again")
+
+
+def _check_pieces(path: Path, documents: dict[str, dict[str, Any]]) -> None:
+    """Check that each variable has files for its pieces; of a damaged shape the library would list a great many."""
+    for name, document in documents.items():
+        if name.endswith("/.zarray"):
+            variable = name.removesuffix("/.zarray")
+            sizes = zip(document.get("shape", []), document.get("chunks", []), strict=True)
+            expected = prod(-(-size // piece) for size, piece in sizes)
+            there = sum(not file.name.startswith(".") for file in (path / variable).glob("*"))
+            if there < expected:
+                raise PoundingError(
+                    f"{path}: pieces of it are missing ({variable} lacks {expected - there}); run the scan again"
+                )

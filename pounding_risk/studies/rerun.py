@@ -202,5 +202,6 @@ def _sizes(old_values: np.ndarray, new_values: np.ndarray) -> tuple[float, float
     if not finite.any():
         return np.nan, np.nan
     away, size = np.abs(new_values[finite] - old_values[finite]), np.abs(old_values[finite])
-    relative = np.divide(away, size, out=np.where(away > 0.0, np.inf, 0.0), where=size > 0.0)
+    with np.errstate(over="ignore"):  # over what is next to nothing
+        relative = np.divide(away, size, out=np.where(away > 0.0, np.inf, 0.0), where=size > 0.0)
     return float(away.max()), float(relative.max())

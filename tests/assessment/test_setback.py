@@ -107,7 +107,7 @@ def test_what_a_setback_does_not_take_is_refused(results, tmp_path, monkeypatch,
 
 
 def test_a_dataset_that_is_none_is_refused(results):
-    with pytest.raises(PoundingError, match="the dataset has no peak_displacement_free"):
+    with pytest.raises(PoundingError, match="the dataset: has no peak_displacement_free"):
         pr.setbacks(results.drop_vars("peak_displacement_free"))
     with pytest.raises(PoundingError, match="no motion of the dataset moves the ground and has a finite response of"):
         pr.setbacks(results.assign(peak_displacement_free=results["peak_displacement_free"] * np.nan))

@@ -167,7 +167,7 @@ def test_what_cannot_be_run_again_is_refused(folder):
         (with_attribute("scene_resolved", "[scene]\n"), "the file was changed since"),
         (with_attribute("options", "{"), 'the attribute "options" of the results cannot be read'),
         (with_attribute("options", '{"screening": 1}'), "holds no screening and check_fraction"),
-        (with_attribute("records", "[1]"), "holds no names and checksums"),
+        (with_attribute("records", "[1]"), "records has an entry without a name"),
         (changed(results, law), "was run under hunt_crossley, which is no contact model here"),
         (folder / "scene.toml", "is not a readable netCDF file"),
         (folder / "nothing.nc", "no such results file"),

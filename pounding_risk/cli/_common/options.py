@@ -118,16 +118,15 @@ def chosen_results(results: Path, select: list[str], *, partly: bool = False) ->
     """
     if not select:
         return results
-    from pounding_risk.results.files import open_results
     from pounding_risk.results.scene_axes import open_axes, selected, settled, title_at
 
-    dataset = selected(open_results(results), select, str(results))
+    dataset = selected(_checked(results), select, str(results))
     return title_at(dataset if partly and open_axes(dataset) else settled(dataset, str(results)), select)
 
 
 def opened_results(results: Path, select: list[str]) -> Any:
     """As `chosen_results`, partly; the dataset of a file whose cases lie along axes of numbers of the scene."""
-    from pounding_risk.results.files import open_results, stream_results
+    from pounding_risk.results.files import stream_results
     from pounding_risk.results.scene_axes import open_axes
 
     chosen = chosen_results(results, select, partly=True)
@@ -135,7 +134,19 @@ def opened_results(results: Path, select: list[str]) -> Any:
         return chosen
     with stream_results(chosen) as head:
         has_axes = bool(open_axes(head))
-    return open_results(chosen) if has_axes else chosen
+    return _checked(chosen) if has_axes else chosen
+
+
+def _checked(results: Path) -> Any:
+    """The dataset of a file, checked where it is that of a scan: what is handed on does not know its file's name."""
+    from pounding_risk.results.check import check_scan
+    from pounding_risk.results.files import open_results
+    from pounding_risk.results.kinds import kind_of
+
+    dataset = open_results(results)
+    if kind_of(dataset) == "scan":
+        check_scan(dataset, str(results))
+    return dataset
 
 
 def at_site(file: Path | None, site: str | None, option: str = "--hazard") -> Path | None:

@@ -159,7 +159,7 @@ def test_options_that_damage_does_not_take_are_refused(results, damaged, tmp_pat
     ):
         with pytest.raises(PoundingError, match=sentence):
             pr.export(source, "nrml", tmp_path / "f.xml", **asked)
-    with pytest.raises(PoundingError, match="this is a dataset of `damage`"):
+    with pytest.raises(PoundingError, match="is a dataset of `damage`"):
         pr.export(damaged, "csv", tmp_path / "tables")
     with pytest.raises(PoundingError, match="nrml is written from one source, and 2 are given"):
         pr.export([results, results], "nrml", tmp_path / "f.xml")

@@ -1,0 +1,290 @@
+"""Damaged Zarr stores of nine kinds of dataset: each reader ends in a sentence that names the store, or in an answer.
+
+Copies of a sound store are damaged by edits of its files, as the format has them: metadata as JSON, a file a piece.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import shutil
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from axes import pair_text
+from scenes import scene_text, single, storeyed, two_records
+from uncertain import uncertain_text
+
+import pounding_risk as pr
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.files import open_results, save
+from pounding_risk.results.provenance import recorded
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.studies.rerun import compared
+
+pytest.importorskip("zarr")
+KINDS = ("pair", "storeys", "samples", "axes", "simulate", "histories", "compare", "spectra", "damage")
+SCANS = KINDS[:4]
+VALUES = (None, 7, "", [1, 2], {"a": 1}, "[1, 2]", '{"a": 1}', True, "[" * 3000, "\ud800", 1e308, ["x", None], ...)
+ARRAY = {
+    "dtype": ("<f4", ">f8", "<i8", "|b1", "<U3", "|O", "<M8[ns]"),
+    "shape": ([], [10**12], [0], [2, 2], None),
+    "chunks": ([], [10**9], [1], [2, 2]),
+    "fill_value": (0, None, "x", [1], 1e999),
+    "compressor": (None, {"id": "zlib", "level": 1}),
+    "order": (7, "F"),
+}
+Damage = Callable[[Path], object]
+
+
+@pytest.fixture(scope="module")
+def stores(tmp_path_factory) -> Path:
+    """A folder with a sound store of each kind."""
+    folder = tmp_path_factory.mktemp("sound")
+    buildings = (
+        storeyed("A", "200 t", "200 MN/m", "3.6 m", storeys=2, storey_strengths="900 kN"),
+        storeyed("B", "180 t", "400 MN/m", storeys=2, storey_strengths="900 kN"),
+        single("C", "150 t", "0.25 s", height="6 m"),
+    )
+    records = {"names": ["RSN6-180", "NAPA-HNE"], "window": ["0 s", "3 s"], "pga": "0.5 g"}
+    row = scene_text(*buildings, law="linear", records=records, effects={"inelastic_storeys": {}}, gap="10 mm")
+    row += '\n[[damage]]\nname = "slight"\ndrift = "0.5 %"\n'
+    pair, street = parse_scene(two_records(law="jankowski", stiffness="2e9 N/m^1.5")), parse_scene(row)
+    made = {"pair": pr.scan(pair, check_fraction=0.4), "storeys": pr.scan(street, check_fraction=0.0)}
+    made["samples"] = pr.scan(parse_scene(uncertain_text()))
+    made["axes"] = pr.scan(parse_scene(pair_text({"building.left.period": ["0.3 s", "0.5 s"]})))
+    made |= {"simulate": pr.simulate(street), "compare": pr.compare(pair, laws=["jankowski", "linear"])}
+    made |= {"spectra": pr.spectra(pair, num=3), "damage": pr.damage(made["storeys"])}
+    for kind, dataset in made.items():
+        pr.convert(save(dataset, folder / f"{kind}.nc"), folder / f"{kind}.zarr")
+    pr.histories(folder / "pair.nc", folder / "h.nc", gaps=[0.01], pgas=["0.3 g"], records=["RSN6-180"])
+    pr.convert(folder / "h.nc", folder / "histories.zarr")
+    return folder
+
+
+def changed(store: Path, document: str, key: str, value: Any) -> None:
+    """Change an entry of a document of metadata, in its own file and among those of all; ``...`` takes it away."""
+    every = json.loads((store / ".zmetadata").read_text())
+    every["metadata"][document] |= {key: value} if value is not ... else {}
+    if value is ...:
+        every["metadata"][document].pop(key)
+    (store / ".zmetadata").write_text(json.dumps(every))
+    (store / document).write_text(json.dumps(every["metadata"][document]))
+
+
+def called(store: Path, name: str, other: str) -> None:
+    """Give a variable another name, or take it away where that is empty, without a trace in the store's mark."""
+    every = json.loads((store / ".zmetadata").read_text())
+    documents = every["metadata"]
+    for part in (".zarray", ".zattrs"):
+        document = documents.pop(f"{name}/{part}")
+        documents |= {f"{other}/{part}": document} if other else {}
+    mark = documents[".zattrs"]["pounding_risk_variables"]
+    mark[mark.index(name) : mark.index(name) + 1] = [other] if other else []
+    shutil.move(store / name, store / other) if other else shutil.rmtree(store / name)
+    (store / ".zmetadata").write_text(json.dumps(every))
+    (store / ".zattrs").write_text(json.dumps(documents[".zattrs"]))
+
+
+def piece(store: Path, name: str, damage: Callable[[bytes], bytes]) -> None:
+    """Change the bytes of a variable's first piece."""
+    file = min(file for file in (store / name).iterdir() if not file.name.startswith("."))
+    file.write_bytes(damage(file.read_bytes()))
+
+
+def damages(store: Path) -> Iterator[tuple[str, Damage]]:
+    """Each with words for it."""
+    documents = json.loads((store / ".zmetadata").read_text())["metadata"]
+    noise = np.random.default_rng(30)
+    for name in (name.removesuffix("/.zarray") for name in documents if name.endswith("/.zarray")):
+        yield f"{name} away", lambda one, name=name: called(one, name, "")
+        yield f"{name} renamed", lambda one, name=name: called(one, name, f"other_{name}")
+        yield f"{name} cut", lambda one, name=name: piece(one, name, lambda raw: raw[: len(raw) // 2])
+        yield f"{name} noise", lambda one, name=name: piece(one, name, lambda raw: raw[:16] + noise.bytes(len(raw)))
+        for key, values in ARRAY.items():
+            for value in values:
+                yield (
+                    f"{name}: {key} {value}",
+                    lambda one, name=name, key=key, value=value: changed(one, f"{name}/.zarray", key, value),
+                )
+    for document in (name for name in documents if name.endswith(".zattrs")):
+        for key in documents[document]:
+            for value in VALUES:
+                yield (
+                    f"{document}: {key} = {value!r:.30}",
+                    lambda one, document=document, key=key, value=value: changed(one, document, key, value),
+                )
+
+
+def readers(store: Path, kind: str, out: Path) -> dict[str, Callable[[], object]]:
+    """What reads a store of a kind, short of solving and drawing; files go to the folder ``out``."""
+    found: dict[str, Callable[[], object]] = {"convert": lambda: pr.convert(store, out / "c.nc")}
+    if kind in SCANS:
+        found |= {"assess": lambda: pr.assess(store), "view": lambda: pr.view(store, out / "v.html")}
+        found["rerun"] = lambda: recorded(open_results(store), store)
+    if kind in (*SCANS, "compare"):
+        found["summary"] = lambda: pr.summary(store)
+    if kind == "samples":
+        found["uncertainty"] = lambda: pr.uncertainty(store)
+    if kind == "simulate":
+        found["animation"] = lambda: pr.draw(store, animation=out / "a.html")
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_damaged_store_is_a_sentence_or_an_answer(stores, kind, tmp_path, monkeypatch):
+    """Nine damages of each kind by a seed, and each reader; what is refused leaves no file behind."""
+    monkeypatch.setattr("plotly.offline.get_plotlyjs", lambda: "Plotly")
+    warnings.simplefilter("error", RuntimeWarning)
+    refused = 0
+    for words, damage in random.Random(kind).sample(list(damages(stores / f"{kind}.zarr")), 9):
+        store, out = tmp_path / "d.zarr", tmp_path / "out"
+        shutil.copytree(stores / f"{kind}.zarr", store)
+        damage(store)
+        for command, read in readers(store, kind, out).items():
+            out.mkdir()
+            try:
+                read()
+            except PoundingError as told:
+                assert str(store) in str(told), (words, command)
+                assert not list(out.iterdir()), (words, command)
+                refused += 1
+            except Exception as error:
+                error.add_note(f"{command} of {kind} with {words}")
+                raise
+            shutil.rmtree(out)
+        shutil.rmtree(store)
+    assert refused
+
+
+@pytest.fixture
+def copied(stores, tmp_path) -> Callable[[str], Path]:
+    """Gives a copy of a sound store of a kind."""
+    return lambda kind: Path(shutil.copytree(stores / f"{kind}.zarr", tmp_path / f"{kind}.zarr"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "document", "key", "value", "words"),
+    [
+        ("pair", "gap/.zattrs", "scale_factor", 2.0, "the variable gap has the attribute scale_factor"),
+        ("pair", ".zattrs", "title", None, "the attribute title is None, not text or numbers"),
+        ("pair", ".zattrs", "title", "\ud800", "surrogates not allowed"),
+        ("pair", "status/.zattrs", "coordinates", 7, "coordinates of the variable status is 7, not text"),
+        ("pair", "status/.zattrs", "_ARRAY_DIMENSIONS", ["gap", "gap"], "names a dimension twice"),
+        ("pair", "gap/.zarray", "shape", [10**12], "pieces of it are missing (gap lacks"),
+        ("spectra", "left_damping/.zarray", "shape", ..., "is not a readable Zarr store"),
+        ("axes", ".zattrs", "scene_axes", '[{"keys": 7, "values": []}]', "the attribute scene_axes cannot be read"),
+        ("axes", ".zattrs", "scene_variants", '{"tables": [[1]], "attributes": []}', "an entry without a name"),
+        ("axes", ".zattrs", "scene_variants", '{"tables": [["a", [9], 1]], "attributes": []}', "along its axes"),
+        ("axes", ".zattrs", "scene_variants", "{}", "scene_variants has no attributes"),
+        ("axes", "building.left.period/.zattrs", "units", "kg", "building.left.period are in 'kg', not in 's'"),
+    ],
+)
+def test_what_was_changed_is_told_when_a_store_is_opened(copied, kind, document, key, value, words):
+    store = copied(kind)
+    changed(store, document, key, value)
+    with pytest.raises(PoundingError) as told:
+        open_results(store)
+    assert words in str(told.value) and str(store) in str(told.value)
+
+
+@pytest.mark.slow
+def test_what_is_no_store_s_value_is_not_taken_for_one(copied, tmp_path):
+    """A fill value hides no number, a piece of another size is told late, and so are letters that do not exist."""
+    store = copied("pair")
+    sound = open_results(store)
+    changed(store, "impact_count/.zarray", "fill_value", 0)
+    changed(store, "gap/.zattrs", "units", "days since 2000-01-01")
+    assert open_results(store)["impact_count"].dtype == np.int32
+    assert open_results(store)["impact_count"].equals(sound["impact_count"])
+    assert open_results(store)["gap"].dtype == float
+    changed(store, "impulse/.zarray", "dtype", "|b1")
+    for read in (pr.summary, lambda one: pr.convert(one, tmp_path / "c.nc")):
+        with pytest.raises(PoundingError, match="is not a readable Zarr store"):
+            read(store)
+    assert not (tmp_path / "c.nc").exists()
+    changed(store, "record/.zarray", "compressor", None)
+    piece(store, "record", lambda _: np.full(sound["record"].dtype.itemsize // 2, 0x12FFFE00, "<u4").tobytes())
+    with pytest.raises(PoundingError, match="is not a readable Zarr store"):
+        open_results(store)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("overrides", "true", "cannot be read as a list"),
+        ("notes", "[7]", "notes has an entry that is no text"),
+        ("motions_sha256", '{"a": []}', "motions_sha256 has an entry that is no text"),
+        ("versions", '{"numpy": {}}', "versions has an entry that is no text"),
+        ("records", '[{"name": "RSN6-180", "event": 7}]', "records has one of event"),
+    ],
+)
+def test_entries_of_another_kind_are_told_by_every_reader(copied, tmp_path, name, text, words):
+    store = copied("pair")
+    changed(store, ".zattrs", name, text)
+    for command, read in readers(store, "pair", tmp_path).items():
+        if command != "convert":
+            with pytest.raises(PoundingError) as told:
+                read()
+            assert words in str(told.value) and str(store) in str(told.value), command
+
+
+@pytest.mark.slow
+def test_lost_names_are_told_as_what_they_are(copied, tmp_path):
+    store = copied("axes")
+    called(store, "impact_count", "other")
+    with pytest.raises(PoundingError, match="impact_count"):
+        pr.summary(store)
+    pair = open_results(copied("pair"))
+    with pytest.raises(PoundingError, match="the labels of interface lie along another dimension"):
+        pr.assess(pair.rename_dims(interface="other"))
+    with pytest.raises(PoundingError, match="contact_point_level is not among the coordinates"):
+        pr.assess(pair.reset_coords("contact_point_level"))
+    with pytest.raises(PoundingError, match="flag_meanings of the variable sensitive do not fit"):
+        pr.assess(pair.assign(sensitive=pair["sensitive"].assign_attrs(flag_meanings=[1, 2])))
+    samples = copied("samples")
+    called(samples, "first_impact_time", "other")
+    with pytest.raises(PoundingError, match="has no variable first_impact_time"):
+        pr.scan(parse_scene(uncertain_text(samples=6)), out=samples)
+
+
+@pytest.mark.slow
+def test_runs_and_cases_that_are_damaged_are_told(copied, tmp_path):
+    run = open_results(copied("simulate"))
+    for damaged in (
+        run.assign_attrs(pga="[1, 2]"),
+        run.assign_coords(time=-np.inf * run["time"]),
+        run.rename(time="t"),
+    ):
+        with pytest.raises(PoundingError):
+            pr.draw(damaged, animation=tmp_path / "a.html")
+    spectra = open_results(copied("spectra"))
+    with pytest.raises(PoundingError, match="a label of the axis percentile stands there twice"):
+        spectra.assign_coords(percentile=spectra["percentile"] * 0.0).pounding.figure()
+    assert repr(run.assign_attrs(pga="[1, 2]").pounding)
+    with pytest.raises(PoundingError, match="scene_resolved"):
+        open_results(copied("histories")).assign_attrs(scene_resolved="[[1]]").pounding.case()
+    with pytest.raises(PoundingError, match="has lost its im"):
+        open_results(copied("damage")).rename(im="other").pounding.figure()
+
+
+@pytest.mark.slow
+def test_damaged_numbers_overflow_without_a_warning(copied):
+    warnings.simplefilter("error", RuntimeWarning)
+    pair, samples = open_results(copied("pair")), open_results(copied("samples"))
+    pr.summary(pair.assign_coords(building_period=pair["building_period"] * np.nan))
+    samples["peak_closing_free"].values.flat[0] = -np.inf
+    pr.uncertainty(samples)
+    assert not compared(pair, pair.assign(impulse=pair["impulse"] * 0.0 + 1e-320), []).same
+
+
+@pytest.mark.slow
+def test_a_report_beside_a_comparison_is_written(stores, tmp_path):
+    assert pr.report(stores / "pair.zarr", tmp_path / "r.html", also=[stores / "compare.zarr"]).exists()
