@@ -215,7 +215,8 @@ def ratio_to_rule(results: xr.Dataset, rule: str, percentile: float) -> Array:
     """Gap required over what a rule asks for, (left, right); NaN where either is 0: two alike move alike."""
     gap = results["required_gap"].sel(percentile=percentile).values
     asked = results["separation"].sel(percentile=percentile, rule=rule).values
-    return np.divide(gap, asked, out=np.full(gap.shape, np.nan), where=(asked > 0.0) & (gap > 0.0))
+    known = (asked > 0.0) & (gap > 0.0) & np.isfinite(asked)
+    return np.divide(gap, asked, out=np.full(gap.shape, np.nan), where=known)
 
 
 def motions_words(results: xr.Dataset) -> str:
