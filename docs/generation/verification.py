@@ -14,10 +14,10 @@ import json, sys
 import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.reports.verification import kinds, property_rows
-from pounding_risk.studies.verification.files import shipped
-from pounding_risk.studies.verification.property import plain
-from pounding_risk.studies.verification.run import said, share
-from pounding_risk.studies.verification.unreached import EXPERIMENTS, UNREACHED
+from pounding_risk.lab.verification.files import shipped
+from pounding_risk.lab.verification.property import plain
+from pounding_risk.lab.verification.run import said, share
+from pounding_risk.lab.verification.unreached import EXPERIMENTS, UNREACHED
 outcome = pr.verify()
 folder = sys.argv[1]
 figures.write(figures.verification_figure(outcome), folder + "/published_points.png")

@@ -14,7 +14,7 @@ from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.render.terminal import print_table
 
 if TYPE_CHECKING:
-    from pounding_risk.studies.verification import Property, Verification
+    from pounding_risk.lab.verification import Property, Verification
 
 ORDER = 88
 DISAGREES = 1  # exit status where a value is unacceptable
@@ -36,7 +36,7 @@ def verify(
 
     Ends with status 1 where a value is unacceptable or a property fails.
     """
-    from pounding_risk.studies.verification import verify as run
+    from pounding_risk.lab.verification import verify as run
 
     with ProgressDisplay("verify") as progress:
         outcome = run(cases, progress=progress)
@@ -57,7 +57,7 @@ def verify(
 
 def print_verification(outcome: Verification) -> None:
     """Print a line for each published value and property, then each that is unacceptable or fails, and the counts."""
-    from pounding_risk.studies.verification.run import said, share
+    from pounding_risk.lab.verification.run import said, share
 
     rows = [
         (
@@ -82,7 +82,7 @@ def print_verification(outcome: Verification) -> None:
 
 def print_properties(properties: Sequence[Property]) -> None:
     """Print a line for each published relation, then every reading that is out of its bounds."""
-    from pounding_risk.studies.verification.property import bounds, plain, rounded
+    from pounding_risk.lab.verification.property import bounds, plain, rounded
 
     rows = [
         (

@@ -20,7 +20,7 @@ from pounding_risk.reports.html import page, write_page
 from pounding_risk.results.files import check_target
 
 if TYPE_CHECKING:
-    from pounding_risk.studies.verification import Check, Property, Verification
+    from pounding_risk.lab.verification import Check, Property, Verification
 
 HEADS = (
     *(("source and case", "l"), ("quantity", "l"), ("kind", "l"), ("published", "r"), ("ours", "r")),
@@ -106,7 +106,7 @@ def _values(outcome: Verification) -> list[Block]:
 
 def _ladder(outcome: Verification) -> list[Block]:
     """Where ours differs: its values at every tolerance, as distances from the one at the finest."""
-    from pounding_risk.studies.verification.run import EXACT, RUNGS, share
+    from pounding_risk.lab.verification.run import EXACT, RUNGS, share
 
     apart = [check for check in outcome.checks if check.rungs and check.word != EXACT and check.ours]
     if not apart:
@@ -143,7 +143,7 @@ def recalled(outcome: Verification) -> str:
 
 def cells(check: Check) -> tuple[Any, ...]:
     """Published value, ours, difference, change of ours and the word, of one line of the table."""
-    from pounding_risk.studies.verification.run import said, share
+    from pounding_risk.lab.verification.run import said, share
 
     return (
         {"text": check.printed, "raw": check.published, "unit": check.unit},
@@ -202,7 +202,7 @@ def _properties(outcome: Verification) -> list[Block]:
 
 def property_rows(one: Property) -> list[tuple[str, ...]]:
     """The readings of a property as words."""
-    from pounding_risk.studies.verification.property import bounds
+    from pounding_risk.lab.verification.property import bounds
 
     return [
         (
@@ -215,15 +215,15 @@ def property_rows(one: Property) -> list[tuple[str, ...]]:
 
 
 def _number(value: float, unit: str) -> str:
-    from pounding_risk.studies.verification.property import rounded
+    from pounding_risk.lab.verification.property import rounded
 
     return f"{rounded(value)} {unit}".strip() if isfinite(value) else ""
 
 
 def _unreached(outcome: Verification) -> list[Block]:
     """What is not among the cases, on the page of all that ship."""
-    from pounding_risk.studies.verification.properties import PROPERTIES
-    from pounding_risk.studies.verification.unreached import EXPERIMENTS, UNREACHED
+    from pounding_risk.lab.verification.properties import PROPERTIES
+    from pounding_risk.lab.verification.unreached import EXPERIMENTS, UNREACHED
 
     if len(outcome.properties) < len(PROPERTIES):
         return []
