@@ -1,10 +1,10 @@
-"""Classical Runge-Kutta of order 4 with a fixed step, by one call: see `pounding_risk.solver.baselines.fixed_step`."""
+"""Classical Runge-Kutta of order 4 with a fixed step, by one call: see `pounding_risk.lab.baselines.fixed_step`."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from pounding_risk.solver.baselines.fixed_step import divided, solve_fixed
+from pounding_risk.lab.baselines.fixed_step import divided, solve_fixed
 
 OUTPUTS = ("peak_relative_displacement", "peak_contact_force", "impact_count")
 

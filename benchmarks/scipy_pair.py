@@ -1,4 +1,4 @@
-"""SciPy's DOP853, started anew at every sample and event, by one call: `pounding_risk.solver.baselines.solve_ivp`."""
+"""SciPy's DOP853, started anew at every sample and event, by one call: `pounding_risk.lab.baselines.solve_ivp`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 from rk4 import OUTPUTS
 
-from pounding_risk.solver.baselines.solve_ivp import solve_general
+from pounding_risk.lab.baselines.solve_ivp import solve_general
 
 
 def solve_scipy(pair: Any, interface: Any, acceleration: Any, dt: float, rtol: float) -> dict[str, float]:

@@ -30,7 +30,7 @@ from pounding_risk.models.contact import laws as contact
 PACKAGE = Path(pounding_risk.__file__).resolve().parent
 FILES = sorted(PACKAGE.rglob("*.py"))
 NAMES = [file.relative_to(PACKAGE).as_posix() for file in FILES]
-MOST_AT_TOP = 19  # modules and folders that a newcomer sees first
+MOST_AT_TOP = 20  # modules and folders that a newcomer sees first
 
 
 @cache
@@ -55,7 +55,8 @@ def test_every_folder_is_a_layer(root):
     contracts = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
         "contracts"
     ]
-    layers = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
+    floors = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
+    layers = [layer for floor in floors for layer in floor.split(" | ")]
     top = {found.name for found in pkgutil.iter_modules(pounding_risk.__path__)} - {"__main__"}
     assert {layer.removeprefix("pounding_risk.") for layer in layers} == top
     assert len(top) + 2 <= MOST_AT_TOP  # with __init__ and __main__

@@ -14,9 +14,9 @@ import json, sys
 import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.questions.verify import property_rows, values
-from pounding_risk.studies.verification.files import shipped
-from pounding_risk.studies.verification.property import plain
-from pounding_risk.studies.verification.unreached import EXPERIMENTS, UNREACHED
+from pounding_risk.lab.verification.files import shipped
+from pounding_risk.lab.verification.property import plain
+from pounding_risk.lab.verification.unreached import EXPERIMENTS, UNREACHED
 outcome = pr.verify()
 folder = sys.argv[1]
 figures.write(figures.verification_figure(outcome), folder + "/published_points.png")

@@ -23,7 +23,7 @@ from pounding_risk._jit.trust import UntrustedCode, doubt, make_private
 from pounding_risk.errors import PoundingError
 
 SETTINGS = ".numba_config.yaml"  # numba looks for it in the working folder
-KERNEL_SOURCES = ("_jit", "models", "solver", "motions/spectra.py", "units.py")
+KERNEL_SOURCES = ("_jit", "models", "solver", "lab/baselines", "motions/spectra.py", "units.py")
 
 
 def _is_switched_off() -> bool:

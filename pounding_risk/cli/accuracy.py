@@ -39,7 +39,7 @@ def accuracy(
     figure: Figure = None,
 ) -> None:
     """What each digit of the answers costs in time, by method."""
-    from pounding_risk.studies.accuracy import accuracy as run
+    from pounding_risk.lab.accuracy import accuracy as run
 
     study = chosen_scene(scene, overrides, select)
     with ProgressDisplay("accuracy", "settings") as progress:
@@ -51,7 +51,7 @@ def accuracy(
 
 def print_accuracy(dataset: Any) -> None:
     """Print a table of settings, with time, errors, steps and energy residual, then the finding."""
-    from pounding_risk.studies.accuracy_findings import OUTPUTS, beaten_at, summed_up, time_words
+    from pounding_risk.lab.accuracy_findings import OUTPUTS, beaten_at, summed_up, time_words
 
     steps = dataset["steps_per_contact"].values
     times = dataset["time"].sel(output="peak_relative_displacement").values

@@ -30,7 +30,7 @@ def effects(
     figure: Figure = None,
 ) -> None:
     """What each effect changes in a scene, and what it costs."""
-    from pounding_risk.studies.effects import effects as run
+    from pounding_risk.lab.effects import effects as run
 
     study = chosen_scene(scene, overrides, select)
     with ProgressDisplay("effects", "scans") as progress:
@@ -42,9 +42,9 @@ def effects(
 
 def print_effects(dataset: Any) -> None:
     """Print a table of combinations of effects, with time, changes of the outputs and largest set, then the finding."""
-    from pounding_risk.studies.accuracy_findings import time_words
-    from pounding_risk.studies.effects import NONE as NO_EFFECTS
-    from pounding_risk.studies.effects import rows, yielding
+    from pounding_risk.lab.accuracy_findings import time_words
+    from pounding_risk.lab.effects import NONE as NO_EFFECTS
+    from pounding_risk.lab.effects import rows, yielding
 
     lines = []
     for name, changed, time, ratio, spread in rows(dataset):
@@ -72,7 +72,7 @@ def print_effects(dataset: Any) -> None:
 
 
 def _change_words(spread: tuple[float, float, float]) -> str:
-    from pounding_risk.studies.effects import percent
+    from pounding_risk.lab.effects import percent
 
     low, median, high = spread
     return "none" if low == high == 0.0 else f"{percent(median)} ({percent(low)} to {percent(high)})"

@@ -13,7 +13,7 @@ from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.render.terminal import print_table
 
 if TYPE_CHECKING:
-    from pounding_risk.studies.stability import Row
+    from pounding_risk.lab.stability import Row
 
 ORDER = 90
 
@@ -25,7 +25,7 @@ def stability(
     rows: Annotated[bool, option("Run each also by the solver of rows, beside.")] = False,
 ) -> None:
     """Run the hard cases and show what holds, and by how much."""
-    from pounding_risk.studies.stability import stability as run
+    from pounding_risk.lab.stability import stability as run
 
     with ProgressDisplay("stability") as progress:
         outcomes = run(rtol, law, case, progress=progress, rows=rows)

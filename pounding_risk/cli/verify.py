@@ -32,8 +32,8 @@ def verify(
 
     Ends with status 1 where a value is unacceptable or a property fails.
     """
+    from pounding_risk.lab.verification import verify as run
     from pounding_risk.questions.verify import sheet
-    from pounding_risk.studies.verification import verify as run
 
     with ProgressDisplay("verify") as progress:
         outcome = run(cases, progress=progress)

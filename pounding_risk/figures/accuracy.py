@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.figures.style import QUIET, blank, legend_below, title
-from pounding_risk.studies.accuracy_findings import EVENT, OUTPUTS, summed_up
+from pounding_risk.lab.accuracy_findings import EVENT, OUTPUTS, summed_up
 
 if TYPE_CHECKING:
     import xarray as xr

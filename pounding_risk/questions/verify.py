@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+from pounding_risk.lab.verification.property import bounds, plain, rounded
+from pounding_risk.lab.verification.run import EXACT, RUNGS, said, share
 from pounding_risk.render.sheet import Block, Cell, facts, figure, heading, listing, paragraph, table
-from pounding_risk.studies.verification.property import bounds, plain, rounded
-from pounding_risk.studies.verification.run import EXACT, RUNGS, said, share
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pounding_risk.studies.verification import Check, Property, Verification
+    from pounding_risk.lab.verification import Check, Property, Verification
 
 HEADS = (
     *(("case", "l"), ("quantity", "l"), ("source", "l"), ("kind", "l"), ("published", "r"), ("ours", "r")),
@@ -211,8 +211,8 @@ def _number(value: float, unit: str) -> str:
 
 def _unreached(outcome: Verification) -> list[Block]:
     """What is not among the cases, on the page of all that ship."""
-    from pounding_risk.studies.verification.properties import PROPERTIES
-    from pounding_risk.studies.verification.unreached import EXPERIMENTS, UNREACHED
+    from pounding_risk.lab.verification.properties import PROPERTIES
+    from pounding_risk.lab.verification.unreached import EXPERIMENTS, UNREACHED
 
     if len(outcome.properties) < len(PROPERTIES):
         return []

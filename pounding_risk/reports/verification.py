@@ -13,7 +13,7 @@ from pounding_risk.reports.html import page, write_page
 from pounding_risk.results.files import check_target
 
 if TYPE_CHECKING:
-    from pounding_risk.studies.verification import Verification
+    from pounding_risk.lab.verification import Verification
 
 
 def verification_page(outcome: Verification, out: str | Path) -> Path:

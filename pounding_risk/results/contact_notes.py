@@ -149,9 +149,9 @@ def _depth_words(depth: float, lengths: Iterable[float]) -> str:
         return ""
     floors = " and ".join(f"{length:g} m" for length in longest)
     return (
-        f"the deepest contact has a penetration of {say(depth, GAP, 3)}; from {say(limit, GAP, 3)} on, floors of {floors} "
-        f"are crushed through their whole length (strain {CRUSHED:g}, EN 1992-1-1, table 3.1); a stiffness too small, or "
-        "F_E too low for these masses and speeds?"
+        f"the deepest contact has a penetration of {say(depth, GAP, 3)}; from {say(limit, GAP, 3)} on, floors of "
+        f"{floors} are crushed through their whole length (strain {CRUSHED:g}, EN 1992-1-1, table 3.1); a stiffness "
+        "too small, or F_E too low for these masses and speeds?"
     )
 
 

@@ -14,6 +14,7 @@ from pounding_risk._common import inputs
 from pounding_risk.assessment.gmfs import read_fields
 from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.errors import PoundingError
+from pounding_risk.lab.verification.case import read_case
 from pounding_risk.models.contact.table_file import read_table as read_forces
 from pounding_risk.motions.formats import read_components
 from pounding_risk.motions.manifest import read_manifest
@@ -21,7 +22,6 @@ from pounding_risk.motions.target_spectra import read_target
 from pounding_risk.scene.damage import read_states
 from pounding_risk.scene.reader import read_scene
 from pounding_risk.scene.street.table import read_table as read_street
-from pounding_risk.studies.verification.case import read_case
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with a name are a matter of POSIX")
 READERS: dict[str, Callable[[Path], object]] = {

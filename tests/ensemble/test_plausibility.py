@@ -232,8 +232,8 @@ def test_a_penetration_that_crushes_whole_floors_is_told(results):
     deep = results.assign(peak_penetration=results["peak_penetration"].where(results["gap"] > 0.0, 0.11))
     (said,) = (each for each in of_results(deep) if "penetration" in each)
     assert said.startswith(
-        "the deepest contact has a penetration of 110 mm, more than 105 mm, which crushes floors of 15 m and 15 m "
-        "through their whole length (strain 0.0035, EN 1992-1-1, table 3.1)"
+        "the deepest contact has a penetration of 110 mm; from 105 mm on, floors of 15 m and 15 m are crushed through "
+        "their whole length (strain 0.0035, EN 1992-1-1, table 3.1)"
     )
     floors = results.attrs["scene_resolved"].replace("damping =", 'floor_length = "20 m"\ndamping =')
     assert not any("penetration" in each for each in of_results(deep.assign_attrs(scene_resolved=floors)))

@@ -111,7 +111,7 @@ def test_the_digest_follows_every_source_file_of_the_kernels(copy, monkeypatch):
     assert seen == {_jit.source_digest()}, "the digest is not reproducible"
     (copy / "figures" / "new.py").write_text("", encoding="utf-8")
     assert seen == {_jit.source_digest()}
-    files = [file for folder in ("solver", "models", "_jit") for file in (copy / folder).rglob("*.py")]
+    files = [file for folder in ("solver", "models", "_jit", "lab/baselines") for file in (copy / folder).rglob("*.py")]
     files += [copy / "motions" / "spectra.py", copy / "units.py"]
     assert len(files) > 15
     for file in files:

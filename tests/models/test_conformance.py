@@ -18,6 +18,7 @@ from interpreted import interpreted as without_compiling
 from oracle_laws import exact_hertz_damp
 
 from pounding_risk._jit import sources as _jit
+from pounding_risk.lab.stability.trial import SOFT, STIFF, WALL, largest_difference, shaking
 from pounding_risk.models._discovery import classes_of, modules_in_order
 from pounding_risk.models.contact import impulsive as instant
 from pounding_risk.models.contact import laws as contact
@@ -38,7 +39,6 @@ from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.studies.impact import impact
-from pounding_risk.studies.stability.trial import SOFT, STIFF, WALL, largest_difference, shaking
 
 K, BETA, MASS, SPEED = 9.35e7, 2.75e9, 570.0, 0.5  # N/m, N/m^1.5, kg, m/s: concrete cubes
 MODELS = tuple(CONTACT_MODELS)

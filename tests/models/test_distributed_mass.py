@@ -16,6 +16,7 @@ import pounding_risk as pr
 from pounding_risk import cli, figures
 from pounding_risk.cli.compare import print_comparison
 from pounding_risk.errors import PoundingError
+from pounding_risk.lab.stability.trial import SOFT, STIFF, WALL, shaking
 from pounding_risk.models.contact.impulsive import DistributedMass, Stereomechanical
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building
@@ -25,7 +26,6 @@ from pounding_risk.solver.pair.api import Interface, free_response, oscillators,
 from pounding_risk.studies import compare_findings
 from pounding_risk.studies.compare import left_out, on_equal_terms, reference_impacts
 from pounding_risk.studies.impact import impact
-from pounding_risk.studies.stability.trial import SOFT, STIFF, WALL, shaking
 
 ANY = Restitution(0.65)  # the model has no use for it
 FLOORS = DistributedMass(15.0, 24.0)
@@ -251,7 +251,7 @@ def test_seen_from_behind_to_the_bit(right):
 
 def test_interpreted_as_compiled():
     code = (
-        "import json\nfrom pounding_risk.studies.stability.trial import SOFT, STIFF, shaking\n"
+        "import json\nfrom pounding_risk.lab.stability.trial import SOFT, STIFF, shaking\n"
         "from pounding_risk.models.contact.impulsive import DistributedMass\n"
         "from pounding_risk.models.restitution import Restitution\n"
         "from pounding_risk.solver.pair.api import Interface, solve\n"

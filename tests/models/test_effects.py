@@ -18,6 +18,7 @@ from scipy.integrate import solve_ivp
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.lab.stability.trial import shaking
 from pounding_risk.models.contact.laws import LAWS, Hertz, Jankowski, VanMier, ViscousElastoplastic, stiffness_quantity
 from pounding_risk.models.effects import (
     EFFECTS,
@@ -34,7 +35,6 @@ from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.studies import demo
 from pounding_risk.studies.impact import impact
-from pounding_risk.studies.stability.trial import shaking
 
 BETA, MASS, SPEED = 2.75e9, 570.0, 2.0
 LEFT, RIGHT = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 0.31, 0.05)
@@ -276,7 +276,7 @@ def test_order_in_a_scene_does_not_matter():
 def test_interpreted_is_compiled():
     code = """
 import json
-from pounding_risk.studies.stability.trial import shaking
+from pounding_risk.lab.stability.trial import shaking
 from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.effects import with_effects
 from pounding_risk.models.effects.wave_passage import WavePassage

@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.errors import PoundingError
+from pounding_risk.lab.stability.trial import SOFT, STIFF, WALL, push, shaking
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, INSTANT_LAWS, Merged, Stereomechanical
 from pounding_risk.models.contact.laws import HertzDampExact
 from pounding_risk.models.restitution import CONCRETE, Restitution
@@ -22,7 +23,6 @@ from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COMPLETE, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
 from pounding_risk.studies.impact import impact
-from pounding_risk.studies.stability.trial import SOFT, STIFF, WALL, push, shaking
 
 MODELS = (Merged(), Stereomechanical())
 HALF = Restitution(0.5)
@@ -265,7 +265,7 @@ def test_no_run_chatters_for_ever(model, gap, right):
 
 def test_interpreted_as_compiled():
     code = (
-        "import json\nfrom pounding_risk.studies.stability.trial import SOFT, STIFF, shaking\n"
+        "import json\nfrom pounding_risk.lab.stability.trial import SOFT, STIFF, shaking\n"
         "from pounding_risk.models.contact.impulsive import Merged, Stereomechanical\n"
         "from pounding_risk.models.restitution import Restitution\n"
         "from pounding_risk.solver.pair.api import Interface, solve\n"

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
+from pounding_risk.lab.stability.trial import shaking
 from pounding_risk.models.contact.law import complete, is_path_dependent
 from pounding_risk.models.contact.laws import LAWS, Bilinear, VanMier, ViscousElastoplastic, stiffness_quantity
 from pounding_risk.models.contact.laws.hertz import exact_hertz_damping
@@ -19,7 +20,6 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.solver.pair.law_verbs import ends_itself
 from pounding_risk.studies.impact import impact
-from pounding_risk.studies.stability.trial import shaking
 
 YIELD = 3e5  # N
 DEPTHS = np.geomspace(1e-7, 1e-2, 21)  # m

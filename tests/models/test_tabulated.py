@@ -23,6 +23,7 @@ import pounding_risk as pr
 from pounding_risk import cli
 from pounding_risk._jit import sources as _jit
 from pounding_risk.errors import PoundingError
+from pounding_risk.lab.stability.trial import SOFT, STIFF, largest_difference, shaking
 from pounding_risk.models.contact import table as tables
 from pounding_risk.models.contact.laws import Hertz, Linear, Tabulated
 from pounding_risk.models.contact.table import TableError, table_of
@@ -36,7 +37,6 @@ from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.studies.impact import impact
-from pounding_risk.studies.stability.trial import SOFT, STIFF, largest_difference, shaking
 
 compiled = pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 
@@ -601,7 +601,7 @@ def test_what_has_no_place_for_a_table_says_so(tmp_path: Path):
     words = ["block", str(tmp_path / "street.csv"), "--contact-model", "tabulated", "--out", str(tmp_path / "out")]
     refused = CliRunner().invoke(cli.app, words)
     assert refused.exit_code == 2 and "tabulated reads a table" in refused.output
-    shipped = Path(pr.__file__).parent / "verification" / "anagnostopoulos_1988.toml"
+    shipped = Path(pr.__file__).parent / "lab" / "verification" / "cases" / "anagnostopoulos_1988.toml"
     case = shipped.read_text("utf-8").replace('"kelvin_voigt"', '"tabulated"')
     (tmp_path / "case.toml").write_text(case, encoding="utf-8")
     with pytest.raises(PoundingError, match="tabulated reads a table"):

@@ -9,6 +9,7 @@ import pytest
 from oracle_grounds import Body, Touch, follow_grounds
 from row_cases import contacts_of, meeting, points_of
 
+from pounding_risk.lab.stability.trial import shaking
 from pounding_risk.models.contact.impulsive import Stereomechanical
 from pounding_risk.models.contact.laws import Linear, ViscousElastoplastic
 from pounding_risk.models.ground import Support, accelerations, arrivals_of, arriving, delayed
@@ -35,7 +36,6 @@ from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.studies.pair_trace import histories
-from pounding_risk.studies.stability.trial import shaking
 
 STEP = 0.01
 GROUND = shaking(4.0)[:300]

@@ -12,6 +12,7 @@ from interpreted import interpreted
 from oracle_jumps import Masses, Run, by_enumeration
 from row_cases import Shaking
 
+from pounding_risk.lab.stability.trial import SOFT, STIFF, WALL, shaking
 from pounding_risk.models.contact.impulsive import Merged, Stereomechanical
 from pounding_risk.models.contact.laws import KelvinVoigt
 from pounding_risk.models.effects.wave_passage import WavePassage
@@ -36,7 +37,6 @@ from pounding_risk.solver.row.impulsive.api import run_jumps
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import OF_BUILDINGS, frame_of, outputs
 from pounding_risk.solver.row.trace_reader import contacts_of, instants_of
-from pounding_risk.studies.stability.trial import SOFT, STIFF, WALL, shaking
 
 HALF, JUMP = Restitution(0.5), Stereomechanical()
 FAR = Building("far", 3e5, 0.4, 0.05)

@@ -17,6 +17,7 @@ from test_row_cases import same
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.lab.stability.trial import shaking
 from pounding_risk.models.contact.laws import Linear, ViscousElastoplastic
 from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.ground import arrivals_of, arriving, delayed
@@ -32,7 +33,6 @@ from pounding_risk.solver.row.api import HIGHEST
 from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
 from pounding_risk.solver.row.layout import lay_out
 from pounding_risk.solver.row.model import RowModel
-from pounding_risk.studies.stability.trial import shaking
 
 FRAME, SHED, ROCK = Building("frame", 500e3, 0.5, 0.05), Building("shed", 800e3, 0.31, 0.05), Building.rigid("rock")
 LAW, HALF = ViscousElastoplastic(2.75e9), constant(0.5)

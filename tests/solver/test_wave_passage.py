@@ -13,6 +13,7 @@ from oracle_wave import follow
 
 import pounding_risk as pr
 from pounding_risk.errors import SceneError
+from pounding_risk.lab.stability.trial import shaking
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, Merged, is_instant
 from pounding_risk.models.contact.laws import ViscousElastoplastic, stiffness_quantity
 from pounding_risk.models.effects.wave_passage import WavePassage
@@ -27,7 +28,6 @@ from pounding_risk.solver.pair.taylor import bend_at, value_at
 from pounding_risk.solver.workspace import SIGNAL, make_workspace
 from pounding_risk.studies import demo
 from pounding_risk.studies.pair_trace import _node_times, energies, histories, relative_displacement
-from pounding_risk.studies.stability.trial import shaking
 
 FRAME, SHED = Building("frame", 500e3, 0.5, 0.05), Building("shed", 800e3, 0.31, 0.05)
 ROCK = Building.rigid("rock")

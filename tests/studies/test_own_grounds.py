@@ -15,13 +15,13 @@ from pounding_risk import figures
 from pounding_risk.cli.simulate import simulate
 from pounding_risk.ensemble.plan.compilation import kernels_of
 from pounding_risk.errors import PoundingError, RecordError, SceneError
+from pounding_risk.lab.stability.trial import shaking
 from pounding_risk.models.ground import Support
 from pounding_risk.motions.intensity import response_spectra
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.own_grounds import set_beside
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.studies.stability.trial import shaking
 
 HINGE = 1.0 / (20.0 * np.pi)  # 1/ω of 10 Hz
 FREE = {"law": "linear", "gap": "20 mm"}

@@ -18,10 +18,10 @@ from pounding_risk.motions.levels import at_pga
 from pounding_risk.reports.exports._written import Asked, Written, write_file
 
 if TYPE_CHECKING:
+    from pounding_risk.lab.accuracy_bench import Bench, PointCase
+    from pounding_risk.lab.accuracy_opensees import PowerLaw
+    from pounding_risk.lab.baselines.row import RowMatrices
     from pounding_risk.scene.scene import Scene
-    from pounding_risk.solver.baselines.row import RowMatrices
-    from pounding_risk.studies.accuracy_bench import Bench, PointCase
-    from pounding_risk.studies.accuracy_opensees import PowerLaw
 
 WORDS = "a scene as an OpenSeesPy script"
 ENDINGS = (".py",)
@@ -190,8 +190,8 @@ class Lines(NamedTuple):
 
 def write(study: Scene, target: Path, asked: Asked) -> Written:
     """Write the case of the scene's own gap under its first motion; raises SceneError for what OpenSees cannot say."""
-    from pounding_risk.studies.accuracy import bench_of
-    from pounding_risk.studies.accuracy_opensees import SLOWEST_TOUCH
+    from pounding_risk.lab.accuracy import bench_of
+    from pounding_risk.lab.accuracy_opensees import SLOWEST_TOUCH
 
     grid = study.grid
     own = grid._replace(
@@ -240,7 +240,7 @@ class Script(NamedTuple):
 
         Raises PoundingError for a law that is neither.
         """
-        from pounding_risk.studies.accuracy_opensees import name_of, power_law
+        from pounding_risk.lab.accuracy_opensees import name_of, power_law
 
         found = {}
         for k in range(len(self.bench.points)):
@@ -259,7 +259,7 @@ class Script(NamedTuple):
 
     def has_material(self, k: int) -> bool:
         """Whether OpenSees has a material for the law of a contact point, which joins two floors."""
-        from pounding_risk.studies.accuracy_opensees import MATERIALS, sides_of
+        from pounding_risk.lab.accuracy_opensees import MATERIALS, sides_of
 
         point = self.bench.points[k]
         at_floors = all(floor == int(floor) for _, floor in sides_of(self.bench.chains, point))
@@ -274,7 +274,7 @@ class Script(NamedTuple):
 
 def _script(study: Scene, bench: Bench) -> Script:
     """The first case; raises SceneError for what OpenSees cannot say, and a script cannot compute."""
-    from pounding_risk.studies.accuracy_opensees import FALLS, ON_SPRINGS, has_constant_restitution, matrices_of
+    from pounding_risk.lab.accuracy_opensees import FALLS, ON_SPRINGS, has_constant_restitution, matrices_of
 
     case = next(bench.point_cases())
     why = f"it knows no {bench.event_only}" if bench.event_only else ""
@@ -294,8 +294,8 @@ def _script(study: Scene, bench: Bench) -> Script:
 
 def _lines(script: Script) -> Lines:
     """The numbers of the script."""
-    from pounding_risk.studies.accuracy_findings import FORCE, REACH
-    from pounding_risk.studies.accuracy_opensees import impact_material
+    from pounding_risk.lab.accuracy_findings import FORCE, REACH
+    from pounding_risk.lab.accuracy_opensees import impact_material
 
     bench, case, names = script.bench, script.case, script.names
     moving = {name: chain for name, chain in zip(names, bench.chains, strict=True) if chain.mass.size}
@@ -345,7 +345,7 @@ def _plain(part: Any) -> Any:
 
 def _told(script: Script) -> Iterator[str]:
     """What of a scene the script has not, or does in another way."""
-    from pounding_risk.studies.accuracy_opensees import MATERIALS, name_of
+    from pounding_risk.lab.accuracy_opensees import MATERIALS, name_of
 
     bench = script.bench
     yield f"other cases of the grid: it is {bench.labels[0]}"

@@ -12,8 +12,8 @@ from scenes import rigid, scene_text, single, storeyed
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.lab.accuracy_opensees import power_law
 from pounding_risk.models.contact.register import LAWS
-from pounding_risk.studies.accuracy_opensees import power_law
 
 SHORT = {"window": ["0 s", "4 s"], "pga": "0.5 g"}
 DAMPED = {"damping": 0.05}

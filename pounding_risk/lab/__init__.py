@@ -1,0 +1,1 @@
+"""Accuracy, baselines, stability, verification: the laboratory. Nothing below or beside it imports it."""

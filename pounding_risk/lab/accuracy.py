@@ -1,0 +1,303 @@
+"""Error against computing time of many methods and settings on a scene, with a converged run as the reference.
+
+The event-driven solver from loose to tight tolerances; Newmark's average acceleration, central difference and
+Runge-Kutta 4 with fixed steps; SciPy's DOP853 and Radau. Every compiled method is timed in processor time after it was
+compiled; the event-driven solver's time includes the free response, which the cases of a motion share. A case's error
+is that of the interface where it is largest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import product
+from math import nan
+from pathlib import Path
+from statistics import median
+from time import process_time
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from pounding_risk._common.dates import created
+from pounding_risk.ensemble.job_choice import job_kind
+from pounding_risk.ensemble.replacing import check_replaceable_scene
+from pounding_risk.errors import PoundingError
+from pounding_risk.lab.accuracy_bench import FIXED, REFERENCE, Bench, Outcome
+from pounding_risk.lab.accuracy_findings import (
+    COUNT,
+    EVENT,
+    FIRST,
+    FORCE,
+    GAP,
+    LEVELS,
+    OUTPUTS,
+    REACH,
+    errors_of,
+    finding,
+    times_to_reach,
+)
+from pounding_risk.lab.accuracy_opensees import hindrance, opensees_outcome
+from pounding_risk.lab.accuracy_pair import pair_bench
+from pounding_risk.lab.accuracy_row import RowBench
+from pounding_risk.lab.baselines.solve_ivp import GaveUp
+from pounding_risk.results.attributes import as_text, versions
+from pounding_risk.results.files import check_target, save
+from pounding_risk.results.labels import CONVENTIONS, described
+from pounding_risk.scene.reader import as_scene
+from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.variants import check_one_scene
+
+BENCHES: dict[str, Callable[[Scene, int], Bench]] = {"pair": pair_bench, "row": RowBench}  # by solver
+GENERAL = {"SciPy DOP853": "DOP853", "SciPy Radau": "Radau"}
+OPENSEES = "OpenSees"
+STEPPED = (*FIXED, OPENSEES)  # methods whose settings are steps
+RTOLS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
+STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 1e-4, 1e-5, 1e-6)  # s
+OPENSEES_STEPS = (1e-2, 1e-3, 1e-4)  # s
+GENERAL_RTOLS = {"SciPy DOP853": (1e-3, 1e-6, 1e-9, 1e-12), "SciPy Radau": (1e-3, 1e-6)}
+ANSWER = ("case", "interface", "output")
+AT_CAP = 1e-9  # share of F_E within which a peak force is one that the law caps
+VISIBLE, NEARER = 1e-6, 0.1  # a difference of SciPy's that needs a cause; one that is nearer than another
+REPEATS, BRIEF = 5, 1.0  # repetitions, and the seconds from which a call is timed once
+
+
+class Setting(NamedTuple):
+    """One method with one tolerance or step."""
+
+    method: str
+    value: float  # rtol, or the longest step [s]
+
+    @property
+    def words(self) -> str:
+        """As a table has it: "event-driven, rtol 1e-06"."""
+        return f"{self.method}, {'dt' if self.method in STEPPED else 'rtol'} {self.value:.0e}"
+
+
+def accuracy(
+    study: Scene | str | Path,
+    out: str | Path | None = None,
+    *,
+    cases: int = 24,
+    budget: float = 20.0,
+    scipy: bool = True,
+    new: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Error and computing time of many settings of many methods on the cases of a scene.
+
+    The event-driven solver from loose to tight tolerances, three fixed-step methods, OpenSees where openseespy is
+    installed and has the scene's law, and two methods of SciPy are set against the event-driven solver at rtol 1e-12. A
+    setting that would take more than ``budget`` for one pass, or gives up, is left out and named. Effects, storeys that
+    yield, contact models that remember their path and impulsive models are known to the event-driven solver alone: then
+    only its own tolerances are compared.
+
+    Parameters
+    ----------
+    study : Scene or path
+        A scene, or the path of its TOML file.
+    out : path, optional
+        File for the dataset, ``.nc``.
+    cases : int
+        Most cases to run, about; the grid is thinned evenly along gaps and yield forces.
+    budget : float
+        Longest processor time of one pass of a setting over all cases [s].
+    scipy : bool
+        Run SciPy's methods, on the first few cases only.
+    new : bool
+        Replace other results under the name ``out``.
+    progress : callable, optional
+        Called with the number of settings done and of all settings.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along setting, case, output and level: ``error`` (relative for amounts and times; of counts the difference over
+        the count; of the yield exceedance 0 or 1; the largest of the interfaces), ``value`` and ``reference`` of every
+        interface, ``time`` [s per run], ``steps_per_contact``, ``energy_residual``, and ``time_to_reach`` [s] an error
+        level. The attribute ``finding`` names the cheapest setting whose printed digits no longer change.
+
+    Raises
+    ------
+    PoundingError
+        As `scan`, before the first run; also, unless ``new``, if ``out`` holds other results.
+    """
+    target = None if out is None else check_target(out)
+    study = as_scene(study)
+    check_one_scene(study, "accuracy")
+    if target is not None:
+        check_replaceable_scene(target, "accuracy", study, new)
+    bench = bench_of(study, cases)
+    left_out = [f"fixed steps and SciPy: they know no {bench.event_only}"] if bench.event_only else []
+    optional = set(GENERAL) if scipy else set()
+    if why := hindrance(bench):
+        left_out.append(f"{OPENSEES}: {why}")
+    else:
+        optional.add(OPENSEES)
+    begun = process_time()
+    bench.warm_up()
+    compile_time = process_time() - begun
+    reference = bench.event(REFERENCE).values
+    if capped := int(_capped(bench, reference).any(axis=1).sum()):
+        left_out.append(
+            f"peak contact force of {capped} of {bench.size} cases: the law caps it at F_E, which every method finds"
+        )
+    outcomes = run_settings(bench, budget, optional, left_out, progress or (lambda done, total: None))
+    dataset = _dataset(study, bench, outcomes, reference)
+    dataset.attrs |= {
+        "finding": finding(dataset),
+        "left_out": as_text(left_out),
+        "reference": _reference_words(dataset),
+        "compile_seconds": compile_time,
+    }
+    if target is not None:
+        save(dataset, target)
+    return dataset
+
+
+def bench_of(study: Scene, cases: int) -> Bench:
+    """The scene's cases with the solver that runs it: as many gaps and yield forces as fit, evenly spaced."""
+    return BENCHES[job_kind(study).solver](study, cases)
+
+
+def run_settings(
+    bench: Bench, budget: float, optional: set[str], left_out: list[str], progress: Callable[[int, int], None]
+) -> dict[Setting, Outcome]:
+    """Every setting that keeps to the budget; quick ones several times in turns, of which the median counts."""
+    runs = dict(_settings(bench, optional))
+    outcomes: dict[Setting, list[Outcome]] = {}
+    pace: dict[str, float] = {}  # seconds of a pass times the step, by fixed-step method
+    for number, (setting, call) in enumerate(runs.items()):
+        progress(number, len(runs))
+        expected = pace.get(setting.method, 0.0) / setting.value
+        if setting.method in STEPPED and expected > budget:
+            left_out.append(f"{setting.words}: would take about {expected:.0f} s, more than the budget of {budget:g} s")
+            continue
+        start = process_time()
+        try:
+            outcomes[setting] = [call()]
+        except (GaveUp, PoundingError) as reason:
+            left_out.append(f"{setting.words}: {reason}")
+            continue
+        pace[setting.method] = (process_time() - start) * setting.value
+    brief = [s for s, all_of in outcomes.items() if all_of[0].seconds * bench.size < BRIEF and s.method not in GENERAL]
+    for _ in range(REPEATS - 1):
+        for setting in brief:
+            outcomes[setting].append(runs[setting]())
+    progress(len(runs), len(runs))
+    return {setting: _middle(repeated) for setting, repeated in outcomes.items()}
+
+
+def _settings(bench: Bench, optional: set[str]) -> Iterator[tuple[Setting, Callable[[], Outcome]]]:
+    for rtol in RTOLS:
+        yield Setting(EVENT, rtol), partial(bench.event, rtol)
+    if bench.event_only:
+        return
+    longest = max(motion.dt for motion in bench.motions)
+    for (name, method), dt in product(FIXED.items(), STEPS):
+        # A step above the longest sample is that sample again.
+        if dt <= longest * (1.0 + 1e-9):
+            yield Setting(name, dt), partial(bench.fixed, method, dt)
+    for dt in OPENSEES_STEPS if OPENSEES in optional else ():
+        if dt <= longest * (1.0 + 1e-9):
+            yield Setting(OPENSEES, dt), partial(opensees_outcome, bench, dt)
+    for name, method in GENERAL.items():
+        for rtol in GENERAL_RTOLS[name] if name in optional else ():
+            yield Setting(name, rtol), partial(bench.general, method, rtol)
+
+
+def _middle(outcomes: list[Outcome]) -> Outcome:
+    times = {key: median(getattr(outcome, key) for outcome in outcomes) for key in ("seconds", "free_seconds")}
+    return outcomes[0]._replace(**times)
+
+
+def _dataset(study: Scene, bench: Bench, by_setting: dict[Setting, Outcome], reference: np.ndarray) -> xr.Dataset:
+    settings, outcomes = list(by_setting), list(by_setting.values())
+    errors = np.stack([_errors(bench, one, outcome, reference) for one, outcome in by_setting.items()])
+    times = np.array([[o.seconds] * GAP + [o.free_seconds] for o in outcomes])
+    coords: dict[str, Any] = {
+        "setting": [setting.words for setting in settings],
+        "method": ("setting", [setting.method for setting in settings]),
+        "parameter": ("setting", [setting.value for setting in settings], {"long_name": "rtol, or longest step [s]"}),
+        "case": list(bench.labels),
+        "interface": list(study.interface_names),
+        "output": list(OUTPUTS),
+        "level": ("level", list(LEVELS), {"long_name": "error level"}),
+        "solver": list(dict.fromkeys(setting.method for setting in settings)),
+    }
+    variables = {
+        "error": (
+            ("setting", "case", "output"),
+            errors,
+            described("1", "error against the reference, the largest of the interfaces"),
+        ),
+        "value": (("setting", *ANSWER), np.stack([o.values for o in outcomes]), {"long_name": "answer"}),
+        "reference": (ANSWER, reference, {"long_name": f"event-driven solver at rtol {REFERENCE:g}"}),
+        "time": (("setting", "output"), times, described("s", "processor time per run")),
+        "steps_per_contact": ("setting", [o.steps for o in outcomes], described("1", "steps per contact")),
+        "energy_residual": (
+            "setting",
+            [o.residual for o in outcomes],
+            described("1", "largest energy residual of a run; NaN where the method keeps no account"),
+        ),
+    }
+    dataset = xr.Dataset(variables, coords=coords)
+    reach = np.array([[times_to_reach(dataset, name, output) for output in OUTPUTS] for name in coords["solver"]])
+    words = "time per run at which every case is within the error level; NaN where that is not reached"
+    dataset["time_to_reach"] = (("solver", "output", "level"), reach, described("s", words))
+    return dataset.assign_attrs(
+        Conventions=CONVENTIONS,
+        title=study.name,
+        source="pounding_risk: accuracy and time of its solvers",
+        scene=study.text or study.to_toml(),
+        scene_resolved=study.to_toml(),
+        versions=as_text(versions()),
+        **created("pounding_risk.accuracy"),
+    )
+
+
+def _errors(bench: Bench, setting: Setting, outcome: Outcome, reference: np.ndarray) -> np.ndarray:
+    """Errors of a setting (cases, outputs): of each case the largest of its interfaces; NaN where there is none."""
+    errors = errors_of(outcome.values, reference.copy())
+    if setting.method in GENERAL:
+        # SciPy runs some cases only: what was not run has no error.
+        errors[np.isnan(outcome.values[..., REACH])] = nan
+    errors[..., [output for output in range(len(OUTPUTS)) if output not in outcome.told]] = nan
+    # Where the gap is closed at rest, the moment of the first touch is rounding; no method can have it right.
+    errors[bench.closed_at_rest, FIRST] = nan
+    errors[_capped(bench, reference), FORCE] = nan
+    return np.asarray(np.fmax.reduce(errors, axis=1))
+
+
+def _capped(bench: Bench, reference: np.ndarray) -> np.ndarray:
+    """True where the peak force is a yield force, (cases, interfaces): it is so by any method, however inaccurate."""
+    strengths = (case.yield_forces for case in bench.point_cases())
+    return np.array(
+        [
+            np.isclose(forces[:, None], own, rtol=AT_CAP, atol=0.0).any(axis=1)
+            for forces, own in zip(reference[..., FORCE], strengths, strict=True)
+        ]
+    )
+
+
+def _reference_words(dataset: xr.Dataset) -> str:
+    """The reference, and how far SciPy is from it at the tightest tolerance and, where that is nearer, at another."""
+    words = f"event-driven solver at rtol {REFERENCE:g}"
+    found = []
+    for rtol in GENERAL_RTOLS["SciPy DOP853"][::-1]:
+        name = Setting("SciPy DOP853", rtol).words
+        if name in dataset["setting"].values:
+            errors = dataset["error"].sel(setting=name).values
+            run = ~np.isnan(errors[:, REACH])
+            counts = int((errors[run, COUNT] > 0.0).sum())
+            found.append((float(np.nanmax(errors[run][:, [REACH, FORCE]])), name, int(run.sum()), counts))
+    if not found:
+        return words
+    apart, name, runs, counts = found[0]
+    words += f"; {name} differs from it by {apart:.0e} at most in displacement and force ({runs} runs)"
+    nearest = min(found)
+    if nearest[0] < NEARER * apart and apart > VISIBLE:
+        why = f"it counts other impacts in {counts} of them" if counts else "with the same impacts"
+        words += f": {why}, and {nearest[1]} differs by {nearest[0]:.0e}, so that the former is SciPy's own error"
+    return words

@@ -1,0 +1,356 @@
+"""Cases of an accuracy study in OpenSees, where it can say the same; openseespy is the extra `benchmark`.
+
+Masses on zeroLength springs and dashpots, an impact material where floors meet; Newmark's average acceleration,
+modified Newton, NormDispIncr 1e-12 (with a looser test a smaller step gives a worse answer: masses move less than
+1e-6 m in one). Every impact is a line on standard error, which is silenced. Peaks are the largest values at the steps,
+from envelope recorders; the time is that of `analyze` alone.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import product
+from math import log2
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import process_time
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.lab.accuracy_bench import Bench, Outcome
+from pounding_risk.lab.accuracy_findings import FORCE, GAP, OUTPUTS, REACH, YIELDS
+from pounding_risk.lab.baselines.row import RowMatrices, row_matrices
+from pounding_risk.models.contact.law import SLOWEST_TOUCH, snake_case
+from pounding_risk.models.contact.laws import HertzDamp, Jankowski, KelvinVoigt
+from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
+from pounding_risk.models.restitution import constant
+from pounding_risk.models.structures.contact_points import Point
+from pounding_risk.models.structures.mdof import Chain
+
+Array = NDArray[np.float64]
+NEAREST = 1e-12  # m: the impact materials refuse a gap of zero
+OPEN = 1e3  # m, a gap that no motion closes
+TEST, ITERATIONS = 1e-12, 100  # m, and per step
+GROUND = 1  # node; mass i is node i + 2
+
+
+MATERIALS = tuple(law.__name__ for law in (Jankowski, HertzDamp, KelvinVoigt))  # laws that OpenSees has
+FALLS = "it takes one e for every impact of a contact, not one that falls with the speed"
+ON_SPRINGS = "a building on a foundation that rotates or slides is not built here"
+
+
+class Contacts(NamedTuple):
+    """Gap [m], law and restitution of every contact point."""
+
+    gaps: Array
+    laws: Sequence[Any]
+    rules: Sequence[Any]
+
+
+class Peaks(NamedTuple):
+    """Peaks of one run by contact point, and the processor's time for it."""
+
+    relative_displacement: Array  # m
+    closing: Array  # m
+    contact_force: Array  # N
+    seconds: float
+
+
+def load() -> Any:
+    """The module ``openseespy.opensees``; raises PoundingError, with the cause, where it cannot be loaded."""
+    try:
+        import openseespy.opensees as ops
+    except (ImportError, OSError, RuntimeError) as error:
+        raise PoundingError(
+            f'openseespy cannot be loaded ({error}); `pip install "pounding-risk[benchmark]"` brings it, and on Debian '
+            "it needs `apt-get install libblas3 liblapack3`"
+        ) from None
+    return ops
+
+
+def unsaid(chains: Sequence[Chain], points: Sequence[Point], contacts: Contacts) -> str:
+    """What of a row OpenSees cannot say; "" where it says the same."""
+    kinds = {type(law).__name__ for law in contacts.laws} - set(MATERIALS)
+    if kinds:
+        return f"it has no material for {', '.join(sorted(kinds))}; it has Jankowski, HertzDamp and KelvinVoigt"
+    if not has_constant_restitution(contacts.rules):
+        return FALLS
+    if any(floor != int(floor) for point in points for _, floor in sides_of(chains, point)):
+        return "in one dimension it has no contact part-way up a column"
+    if any(chain.foundations for chain in chains):
+        return ON_SPRINGS
+    try:
+        for chain in chains:
+            dashpots(chain)
+    except PoundingError as error:
+        return str(error)
+    return ""
+
+
+class PowerLaw(NamedTuple):
+    """A contact force in two powers, F = k δ^n + c δ^p δ̇, held between two values; in SI."""
+
+    stiffness: float  # k
+    exponent: float  # n
+    damping: float  # c; of a law whose c falls with the speed at the touch, that of 1 m/s
+    damping_exponent: float  # p
+    on_approach: bool  # the damper acts on approach alone
+    by_speed: bool  # c is divided by the speed at the touch
+    least: float  # N, −inf where it may pull
+    most: float  # N, inf without a cap
+
+    def force(self, touch: float, delta: float, rate: float) -> float:
+        """The force [N] at a penetration [m] and its rate [m/s], of a contact that began at ``touch`` [m/s]."""
+        damping = self.damping / max(touch, SLOWEST_TOUCH) if self.by_speed else self.damping
+        viscous = damping * delta**self.damping_exponent * rate if rate > 0.0 or not self.on_approach else 0.0
+        return min(max(self.stiffness * delta**self.exponent + viscous, self.least), self.most)
+
+
+def power_law(law: Any, e: float, mass: float, yield_force: float) -> PowerLaw | None:
+    """A contact law in two powers, read off the law itself at some places and compared at others; None for another.
+
+    Parameters
+    ----------
+    law : ContactLaw
+        A law without a path.
+    e, mass, yield_force : float
+        Restitution, striking mass [kg] and yield force of the contact [N].
+
+    Returns
+    -------
+    PowerLaw or None
+        The same force within 1e-9.
+    """
+    memory, slower = (float(law.begin(e, speed, mass)) for speed in (1.0, 0.5))
+    elastic = [float(law.force(0.0, delta, 0.0, False)) for delta in (1.0, 2.0)]
+    viscous = [float(law.force(memory, delta, 1.0, True)) - one for delta, one in zip((1.0, 2.0), elastic, strict=True)]
+    if elastic[0] <= 0.0 or elastic[1] <= 0.0:
+        return None
+    is_damped = viscous[0] > 0.0 and viscous[1] > 0.0
+    found = PowerLaw(
+        elastic[0],
+        round(log2(elastic[1] / elastic[0]), 9),
+        viscous[0] if is_damped else 0.0,
+        round(log2(viscous[1] / viscous[0]), 9) if is_damped else 0.0,
+        bool(law.force(memory, 1.0, -1.0, False) == elastic[0]),
+        bool(abs(slower - 2.0 * memory) <= 1e-12 * abs(slower)),
+        float(law.floor()),
+        float(law.ceiling(yield_force)),
+    )
+    for touch, delta, rate in product((0.2, 1.3), (1e-4, 3e-3, 0.1), (-1.7, -0.2, 0.3, 2.0)):
+        force = float(law.force(law.begin(e, touch, mass), delta, rate, rate > 0.0))
+        force = float(law.plateau(delta, found.most)) if force > found.most else max(force, found.least)
+        if abs(found.force(touch, delta, rate) - force) > 1e-9 * abs(force):
+            return None
+    return found
+
+
+def matrices_of(bench: Bench) -> RowMatrices:
+    """The matrices of the buildings of a bench, and the shares of their masses in each contact point."""
+    return row_matrices(bench.chains, bench.points)
+
+
+def name_of(law: Any) -> str:
+    """What scenes call a contact law."""
+    return snake_case(type(law).__name__)
+
+
+def has_constant_restitution(rules: Sequence[Any]) -> bool:
+    """Whether restitution is the same at every speed."""
+    return all(rule == constant(rule.c0) for rule in rules)
+
+
+def sides_of(chains: Sequence[Chain], point: Point) -> list[tuple[int, float]]:
+    """Building and floor of both sides of a contact point, without a rigid building."""
+    sides = (point.interface, point.left_floor), (point.interface + 1, point.right_floor)
+    return [(building, floor) for building, floor in sides if chains[building].mass.size]
+
+
+def dashpots(chain: Chain) -> tuple[Array, Array]:
+    """Dashpots along the storeys and from every floor to the ground [N s/m] that make up the damping matrix.
+
+    Raises PoundingError where it is not tridiagonal, as modal damping is not.
+    """
+    matrix, beside = chain.damping, np.diag(chain.damping, -1)
+    storeys = np.append(0.0, -beside)[: chain.mass.size]  # the lowest is one to the ground
+    to_ground = np.diag(matrix) - storeys - np.append(storeys[1:], 0.0)[: chain.mass.size]
+    assembled = np.diag(np.diag(matrix)) + np.diag(beside, 1) + np.diag(beside, -1)
+    if not np.allclose(assembled, matrix, rtol=1e-12, atol=1e-12 * np.abs(matrix).max(initial=0.0)):
+        raise PoundingError(
+            'it has dashpots between neighbouring floors only (damping_rule = "rayleigh" or "stiffness")'
+        )
+    return storeys, to_ground
+
+
+def impact_material(chains: Sequence[Chain], point: Point, contact: tuple[float, Any, Any]) -> tuple[Any, ...]:
+    """The law of a contact point as OpenSees takes it after the tag: its name and numbers; lengths are negative there.
+
+    ``contact`` is (gap [m], law, rule of restitution).
+    """
+    gap, law, rule = contact
+    masses = [chains[building].mass[int(floor) - 1] for building, floor in sides_of(chains, point)]
+    mass, e = float(1.0 / sum(1.0 / mass for mass in masses)), rule.c0
+    opened = -max(float(gap), NEAREST)
+    if isinstance(law, Jankowski):
+        return "JankowskiImpact", law.stiffness, jankowski_ratio(e), mass, opened, 1.5
+    if isinstance(law, HertzDamp):
+        return "Hertzdamp", law.stiffness, law.begin(e, 1.0, mass), opened, 1.5
+    return "ViscoelasticGap", law.stiffness, law.begin(e, 1.0, mass), opened
+
+
+class OpenSeesRow:
+    """A row in OpenSees; raises PoundingError where openseespy cannot be loaded or cannot say the same."""
+
+    def __init__(self, chains: Sequence[Chain], points: Sequence[Point], contacts: Contacts):
+        if why := unsaid(chains, points, contacts):
+            raise PoundingError(why)
+        self.ops = load()
+        self.chains, self.points, self.contacts = chains, points, contacts
+        self.first = [0, *np.cumsum([chain.mass.size for chain in chains]).tolist()]
+
+    def _node(self, building: int, floor: float) -> int:
+        """The node of a floor; a rigid building is the ground."""
+        return self.first[building] + int(floor) + 1 if self.chains[building].mass.size else GROUND
+
+    def _build(self, acceleration: NDArray[Any], dt: float) -> list[int]:
+        """Nodes, storeys, contacts, the ground motion and the method; returns the contacts' elements."""
+        ops = self.ops
+        ops.wipe()
+        ops.model("basic", "-ndm", 1, "-ndf", 1)
+        ops.node(GROUND, 0.0)
+        ops.fix(GROUND, 1)
+        tag = GROUND
+        for first, chain in zip(self.first, self.chains, strict=False):
+            storeys, to_ground = dashpots(chain)
+            for floor, mass in enumerate(chain.mass.tolist()):
+                node = first + floor + 2
+                ops.node(node, 0.0)
+                ops.mass(node, mass)
+                for spring, dashpot, other in (
+                    (float(chain.spring[floor]), float(storeys[floor]), node - 1 if floor else GROUND),
+                    (0.0, float(to_ground[floor]), GROUND),
+                ):
+                    tag += 1
+                    ops.uniaxialMaterial("Elastic", tag, spring, dashpot)
+                    ops.element("zeroLength", tag, other, node, "-mat", tag, "-dir", 1, "-doRayleigh", 0)
+        elements = []
+        for k, point in enumerate(self.points):
+            tag += 1
+            contact = self.contacts.gaps[k], self.contacts.laws[k], self.contacts.rules[k]
+            material, *numbers = impact_material(self.chains, point, contact)
+            ops.uniaxialMaterial(material, tag, *numbers)
+            sides = self._node(point.interface, point.left_floor), self._node(point.interface + 1, point.right_floor)
+            ops.element("zeroLength", tag, *sides, "-mat", tag, "-dir", 1)
+            elements.append(tag)
+        ops.timeSeries("Path", 1, "-dt", dt, "-values", *acceleration.tolist())
+        ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
+        for mass in range(self.first[-1]):
+            # At rest the first sample acts already; Newmark's rule would start from none and lose an order.
+            ops.setNodeAccel(mass + 2, 1, -float(acceleration[0]), "-commit")
+        for command, *words in (
+            ("constraints", "Plain"),
+            ("numberer", "RCM"),
+            ("system", "ProfileSPD"),
+            ("test", "NormDispIncr", TEST, ITERATIONS),
+            ("algorithm", "ModifiedNewton"),
+            ("integrator", "Newmark", 0.5, 0.25),
+            ("analysis", "Transient"),
+        ):
+            getattr(ops, str(command))(*words)
+        return elements
+
+    def solve(self, acceleration: NDArray[Any], dt: float, h: float) -> Peaks:
+        """One run from rest with steps of ``h`` [s]. Raises PoundingError where a step does not converge."""
+        ops, duration = self.ops, (len(acceleration) - 1) * dt
+        with TemporaryDirectory() as folder, _silenced():
+            elements = self._build(acceleration, dt)
+            files = [os.path.join(folder, name) for name in ("reach", "force")]
+            for file, response in zip(files, (("deformation",), ("material", 1, "stress")), strict=True):
+                ops.recorder("EnvelopeElement", "-file", file, "-precision", 17, "-ele", *elements, *response)
+            begun = process_time()
+            failed = ops.analyze(round(duration / h), h)
+            seconds = process_time() - begun
+            reached = ops.getTime()
+            ops.wipe()  # closes the recorders' files
+            # Rows: smallest, largest, largest in size.
+            reach, force = (np.loadtxt(Path(file), ndmin=2) for file in files)
+        if failed:
+            raise PoundingError(f"no convergence in {ITERATIONS} iterations at {reached:.4g} s of {duration:g} s")
+        # The deformation is that of the right node beyond the left one.
+        return Peaks(np.abs(reach).max(axis=0), np.maximum(-reach[0], 0.0), -force[0], seconds)
+
+
+def unsaid_case(bench: Bench) -> str:
+    """What of the cases of a bench OpenSees cannot say; "" where it says the same."""
+    if bench.event_only:
+        return f"it knows no {bench.event_only}"
+    for case in bench.point_cases():
+        if why := unsaid(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules)):
+            return why
+    return ""
+
+
+def hindrance(bench: Bench) -> str:
+    """Why OpenSees cannot run the cases of a bench; "" where it can."""
+    if why := unsaid_case(bench):
+        return why
+    try:
+        load()
+    except PoundingError as error:
+        return str(error)
+    return ""
+
+
+def opensees_outcome(bench: Bench, dt: float) -> Outcome:
+    """All cases in OpenSees, in steps of about ``dt`` [s], a whole number of them a sample.
+
+    It has neither counts nor the moment of the first touch. Raises PoundingError as `OpenSeesRow`.
+    """
+    interfaces = np.array([point.interface for point in bench.points])
+    starts = np.flatnonzero(np.diff(interfaces, prepend=-1))
+    cases, required, free_seconds = list(bench.point_cases()), [], 0.0
+    steps = [motion.dt / max(1, round(motion.dt / dt)) for motion in bench.motions]
+    for number, (motion, h) in enumerate(zip(bench.motions, steps, strict=True)):
+        laws, rules = next((case.laws, case.rules) for case in cases if case.motion == number)
+        apart = Contacts(np.full(interfaces.size, OPEN), laws, rules)
+        free = OpenSeesRow(bench.chains, bench.points, apart).solve(motion.acceleration, motion.dt, h)
+        required.append(np.maximum.reduceat(free.closing, starts))
+        free_seconds += free.seconds
+    values, seconds = np.full((len(cases), starts.size, len(OUTPUTS)), np.nan), 0.0
+    for number, case in enumerate(cases):
+        row = OpenSeesRow(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules))
+        motion = bench.motions[case.motion]
+        peaks = row.solve(motion.acceleration, motion.dt, steps[case.motion])
+        seconds += peaks.seconds
+        for output, points in (
+            (REACH, peaks.relative_displacement),
+            (FORCE, peaks.contact_force),
+            (YIELDS, peaks.contact_force >= case.yield_forces),
+        ):
+            values[number, :, output] = np.maximum.reduceat(points, starts)
+        values[number, :, GAP] = required[case.motion]
+    times = seconds / len(cases), free_seconds / len(bench.motions)
+    return Outcome(values, np.nan, np.nan, *times, told=(REACH, FORCE, YIELDS, GAP))
+
+
+@contextmanager
+def _silenced() -> Iterator[None]:
+    """No output from compiled code: both streams go nowhere at the level of the operating system."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    streams, nowhere = (os.dup(1), os.dup(2)), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 1)
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(streams[0], 1)
+        os.dup2(streams[1], 2)
+        for stream in (*streams, nowhere):
+            os.close(stream)

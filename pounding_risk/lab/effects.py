@@ -1,0 +1,318 @@
+"""Change of the results and computing time by each effect: the scene with none, with each alone, and with all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import inf
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from pounding_risk._common.counted import counted
+from pounding_risk._common.dates import created
+from pounding_risk.ensemble.job_choice import job_kind
+from pounding_risk.ensemble.replacing import check_replaceable
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.lab.accuracy import bench_of
+from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
+from pounding_risk.models.structures.mdof import chain_of
+from pounding_risk.results.attributes import as_text
+from pounding_risk.results.files import check_target, save
+from pounding_risk.results.labels import described
+from pounding_risk.scene.interfaces import known_law
+from pounding_risk.scene.reader import as_scene
+from pounding_risk.scene.scene import Scene, scene_of
+from pounding_risk.scene.tables import Effect
+from pounding_risk.scene.variants import check_one_scene
+from pounding_risk.units import Quantity, parse
+
+NONE, ALL = "none", "all together"
+CASES_TIMED = 24
+# What an effect may change, with the words for it; the first is the one that the finding speaks of.
+COMPARED = {
+    "peak_relative_displacement": "peak relative displacement",
+    "peak_contact_force": "peak contact force",
+    "impact_count": "impact count",
+    "impulse": "impulse",
+    "peak_storey_shear": "peak storey shear",
+    "peak_floor_acceleration": "peak floor acceleration",
+    "permanent_set": "permanent set",
+}
+DIGITS = 4  # that a table shows
+
+
+def effects(
+    study: Scene | str | Path,
+    out: str | Path | None = None,
+    *,
+    repeats: int = 5,
+    new: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Run a scene's grid without effects, with each effect alone and with all of them.
+
+    The effects are those of the scene. Where it names none, they are all that act on the ground, or in a row on its
+    buildings, or on one of its contact models, with the options of their examples; the attribute ``left_out`` says why
+    one that the scene refuses is not among them. An effect that acts on another is switched on with it. Contact models
+    that one of the effects does not act on are left out.
+
+    Parameters
+    ----------
+    study : Scene or path
+        A scene, or the path of its TOML file.
+    out : path, optional
+        File for the dataset, ``.nc``.
+    repeats : int
+        Timed repetitions, of which the median counts.
+    new : bool
+        Replace other results under the name ``out``.
+    progress : callable, optional
+        Called with the number of steps done and of all steps.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along effects and the dimensions of `scan`: the outputs of `COMPARED`, ``yield_exceedance``, ``status``,
+        ``acts_on_all`` [1 where the effects also act on cases that do not yield], ``time`` [s of the processor per run,
+        every case run] and ``time_ratio``, over the scene without effects. The attribute ``finding`` is a sentence.
+
+    Raises
+    ------
+    PoundingError
+        As `scan`; also, unless ``new``, if ``out`` holds results of another command.
+    """
+    target = None if out is None else check_target(out)
+    if target is not None:
+        check_replaceable(target, "effects", new=new)
+    study = as_scene(study)
+    check_one_scene(study, "effects")
+    laws = study.grid.contact_models
+    offered = [] if study.effects else [name for name, _ in EFFECTS.items() if _keeps_solver(study, name)]
+    unsuited = {name: why for name in offered if (why := _unsuited(study, name))}
+    acting = [name for name in offered if name not in unsuited and any(_acts(study, name, law) for law in laws)]
+    switched = study.effects or tuple(_example(name) for name in acting)
+    kept_laws = tuple(law for law in laws if all(_acts(study, effect.name, law) for effect in switched))
+    study = study.updated(grid=study.grid._replace(contact_models=kept_laws))
+    scenes = [(name, study.updated(effects=chosen)) for name, chosen in combinations(switched).items()]
+    scans = []
+    for number, (_, scene) in enumerate(scenes):
+        scans.append(scan(scene, check_fraction=0.0))
+        if progress:
+            progress(number + 1, len(scenes) + 1)
+    times = run_times([scene for _, scene in scenes], repeats)
+    if progress:
+        progress(len(scenes) + 1, len(scenes) + 1)
+    dataset = _dataset(scenes, scans, times)
+    dataset.attrs |= {"effects": as_text({effect.name: effect.written() for effect in switched})}
+    dropped_laws = [law for law in laws if law not in kept_laws]
+    reasons = [f"{', '.join(dropped_laws)}: not every effect here acts on it"] if dropped_laws else []
+    dataset.attrs["left_out"] = "; ".join([*reasons, *unsuited.values()])
+    dataset.attrs |= {"finding": finding(dataset), **created("pounding_risk.effects")}
+    if target is not None:
+        save(dataset, target)
+    return dataset
+
+
+def combinations(switched: tuple[Effect, ...]) -> dict[str, tuple[Effect, ...]]:
+    """None, each alone with what it acts on, and all together, by the words for it."""
+    by_name = {effect.name: effect for effect in switched}
+    sets: dict[str, tuple[Effect, ...]] = {NONE: ()}
+    for name, effect in by_name.items():
+        needs = tuple(by_name.get(needed, Effect(needed)) for needed in EFFECTS[name].needs)
+        sets[" + ".join([*(needed.name for needed in needs), name])] = (*needs, effect)
+    if len(by_name) > 1 and set(switched) != set(sets[list(sets)[-1]]):
+        sets[ALL] = switched
+    return sets
+
+
+def _example(name: str) -> Effect:
+    """An effect with the options of its examples: what may be left out is left out, the last word of a choice."""
+    kind: Any = EFFECTS[name]
+    options = {
+        key: parse(allowed.example, allowed) if isinstance(allowed, Quantity) else allowed[-1]
+        for key, allowed in kind.options.items()
+        if key not in kind.optional
+    }
+    return Effect(name, tuple(sorted(options.items())))
+
+
+def _acts(study: Scene, effect: str, label: str) -> bool:
+    """True where an effect acts on every contact model that a label of the grid stands for."""
+    return not any(refusal(known_law(name), effect) for name in study.models_of(label))
+
+
+def _keeps_solver(study: Scene, effect: str) -> bool:
+    """True where the scene's solver has the effect: those of buildings are of rows, and would be compared with them."""
+    return job_kind(study).has_storeys or not acts_on_buildings(effect)
+
+
+def _unsuited(study: Scene, effect: str) -> str:
+    """Why the example of an effect has no place in a scene that names none; "" where it has."""
+    if acts_on_ground(effect):
+        return _refused(study, effect)
+    if not acts_on_buildings(effect):
+        return ""
+    if effect == "inelastic_storeys" and not any(building.strengths for building in study.buildings):
+        return "inelastic_storeys: no building gives storey_strengths"
+    try:
+        for building in study.buildings:
+            chain_of(building, (_example(effect),))
+    except PoundingError as error:
+        return str(error)
+    return _refused(study, effect)  # as soil is where velocities jump
+
+
+def _refused(study: Scene, effect: str) -> str:
+    """The sentence with which the scene's own checks refuse an effect; "" where they take its example."""
+    try:
+        scene_of({**study.resolved(), "effects": {effect: _example(effect).written()}})
+    except SceneError as error:
+        return next((fault for fault in error.faults if effect in fault), "")
+    return ""
+
+
+def run_times(scenes: list[Scene], repeats: int) -> np.ndarray:
+    """Processor time of one run [s] under each scene, (scenes, repeats); the scenes take turns."""
+    timers = [_timer(scene) for scene in scenes]
+    times = np.zeros((len(scenes), repeats))
+    for number in range(-1, repeats):  # the first round compiles and warms the caches
+        for row, timed in enumerate(timers):
+            seconds = timed()
+            if number >= 0:
+                times[row, number] = seconds
+    return times
+
+
+def _timer(scene: Scene) -> Callable[[], float]:
+    """What runs some cases of a scene and tells the processor time of one [s]."""
+    bench = bench_of(scene, CASES_TIMED)
+
+    def timed() -> float:
+        outcome = bench.event(scene.rtol)
+        # The motion without contact is common to all cases of a record.
+        return outcome.seconds - outcome.free_seconds * len(bench.motions) / bench.size
+
+    return timed
+
+
+def _dataset(scenes: list[tuple[str, Scene]], scans: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
+    names = [name for name, _ in scenes]
+    variables = [*COMPARED, "yield_exceedance", "status"]
+    dataset = xr.concat([scan[variables] for scan in scans], dim="effects", combine_attrs="override")
+    dataset = dataset.assign_coords(effects=("effects", names, {"long_name": "effects that act"}))
+    medians = np.array([median(row) for row in times])
+    dataset["time"] = ("effects", medians, described("s", "processor time of one run"))
+    everywhere = [any(not acts_on_law(effect.name) for effect in scene.effects) for _, scene in scenes]
+    words = "1 where the effects act on cases that do not yield, too"
+    dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), described("1", words))
+    ratios = np.median(times / times[0], axis=1)
+    dataset["time_ratio"] = ("effects", ratios, described("1", "time of one run over that without effects"))
+    dataset.attrs = {
+        key: value for key, value in scans[0].attrs.items() if key not in ("scene", "scene_resolved", "references")
+    }
+    dataset.attrs |= {
+        "scene": scans[0].attrs["scene"],
+        "references": "; ".join(dict.fromkeys(scan.attrs["references"] for scan in scans)),
+    }
+    return dataset
+
+
+def changes(dataset: xr.Dataset, name: str, output: str) -> np.ndarray:
+    """Relative change of one output by these effects, over the cases that they act on and that complete with them.
+
+    An effect of yielding acts on the cases that yield without effects, one of the ground or of buildings on all. Where
+    there was nothing before, a change to something is infinite. Of a row every interface, or building, counts.
+    """
+    acted = acted_on(dataset, name)
+    before = dataset[output].sel(effects=NONE).values.astype(float)[acted]
+    after = dataset[output].sel(effects=name).values.astype(float)[acted]
+    both = np.isfinite(before) & np.isfinite(after)
+    before, after = before[both], after[both]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        change = (after - before) / np.abs(before)
+    return np.where(after == before, 0.0, np.where(before == 0.0, inf, change))
+
+
+def acted_on(dataset: xr.Dataset, name: str) -> np.ndarray:
+    """True for the cases that these effects act on; in the shape of a case's outputs."""
+    return yielding_cases(dataset) | bool(dataset["acts_on_all"].sel(effects=name))
+
+
+def changed_cases(dataset: xr.Dataset, name: str) -> int:
+    """In how many cases these effects change a reported digit of any output."""
+    altered = np.zeros(dataset["status"].sel(effects=NONE).shape, dtype=bool)
+    for output in COMPARED:
+        before, after = (_printed(dataset[output].sel(effects=which)) for which in (NONE, name))
+        differs = before != after
+        altered |= differs.any(axis=-1) if differs.ndim > altered.ndim else differs
+    return int(altered.sum())
+
+
+def _printed(values: xr.DataArray) -> np.ndarray:
+    return np.array([f"{value:.{DIGITS}g}" for value in values.values.ravel()]).reshape(values.shape)
+
+
+def idle(dataset: xr.Dataset) -> list[str]:
+    """The effects that change no reported digit."""
+    return [str(name) for name in dataset["effects"].values[1:] if changed_cases(dataset, str(name)) == 0]
+
+
+def finding(dataset: xr.Dataset) -> str:
+    """One sentence: which effect changes most, what the effects cost, and which change no reported digit."""
+    names = [str(name) for name in dataset["effects"].values[1:]]
+    without = idle(dataset)
+    most = float(dataset["time_ratio"].max())
+    cost = f"a run takes {most:.2f} times as long at most" if most > 1.0 else "none takes time"
+    if len(without) == len(names):
+        return f"No effect changes a reported digit of any of the {counted(_cases(dataset), 'case')}; {cost}."
+    output, words = next(iter(COMPARED.items()))
+    # All together is no effect of its own: it is named where no single one stands beside it.
+    single = [name for name in names if name not in without and name != ALL] or [ALL]
+    spreads = {name: np.abs(changes(dataset, name, output)) for name in single}
+    strongest = max(spreads, key=lambda name: float(np.mean(spreads[name])))
+    change = changes(dataset, strongest, output)
+    idle_words = f"; {' and '.join(without)} change no reported digit" if without else ""
+    return (
+        f"{strongest} changes the {words} most: by {percent(change.min())} to {percent(change.max())}, in "
+        f"{changed_cases(dataset, strongest)} of {counted(_cases(dataset), 'case')} ({yielding(dataset)} yield); {cost}"
+        f"{idle_words}."
+    )
+
+
+def percent(change: float) -> str:
+    """A relative change with its sign: to a tenth of a per cent where it is small."""
+    digits = 1 if abs(change) < 0.0995 else 0
+    # Adding zero takes the sign from a rounded −0.
+    return f"{round(float(change), digits + 2) + 0.0:+.{digits}%}"
+
+
+def yielding(dataset: xr.Dataset) -> int:
+    """In how many cases F_E is reached without effects."""
+    return int(yielding_cases(dataset).sum())
+
+
+def yielding_cases(dataset: xr.Dataset) -> np.ndarray:
+    """True for the cases in which F_E is reached without effects, of a row anywhere."""
+    yields = dataset["yield_exceedance"].sel(effects=NONE) == 1
+    return np.asarray((yields.any("interface") if "interface" in yields.dims else yields).values)
+
+
+def _cases(dataset: xr.Dataset) -> int:
+    return int(dataset["status"].sel(effects=NONE).size)
+
+
+def rows(dataset: xr.Dataset) -> Iterator[tuple[str, int, float, float, dict[str, tuple[float, float, float]]]]:
+    """For every line but the first: effects, cases changed, time, ratio, and smallest, median, largest change."""
+    for name in map(str, dataset["effects"].values):
+        of_effects = dataset.sel(effects=name)
+        spread = {}
+        for output in COMPARED:
+            change = changes(dataset, name, output)
+            change = change[np.isfinite(change)]
+            low, middle, high = (change.min(), float(np.median(change)), change.max()) if change.size else (0.0,) * 3
+            spread[output] = (low, middle, high)
+        yield name, changed_cases(dataset, name), float(of_effects["time"]), float(of_effects["time_ratio"]), spread

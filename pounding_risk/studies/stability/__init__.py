@@ -1,6 +1,0 @@
-"""The hard cases of pounding: each module of `cases` declares its own, `stability` runs and the tests assert them."""
-
-from pounding_risk.studies.stability.case import Bound, Case, Row
-from pounding_risk.studies.stability.run import CASES, stability
-
-__all__ = ["CASES", "Bound", "Case", "Row", "stability"]

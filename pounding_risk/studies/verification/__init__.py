@@ -1,9 +1,0 @@
-"""Published cases run and compared: each is one file of the folder `pounding_risk/verification`, or of a user's own.
-
-Published relations without a single number, the properties, are functions of `properties`.
-"""
-
-from pounding_risk.studies.verification.property import Property, Reading
-from pounding_risk.studies.verification.run import Check, Curve, Verification, verify
-
-__all__ = ["Check", "Curve", "Property", "Reading", "Verification", "verify"]

@@ -1,0 +1,215 @@
+"""The `effects` command: what it switches on, what it says of changes, what it refuses, and its figure."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from figure_words import words_of
+from scenes import rigid, scene_text, single, storeyed
+from typer.testing import CliRunner
+
+import pounding_risk as pr
+from pounding_risk import figures
+from pounding_risk.cli import app
+from pounding_risk.lab.effects import (
+    ALL,
+    COMPARED,
+    NONE,
+    changed_cases,
+    changes,
+    combinations,
+    effects,
+    finding,
+    idle,
+    yielding,
+)
+from pounding_risk.models.effects import EFFECTS, acts_on_buildings
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.scene import scene_of
+from pounding_risk.scene.tables import Effect
+from pounding_risk.studies import demo
+
+STRAIN = {"code": "mc2010", "length": "0.6 m"}
+GRID = {"gap": ["0 mm", "4 mm"], "yield_force": ["300 kN", "3 MN"], "contact_model": ["viscous_elastoplastic"]}
+
+
+def scene(**more):
+    """The paper's pair, a small grid, both polarities."""
+    base = demo.scene("paper").resolved()
+    return scene_of(
+        {**base, "records": {**base["records"], "polarity": ["as recorded", "reversed"]}, "grid": GRID, **more}
+    )
+
+
+@pytest.fixture(scope="module")
+def found():
+    return effects(scene(), repeats=2)
+
+
+def test_every_effect_alone_and_all_together(found):
+    """A scene that names none is shown all there are; what acts on another comes with it."""
+    names = found["effects"].values.tolist()
+    several = "permanent_set + unloading_stiffness"
+    assert names == [NONE, "strain_rate", "permanent_set", several, "wave_passage", ALL]
+    assert found["acts_on_all"].values.tolist() == [0, 0, 0, 0, 1, 1]
+    assert sorted(json.loads(found.attrs["effects"])) == sorted(name for name in EFFECTS if not acts_on_buildings(name))
+    assert found["time"].dims == ("effects",) and float(found["time_ratio"][0]) == 1.0
+    assert (found["status"] == 0).all() and yielding(found) >= 3
+
+
+def test_the_named_effects_alone():
+    two = (Effect("permanent_set"), Effect("unloading_stiffness", (("ratio", 2.0),)))
+    assert list(combinations(two)) == [NONE, "permanent_set", "permanent_set + unloading_stiffness"]
+    assert list(combinations(two[:1])) == [NONE, "permanent_set"]
+    assert combinations(two)["permanent_set + unloading_stiffness"] == two
+
+
+def test_numbers_are_those_of_scans(found):
+    """Changes by hand from two scans of the public kind."""
+    with_set = pr.scan(scene(effects={"permanent_set": {}}), check_fraction=0.0)
+    plain = pr.scan(scene(), check_fraction=0.0)
+    for output in COMPARED:
+        assert np.array_equal(found[output].sel(effects="permanent_set").values, with_set[output].values)
+        assert np.array_equal(found[output].sel(effects=NONE).values, plain[output].values)
+    yields = plain["yield_exceedance"].values == 1
+    before, after = (each["peak_relative_displacement"].values[yields] for each in (plain, with_set))
+    assert changes(found, "permanent_set", "peak_relative_displacement") == pytest.approx(
+        after / before - 1.0, abs=1e-15
+    )
+    assert changed_cases(found, "permanent_set") <= int(yields.sum())
+    assert np.isposinf(changes(found, "permanent_set", "permanent_set")).any()
+
+
+def test_an_effect_that_changes_nothing_is_named(found):
+    """F_E out of reach: nothing yields, and all effects are idle; made by hand, one of them alone."""
+    together = {"strain_rate": STRAIN, "permanent_set": {}, "unloading_stiffness": {"ratio": 2.0}}
+    still = effects(scene(grid={**GRID, "yield_force": ["900 MN"]}, effects=together), repeats=1)
+    assert idle(still) == still["effects"].values[1:].tolist()
+    assert still.attrs["finding"].startswith("No effect changes a reported digit of any of the 4 cases")
+    one = found.copy(deep=True)
+    for output in COMPARED:
+        one[output].loc[{"effects": "strain_rate"}] = found[output].sel(effects=NONE)
+    assert idle(one) == ["strain_rate"] and "strain_rate change no reported digit" in finding(one)
+
+
+def test_a_change_beyond_the_printed_digits_is_none(found):
+    near = found.copy(deep=True)
+    for output in COMPARED:
+        near[output].loc[{"effects": "strain_rate"}] = found[output].sel(effects=NONE)
+    key = {"effects": "strain_rate", "polarity": "as recorded"}
+    value = float(f"{float(found['peak_contact_force'].sel(effects=NONE).values.flat[0]):.4g}")
+    near["peak_contact_force"].loc[{"effects": NONE}] = value
+    near["peak_contact_force"].loc[{"effects": "strain_rate"}] = value * (1.0 + 1e-6)
+    assert changed_cases(near, "strain_rate") == 0
+    near["peak_contact_force"].loc[key] = value * 1.01
+    assert changed_cases(near, "strain_rate") == near["status"].sel(effects=NONE).size // 2
+
+
+def test_a_scene_that_cannot_yield_knows_the_wave_alone():
+    """Of all effects only those that act on one of its contact models; the changes are over all cases then."""
+    found = effects(scene(grid={**GRID, "contact_model": ["merged"]}), repeats=1)
+    assert found["effects"].values.tolist() == [NONE, "wave_passage"]
+    assert yielding(found) == 0
+    assert changes(found, "wave_passage", "impulse").size == found["status"].sel(effects=NONE).size
+    assert "wave_passage changes the peak relative displacement most" in found.attrs["finding"]
+
+
+def test_command_prints_draws_and_writes(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        scene(effects={"strain_rate": {"code": "mc1990", "length": "0.6 m", "strength": "30 MPa"}}).to_toml()
+    )
+    figure, out = tmp_path / "effects.svg", tmp_path / "effects.nc"
+    told = CliRunner().invoke(app, ["effects", str(path), "-o", str(out), "--figure", str(figure)])
+    assert told.exit_code == 0, told.output
+    lines = told.stdout.splitlines()
+    assert [line.split("  ")[0] for line in lines[1:3]] == ["none", "strain_rate"]
+    assert any(line.startswith("strain_rate") and "code mc1990, length 0.6 m, strength" in line for line in lines)
+    assert any(
+        line.startswith("finding") and "strain_rate changes the peak relative displacement" in line for line in lines
+    )
+    dataset = pr.open_results(out)
+    assert dataset.attrs["finding"] in told.stdout and "<svg" in figure.read_text()
+    refused = CliRunner().invoke(app, ["effects", str(path), "--figure", "f.bmp"])
+    assert refused.exit_code == 2
+
+
+ROW = scene_text(
+    storeyed("tall", "200 t", "180 MN/m", storeys=4, storey_strengths="2 MN"),
+    single("shop", "150 t", "0.25 s", height="3 m"),
+    rigid(),
+    name="Four storeys beside a shop",
+    gap="5 mm",
+    yield_force="300 kN",
+    records={"window": ["1 s", "5 s"]},
+    grid={"gap": ["5 mm", "2 m"]},
+)
+
+
+@pytest.fixture(scope="module")
+def of_row():
+    return effects(parse_scene(ROW), repeats=1)
+
+
+def test_a_row_that_names_none_is_shown_those_of_ground_and_buildings(of_row):
+    """Its law has no cap, so that no effect of yielding acts; every other effect acts on all cases."""
+    others = ["wave_passage", "inelastic_storeys", "p_delta", "soil_flexibility"]
+    assert of_row["effects"].values.tolist() == [NONE, *others, ALL]
+    assert of_row["acts_on_all"].values.tolist() == [0, 1, 1, 1, 1, 1]
+    assert (of_row["status"] == 0).all()
+    assert yielding(of_row) == 1  # of two cases one has no contact
+    assert (of_row["time"] > 0.0).all()
+    assert of_row.attrs["left_out"] == ""
+    assert "changes the peak relative displacement most" in of_row.attrs["finding"]
+
+
+def test_changes_of_a_row_are_those_of_scans(of_row):
+    """By hand from two scans: every interface and every building counts."""
+    plain, softer = (pr.scan(parse_scene(ROW + more), check_fraction=0.0) for more in ("", "[effects]\np_delta = {}\n"))
+    for output in ("peak_relative_displacement", "peak_storey_shear"):
+        before, after = (each[output].values.ravel() for each in (plain, softer))
+        known = np.isfinite(before)
+        found = changes(of_row, "p_delta", output)
+        assert found == pytest.approx(after[known] / before[known] - 1.0, abs=1e-15)
+    assert changes(of_row, "p_delta", "peak_relative_displacement").size == 2 * 2  # interfaces, cases
+    assert changed_cases(of_row, "p_delta") == 2
+    # The wall has no storeys; weights of some MN against storeys of some 100 MN/m take a hundredth of them.
+    assert 0.0 < np.abs(changes(of_row, "p_delta", "peak_storey_shear")).max() < 0.1
+
+
+def test_what_has_no_place_in_a_row_is_said():
+    """Neither strengths nor a height: two effects are left out, with the reason."""
+    bare = ROW.replace('storey_strengths = "2 MN"\n', "").replace(
+        'period = "0.25 s"\nheight = "3 m"', 'period = "0.25 s"'
+    )
+    found = effects(parse_scene(bare), repeats=1)
+    assert found["effects"].values.tolist() == [NONE, "wave_passage", "soil_flexibility", ALL]
+    assert "no building gives storey_strengths" in found.attrs["left_out"]
+    assert "p_delta: shop has no height" in found.attrs["left_out"]
+
+
+def test_command_and_figure_of_a_row(of_row, tmp_path):
+    drawn = figures.effects_figure(of_row)
+    assert "1 of 2 cases that yield" in words_of(drawn).replace("\n", " ")
+    assert "dots: a case at one interface" in words_of(drawn).replace("\n", " ")
+    for axis in drawn.axes[:5]:  # fewer than a hundred values, so that the panel holds them all
+        low, high = axis.get_xlim()
+        dots = [line.get_xdata() for line in axis.lines if line.get_marker() == "."]
+        assert all(low < value < high for values in dots for value in values)
+    path = tmp_path / "row.toml"
+    path.write_text(ROW + "[effects]\np_delta = {}\n", "utf-8")
+    told = CliRunner().invoke(app, ["effects", str(path), "--figure", str(tmp_path / "effects.png")])
+    assert told.exit_code == 0, told.output
+    assert [line.split("  ")[0] for line in told.stdout.splitlines()[1:3]] == ["none", "p_delta"]
+
+
+def test_figure_is_the_same_for_the_same_data(found, tmp_path):
+    for name in ("a.svg", "b.svg"):
+        figures.write(figures.effects_figure(found), tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    drawn = figures.effects_figure(found)
+    assert found.attrs["finding"][:40] in drawn.get_suptitle()
+    labels = [axis.get_xlabel() for axis in drawn.axes]
+    assert "widening of the gap at the end [mm]" in labels and "over that without effects [-]" in labels
