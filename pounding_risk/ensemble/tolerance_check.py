@@ -74,14 +74,14 @@ def is_sensitive(moves: Mapping[str, np.ndarray], rtol: float) -> NDArray[np.boo
 def check_variables(rtol: float) -> dict[str, CaseVariable]:
     """Variables of the dataset: ``sensitive``, and a ``change_`` per output. Cases not repeated are −1, or NaN."""
     attrs = {
-        "long_name": f"1 where the answer moves by more than rtol when the run is made again at {tighter(rtol):g}",
+        "long_name": f"1 where the answer moves by more than rtol when the run is recomputed at {tighter(rtol):g}",
         "flag_values": np.array([-1, 0, 1], dtype=np.int8),
         "flag_meanings": "not_made_again steady sensitive",
     }
     variables = {SENSITIVE: CaseVariable((), np.dtype(np.int8), attrs)}
     for name in (*RELATIVE, *COUNTED):
         kind = "relative change" if name in RELATIVE else "change"
-        attrs = {"units": "1", "long_name": f"{kind} of the {WORDS[name]}, made again"}
+        attrs = {"units": "1", "long_name": f"{kind} of the {WORDS[name]}, recomputed"}
         variables[f"{CHANGE}{name}"] = CaseVariable((), np.dtype(np.float64), attrs)
     return variables
 

@@ -257,7 +257,7 @@ def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple
     for parts in recordings.values():
         if len(parts) != 2:
             listed = ", ".join(file_name(source) for source in parts)
-            without = f"; left out: {'; '.join(repeated)}" if repeated else ""
+            without = f"; excluded: {'; '.join(repeated)}" if repeated else ""
             raise RecordError(
                 f"direction: of {_recording(parts[0])} there is {listed}; a row's direction takes the two "
                 f"horizontal components of each recording: name both, or leave direction out{without}"

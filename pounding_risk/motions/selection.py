@@ -146,7 +146,7 @@ class Selection(ShortRepr):
             doubts = "".join(f"; {doubt}" for doubt in row.doubts)
             yield row.name, f"times {row.factor:.3g}, misfit {row.misfit:.3f}{doubts}"
         yield "chosen", f"{len(self.rows)} of {counted(self.considered, 'candidate')}"
-        yield from ((f"left out, {why}", counted(number, "candidate")) for why, number in self.left_out.items())
+        yield from ((f"excluded, {why}", counted(number, "candidate")) for why, number in self.left_out.items())
 
     def motions(self) -> tuple[Motion, ...]:
         """The components that were chosen, each scaled by its factor."""
@@ -217,7 +217,7 @@ class Selection(ShortRepr):
             )
         return (
             f"chosen: {len(self.rows)} of {self.considered} candidates, {self.wanted.count} asked for",
-            f"left out: {left_out}",
+            f"excluded: {left_out}",
             f"factors: {min(factors):.3g} to {max(factors):.3g}, {limited} of them at a limit",
             f"misfits: {min(misfits):.3g} to {max(misfits):.3g}, root mean square of ln(Sa / target)",
             f"median: {median.min():.3g} to {median.max():.3g} of {self.target.name} from {low:g} to {high:g} s",

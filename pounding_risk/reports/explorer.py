@@ -341,7 +341,7 @@ def _facts(dataset: xr.Dataset) -> list[str]:
         facts.append(f"Each case to a relative tolerance of {float(dataset.attrs['rtol']):g}.")
     if "sensitive" in dataset:
         again, moved = int((dataset["sensitive"] >= 0).sum()), int((dataset["sensitive"] == 1).sum())
-        facts.append(f"{again:,} made again at a tighter tolerance, {moved:,} of them sensitive to it.")
+        facts.append(f"{again:,} recomputed at a tighter tolerance, {moved:,} of them sensitive to it.")
     facts += _facts_of_places(dataset)
     failed = int((status != 0).sum())
     if failed:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 COMPLETE = 0  # of the variable ``status``
-IN_RECHECKS = ("made again", "of these sensitive")  # counts that the sentences on rechecks contain
+IN_RECHECKS = ("recomputed", "of these sensitive")  # counts that the sentences on rechecks contain
 SHOWN = 3  # outputs that a short display names
 OUTCOMES = ("status", "simulated", "sensitive")  # counted, not averaged
 
@@ -133,7 +133,7 @@ def counted(dataset: xr.Dataset) -> dict[str, int]:
             sensitive += int((piece["sensitive"] == 1).sum())
     counts = {"cases": cases, "simulated": simulated, "known without a run of their own": cases - simulated}
     if "sensitive" in names:
-        counts |= {"made again": again, "of these sensitive": sensitive}
+        counts |= {"recomputed": again, "of these sensitive": sensitive}
     return counts | failures(dataset)
 
 

@@ -60,7 +60,7 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         return
     rtol = float(dataset.attrs["rtol"])
     moves = [*_moves(changes), *(f"{WORDS[name]} changes in {count or 'none'}" for name, count in moved.items())]
-    yield "made again", f"{checked} of {counted(made, 'run')} at rtol {tighter(rtol):g}: " + "; ".join(moves)
+    yield "recomputed", f"{checked} of {counted(made, 'run')} at rtol {tighter(rtol):g}: " + "; ".join(moves)
     if sensitive:
         yield (
             "sensitive",

@@ -44,7 +44,7 @@ def gathered(study: Scene) -> MotionEnsemble:
     ensemble = ensemble._replace(motions=motions)
     if not ensemble.motions:
         asked = ", ".join(study.records.files)
-        left = f"; left out: {', '.join(ensemble.left_out)}" if ensemble.left_out else ""
+        left = f"; excluded: {', '.join(ensemble.left_out)}" if ensemble.left_out else ""
         raise SceneError(study.source, [f"records.files: {asked} matches no record{left}; check the folder"])
     check_arrivals(study, motions)
     return ensemble._replace(motions=tuple(motion.reaching(study.lag) for motion in motions))

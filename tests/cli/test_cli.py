@@ -365,7 +365,7 @@ def test_scan_writes_and_sums_up():
         ["simulated", str(simulated)],
         ["known without a run of their own", str(6 - simulated)],
     ]
-    assert table[3][0] == "made again" and table[3][1].startswith("1 of ")
+    assert table[3][0] == "recomputed" and table[3][1].startswith("1 of ")
     assert table[4][1].endswith("cases a second with reading and compiling")
     assert ["written", "scene.nc"] in table
     assert table[-1][0].startswith("note: grid.yield_force: no effect on any force: hertz limits none")
@@ -572,9 +572,9 @@ def test_accuracy_prints_settings_and_the_finding():
 
 def test_scan_tells_how_far_runs_move_when_made_again():
     text = run("scan", "scene.toml", "--check-fraction", "1").output
-    words = dict(rows(text)[:-1])["made again"]
+    words = dict(rows(text)[:-1])["recomputed"]
     assert words.startswith("2 of 2 runs at rtol 1e-08: peak relative displacement moves by ")
-    assert "made again" not in run("scan", "scene.toml", "-o", "0.nc", "--check-fraction", "0").output
+    assert "recomputed" not in run("scan", "scene.toml", "-o", "0.nc", "--check-fraction", "0").output
     refused = run("scan", "scene.toml", "--check-fraction", "2", "-o", "r.nc")
     assert refused.exit_code == 2 and "at least 0 and at most 1" in refused.stderr
 

@@ -106,7 +106,7 @@ def test_a_folder_is_listed_and_what_is_no_record_is_told():
     assert row(result.stdout, "A090.AT2") == ["A090.AT2", *expected]
     assert [line[0] for line in rows(result.stdout)[1:3]] == ["A090.AT2", "A180.AT2"]
     (left_out,) = (line for line in result.stdout.splitlines() if line.startswith("note: "))
-    assert left_out == "note: left out: quakes/notes.md is not a record"
+    assert left_out == "note: excluded: quakes/notes.md is not a record"
 
 
 def test_a_file_is_told_as_a_record_of_the_catalogue_is():
@@ -247,7 +247,7 @@ def test_several_records_go_into_a_folder():
     alone = run("process", "quakes/A180.AT2", "-o", "alone.csv")
     assert alone.exit_code == 0
     assert Path("alone.csv").read_bytes() == Path("new/out/A180.csv").read_bytes()
-    assert "left out: quakes/notes.md" in result.stdout
+    assert "excluded: quakes/notes.md" in result.stdout
 
 
 def test_steps_of_the_users_own():
@@ -338,7 +338,7 @@ def test_a_choice_is_printed_written_and_drawn():
     for found in chosen.rows:
         assert row(result.stdout, found.name)[1:3] == [f"{found.factor:.3f}", f"{found.misfit:.3f}"]
     assert row(result.stdout, "chosen")[1] == "2 of 4 candidates, 2 asked for"
-    assert "note: left out: RSN6-UP is vertical" in result.stdout
+    assert "note: excluded: RSN6-UP is vertical" in result.stdout
     check_manifest("m.csv", chosen.motions())
     assert "2 of 4 candidates: their geometric mean is" in Path("f.svg").read_text(encoding="utf-8")
 
@@ -470,14 +470,14 @@ def test_a_damaged_file_stops_everything_but_a_list():
         assert not Path("out").exists()
     result = run("list", "--folder", "quakes")
     assert result.exit_code == 0 and len(rows(result.stdout)) == 1 + 2 + 2
-    assert "note: left out: quakes/B.AT2, line 4: the header promises 1000 samples, " in result.stdout
+    assert "note: excluded: quakes/B.AT2, line 4: the header promises 1000 samples, " in result.stdout
 
 
 def test_verticals_do_not_enter_a_median():
     """They are left out of spectra, and told; processed as any other; and drawn where they are asked for alone."""
     Path("quakes/AUP.AT2").write_text(at2("UP"))
     result = run("plot", "quakes", "--figure", "f.svg")
-    assert result.exit_code == 0 and "note: left out: AUP is vertical" in result.stdout
+    assert result.exit_code == 0 and "note: excluded: AUP is vertical" in result.stdout
     assert re.search(r"2 records: their median is", Path("f.svg").read_text(encoding="utf-8"))
     assert len(list_of_names(run("process", "quakes").stdout)) == 3
     assert run("plot", "quakes/AUP.AT2", "--spectra", "--figure", "f.svg").exit_code == 0

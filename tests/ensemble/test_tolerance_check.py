@@ -137,7 +137,7 @@ def test_changes_are_those_of_two_scans():
 def test_only_the_sample_has_values():
     dataset = scan(study(), check_fraction=0.2)
     checked = dataset["sensitive"] >= 0
-    assert 1 <= int(checked.sum()) == counted(dataset)["made again"] < int(dataset["simulated"].sum())
+    assert 1 <= int(checked.sum()) == counted(dataset)["recomputed"] < int(dataset["simulated"].sum())
     assert not (checked & (dataset["simulated"] == 0)).any()
     least = scan(study(), check_fraction=1e-9)
     assert int((least["sensitive"] >= 0).sum()) == 1, "one at least"
@@ -158,7 +158,7 @@ def test_a_lossless_pair_with_a_closed_gap_is_sensitive():
     wild = scan(study(1e-6, "hertz", 0.0, "0.13 s", length="50 s", forces=()), check_fraction=1.0)
     assert int((wild["sensitive"] == 1).sum()) >= 1
     told = dict(findings(wild))
-    assert "runs at rtol 1e-08" in told["made again"] and "moves by more than rtol" in told["sensitive"]
+    assert "runs at rtol 1e-08" in told["recomputed"] and "moves by more than rtol" in told["sensitive"]
 
 
 @pytest.mark.parametrize("fraction", [-0.1, 1.5, np.nan])

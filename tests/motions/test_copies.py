@@ -151,7 +151,7 @@ def test_a_copy_in_a_pair_of_components_is_left_out_before_the_row_turns_them(fo
 
 def test_a_component_that_is_its_partners_copy_is_named_where_the_partner_is_missed(folder):
     request = PLAIN._replace(files=("a.AT2", "b.AT2"), direction=200.0)
-    with pytest.raises(RecordError, match=r"there is a\.AT2; .* left out: .*b\.AT2 is a copy of the file .*a\.AT2"):
+    with pytest.raises(RecordError, match=r"there is a\.AT2; .* excluded: .*b\.AT2 is a copy of the file .*a\.AT2"):
         read_ensemble(request, folder)
 
 

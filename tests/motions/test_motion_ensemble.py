@@ -105,7 +105,7 @@ def test_a_scene_tells_what_it_leaves_out(folder, capsys):
         gathered(parse_scene(SCENE + 'files = ["notes.md"]\n', str(folder / "scene.toml")))
     (folder / "empty").mkdir()
     (folder / "empty" / "a.md").write_text("nothing\n")
-    with pytest.raises(SceneError, match=r"empty matches no record; left out: .*a\.md is not a record"):
+    with pytest.raises(SceneError, match=r"empty matches no record; excluded: .*a\.md is not a record"):
         gathered(parse_scene(SCENE + 'files = ["empty"]\n', str(folder / "scene.toml")))
 
 

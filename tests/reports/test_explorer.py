@@ -83,7 +83,7 @@ def test_the_head_tells_cases_and_failures(written):
     facts = " ".join(embedded(written)["facts"])
     assert "72 cases." in facts
     assert "1 failed: marked × and counted in no number." in facts
-    assert "made again at a tighter tolerance" in facts
+    assert "recomputed at a tighter tolerance" in facts
 
 
 def test_the_page_may_run_its_own_scripts_and_fetch_nothing(written):

@@ -120,7 +120,7 @@ def test_blocks_change_nothing_that_is_told(files, monkeypatch):
     monkeypatch.setattr(layout, "BLOCK_BYTES", 2000)
     in_pieces = summary(files / "pair.zarr")
     assert (in_pieces.counts, in_pieces.rechecks) == (whole.counts, whole.rechecks)
-    assert whole.rechecks["made again"].startswith(f"{whole.counts['made again']} of {whole.counts['simulated']} runs")
+    assert whole.rechecks["recomputed"].startswith(f"{whole.counts['recomputed']} of {whole.counts['simulated']} runs")
 
 
 def test_failures_are_counted_by_their_sentence(files):

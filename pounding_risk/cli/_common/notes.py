@@ -11,14 +11,14 @@ FASTER = "faster than the range of the restitution relation, which is held at it
 
 
 def print_notes(notes: Iterable[str], prefix: str = "") -> None:
-    """Print a line for each note, with a prefix such as "left out: "."""
+    """Print a line for each note, with a prefix such as "excluded: "."""
     for note in notes:
         print(f"note: {prefix}{note}")
 
 
 def print_left_out(sentences: Iterable[str]) -> None:
     """Print a line for each record, file or component that is left out."""
-    print_notes(sentences, "left out: ")
+    print_notes(sentences, "excluded: ")
 
 
 def print_unused(dataset: Any) -> None:

@@ -195,7 +195,7 @@ def find_sources(
     sources += [] if record_set is None else [open_source(load(member)) for member in members(record_set)]
     sources = each_once(sources)
     if not sources:
-        why = f"left out: {left_out[0]}" if left_out else "the folder is empty"
+        why = f"excluded: {left_out[0]}" if left_out else "the folder is empty"
         raise PoundingError(f"{' '.join(words)}: holds no record; {why}")
     groups = pairs(sources) if in_pairs else [(source,) for source in sources]
     return SourceGroups(tuple(groups), tuple(left_out))

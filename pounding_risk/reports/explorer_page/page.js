@@ -6,7 +6,7 @@ const STATISTICS = { median: "median", p84: "84th percentile", largest: "largest
 const COMPLETE = 0;
 const MOST_TICKS = 13;
 const SIMULATED = { 0: "known exactly from another run", 1: "a run of its own" };
-const SENSITIVE = { "-1": "not made again", 0: "steady", 1: "sensitive" };
+const SENSITIVE = { "-1": "not recomputed", 0: "steady", 1: "sensitive" };
 
 const model = JSON.parse(document.getElementById("model").textContent);
 const axes = Object.fromEntries(model.axes.map((axis) => [axis.name, axis]));
@@ -393,7 +393,7 @@ function drawTable() {
   const said = (words) => [...columns.map(([, { picks, cell }]) => tableCell("td", words(picks, cell), "words")),
     ...(compares ? [tableCell("td", "")] : [])];
   const rows = [tableRow("how the run ended", "", said(endWords))];
-  for (const [name, title, words] of [["simulated", "made by", SIMULATED], ["sensitive", "made again at a tighter tolerance", SENSITIVE]]) {
+  for (const [name, title, words] of [["simulated", "solved by", SIMULATED], ["sensitive", "recomputed at a tighter tolerance", SENSITIVE]]) {
     const variable = model.told[name];
     if (variable) rows.push(tableRow(title, "", said((picks, cell) => countWords(variable, words, picks, cell))));
   }

@@ -199,4 +199,4 @@ def _doubts(data: ReportData) -> list[str]:
     for sentence, who in sharing.items():
         named = ", ".join(who) if len(who) <= SHARING else f"{who[0]} and {len(who) - 1} others"
         sentences.append(f"{named}: {sentence}.")
-    return sentences + [f"Left out: {sentence}." for sentence in data.facts("left_out", [])]
+    return sentences + [f"Excluded: {sentence}." for sentence in data.facts("left_out", [])]
