@@ -337,6 +337,26 @@ def test_the_page_of_the_architecture_names_existing_layers_files_and_functions(
         assert all((package / place).exists() for place in re.findall(r"`([a-z_/.]+)`", places) if "toml" not in place)
 
 
+def test_the_page_of_the_solvers_names_existing_files_and_functions():
+    """Every file; the functions of both tables of steps and of the table of compilation; its drawing has a text."""
+    text = (DOCS / "solver.md").read_text("utf-8")
+    package = Path(pounding_risk.__file__).parent
+    roots = (package / "solver", package, DOCS.parent)
+
+    def found(place: str) -> Path:
+        return next((root / place for root in roots if (root / place).is_file()), Path(place))
+
+    files = set(re.findall(r"[\w/]+\.py\b", text))
+    assert len(files) > 50
+    assert not [place for place in files if not found(place).is_file()]
+    steps = re.findall(r"^\| \d+ \| `(\S+)` \| `(\w+)` \|", text, re.M)
+    assert len(steps) == len(re.findall(r"^\| \d+ \|", text, re.M)) > 30
+    compiled = re.findall(r"^\| (.+?) \| `(_jit/\S+)` \|", text, re.M)
+    steps += [(place, name) for names, place in compiled for name in re.findall(r"`(\w+)`", names)]
+    for place, name in steps:
+        assert re.search(rf"^ *(def|class) {name}\b", found(place).read_text("utf-8"), re.M), (place, name)
+
+
 EXAMPLES = """
 import re, sys
 from pathlib import Path

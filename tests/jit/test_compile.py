@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import json
 import os
@@ -305,6 +306,27 @@ def test_every_kernel_has_the_same_flags():
         assert not options.get("parallel"), name
         assert options["nogil"], name
         assert options["error_model"] == "numpy", name
+
+
+@compiled
+def test_kernels_take_names_from_the_files_of_the_digest_alone():
+    """A constant or function of another file could change, and its kernels would answer from the cache."""
+    covered = tuple(f"pounding_risk.{name.removesuffix('.py').replace('/', '.')}" for name in _jit.KERNEL_SOURCES)
+
+    def is_covered(module: str) -> bool:
+        return any(module == each or module.startswith(f"{each}.") for each in covered)
+
+    found = kernels()
+    assert len(found) > 100
+    for name, member in found.items():
+        function = member.py_func
+        assert is_covered(function.__module__), name
+        tree = ast.parse(Path(function.__code__.co_filename).read_text(encoding="utf-8"))
+        imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+        for node in imports:
+            taken = {alias.asname or alias.name for alias in node.names} & set(function.__code__.co_names)
+            is_ours = node.module.startswith("pounding_risk")
+            assert not taken or not is_ours or is_covered(node.module), (name, node.module, taken)
 
 
 # Two buildings out of tune under a burst of 3 s: every law meets several contacts, capped ones yield.
