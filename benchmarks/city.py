@@ -90,8 +90,8 @@ def _feature(street: int, place: int, box: tuple[float, float, float], chance: n
 
 def group(folder: Path, records: int) -> str:
     """Rows of the table, and their scenes."""
-    from pounding_risk.scene.street.rows import read_block, write_block
-    from pounding_risk.scene.street.scenes import Contact
+    from pounding_risk.streets.rows import read_block, write_block
+    from pounding_risk.streets.scenes import Contact
 
     street = read_block(folder / TABLE)
     contact = Contact("viscous_elastoplastic", yield_force="2 MN", column_yield_force="600 kN")

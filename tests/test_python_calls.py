@@ -13,7 +13,7 @@ import pounding_risk as pr
 from pounding_risk.assessment.row import row_case
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import Jankowski
-from pounding_risk.scene.street.defaults import Rules
+from pounding_risk.streets.defaults import Rules
 from pounding_risk.studies.histories import chosen, values_of
 from pounding_risk.units import STANDARD_GRAVITY
 

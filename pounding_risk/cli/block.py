@@ -16,9 +16,9 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.render.terminal import engineering, print_table
 
 if TYPE_CHECKING:
-    from pounding_risk.scene.street.neighbours import BlockRow, Neighbours
-    from pounding_risk.scene.street.rows import Block
-    from pounding_risk.scene.street.scenes import Contact
+    from pounding_risk.streets.neighbours import BlockRow, Neighbours
+    from pounding_risk.streets.rows import Block
+    from pounding_risk.streets.scenes import Contact
 
 ORDER = 210
 
@@ -90,10 +90,10 @@ def block(
     if out is not None:
         check_folder(out)
     from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
-    from pounding_risk.scene.street.defaults import LIMIT, RESOLUTION, Rules
-    from pounding_risk.scene.street.rows import read_block, write_block
-    from pounding_risk.scene.street.scenes import Contact
-    from pounding_risk.scene.street.table import AREA, HEIGHT, LOAD
+    from pounding_risk.streets.defaults import LIMIT, RESOLUTION, Rules
+    from pounding_risk.streets.rows import read_block, write_block
+    from pounding_risk.streets.scenes import Contact
+    from pounding_risk.streets.table import AREA, HEIGHT, LOAD
     from pounding_risk.units import DIRECTION, GAP, PGA, share
 
     rules = Rules(
@@ -203,7 +203,7 @@ LISTED = 40  # lines of a table, or names; what is left out stands in the files 
 
 def print_block(block: Block) -> None:
     """Print the rows, who stands against whom, the buildings in no row, what was filled in, and notes."""
-    from pounding_risk.scene.street.scenes import shares
+    from pounding_risk.streets.scenes import shares
 
     limit = engineering(block.rules.limit, "m")
     if block.rows:
@@ -250,7 +250,7 @@ def _neighbours(pair: Neighbours) -> tuple[str, ...]:
     """Cells of two neighbours: their gap, or its range where it is uncertain, shared face and floors."""
     from math import isnan
 
-    from pounding_risk.scene.street.neighbours import floors
+    from pounding_risk.streets.neighbours import floors
 
     meet, miss, offset = floors(pair.left, pair.right)
     gap = _range_words(*(engineering(end, "m") for end in pair.gaps))

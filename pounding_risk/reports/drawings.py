@@ -131,7 +131,7 @@ def footprints_of(street: str | Path) -> dict[str, tuple[Any, ...]]:
     PoundingError
         As `read_block`, and for a table without footprints.
     """
-    from pounding_risk.scene.street.rows import footprint_rings
+    from pounding_risk.streets.rows import footprint_rings
 
     footprints = footprint_rings(street)
     if not footprints:

@@ -21,7 +21,7 @@ from pounding_risk.motions.manifest import read_manifest
 from pounding_risk.motions.target_spectra import read_target
 from pounding_risk.scene.damage import read_states
 from pounding_risk.scene.reader import read_scene
-from pounding_risk.scene.street.table import read_table as read_street
+from pounding_risk.streets.table import read_table as read_street
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with a name are a matter of POSIX")
 READERS: dict[str, Callable[[Path], object]] = {

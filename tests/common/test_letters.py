@@ -23,7 +23,7 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.reports.exports.csv import table
 from pounding_risk.results.check import check_scan
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.street.table import read_table
+from pounding_risk.streets.table import read_table
 
 REFUSED = [0x00, 0x07, 0x09, 0x0A, 0x0D, 0x1B, 0x7F, 0x80, 0x9B, 0x2028, 0x2029, 0x202A, 0x202E, 0x2066, 0x2069, 0xFFFF]
 FINE = ["Bâtiment 3", "\u05d1\u05d9\u05ea", "\u9ad8\u697c", "</script>", "=1+1", "\u200dx", "\U0001f3e0"]

@@ -29,10 +29,10 @@ from pounding_risk.motions import request as record_request
 from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.request import matching
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.street.footprints import Outline, clear_distance
 from pounding_risk.solver.pair.api import free_response, oscillators
 from pounding_risk.solver.row.api import free_response as free_row_response
 from pounding_risk.solver.row.layout import lay_out
+from pounding_risk.streets.footprints import Outline, clear_distance
 
 SCENE = scene_text(
     single("A", "44 t", "0.2 s"),

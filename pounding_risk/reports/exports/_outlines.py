@@ -72,7 +72,7 @@ def street_places(street: Path, rows: Rows) -> Places:
 
 def read_outlines(street: Path) -> Outlines:
     """The footprints of a street, a map or its buildings.csv, as polygons of shapely; raises as `read_block`."""
-    from pounding_risk.scene.street.rows import footprint_outlines
+    from pounding_risk.streets.rows import footprint_outlines
 
     shapes, is_degrees = footprint_outlines(street)
     return Outlines(shapes, WGS84 if is_degrees else None)

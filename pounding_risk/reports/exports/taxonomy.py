@@ -23,8 +23,8 @@ from pounding_risk.assessment.options import percent_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._written import Asked, Written, write_file
 from pounding_risk.results.attributes import tables_of
-from pounding_risk.scene.street.inventory import read_inventory
-from pounding_risk.scene.street.inventory.gem import read_taxonomy, with_found
+from pounding_risk.streets.inventory import read_inventory
+from pounding_risk.streets.inventory.gem import read_taxonomy, with_found
 from pounding_risk.units import GAP, say, shown
 
 if TYPE_CHECKING:

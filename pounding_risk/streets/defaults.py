@@ -12,7 +12,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH, USUAL_DEPTH
 from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.models.structures.typologies import EUROPEAN, known_typology
-from pounding_risk.scene.street.hazus import (
+from pounding_risk.streets.hazus import (
     FAMILIES,
     LEVELS,
     OF_TYPOLOGY,
@@ -23,7 +23,7 @@ from pounding_risk.scene.street.hazus import (
     level_of,
     type_of,
 )
-from pounding_risk.scene.street.table import AREA, HEIGHT, LOAD, STOREYS, Entry, Mapped
+from pounding_risk.streets.table import AREA, HEIGHT, LOAD, STOREYS, Entry, Mapped
 from pounding_risk.units import (
     DAMPING,
     DIRECTION,

@@ -21,11 +21,11 @@ from pounding_risk._common.letters import cell
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import SceneError
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules, house, unnamed
-from pounding_risk.scene.street.footprints import Array, close_pairs, rings, shared_face
-from pounding_risk.scene.street.inventory import inventory_table
-from pounding_risk.scene.street.joined import with_inventory
-from pounding_risk.scene.street.neighbours import (
+from pounding_risk.streets.defaults import Filled, House, Notes, Rules, house, unnamed
+from pounding_risk.streets.footprints import Array, close_pairs, rings, shared_face
+from pounding_risk.streets.inventory import inventory_table
+from pounding_risk.streets.joined import with_inventory
+from pounding_risk.streets.neighbours import (
     BUILDINGS,
     FINEST_GAP,
     NEIGHBOURS,
@@ -35,8 +35,8 @@ from pounding_risk.scene.street.neighbours import (
     Street,
     neighbours_csv,
 )
-from pounding_risk.scene.street.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_text
-from pounding_risk.scene.street.table import (
+from pounding_risk.streets.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_text
+from pounding_risk.streets.table import (
     MAPS,
     BlockError,
     Entry,
@@ -441,7 +441,7 @@ def footprint_rings(path: str | Path) -> dict[str, tuple[Array, ...]]:
     outlines, in_degrees = footprint_outlines(path)
     shapes = list(outlines.values())
     if in_degrees and shapes:
-        from pounding_risk.scene.street.maps import flat_outlines
+        from pounding_risk.streets.maps import flat_outlines
 
         shapes = flat_outlines(shapes)
     return {name: rings(shape) for (_, name), shape in zip(outlines, shapes, strict=True)}
@@ -468,7 +468,7 @@ def footprint_outlines(path: str | Path) -> tuple[dict[tuple[str, str], Any], bo
     source = Path(path)
     if _is_written(source):
         need_maps(str(source))
-        from pounding_risk.scene.street.maps import written_outlines
+        from pounding_risk.streets.maps import written_outlines
 
         return written_outlines(source)
     entries = _named_entries(source)
@@ -507,7 +507,7 @@ def _table(source: Path, rules: Rules, layer: str | None, within: str | None, in
             return table
     if suffix in MAPS:
         need_maps(str(source))
-        from pounding_risk.scene.street.maps import read_map
+        from pounding_risk.streets.maps import read_map
 
         table = read_map(source, metres=rules.metres, layer=layer, within=within)
         return table if inventory is None else with_inventory(table, Path(inventory))

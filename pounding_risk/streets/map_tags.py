@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 
-from pounding_risk.scene.street.table import Entry
+from pounding_risk.streets.table import Entry
 
 LISTED = 5  # features, or properties of a map, that a note names
 # Tags of OpenStreetMap that are columns here; its heights are in metres unless they have one (its wiki, Key:height).

@@ -24,11 +24,11 @@ from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.street import table as street_table
-from pounding_risk.scene.street.defaults import Rules
-from pounding_risk.scene.street.neighbours import floors
-from pounding_risk.scene.street.rows import Block, footprint_outlines, footprint_rings, read_block
-from pounding_risk.scene.street.table import BlockError
+from pounding_risk.streets import table as street_table
+from pounding_risk.streets.defaults import Rules
+from pounding_risk.streets.neighbours import floors
+from pounding_risk.streets.rows import Block, footprint_outlines, footprint_rings, read_block
+from pounding_risk.streets.table import BlockError
 
 GAPS = (0.02, 0.3, 0.0, 0.15)
 WIDTHS = (10.0, 14.0, 8.0, 20.0, 12.0)
@@ -352,7 +352,7 @@ def test_the_middle_of_a_row_stands_where_motions_of_sites_are_asked_for(tmp_pat
 @given(st.integers(1, 9), st.integers(1, 9), st.floats(2.5, 4.0), st.floats(2.5, 4.0))
 def test_floors_that_miss_are_counted_by_hand(one, other, low, high):
     """Floors of 0.25 m meet where the higher of two levels is less than that above the other."""
-    from pounding_risk.scene.street.defaults import House
+    from pounding_risk.streets.defaults import House
 
     houses = [House("x", "", count * each, count, "masonry", 1e5, 0.05) for count, each in ((one, low), (other, high))]
     levels = [[each * (n + 1) for n in range(count)] for count, each in ((one, low), (other, high))]

@@ -9,7 +9,7 @@ import numpy as np
 from pyproj import CRS, Transformer
 from pyproj.exceptions import CRSError
 
-from pounding_risk.scene.street.footprints import Array
+from pounding_risk.streets.footprints import Array
 
 DEGREES = "OGC:CRS84"  # longitude and latitude on WGS 84, in this order
 DEGREE = 111.2e3  # m, of latitude

@@ -7,8 +7,8 @@ import pytest
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError
-from pounding_risk.scene.street.hazus import FAMILIES, LEVELS, NO_CODE, chain, family_of, type_of, types
-from pounding_risk.scene.street.rows import read_block, write_block
+from pounding_risk.streets.hazus import FAMILIES, LEVELS, NO_CODE, chain, family_of, type_of, types
+from pounding_risk.streets.rows import read_block, write_block
 
 MASS, G = 2e5, 9.80665
 STREET = """name,storeys,floor area [m^2],hazus type,code level,gap [mm],height [m],period

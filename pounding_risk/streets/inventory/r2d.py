@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.inputs import EXPORT, read_text
 from pounding_risk.models.structures.storeys import MOST_STOREYS
-from pounding_risk.scene.street.hazus import FAMILIES, family_of
-from pounding_risk.scene.street.inventory._lines import (
+from pounding_risk.streets.hazus import FAMILIES, family_of
+from pounding_risk.streets.inventory._lines import (
     Building,
     Draft,
     Kind,
@@ -26,7 +26,7 @@ from pounding_risk.scene.street.inventory._lines import (
     own_name,
     tell_unread,
 )
-from pounding_risk.scene.street.table import AREA, HEIGHT
+from pounding_risk.streets.table import AREA, HEIGHT
 from pounding_risk.units import QuantityError, parse
 
 WORDS = "assets of SimCenter R2D"

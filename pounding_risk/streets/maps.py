@@ -16,8 +16,8 @@ import numpy as np
 import shapely
 
 from pounding_risk._common.letters import without_mark
-from pounding_risk.scene.street.footprints import Geometry, last_decimal
-from pounding_risk.scene.street.map_files import (
+from pounding_risk.streets.footprints import Geometry, last_decimal
+from pounding_risk.streets.map_files import (
     FARTHEST,
     IDS,
     METRES_HINT,
@@ -27,7 +27,7 @@ from pounding_risk.scene.street.map_files import (
     no_polygon,
     read_features,
 )
-from pounding_risk.scene.street.map_tags import (
+from pounding_risk.streets.map_tags import (
     MAPPED_FROM_IMAGES,
     Dialect,
     dialect_of,
@@ -36,8 +36,8 @@ from pounding_risk.scene.street.map_tags import (
     with_other_tags,
     without_parts,
 )
-from pounding_risk.scene.street.projection import DEGREES, Projection, system_of
-from pounding_risk.scene.street.table import (
+from pounding_risk.streets.projection import DEGREES, Projection, system_of
+from pounding_risk.streets.table import (
     COLUMNS,
     MAPS,
     BlockError,

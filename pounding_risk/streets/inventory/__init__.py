@@ -14,9 +14,9 @@ from types import ModuleType
 from typing import NamedTuple
 
 from pounding_risk._common.counted import counted
-from pounding_risk.scene.street.inventory._lines import Building, Notes, heads_of, sheet_of
-from pounding_risk.scene.street.inventory.openquake import METADATA, metadata_sheet
-from pounding_risk.scene.street.table import BlockError, Entry, Mapped, Table, file_text, need_maps
+from pounding_risk.streets.inventory._lines import Building, Notes, heads_of, sheet_of
+from pounding_risk.streets.inventory.openquake import METADATA, metadata_sheet
+from pounding_risk.streets.table import BlockError, Entry, Mapped, Table, file_text, need_maps
 
 ENDINGS = (".csv", ".geojson", ".json", METADATA)
 
@@ -108,7 +108,7 @@ def inventory_table(path: Path, metres: bool = False) -> Table | None:
     need_maps(str(path))
     import shapely
 
-    from pounding_risk.scene.street.maps import outlined_table
+    from pounding_risk.streets.maps import outlined_table
 
     shapes = [shapely.from_wkt(outline, on_invalid="ignore") for outline in outlines]
     shaped = [entry._replace(footprint=shape) for entry, shape in zip(entries, shapes, strict=True)]

@@ -18,8 +18,8 @@ import numpy as np
 
 from pounding_risk._common.letters import cell
 from pounding_risk.models.structures.contact_points import COLUMN, LevelRule, automatic_points
-from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules
-from pounding_risk.scene.street.footprints import (
+from pounding_risk.streets.defaults import Filled, House, Notes, Rules
+from pounding_risk.streets.footprints import (
     Array,
     Facing,
     Outline,
@@ -34,7 +34,7 @@ from pounding_risk.scene.street.footprints import (
     shared_face,
     turned,
 )
-from pounding_risk.scene.street.table import repeated
+from pounding_risk.streets.table import repeated
 from pounding_risk.units import GAP, say, shown
 
 NEIGHBOURS, BUILDINGS = "neighbours.csv", "buildings.csv"

@@ -8,8 +8,8 @@ import pytest
 from openquake.gem_taxonomy import GemTaxonomy
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.scene.street.inventory._lines import Draft, Line, Notes
-from pounding_risk.scene.street.inventory.gem import (
+from pounding_risk.streets.inventory._lines import Draft, Line, Notes
+from pounding_risk.streets.inventory.gem import (
     BEFORE,
     LEVELS,
     MATERIALS,

@@ -11,11 +11,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from matplotlib.path import Path as Drawn
 
-from pounding_risk.scene.street import footprints
-from pounding_risk.scene.street.defaults import House, Notes, Rules
-from pounding_risk.scene.street.footprints import Outline, close_pairs, faced, outline_of, shared_face
-from pounding_risk.scene.street.neighbours import Street
-from pounding_risk.scene.street.projection import DEGREES, Projection, system_of
+from pounding_risk.streets import footprints
+from pounding_risk.streets.defaults import House, Notes, Rules
+from pounding_risk.streets.footprints import Outline, close_pairs, faced, outline_of, shared_face
+from pounding_risk.streets.neighbours import Street
+from pounding_risk.streets.projection import DEGREES, Projection, system_of
 
 # WGS 84 once more, by its semi-axes, so that a slip in the module's numbers shows.
 LONG_AXIS, SHORT_AXIS = 6378137.0, 6356752.314245

@@ -12,9 +12,9 @@ from types import MappingProxyType
 from typing import Any
 
 from pounding_risk.models.structures.storeys import MOST_STOREYS
-from pounding_risk.scene.street.hazus import FAMILIES
-from pounding_risk.scene.street.inventory._lines import Building, Draft, Kind, Notes, Sheet, own_name, tell_unread
-from pounding_risk.scene.street.inventory.gem import put_taxonomy
+from pounding_risk.streets.hazus import FAMILIES
+from pounding_risk.streets.inventory._lines import Building, Draft, Kind, Notes, Sheet, own_name, tell_unread
+from pounding_risk.streets.inventory.gem import put_taxonomy
 
 WORDS = "an OED location file"
 REQUIRED = "locnumber"

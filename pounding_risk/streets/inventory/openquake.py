@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.scene.street.hazus import FAMILIES, family_of
-from pounding_risk.scene.street.inventory._lines import (
+from pounding_risk.streets.hazus import FAMILIES, family_of
+from pounding_risk.streets.inventory._lines import (
     Building,
     Draft,
     Kind,
@@ -28,8 +28,8 @@ from pounding_risk.scene.street.inventory._lines import (
     own_name,
     tell_unread,
 )
-from pounding_risk.scene.street.inventory.gem import put_taxonomy, read_taxonomy, year_of
-from pounding_risk.scene.street.table import BlockError, file_text
+from pounding_risk.streets.inventory.gem import put_taxonomy, read_taxonomy, year_of
+from pounding_risk.streets.table import BlockError, file_text
 from pounding_risk.units import shown
 
 WORDS = "an exposure model of OpenQuake"

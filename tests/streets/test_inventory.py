@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import shapely
 
-from pounding_risk.scene.street.defaults import Rules
-from pounding_risk.scene.street.inventory import formats, read_inventory
-from pounding_risk.scene.street.rows import read_block
-from pounding_risk.scene.street.table import BlockError
+from pounding_risk.streets.defaults import Rules
+from pounding_risk.streets.inventory import formats, read_inventory
+from pounding_risk.streets.rows import read_block
+from pounding_risk.streets.table import BlockError
 
 FOOT = 0.3048
 SQUARE = "POLYGON ((23.7200 37.9800, 23.7202 37.9800, 23.7202 37.9801, 23.7200 37.9801, 23.7200 37.9800))"

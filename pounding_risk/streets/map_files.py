@@ -11,9 +11,9 @@ import numpy as np
 import shapely
 
 from pounding_risk._common.words import nearest
-from pounding_risk.scene.street.footprints import Array, Geometry
-from pounding_risk.scene.street.projection import DEGREES
-from pounding_risk.scene.street.table import BlockError, file_text
+from pounding_risk.streets.footprints import Array, Geometry
+from pounding_risk.streets.projection import DEGREES
+from pounding_risk.streets.table import BlockError, file_text
 from pounding_risk.units import shown
 
 FARTHEST = 1e9  # m or degrees; no coordinate of a footprint is farther

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.scene.street.inventory import inventory_format, read_inventory
-from pounding_risk.scene.street.inventory._lines import Building
-from pounding_risk.scene.street.table import BlockError, Entry, Table, file_text, read_table, repeated
+from pounding_risk.streets.inventory import inventory_format, read_inventory
+from pounding_risk.streets.inventory._lines import Building
+from pounding_risk.streets.table import BlockError, Entry, Table, file_text, read_table, repeated
 
 NAMED = 5  # places that a note names
 NEAR = 50.0  # m; a point outside of the footprint with its id counts as of the same building up to here

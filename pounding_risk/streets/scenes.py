@@ -14,13 +14,13 @@ from pounding_risk._common.files import write_whole
 from pounding_risk._common.letters import cell
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.request import SOURCES
-from pounding_risk.scene.street.hazus import STATES, Chain
 from pounding_risk.scene.toml import write_toml
+from pounding_risk.streets.hazus import STATES, Chain
 from pounding_risk.units import GAP, MASS, PERIOD, STIFFNESS, STOREY_STRENGTH, Quantity, exact, parse, say, shown
 
 if TYPE_CHECKING:
-    from pounding_risk.scene.street.defaults import Filled, House
-    from pounding_risk.scene.street.neighbours import BlockRow, ClosePair
+    from pounding_risk.streets.defaults import Filled, House
+    from pounding_risk.streets.neighbours import BlockRow, ClosePair
 
 FILLED = "filled.csv"
 SECTIONS = ("effects", "records", "grid", "uncertain", "solver")

@@ -25,10 +25,10 @@ from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.motions.catalogue import entry
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.street import scenes as block_scenes
-from pounding_risk.scene.street.defaults import Rules
-from pounding_risk.scene.street.rows import Block, read_block
-from pounding_risk.scene.street.table import BlockError
+from pounding_risk.streets import scenes as block_scenes
+from pounding_risk.streets.defaults import Rules
+from pounding_risk.streets.rows import Block, read_block
+from pounding_risk.streets.table import BlockError
 
 STREETS = Path(pr.__file__).resolve().parent / "scene" / "shipped"
 HEAD = "name,height [m],storeys,typology,floor area [m^2],gap [mm]\n"

@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.storeys import MOST_STOREYS
-from pounding_risk.scene.street.hazus import FAMILIES
-from pounding_risk.scene.street.inventory._lines import FIRST_YEAR, LAST_YEAR, Draft, Kind
+from pounding_risk.streets.hazus import FAMILIES
+from pounding_risk.streets.inventory._lines import FIRST_YEAR, LAST_YEAR, Draft, Kind
 from pounding_risk.units import shown
 
 UNKNOWN = "UNK"
