@@ -229,8 +229,12 @@ def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
             yield f"the attribute {name} has an entry that is no text"
     for name in ("processing", "flags"):
         table = _json(dataset.attrs.get(name, "{}"))
-        if isinstance(table, dict) and not all(isinstance(sentences, list) for sentences in table.values()):
+        if isinstance(table, dict) and not all(map(_is_texts, table.values())):
             yield f"the attribute {name} holds something else than a list of sentences for each record"
+
+
+def _is_texts(entry: Any) -> bool:
+    return isinstance(entry, list) and all(isinstance(item, str) for item in entry)
 
 
 def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:

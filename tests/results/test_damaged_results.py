@@ -238,6 +238,10 @@ def test_what_is_declared_is_what_a_scan_writes(sound):
         (lambda one: one.assign_attrs(records="[]x"), "records cannot be read as a list in JSON"),
         (lambda one: one.assign_attrs(scene_resolved="[scene"), "not the one that scene_sha256 was taken of"),
         (lambda one: _without(one, "scene_sha256").assign_attrs(scene_resolved="[scene"), "cannot be read"),
+        (
+            lambda one: one.assign_attrs(processing='{"RSN6-180": [true]}'),
+            "processing holds something else than a list",
+        ),
         (lambda one: _with_attr(one, "status", "flag_meanings", "fine"), "do not say what its codes mean"),
         (lambda one: one.isel(record=slice(0, 0)), "the dimension record has a length of 0"),
         (lambda one: _with_values(one, "impact_count", one["impact_count"].astype(str).values), "not numbers"),
