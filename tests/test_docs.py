@@ -23,6 +23,7 @@ import nbformat
 import pytest
 
 import pounding_risk
+from pounding_risk._jit.sources import KERNEL_SOURCES
 from pounding_risk.assessment.separations.rules import RULES
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import SHIPPED
@@ -348,6 +349,7 @@ def test_the_page_of_the_solvers_names_existing_files_and_functions():
 
     files = set(re.findall(r"[\w/]+\.py\b", text))
     assert len(files) > 50
+    assert all(f"`{source}`" in text for source in KERNEL_SOURCES)
     assert not [place for place in files if not found(place).is_file()]
     steps = re.findall(r"^\| \d+ \| `(\S+)` \| `(\w+)` \|", text, re.M)
     assert len(steps) == len(re.findall(r"^\| \d+ \|", text, re.M)) > 30
