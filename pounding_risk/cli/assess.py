@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -34,7 +34,7 @@ from pounding_risk.cli._common.options import (
     read_optional,
 )
 from pounding_risk.errors import PoundingError
-from pounding_risk.render.terminal import engineering, print_table
+from pounding_risk.render.terminal import engineering, print_sheet, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
@@ -216,6 +216,8 @@ def _cells_along(row: dict[str, Any], keys: list[str], assessed: Any, several: b
 
 def print_assessment(assessment: Assessment) -> None:
     """Print the verdict on each interface, and the tables that it rests on."""
+    from pounding_risk.questions import assess as question
+
     print(assessment.title)
     for interface in assessment.interfaces:
         for sentence in interface.columns:
@@ -231,12 +233,16 @@ def print_assessment(assessment: Assessment) -> None:
         for sentence in (*shown, "", *interface.verdict.evidence):
             print(f"  {sentence}".rstrip())
         print(f"  In short: {interface.what_matters}.\n")
-        _print_required_gaps(interface)
-        _print_contact(interface, assessment.confidence)
-        _print_yielding(interface, assessment)
-        _print_response(interface)
-        _print_sensitivity(interface)
-        _print_fragilities(interface, assessment)
+        parts = [
+            *question.required_gaps(interface),
+            *question.contact(assessment, interface),
+            *question.yielding(assessment, interface),
+            *question.response(interface),
+            *question.influences(interface),
+            *question.fragilities(assessment, interface),
+        ]
+        print_sheet(parts)
+        print()
         _print_rates(interface, assessment)
         _print_scenario(interface, assessment)
         _print_gaps_for_rates(interface, assessment)
@@ -262,149 +268,15 @@ def _print_row(assessment: Assessment) -> None:
         print(sentence)
 
 
-def _print_required_gaps(interface: InterfaceAssessment) -> None:
-    from pounding_risk.assessment.required_gap import NO_BOUND
-
-    heads = ("gap required by", "by count", "bounds by recording", "lognormal", "the gap over it")
-    rows = [
-        (
-            f"{required.percentile:g} % of the motions",
-            _length(required.provided),
-            required.bounds_words,
-            _length(required.fitted),
-            f"{interface.gap / required.gap:.2f}" if required.gap > 0.0 else "–",
-        )
-        for required in interface.required
-    ]
-    print_table(heads, rows, "lrrrr")
-    for mark, words in NO_BOUND.items():
-        if any(mark in required.bounds_words for required in interface.required):
-            print(f"{mark} {words}")
-    print()
-
-
-def _print_contact(interface: InterfaceAssessment, confidence: float) -> None:
-    heads = ("gap", "contact in", "P(contact)", f"{100 * confidence:g} % bounds", "by recording")
-    rows = [(_given_length(share.gap), *_share_cells(share)) for share in _thinned_shares(interface)]
-    print_table(heads, rows, "rrrrr")
-    print("bounds take every motion for independent; those by recording count components and polarities together\n")
-
-
-def _thinned_shares(interface: InterfaceAssessment) -> list[Any]:
-    """Shares of contact from the widest gap that all motions close to the narrowest that none does, and at the gap."""
-    shares = interface.contact
-    partial = [number for number, share in enumerate(shares) if 0 < share.count < share.runs]
-    first, last = (max(partial[0] - 1, 0), min(partial[-1] + 2, len(shares))) if partial else (0, len(shares))
-    step = -(-(last - first) // MOST_GAPS)
-    shown = {*range(first, last, step), last - 1}
-    return [share for number, share in enumerate(shares) if number in shown or share.gap == interface.gap]
-
-
-def _share_cells(share: Any) -> tuple[str, str, str, str]:
-    """Cells of a share of the motions: count, probability, and bounds by motion and by recording."""
-    return (
-        f"{share.count} of {share.runs}",
-        _probability(share.probability),
-        f"{_probability(share.low)} to {_probability(share.high)}",
-        f"{_probability(share.low_recordings)} to {_probability(share.high_recordings)}",
-    )
-
-
-def _print_yielding(interface: InterfaceAssessment, assessment: Assessment) -> None:
-    """Print the shares of the motions in which the force reaches F_E, at the gap of the yielding."""
-    shares = [share for share in interface.yielding if share.gap == interface.yield_gap]
-    if not shares:
-        return
-    print(f"The force reaches F_E, at a gap of {_given_length(interface.yield_gap)}\n")
-    bounds = f"{100 * assessment.confidence:g} % bounds"
-    heads = ("contact model", "F_E", "reached in", "P(yield)", bounds, "by recording", "excluded")
-    rows = [
-        (str(share.contact_model), _force(share.yield_force), *_share_cells(share), str(share.left_out or "–"))
-        for share in shares
-    ]
-    print_table(heads, rows, "lrrrrrr")
-    if len(assessment.interfaces) > 1:
-        print("F_E is that of floors that meet; a column keeps its own, which `validate` shows of a scene")
-    print(f"the scene's own F_E: {_level(interface.own_force, interface)}\n")
-
-
-def _print_response(interface: InterfaceAssessment) -> None:
-    """Print the response under each F_E: medians over the motions with contact, under the scene's contact model."""
-    medians = [item for item in interface.response if item.contact_model == interface.own_model and item.motions]
-    if not medians:
-        return
-    print(f"Response against F_E, at a gap of {_given_length(interface.yield_gap)}, under {interface.own_model}\n")
-    words = {median.output: median.words for median in medians}
-    rows = []
-    for force in dict.fromkeys(median.yield_force for median in medians):
-        of_force = {median.output: median for median in medians if median.yield_force == force}
-        shown = (of_force.get(output) for output in words)  # none where no motion has a finite value of an output
-        values = ("–" if median is None else engineering(median.median, median.unit, 3) for median in shown)
-        rows.append((_level(force, interface), str(max(median.motions for median in of_force.values())), *values))
-    print_table(("F_E", "contact in", *words.values()), rows, "r" * (2 + len(words)))
-    own_force = _level(interface.own_force, interface)
-    print(f"medians over the motions with contact, the larger of both buildings; the scene's own F_E: {own_force}\n")
-
-
-def _print_sensitivity(interface: InterfaceAssessment) -> None:
-    """Print the influence of each key of the grid on each output; outputs with the same words stand in one row."""
-    outputs: dict[tuple[str, str], list[str]] = {}
-    for influence in interface.sensitivity:
-        outputs.setdefault((KEYS[influence.key], influence.words), []).append(influence.what)
-    rows = [
-        (key, names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more", words)
-        for (key, words), names in outputs.items()
-    ]
-    print_table(("influence of", "on", "from one level to another"), rows, "lll")
-    print()
-
-
-def _print_fragilities(interface: InterfaceAssessment, assessment: Assessment) -> None:
-    from pounding_risk.results.amplitudes import intensity_words
-
-    median = f"median {intensity_words(assessment.intensity)}"
-    heads = ("fragility of", "gap", "F_E", median, "dispersion", "s.e. ln median", "s.e. disp.", "by")
-    curves = list(_shown_curves(interface))
-    fitted = [_curve_cells(curve) for curve in curves if not curve.fault]
-    if fitted:
-        print_table(heads, fitted, "lrrrrrrl")
-        print("standard errors: as if motions were independent, then by recording")
-    for fault in dict.fromkeys(curve.fault for curve in curves if curve.fault):
-        print(f"not fitted, {_curve_names(curve for curve in curves if curve.fault == fault)}: {fault}")
-    print()
-
-
 def _shown_curves(interface: InterfaceAssessment) -> Iterator[Fragility]:
     """The fragility of contact at the judged gap, and every fragility of yielding."""
     yield from (curve for curve in interface.fragility if curve.what == "contact" and curve.gap == interface.gap)
     yield from (curve for curve in interface.fragility if curve.what == "yield")
 
 
-def _curve_names(curves: Iterable[Fragility]) -> str:
-    """What the curves are of: contact, or yielding by contact model and F_E."""
-    forces: dict[str, list[str]] = {}
-    for curve in curves:
-        forces.setdefault(_event(curve), []).append(_force(curve.yield_force))
-    return "; ".join(event + (f" at F_E {', '.join(of)}" if of != ["–"] else "") for event, of in forces.items())
-
-
 def _event(curve: Fragility | Rate | Scenario) -> str:
     """What a curve or rate is of: contact, or yielding under its contact model."""
     return f"yielding, {curve.contact_model}" if curve.what == "yield" else curve.what
-
-
-def _curve_cells(curve: Fragility) -> tuple[str, ...]:
-    times = "" if isnan(curve.factor) else f", times {curve.factor:.2g}"
-    return (
-        _event(curve),
-        _given_length(curve.gap),
-        _force(curve.yield_force),
-        engineering(curve.median, curve.unit),
-        f"{curve.dispersion:.3f}",
-        f"{curve.se_median:.3f}, {curve.se_median_recordings:.3f}",
-        f"{curve.se_dispersion:.3f}, {curve.se_dispersion_recordings:.3f}",
-        f"{curve.method}{times}",
-    )
 
 
 def _print_rates(interface: InterfaceAssessment, assessment: Assessment) -> None:
@@ -541,13 +413,6 @@ def _force(value: float | None) -> str:
     if value is None:
         return "–"
     return engineering(value, "N") if isfinite(value) else COLUMNS
-
-
-def _level(force: float, interface: InterfaceAssessment) -> str:
-    """A yield force of the grid, in the digits in which it was given; where it is infinite, whether columns yield."""
-    if isfinite(force):
-        return engineering(force, "N", GIVEN_DIGITS)
-    return COLUMNS if any(share.yield_force == force for share in interface.yielding) else "no yielding"
 
 
 def _given_length(value: float) -> str:

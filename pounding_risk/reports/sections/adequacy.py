@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.required_gap import NO_BOUND, ContactSteps, RequiredGap, contact_steps
+from pounding_risk.assessment.required_gap import ContactSteps, RequiredGap, contact_steps
 from pounding_risk.assessment.separations.rules import FROM_MEMORY, OWN_PEAKS, QUOTED_ONLY, RATIONAL, SHARED
 from pounding_risk.figures.style import (
     MEANING,
@@ -19,22 +19,18 @@ from pounding_risk.figures.style import (
     strength_styles,
     svg_text,
 )
-from pounding_risk.questions.required_gap import bounds_cell, enough
+from pounding_risk.questions import assess as question
+from pounding_risk.questions.required_gap import enough
 from pounding_risk.render.sheet import (
     DRAWN,
-    KEPT,
     MISSING,
     SMALL,
     Block,
     Cell,
-    amount,
-    between,
-    count,
     evenly,
     figure,
     head,
     heading,
-    listing,
     name_of,
     number,
     paragraph,
@@ -42,7 +38,7 @@ from pounding_risk.render.sheet import (
     table,
 )
 from pounding_risk.reports.data import Pair, ReportData
-from pounding_risk.results.amplitudes import intensity_label, intensity_shown, intensity_unit, intensity_words
+from pounding_risk.results.amplitudes import intensity_label, intensity_shown, intensity_words
 from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
@@ -57,7 +53,6 @@ TITLE = "Is the gap enough?"
 ORDER = 40
 MOST_LINES = 5  # of one figure
 MOST_CURVES = 3  # of contact, and as many of yielding
-SHARES = [("motions", "r"), ("probability [%]", "r"), ("bounds [%]", "r"), ("bounds by recording [%]", "r")]
 FEW = 30  # gaps that are marked in a figure
 BAND = 0.16  # opacity of bounds
 WIDER = 1.15  # times the widest gap of a figure: where its axis ends
@@ -69,8 +64,8 @@ def write(data: ReportData) -> list[Block]:
     for pair in data.pairs:
         if len(data.pairs) > 1:
             blocks.append(heading(pair.name, pair.anchor))
-        for part in (_contact, _required, _codes, _yielding, _fragility, _sensitivity):
-            blocks += part(data, pair)
+        blocks += [*_contact(data, pair), *question.required_gaps(pair.assessed), *_codes(data, pair)]
+        blocks += [*_yielding(data, pair), *_fragility(data, pair), *_sensitivity(pair)]
     return blocks
 
 
@@ -96,9 +91,7 @@ def _terms(data: ReportData) -> str:
 
 def _contact(data: ReportData, pair: Pair) -> list[Block]:
     """Figure and table of the probability of contact against the gap."""
-    shares, assessment = pair.assessed.contact, data.assessment
-    heads = [(head("gap", "m"), "r"), ("with contact", "r"), *SHARES]
-    rows = [[number(share.gap, "m"), *_share_cells(share)] for share in shares]
+    assessment = data.assessment
     closing = np.array(pair.assessed.closing)
     steps = contact_steps(closing, pair.assessed.verdict.independent / closing.size, assessment.confidence)
     required = pair.assessed.required_at(assessment.criterion.target_percentile)
@@ -114,14 +107,9 @@ def _contact(data: ReportData, pair: Pair) -> list[Block]:
             f"{pair.anchor}-contact",
             svg_text(draw_contact(steps, pair.assessed.gap, assessment.target, required)),
             f"{sentence}.",
-            f"{sentence}; {_share_cells(pair.assessed.contact_at_gap())[2]['text']} % at the assessed gap.",
+            f"{sentence}; {question.share_cells(pair.assessed.contact_at_gap())[2]['text']} % at the assessed gap.",
         ),
-        table(
-            f"{pair.name}: motions with contact against the gap{pair.at}.",
-            heads,
-            rows,
-            keep=_near(shares, pair.assessed.gap),
-        ),
+        *question.contact(assessment, pair.assessed),
     ]
 
 
@@ -158,37 +146,6 @@ def _mark_required(axis: Axes, required: RequiredGap) -> None:
 
 def _mark_gap(axis: Axes, gap: float) -> None:
     axis.axvline(1e3 * gap, color=MEANING["gap"], linewidth=1.4, label=f"gap assessed, {say_in(gap, 'mm')}")
-
-
-def _share_cells(share: Share) -> list[Cell]:
-    """Count, runs, probability and both bounds of a share, as the columns of `SHARES`."""
-    bounds = [(share.low, share.high), (share.low_recordings, share.high_recordings)]
-    cells = [between(*ends, "%", 3) for ends in bounds]
-    return [count(share.count), count(share.runs), number(share.probability, "%", 3), *cells]
-
-
-def _near(shares: Sequence[Share], gap: float) -> list[int]:
-    """Indices of rows spread evenly over the gaps, and of the one nearest to the assessed gap."""
-    nearest = min(range(len(shares)), key=lambda index: abs(shares[index].gap - gap))
-    return sorted({*evenly(len(shares), KEPT - 1), nearest})
-
-
-def _required(data: ReportData, pair: Pair) -> list[Block]:
-    """Table of the gaps that percentiles of the motions need, with their bounds."""
-    heads = [("motions that it suffices for [%]", "r"), (head("gap", "m"), "r"), (head("bounds", "m"), "r")]
-    heads += [(head("of a lognormal fit", "m"), "r"), ("", "l")]
-    rows = [
-        [
-            number(required.percentile),
-            enough(required.gap),
-            bounds_cell(required),
-            number(required.fitted, "m"),
-            "; ".join(f"{mark} {words}" for mark, words in NO_BOUND.items() if mark in required.bounds_words),
-        ]
-        for required in pair.assessed.required
-    ]
-    motions = counted(len(pair.assessed.closing), "motion")
-    return [table(f"{pair.name}: gap needed, by {motions} without contact.", heads, rows)]
 
 
 def _codes(data: ReportData, pair: Pair) -> list[Block]:
@@ -267,18 +224,13 @@ def _rule_cells(rule: Comparison, motions: int, common: Sequence[str]) -> list[C
     return [*facts, number(rule.middle, "m"), number(rule.upper, "m"), spread, short, note]
 
 
-def _model(result: Share | Fragility) -> str:
-    """The contact model of a result; contact itself depends on none."""
-    return name_of(result.contact_model) if result.contact_model else "any"
-
-
 def _or_nan(value: float | None) -> float:
     return np.nan if value is None else value
 
 
 def _yielding(data: ReportData, pair: Pair) -> list[Block]:
-    """Figure of P(yield) against the gap, and table of it by F_E and contact model at the grid's nearest gap."""
-    shares, gap = pair.assessed.yielding, pair.assessed.yield_gap
+    """Figure of P(yield) against the gap, and table of it by F_E and contact model."""
+    shares = pair.assessed.yielding
     if not shares:
         return []
     forces = sorted({_or_nan(share.yield_force) for share in shares})
@@ -287,10 +239,6 @@ def _yielding(data: ReportData, pair: Pair) -> list[Block]:
         same = [share for share in shares if share.yield_force == force and share.contact_model == data.law]
         by_force[f"$F_E$ {strength(force, unit=True)['text']}"] = same
     caption = f"{pair.name}: probability that the contact force reaches F_E{pair.at}, under {name_of(data.law)}"
-    heads = [("contact model", "l"), (head("F_E", "N"), "r"), ("reach it", "r"), *SHARES]
-    here = [share for share in shares if share.gap == gap]
-    rows = [[_model(share), strength(share.yield_force), *_share_cells(share)] for share in here]
-    at = f"{pair.name}: probability of reaching F_E at a gap of {amount(gap, 'm')['text']}{pair.at}."
     return [
         figure(
             f"{pair.anchor}-yielding",
@@ -298,7 +246,7 @@ def _yielding(data: ReportData, pair: Pair) -> list[Block]:
             f"{caption}.",
             f"{caption}, against the gap, for {len(by_force)} yield forces; the table has the numbers at one gap.",
         ),
-        table(at, heads, rows, keep=_of_law(here, data.law), note="some of the scene's own contact model"),
+        *question.yielding(data.assessment, pair.assessed),
     ]
 
 
@@ -321,39 +269,17 @@ def draw_yielding(by_force: dict[str, list[Share]], gap: float) -> Figure:
     return drawn
 
 
-def _of_law(shares: Sequence[Share], law: str) -> list[int]:
-    """Indices of some shares of one contact model, evenly spread."""
-    same = [index for index, share in enumerate(shares) if share.contact_model == law]
-    return [same[index] for index in evenly(len(same), KEPT)]
-
-
 def _fragility(data: ReportData, pair: Pair) -> list[Block]:
     """Figure of lognormal fragilities and stripes, and table of medians and dispersions with standard errors."""
-    curves = [one for one in pair.assessed.fragility if np.isfinite(one.median) and np.isfinite(one.dispersion)]
-    refused = _not_fitted(pair)
+    curves, blocks = question.fitted(pair.assessed), question.fragilities(data.assessment, pair.assessed)
     if not curves:
-        return refused
-    heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
-    heads += [
-        (head("median", intensity_unit(data.assessment.intensity)), "r"),
-        ("error of its ln; by recording", "r"),
-        ("dispersion", "r"),
-    ]
-    heads += [("its error; by recording", "r"), ("from", "l")]
-    rows = [_curve_cells(curve) for curve in curves]
+        return blocks
     words = intensity_words(data.assessment.intensity)
     drawn = _drawn_curves(curves, data.law, pair.assessed.gap)
     caption = f"{pair.name}: lognormal fragility against {words}; rings are shares of the motions"
     drawing = svg_text(draw_fragility(drawn, intensity_label(data.assessment.intensity)))
-    keep = sorted(curves.index(curve) for curve in drawn)
-    note = "those of the figure"
-    return [
-        figure(
-            f"{pair.anchor}-fragility", drawing, f"{caption}.", f"{caption}; the table has medians and dispersions."
-        ),
-        table(f"{pair.name}: fragility against {words}, by maximum likelihood.", heads, rows, keep=keep, note=note),
-        *refused,
-    ]
+    alt = f"{caption}; the table has medians and dispersions."
+    return [figure(f"{pair.anchor}-fragility", drawing, f"{caption}.", alt), *blocks]
 
 
 def draw_fragility(curves: Sequence[Fragility], words: str) -> Figure:
@@ -368,49 +294,15 @@ def draw_fragility(curves: Sequence[Fragility], words: str) -> Figure:
     for curve in curves:
         colour, dash = (of_contact if curve.what == "contact" else of_yielding).pop(0)
         look = {"color": colour, "linestyle": dash, "linewidth": 1.8}
-        axis.plot(im * size, 100.0 * curve.probability(im), label=_curve_words(curve), **look)
+        axis.plot(
+            im * size, 100.0 * curve.probability(im), label=question.curve_words(curve).replace("F_E", "$F_E$"), **look
+        )
         points = [(stripe.im * size, 100.0 * stripe.count / stripe.runs) for stripe in curve.stripes if stripe.runs]
         axis.plot(*np.array(points).T, "o", color=colour, markersize=5, markerfacecolor="none")
     axis.set(xlabel=words, ylabel="probability [%]", ylim=(-3.0, 103.0))
     axis.set_xlim(0.0, float(im[-1]) * size)
     axis.legend(fontsize=SMALL)
     return drawn
-
-
-def _not_fitted(pair: Pair) -> list[Block]:
-    """Which curves could not be fitted, and why: contact at the judged gap, yielding, and at how many other gaps."""
-    faults: dict[str, list[str]] = {}
-    others = 0
-    for curve in pair.assessed.fragility:
-        if curve.fault and curve.what == "contact" and curve.gap != pair.assessed.gap:
-            others += 1
-        elif curve.fault:
-            model = f" under {name_of(curve.contact_model)}" if curve.contact_model else ""
-            faults.setdefault(curve.fault, []).append(f"{_curve_words(curve)}{model}".replace("$F_E$", "F_E"))
-    sentences = [f"{'; '.join(which)}: {fault}." for fault, which in faults.items()]
-    if others:
-        sentences.append(f"contact at {others} other gap{'s' * (others > 1)}: `assess -o` writes the reason of each.")
-    return [paragraph(f"{pair.name}, not fitted:"), listing(sentences)] if sentences else []
-
-
-def _curve_cells(curve: Fragility) -> list[Cell | str]:
-    return [
-        curve.what,
-        number(curve.gap, "m"),
-        _model(curve),
-        strength(curve.yield_force),
-        number(curve.median, curve.unit),
-        _error(curve.se_median, curve.se_median_recordings),
-        number(curve.dispersion, digits=3),
-        _error(curve.se_dispersion, curve.se_dispersion_recordings),
-        curve.method,
-    ]
-
-
-def _error(plain: float, clustered: float) -> Cell:
-    """A standard error were motions independent, and that by recording."""
-    cells = [number(error, digits=2) for error in (plain, clustered)]
-    return {"text": f"{cells[0]['text']}; {cells[1]['text']}", "parts": [cell["raw"] for cell in cells]}
 
 
 def _drawn_curves(curves: Sequence[Fragility], law: str, gap: float) -> list[Fragility]:
@@ -424,25 +316,10 @@ def _drawn_curves(curves: Sequence[Fragility], law: str, gap: float) -> list[Fra
     return [curve for curve in curves if id(curve) in chosen] or list(curves[:MOST_CURVES])
 
 
-def _curve_words(curve: Fragility) -> str:
-    gap = f"{curve.what}, gap {amount(curve.gap, 'm')['text']}"
-    return gap if curve.yield_force is None else f"{gap}, $F_E$ {strength(curve.yield_force, unit=True)['text']}"
-
-
-def _sensitivity(data: ReportData, pair: Pair) -> list[Block]:
+def _sensitivity(pair: Pair) -> list[Block]:
     """What the verdict depends on: polarity, F_E, contact model."""
-    influences = pair.assessed.sensitivity
-    if not influences:
+    blocks = question.influences(pair.assessed)
+    if not blocks:
         return []
-    levels = {(name_of(one.key), one.levels[0][0]): None for one in influences if one.is_single}
-    single = " and ".join(f"one {key}, {level}" for key, level in levels)
-    return [
-        heading("Sensitivity", f"{pair.anchor}-influences"),
-        paragraph(f"{pair.assessed.what_matters[:1].upper()}{pair.assessed.what_matters[1:]}."),
-        listing(
-            f"{influence.what}, by {name_of(influence.key)}: {influence.words}."
-            for influence in influences
-            if not influence.is_single
-        ),
-        *([paragraph(f"The grid has {single}: scan several to see what they change.")] if single else []),
-    ]
+    what_matters = f"{pair.assessed.what_matters[:1].upper()}{pair.assessed.what_matters[1:]}."
+    return [heading("Sensitivity", f"{pair.anchor}-influences"), paragraph(what_matters), *blocks]
