@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from math import isfinite, isnan
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -38,10 +37,6 @@ from pounding_risk.render.terminal import engineering, print_sheet, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
-    from pounding_risk.assessment.fragility import Fragility
-    from pounding_risk.assessment.gap_for_rate import GapForRate
-    from pounding_risk.assessment.gmfs import Scenario
-    from pounding_risk.assessment.hazard import Rate
 
 ORDER = 130
 MOST_PLACES = 60  # rows of the table along axes
@@ -217,6 +212,8 @@ def _cells_along(row: dict[str, Any], keys: list[str], assessed: Any, several: b
 def print_assessment(assessment: Assessment) -> None:
     """Print the verdict on each interface, and the tables that it rests on."""
     from pounding_risk.questions import assess as question
+    from pounding_risk.questions import rates
+    from pounding_risk.render.sheet import paragraph
 
     print(assessment.title)
     for interface in assessment.interfaces:
@@ -240,12 +237,13 @@ def print_assessment(assessment: Assessment) -> None:
             *question.response(interface),
             *question.influences(interface),
             *question.fragilities(assessment, interface),
+            *([paragraph(assessment.hazard_reading)] if assessment.hazard_reading and interface.rates else []),
+            *rates.annual_rates(assessment, interface),
+            *rates.scenario(assessment, interface),
+            *rates.gaps_for_rates(assessment, interface),
         ]
         print_sheet(parts)
         print()
-        _print_rates(interface, assessment)
-        _print_scenario(interface, assessment)
-        _print_gaps_for_rates(interface, assessment)
         _print_separations(interface, assessment.percentile)
     print_notes(assessment.unused_keys)
 
@@ -266,114 +264,6 @@ def _print_row(assessment: Assessment) -> None:
     print_table(heads, rows, "lrlrrrlr"[: len(heads)])
     for sentence in assessment.unlike_verdicts:
         print(sentence)
-
-
-def _shown_curves(interface: InterfaceAssessment) -> Iterator[Fragility]:
-    """The fragility of contact at the judged gap, and every fragility of yielding."""
-    yield from (curve for curve in interface.fragility if curve.what == "contact" and curve.gap == interface.gap)
-    yield from (curve for curve in interface.fragility if curve.what == "yield")
-
-
-def _event(curve: Fragility | Rate | Scenario) -> str:
-    """What a curve or rate is of: contact, or yielding under its contact model."""
-    return f"yielding, {curve.contact_model}" if curve.what == "yield" else curve.what
-
-
-def _print_rates(interface: InterfaceAssessment, assessment: Assessment) -> None:
-    from pounding_risk.results.amplitudes import intensity_unit
-
-    curves = {curve for curve in _shown_curves(interface) if not curve.fault}
-    if not interface.rates or not curves:
-        return
-    heads = ("rate of", "gap", "F_E", "a year", "bounds", "in 50 years", "beyond the curve", "P at the weakest")
-    rates = [rate for curve, rate in zip(interface.fragility, interface.rates, strict=True) if curve in curves]
-    hazard = assessment.hazard_rows
-    unit = intensity_unit(assessment.intensity)
-    weakest, strongest = (engineering(intensity, unit) for intensity in (hazard[0][0], hazard[-1][0]))
-    print(f"Annual rates by motions from {weakest} to {strongest}, the range of {assessment.hazard}")
-    print(f"{assessment.hazard_reading}\n".lstrip())
-    print_table(heads, [_rate_cells(rate) for rate in rates], "lrrrrrrr")
-    if any(rate.at_least for rate in rates):
-        print(f"at least: {AT_LEAST}")
-    print("beyond the curve: share of failures past its ends, were it continued at the slope of its last rows;")
-    print(f"stronger motions add at most {rates[0].above:.2g} a year, of weaker ones a curve says nothing")
-    print("bounds carry the fragility's uncertainty from so few motions, and nothing of the hazard's own\n")
-
-
-def _print_scenario(interface: InterfaceAssessment, assessment: Assessment) -> None:
-    """Print the probabilities in a scenario or an event set, where ground-motion fields are given."""
-    known = [one for one in interface.scenario if not one.fault]
-    shown = [one for one in known if one.what == "yield" or one.gap == interface.gap]
-    if not shown:
-        return
-    from pounding_risk.results.amplitudes import intensity_words
-
-    words = intensity_words(assessment.intensity)
-    print(f"Probability in an event of {assessment.gmfs}, by its {words} at the site")
-    print(f"{assessment.gmfs_reading}\n")
-    heads = ("of", "gap", "F_E", "P in an event", f"{100 * assessment.confidence:g} % bounds", "by excluded events")
-    rows = [
-        (
-            _event(one),
-            _given_length(one.gap),
-            _force(one.yield_force),
-            _probability(one.probability),
-            "–" if isnan(one.low) else f"{_probability(one.low)} to {_probability(one.high)}",
-            "–" if isnan(one.left_out) else f"at most +{one.left_out:.2g}",
-        )
-        for one in shown
-    ]
-    print_table(heads, rows, "lrrrrr")
-    print("bounds carry the fragility's uncertainty, that the events are a sample, and the excluded events:")
-    print("events without a row at the site are below the engine's least intensity, and count as without failure\n")
-
-
-def _print_gaps_for_rates(interface: InterfaceAssessment, assessment: Assessment) -> None:
-    """Print the gap that keeps contact to each usual rate and to the target, and why there is none."""
-    from pounding_risk.assessment.rate_verdict import SHAPE
-
-    gaps = interface.gaps_for_rates
-    known = [_gap_cells(one, one.rate == assessment.target_rate) for one in gaps if not one.fault]
-    if known:
-        print(f"Gaps that keep contact to a rate under {assessment.hazard}\n")
-        heads = ("contact no more often than", "a year", "gap", "bounds", "motions counted", "beyond the curve")
-        print_table(heads, known, "lrrrrr")
-        if any(one.at_least for one in gaps):
-            print(f"at least: {AT_LEAST}")
-        if not all(isnan(one.counted) for one in gaps):
-            print("motions counted: each motion scaled until it closes the gap, without a lognormal curve")
-            print(SHAPE)
-    for fault in dict.fromkeys(one.fault for one in gaps if one.fault):
-        print(f"no gap for {', '.join(one.words for one in gaps if one.fault == fault)}: {fault}")
-    if gaps:
-        print()
-
-
-def _gap_cells(one: GapForRate, is_target: bool) -> tuple[str, ...]:
-    from pounding_risk.assessment.rate_verdict import gap_bounds
-
-    return (
-        f"{one.words}{', the target' if is_target else ''}",
-        f"{one.rate:.3g}",
-        f"{'at least ' if one.at_least else ''}{_length(one.gap)}",
-        gap_bounds(one),
-        _length(one.counted),
-        f"{100.0 * one.missing:.0f} %",
-    )
-
-
-def _rate_cells(rate: Rate) -> tuple[str, ...]:
-    at_least = "at least " if rate.at_least else ""
-    return (
-        _event(rate),
-        _given_length(rate.gap),
-        _force(rate.yield_force),
-        f"{at_least}{rate.annual:.3g}",
-        "–" if isnan(rate.low) else f"{rate.low:.2g} to {rate.high:.2g}",
-        f"{at_least}{_probability(rate.fifty_years)}",
-        f"{100.0 * rate.missing:.0f} %",
-        f"{rate.below:.2g}",
-    )
 
 
 def _print_separations(interface: InterfaceAssessment, percentile: float) -> None:
@@ -406,13 +296,6 @@ def _print_separations(interface: InterfaceAssessment, percentile: float) -> Non
     for note in (FROM_MEMORY, QUOTED_ONLY, ONE_GROUND):
         if any(note in rule.row.note for rule in comparisons):
             print(f"{SHARED[note]}.")
-
-
-def _force(value: float | None) -> str:
-    """A yield force; where it is infinite only columns yield, at their own."""
-    if value is None:
-        return "–"
-    return engineering(value, "N") if isfinite(value) else COLUMNS
 
 
 def _given_length(value: float) -> str:
