@@ -36,7 +36,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.render.terminal import engineering, print_sheet, print_table
 
 if TYPE_CHECKING:
-    from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
+    from pounding_risk.assessment.assess import Assessment
 
 ORDER = 130
 MOST_PLACES = 60  # rows of the table along axes
@@ -213,6 +213,7 @@ def print_assessment(assessment: Assessment) -> None:
     """Print the verdict on each interface, and the tables that it rests on."""
     from pounding_risk.questions import assess as question
     from pounding_risk.questions import rates
+    from pounding_risk.questions.rules import rules
     from pounding_risk.render.sheet import paragraph
 
     print(assessment.title)
@@ -242,9 +243,7 @@ def print_assessment(assessment: Assessment) -> None:
             *rates.scenario(assessment, interface),
             *rates.gaps_for_rates(assessment, interface),
         ]
-        print_sheet(parts)
-        print()
-        _print_separations(interface, assessment.percentile)
+        print_sheet([*parts, *rules(assessment.percentile, interface)])
     print_notes(assessment.unused_keys)
 
 
@@ -264,38 +263,6 @@ def _print_row(assessment: Assessment) -> None:
     print_table(heads, rows, "lrlrrrlr"[: len(heads)])
     for sentence in assessment.unlike_verdicts:
         print(sentence)
-
-
-def _print_separations(interface: InterfaceAssessment, percentile: float) -> None:
-    """Print what the rules of building codes ask for, beside what the motions need."""
-    from pounding_risk.assessment.separations.rules import FROM_MEMORY, ONE_GROUND, OWN_PEAKS, QUOTED_ONLY, SHARED
-
-    comparisons = [comparison for comparison in interface.separations if comparison.middle is not None]
-    if not comparisons:
-        print("no motion closes any gap: what codes ask has nothing to be held against")
-        return
-    heads = ("code rule", "text", "required", "insufficient for", f"rule / {percentile:g} % gap", "gap / rule")
-    required = interface.required_at(percentile).gap
-    n_closing = len(interface.closing)
-    rows = [
-        (
-            rule.row.title,
-            rule.row.verification,
-            _length(rule.upper),
-            f"{round((rule.exceeded or 0.0) * n_closing)} of {n_closing}",
-            f"{rule.upper / required:.2f}" if required > 0.0 and rule.upper is not None else "–",
-            f"{interface.gap / rule.upper:.2f}" if rule.upper else "–",
-            rule.row.superseded or "–",
-        )
-        for rule in comparisons
-    ]
-    print_table((*heads, "superseded by"), rows, "llrrrrl")
-    print(f"required: no more in {percentile:g} % of the motions, {OWN_PEAKS};")
-    print("insufficient for: motions that need more than the rule requires from them;")
-    print("`separations` lists the clauses and who quotes them, and applies the rules to design displacements")
-    for note in (FROM_MEMORY, QUOTED_ONLY, ONE_GROUND):
-        if any(note in rule.row.note for rule in comparisons):
-            print(f"{SHARED[note]}.")
 
 
 def _given_length(value: float) -> str:

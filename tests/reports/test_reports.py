@@ -271,7 +271,7 @@ def test_what_codes_ask_is_that_of_the_rules(scan, html, read):
     ):
         assert words in " ".join(html.split())
     found = code_table(scan)
-    rows = read.table("separations that rules ask")
+    rows = read.table("separations that rules require")
     for row, each in zip(rows, found.rules, strict=True):
         assert row[2][0] == each.row.verification
         assert each.row.superseded in row[-1][0]

@@ -9,7 +9,6 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.required_gap import ContactSteps, RequiredGap, contact_steps
-from pounding_risk.assessment.separations.rules import FROM_MEMORY, OWN_PEAKS, QUOTED_ONLY, RATIONAL, SHARED
 from pounding_risk.figures.style import (
     MEANING,
     RULE_MARKS_WORDS,
@@ -21,21 +20,18 @@ from pounding_risk.figures.style import (
 )
 from pounding_risk.questions import assess as question
 from pounding_risk.questions.required_gap import enough
+from pounding_risk.questions.rules import rules
 from pounding_risk.render.sheet import (
     DRAWN,
-    MISSING,
     SMALL,
     Block,
-    Cell,
     evenly,
     figure,
-    head,
     heading,
     name_of,
     number,
     paragraph,
     strength,
-    table,
 )
 from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.results.amplitudes import intensity_label, intensity_shown, intensity_words
@@ -149,29 +145,11 @@ def _mark_gap(axis: Axes, gap: float) -> None:
 
 
 def _codes(data: ReportData, pair: Pair) -> list[Block]:
-    """Figure and table of what each rule asks, motion by motion, over the gap that the motion needs."""
-    codes = pair.codes
-    heads = [
-        ("rule", "l"),
-        ("clause", "l"),
-        ("text of the clause", "l"),
-        (head("median", "m"), "r"),
-        (head(f"{codes.percentile:g} %", "m"), "r"),
-    ]
-    heads += [("over the gap needed: median (16 to 84 %)", "r"), ("insufficient for", "r"), ("note", "l")]
-    common = _common([rule.row.note for rule in codes.rules if rule.row.separation is not None])
-    rows = [_rule_cells(rule, codes.motions, common) for rule in codes.rules]
-    sentences = [
-        f"{codes.finding}.",
-        *(f"Everywhere {note}." for note in common),
-        *_doubts(codes.rules),
-        f"{RATIONAL}.",
-    ]
-    caption = f"{pair.name}: separations that rules ask, {OWN_PEAKS}."
-    blocks = [paragraph(" ".join(sentences)), table(caption, heads, rows)]
+    """Figure and table of what each rule requires, motion by motion, over the gap that the motion needs."""
+    codes, blocks = pair.codes, rules(data.assessment.percentile, pair.assessed)
     compared = [rule for rule in codes.rules if rule.ratio_median is not None]
     if compared:
-        caption = f"{pair.name}: what rules ask over the gap that the same motion needs"
+        caption = f"{pair.name}: what rules require over the gap that the same motion needs"
         motions = counted(codes.motions, "motion")
         caption = f"{caption}: median and middle 68 % of {motions}; safe right of 1; {RULE_MARKS_WORDS}"
         drawing = svg_text(draw_rules(compared))
@@ -179,49 +157,20 @@ def _codes(data: ReportData, pair: Pair) -> list[Block]:
     return blocks
 
 
-def draw_rules(rules: Sequence[Comparison]) -> Figure:
+def draw_rules(compared: Sequence[Comparison]) -> Figure:
     """A line for each rule; squares are of those short in the median, marks are filled as in `style.RULE_MARKS`."""
-    drawn, axes = blank(1, 1, (DRAWN[0], 0.9 + 0.22 * len(rules)))
+    drawn, axes = blank(1, 1, (DRAWN[0], 0.9 + 0.22 * len(compared)))
     axis, colour = axes[0, 0], MEANING["rule"]
     axis.axvline(1.0, color="black", linewidth=1.0)
-    for index, rule in enumerate(rules):
+    for index, rule in enumerate(compared):
         axis.plot([rule.ratio_low, rule.ratio_high], [index, index], color=colour, linewidth=2.2)
         is_short = (rule.ratio_median or 0.0) < 1.0
         axis.plot(rule.ratio_median, index, "s" if is_short else "o", **rule_mark(rule.row.verification))
-    axis.set_yticks(range(len(rules)), [rule.row.title for rule in rules], fontsize=SMALL)
-    axis.set_ylim(len(rules) - 0.5, -0.5)
+    axis.set_yticks(range(len(compared)), [rule.row.title for rule in compared], fontsize=SMALL)
+    axis.set_ylim(len(compared) - 0.5, -0.5)
     axis.set_xlim(left=0.0)
     axis.set_xlabel("rule over the gap needed")
     return drawn
-
-
-def _doubts(rules: Sequence[Comparison]) -> list[str]:
-    """What to think of clauses that were not read, where there are such."""
-    doubts = (FROM_MEMORY, QUOTED_ONLY)
-    return [f"{SHARED[doubt]}." for doubt in doubts if any(doubt in rule.row.note for rule in rules)]
-
-
-def _common(notes: Sequence[str]) -> list[str]:
-    """The parts that every note has, so that they are written once."""
-    parts = [note.split("; ") for note in notes]
-    return [part for part in parts[0] if all(part in others for others in parts)] if parts else []
-
-
-def _rule_cells(rule: Comparison, motions: int, common: Sequence[str]) -> list[Cell | str]:
-    row = rule.row
-    facts: list[Cell | str] = [row.title, row.clause, row.verification]
-    elsewhere = {*common, FROM_MEMORY, QUOTED_ONLY}  # below the table, and in its column of texts
-    note = "; ".join(part for part in row.note.split("; ") if part not in elsewhere) or MISSING
-    if rule.exceeded is None:
-        return [*facts, number(_or_nan(row.separation), "m"), MISSING, MISSING, MISSING, note]
-    ratio = [number(value, digits=3) for value in (rule.ratio_median, rule.ratio_low, rule.ratio_high)]
-    spread = {
-        "text": f"{ratio[0]['text']} ({ratio[1]['text']} to {ratio[2]['text']})",
-        "parts": [cell["raw"] for cell in ratio],
-    }
-    n_short = round(rule.exceeded * motions)
-    short = {"text": f"{n_short} of {motions}", "parts": [n_short, motions]}
-    return [*facts, number(rule.middle, "m"), number(rule.upper, "m"), spread, short, note]
 
 
 def _or_nan(value: float | None) -> float:
