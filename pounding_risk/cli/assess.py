@@ -211,7 +211,7 @@ def _cells_along(row: dict[str, Any], keys: list[str], assessed: Any, several: b
 
 def print_assessment(assessment: Assessment) -> None:
     """Print the verdict on each interface, and the tables that it rests on."""
-    from pounding_risk.questions import assess as question
+    from pounding_risk.questions import adequacy as question
     from pounding_risk.questions import rates
     from pounding_risk.questions.rules import rules
     from pounding_risk.render.sheet import paragraph

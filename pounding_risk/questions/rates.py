@@ -6,7 +6,7 @@ from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
 from pounding_risk.assessment.rate_verdict import SHAPE
-from pounding_risk.questions.assess import EVENT_HEADS, OF_GAP, Row, event_cells, of_gap
+from pounding_risk.questions.adequacy import EVENT_HEADS, OF_GAP, Row, event_cells, of_gap
 from pounding_risk.render.sheet import Block, Cell, amount, between, head, listing, number, paragraph, table
 from pounding_risk.results.amplitudes import intensity_unit, intensity_words
 

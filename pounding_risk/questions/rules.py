@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pounding_risk.assessment.separations.rules import FROM_MEMORY, ONE_GROUND, OWN_PEAKS, QUOTED_ONLY, RATIONAL, SHARED
 from pounding_risk.assessment.separations.table import short_in
-from pounding_risk.questions.assess import Row
+from pounding_risk.questions.adequacy import Row
 from pounding_risk.render.sheet import MISSING, Block, Cell, head, middle, number, paragraph, table
 
 if TYPE_CHECKING:

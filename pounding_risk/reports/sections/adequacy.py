@@ -18,7 +18,7 @@ from pounding_risk.figures.style import (
     strength_styles,
     svg_text,
 )
-from pounding_risk.questions import assess as question
+from pounding_risk.questions import adequacy as question
 from pounding_risk.questions.required_gap import enough
 from pounding_risk.questions.rules import rules
 from pounding_risk.render.sheet import (

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pounding_risk.assessment.sensitivity import force_words
-from pounding_risk.questions.assess import response
+from pounding_risk.questions.adequacy import response
 from pounding_risk.render.sheet import (
     MISSING,
     Block,

@@ -1,6 +1,6 @@
-"""Sheet of `assess`: required gaps, contact, yielding, response, influences and fragilities of each interface.
+"""Blocks of `assess`: required gaps, contact, yielding, response, influences and fragilities of each interface.
 
-Every function gives the blocks of one part, which the command and the report put in their own order.
+Every function gives one part, which the command and the report put in their own order.
 """
 
 from __future__ import annotations
