@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-from math import isnan
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from pounding_risk.cli._common.files import draw, write_text
-from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import (
     NONE,
     Amplitude,
@@ -33,19 +31,10 @@ from pounding_risk.cli._common.options import (
     read_optional,
 )
 from pounding_risk.errors import PoundingError
-from pounding_risk.render.terminal import engineering, print_sheet, print_table
-
-if TYPE_CHECKING:
-    from pounding_risk.assessment.assess import Assessment
+from pounding_risk.render.terminal import print_sheet
 
 ORDER = 130
-MOST_PLACES = 60  # rows of the table along axes
-MOST_GAPS = 12  # rows of the table of gaps; more are thinned evenly
-GIVEN_DIGITS = 6  # of values that a user has given
-AT_LEAST = "the hazard curve ends where failures do not; give one that reaches further"
-COLUMNS = "columns' own"
 SAMPLE = "sample"  # the axis of uncertain numbers
-KEYS = {"yield_force": "F_E", "contact_model": "contact model", "polarity": "polarity"}
 
 
 def assess(
@@ -72,6 +61,7 @@ def assess(
     from pounding_risk.assessment.annual_rates import read_target_rate
     from pounding_risk.assessment.assess import assess as run
     from pounding_risk.assessment.options import read_criterion
+    from pounding_risk.questions.assess import sheet
     from pounding_risk.results.scene_axes import check_settled, open_axes
     from pounding_risk.units import GAP, PGA
 
@@ -121,7 +111,7 @@ def assess(
     if out is not None:
         write_text(out, json.dumps(assessment.as_dict(), ensure_ascii=False, indent=1) + "\n")
     draw(figure, "assess.assessment_figure", assessment)
-    print_assessment(assessment)
+    print_sheet(sheet(assessment))
 
 
 def _assess_setbacks(results: Any, out: Path | None, **options: Any) -> None:
@@ -129,30 +119,14 @@ def _assess_setbacks(results: Any, out: Path | None, **options: Any) -> None:
     from dataclasses import asdict
 
     from pounding_risk.assessment.assess import plain
-    from pounding_risk.assessment.required_gap import rounded_up
     from pounding_risk.assessment.setback import ASSUMED, setbacks
+    from pounding_risk.questions.setback import sheet
 
     found = setbacks(results, **options)
     if out is not None:
         facts = plain({"assumed": ASSUMED, "setbacks": [asdict(one) for one in found]})
         write_text(out, json.dumps(facts, ensure_ascii=False, indent=1) + "\n")
-    first = found[0]
-    print(f"Setback from a property line, {first.motions} motions {first.at}\n")
-    heads = ("building", "of the motions", "setback", "bounds by recording")
-    rows = [
-        (
-            one.building,
-            f"{required.percentile:g} %",
-            _length(rounded_up(required.gap)),
-            f"{_length(required.low)} to {_length(required.high)}{'' if required.bounded else ' *'}",
-        )
-        for one in found
-        for required in one.required
-    ]
-    print_table(heads, rows, "lrrr")
-    if not all(required.bounded for one in found for required in one.required):
-        print("* the upper one is the largest seen: so few recordings do not bound this percentile")
-    print("\n".join(("", *(f"{sentence}." for sentence in ASSUMED))))
+    print_sheet(sheet(found))
 
 
 def _assess_samples(results: Any, out: Path | None, figure: Path | None, **options: Any) -> None:
@@ -172,7 +146,8 @@ def _assess_samples(results: Any, out: Path | None, figure: Path | None, **optio
 
 def _assess_along(results: Any, out: Path | None, figure: Path | None, **options: Any) -> None:
     """Print, write and draw contact and required gap at every place along the axes."""
-    from pounding_risk.assessment.along import IDLE, OWN, along_finding, assess_along, idle_words
+    from pounding_risk.assessment.along import IDLE, OWN, assess_along
+    from pounding_risk.questions.along import sheet
 
     assessed = assess_along(results, **options)
     table = assessed.to_dataframe().reset_index()
@@ -181,98 +156,4 @@ def _assess_along(results: Any, out: Path | None, figure: Path | None, **options
         facts = dict(assessed.attrs) | {name: json.loads(assessed.attrs[name]) for name in (OWN, IDLE)}
         write_text(out, json.dumps(facts | {"places": rows}, ensure_ascii=False, indent=1) + "\n")
     draw(figure, "along.along_figure", assessed)
-    print(f"{assessed.attrs['title']}\n{assessed.attrs['asked']}\n{along_finding(assessed)}.")
-    idle = idle_words(assessed)
-    print(f"{idle[0].upper()}{idle[1:]}.\n" if idle else "")
-    keys = [str(name) for name in assessed.coords if name != "interface"]
-    several = assessed.sizes["interface"] > 1
-    heads = (*keys, *(["interface"] if several else []), "gap", "P(contact)", "bounds", "gap required", "bounds")
-    rows = [_cells_along(row, keys, assessed, several) for row in table.to_dict("records")[:MOST_PLACES]]
-    print_table(heads, rows, "l" * (len(keys) + several) + "rrrrr")
-    if len(table) > MOST_PLACES:
-        print(f"and {len(table) - MOST_PLACES} more; --out writes them all, --select chooses some")
-    print(f"motions {assessed.attrs['motions']}; `--select` of one value along each axis gives the whole assessment")
-
-
-def _cells_along(row: dict[str, Any], keys: list[str], assessed: Any, several: bool) -> tuple[str, ...]:
-    """Cells of one place along the axes."""
-    units = {key: str(assessed[key].attrs.get("units", "1")) for key in keys}
-    values = [row[key] if isinstance(row[key], str) else engineering(row[key], units[key], 6) for key in keys]
-    return (
-        *values,
-        *([str(row["interface"])] if several else []),
-        _given_length(row["assessed_gap"]),
-        _probability(row["contact_probability"]),
-        f"{_probability(row['contact_probability_low'])} to {_probability(row['contact_probability_high'])}",
-        _length(row["required_gap"]),
-        f"{_length(row['required_gap_low'])} to {_length(row['required_gap_high'])}",
-    )
-
-
-def print_assessment(assessment: Assessment) -> None:
-    """Print the verdict on each interface, and the tables that it rests on."""
-    from pounding_risk.questions import adequacy as question
-    from pounding_risk.questions import rates
-    from pounding_risk.questions.rules import rules
-    from pounding_risk.render.sheet import paragraph
-
-    print(assessment.title)
-    for interface in assessment.interfaces:
-        for sentence in interface.columns:
-            print(f"{interface.name}: {sentence}" if len(assessment.interfaces) > 1 else sentence)
-    print(assessment.asked)
-    print_notes(assessment.notes)
-    if len(assessment.interfaces) > 1:
-        print()
-        _print_row(assessment)
-    for interface in assessment.interfaces:
-        print(f"\n{interface.name}\n\n{interface.verdict.sentence}\n")
-        shown = interface.verdict.conclusion[len(interface.columns) :]  # columns stand at the top
-        for sentence in (*shown, "", *interface.verdict.evidence):
-            print(f"  {sentence}".rstrip())
-        print(f"  In short: {interface.what_matters}.\n")
-        parts = [
-            *question.required_gaps(interface),
-            *question.contact(assessment, interface),
-            *question.yielding(assessment, interface),
-            *question.response(interface),
-            *question.influences(interface),
-            *question.fragilities(assessment, interface),
-            *([paragraph(assessment.hazard_reading)] if assessment.hazard_reading and interface.rates else []),
-            *rates.annual_rates(assessment, interface),
-            *rates.scenario(assessment, interface),
-            *rates.gaps_for_rates(assessment, interface),
-        ]
-        print_sheet([*parts, *rules(assessment.percentile, interface)])
-    print_notes(assessment.unused_keys)
-
-
-def _print_row(assessment: Assessment) -> None:
-    """Print the verdicts of a row, one line an interface."""
-    heads = ["neighbours", "gap", "verdict", "contact in", "P(contact)", f"gap of {assessment.percentile:g} %"]
-    if assessment.target_rate is not None:
-        heads += [f"for {assessment.target_rate_words}", "gap for it"]
-    rows = []
-    for interface in assessment.interfaces:
-        share = interface.contact_at_gap()
-        cells = (f"{share.count} of {share.runs}", _probability(share.probability))
-        required = _length(interface.required_at(assessment.percentile).provided)
-        by_rate = interface.rate_verdict
-        rate = () if by_rate is None else (by_rate.word, _length(by_rate.required.gap))
-        rows.append((interface.name, _given_length(interface.gap), interface.verdict.word, *cells, required, *rate))
-    print_table(heads, rows, "lrlrrrlr"[: len(heads)])
-    for sentence in assessment.unlike_verdicts:
-        print(sentence)
-
-
-def _given_length(value: float) -> str:
-    """A length in the digits in which it was given."""
-    return engineering(value, "m", GIVEN_DIGITS)
-
-
-def _length(value: float | None) -> str:
-    return "–" if value is None or isnan(value) else engineering(value, "m", 3)
-
-
-def _probability(value: float) -> str:
-    return "–" if isnan(value) else f"{value:.3f}"
+    print_sheet(sheet(assessed))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.required_gap import NO_BOUND
 from pounding_risk.assessment.sensitivity import NEVER, force_words
-from pounding_risk.questions.required_gap import bounds_cell, enough
+from pounding_risk.questions.required_gap import bounds_cell, enough, marks
 from pounding_risk.render.sheet import (
     KEPT,
     MISSING,
@@ -56,10 +56,9 @@ def required_gaps(one: InterfaceAssessment) -> list[Block]:
         ratio = one.gap / required.gap if required.gap > 0.0 else float("nan")
         row: Row = [number(required.percentile), enough(required.gap), bounds_cell(required)]
         rows.append([*row, number(required.fitted, "m"), number(ratio, digits=3)])
-    bounds = " ".join(row[2]["text"] for row in rows if isinstance(row[2], dict))
-    marks = [f"{mark} {words}" for mark, words in NO_BOUND.items() if mark in bounds]
+    explained = marks(one.required, NO_BOUND)
     caption = f"{one.name}: required gaps, by {counted(len(one.closing), 'motion')} without contact."
-    return [table(caption, heads, rows), *([listing(marks, mark="")] if marks else [])]
+    return [table(caption, heads, rows), *([listing(explained, mark="")] if explained else [])]
 
 
 def contact(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:

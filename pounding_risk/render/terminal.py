@@ -220,6 +220,11 @@ def _print_list(block: Block) -> None:
         print(f"{block['mark']}{item}")
 
 
+def _print_verdict(block: Block) -> None:
+    print(f"{block['sentence']}\n")
+    print("\n".join(f"  {sentence}" for sentence in block["conclusion"]))
+
+
 def _print_text(block: Block) -> None:
     print(block["text"])
 
@@ -228,6 +233,7 @@ _PRINTERS: dict[str, Callable[[Block], None]] = {
     "paragraph": _print_text,
     "heading": _print_text,
     "source": _print_text,
+    "verdict": _print_verdict,
     "list": _print_list,
     "table": _print_table_block,
     "facts": _print_facts,

@@ -268,7 +268,4 @@ def _drawn_curves(curves: Sequence[Fragility], law: str, gap: float) -> list[Fra
 def _sensitivity(pair: Pair) -> list[Block]:
     """What the verdict depends on: polarity, F_E, contact model."""
     blocks = question.influences(pair.assessed)
-    if not blocks:
-        return []
-    what_matters = f"{pair.assessed.what_matters[:1].upper()}{pair.assessed.what_matters[1:]}."
-    return [heading("Sensitivity", f"{pair.anchor}-influences"), paragraph(what_matters), *blocks]
+    return [heading("Sensitivity", f"{pair.anchor}-influences"), *blocks] if blocks else []
