@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from pounding_risk._common.order import enough_for
 from pounding_risk.assessment.options import target_left_by
 from pounding_risk.assessment.proportions import exact_bounds
-from pounding_risk.units import GAP, say
 
 Array = NDArray[np.float64]
 
@@ -44,12 +43,6 @@ class RequiredGap:
     def provided(self) -> float:
         """The gap [m] rounded up to three digits: what is written down suffices for the percentile too."""
         return rounded_up(self.gap)
-
-    @property
-    def bounds_words(self) -> str:
-        """The bounds as a table has them: "–" without a lower one, "*" where the upper one is the largest seen."""
-        low = say(self.low, GAP, 3) if self.low > 0.0 else NO_LOWER
-        return f"{low} to {say(rounded_up(self.high), GAP, 3)}{'' if self.bounded else f' {NO_UPPER}'}"
 
 
 NO_BOUND = {

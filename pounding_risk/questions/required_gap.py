@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+
 from pounding_risk.assessment.required_gap import NO_LOWER, NO_UPPER, RequiredGap, rounded_up
 from pounding_risk.render.sheet import Cell, amount, number
 
@@ -17,3 +19,9 @@ def bounds_cell(required: RequiredGap) -> Cell:
     high = number(rounded_up(required.high), "m")["text"]
     text = f"{low} to {high}{'' if required.bounded else f' {NO_UPPER}'}"
     return {"text": text, "parts": [required.low, required.high]}
+
+
+def marks(required: Iterable[RequiredGap], words: Mapping[str, str]) -> list[str]:
+    """What each mark means that stands in the bounds of these required gaps."""
+    bounds = " ".join(bounds_cell(each)["text"] for each in required)
+    return [f"{mark} {meaning}." for mark, meaning in words.items() if mark in bounds]

@@ -97,9 +97,9 @@ def heading(text: str, anchor: str) -> Block:
     return {"kind": "heading", "text": text, "anchor": anchor}
 
 
-def listing(items: Iterable[str]) -> Block:
-    """A list of sentences, one below the other."""
-    return {"kind": "list", "items": list(items)}
+def listing(items: Iterable[str], mark: str = "note: ") -> Block:
+    """A list of sentences, one below the other; on a terminal each begins with ``mark``."""
+    return {"kind": "list", "items": list(items), "mark": mark}
 
 
 def facts(caption: str, rows: Iterable[tuple[str, Cell | str]]) -> Block:
@@ -118,6 +118,7 @@ def table(
     """Rows of cells or words under heads, each (words, "l" or "r").
 
     Of a long table the rows ``keep`` stay in the text, evenly spread ones by default; ``note`` says which those are.
+    The terminal shows all rows of a table without ``note``.
     """
     cells = [[_cell(value) for value in row] for row in rows]
     return {

@@ -198,8 +198,15 @@ def print_sheet(blocks: Iterable[Block]) -> None:
 
 
 def _print_table_block(block: Block) -> None:
+    from pounding_risk.render.sheet import LONG
+
     print(f"{block['caption'].rstrip('.')}\n")
-    print_table(block["heads"], [[cell["text"] for cell in row] for row in block["rows"]], block["sides"])
+    rows, keep = block["rows"], block["keep"]
+    is_cut = bool(block["note"]) and len(rows) > max(LONG, len(keep))
+    shown = [rows[at] for at in keep] if is_cut else rows
+    print_table(block["heads"], [[cell["text"] for cell in row] for row in shown], block["sides"])
+    if is_cut:
+        print(f"{len(shown)} of {len(rows)} rows: {block['note']}")
 
 
 def _print_facts(block: Block) -> None:
@@ -210,7 +217,12 @@ def _print_facts(block: Block) -> None:
 
 def _print_list(block: Block) -> None:
     for item in block["items"]:
-        print(f"note: {item}")
+        print(f"{block['mark']}{item}")
+
+
+def _print_verdict(block: Block) -> None:
+    print(f"{block['sentence']}\n")
+    print("\n".join(f"  {sentence}" for sentence in block["conclusion"]))
 
 
 def _print_text(block: Block) -> None:
@@ -221,6 +233,7 @@ _PRINTERS: dict[str, Callable[[Block], None]] = {
     "paragraph": _print_text,
     "heading": _print_text,
     "source": _print_text,
+    "verdict": _print_verdict,
     "list": _print_list,
     "table": _print_table_block,
     "facts": _print_facts,

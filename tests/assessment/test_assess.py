@@ -20,17 +20,19 @@ from pounding_risk.assessment import demands
 from pounding_risk.assessment.assess import interfaces
 from pounding_risk.assessment.demands import intensities, motions_of
 from pounding_risk.assessment.separations.table import code_table
-from pounding_risk.cli.assess import print_assessment
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.sdof import Building
+from pounding_risk.questions.assess import sheet
+from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.files import save
 from pounding_risk.results.places import place_coordinates
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.units import rounded
 
 G = 9.80665
 SCENE = scene_text(
@@ -767,23 +769,23 @@ def test_every_curve_and_rate_of_yielding_is_listed_with_its_model(tmp_path, cap
     """Twelve F_E under two laws: 24 curves and as many rates, none of them dropped and none without its law."""
     site = tmp_path / "site.csv"
     site.write_text("pga [m/s^2],annual rate\n0.1,1\n100,1e-6\n")
-    print_assessment(assess(many_curves(), hazard=site))
+    print_sheet(sheet(assess(many_curves(), hazard=site)))
     told = capsys.readouterr().out
-    curves, rates = (told.partition(head)[2].partition("standard errors")[0] for head in ("fragility of", "rate of"))
+    curves, rates = (told.partition(start)[2].partition("\n\n")[2] for start in ("fragility against", "annual rates"))
+    tables = curves.partition("\n\n")[0], rates.partition("\n\n")[0]
     for law in ("law 0", "law 1"):
-        assert curves.count(f"yielding, {law} ") == 12
-        assert rates.count(f"yielding, {law} ") == 12
+        for table in tables:
+            assert len(re.findall(rf"^yielding .* {law} ", table, re.MULTILINE)) == 12
 
 
 def test_curves_that_are_not_fitted_are_named(capsys):
     """F_E of 1 MN is never reached and that of 2 MN is: both are told, beside each other."""
     results = many_curves(4)
     results["yield_exceedance"][..., 0] = 0
-    print_assessment(assess(results))
+    print_sheet(sheet(assess(results)))
     told = capsys.readouterr().out
-    assert (
-        "not fitted, yielding, law 0 at F_E 1000 kN; yielding, law 1 at F_E 1000 kN: none of the 320 runs fail" in told
-    )
+    first, second = (f"yielding, gap 20 mm, F_E 1000 kN under {law}" for law in ("law 0", "law 1"))
+    assert f"{first}; {second}: none of the 320 runs fail" in told
 
 
 def test_a_hazard_curve_that_ends_too_soon_gives_lower_bounds(tmp_path, capsys):
@@ -801,13 +803,13 @@ def test_a_hazard_curve_that_ends_too_soon_gives_lower_bounds(tmp_path, capsys):
     assert cut.at_least and not full.at_least
     # One power of the intensity throughout: what is left out is what the whole curve has more, to its own ends.
     assert cut.missing == pytest.approx(1.0 - cut.annual / full.annual, abs=1e-3)
-    print_assessment(found)
+    print_sheet(sheet(found))
     told = capsys.readouterr().out
-    assert f"at least {cut.annual:.3g}" in told and "the hazard curve ends where failures do not" in told
+    assert f"at least {rounded(cut.annual, 3)}" in told and "the hazard curve ends where failures do not" in told
     labels = [text.get_text() for text in assessment_figure(found).axes[1].get_legend().get_texts()]
     assert any(f"contact in 50 years at least {100 * cut.fifty_years:.2g} %" in each for each in labels)
-    print_assessment(known)
-    rates = capsys.readouterr().out.partition("Annual rates")[2]
+    print_sheet(sheet(known))
+    rates = capsys.readouterr().out.partition("annual rates")[2]
     assert rates and "at least" not in rates
     written = found.as_dict()["interfaces"][0]["rates"]
     assert any(each["at_least"] is True and each["missing"] == cut.missing for each in written)

@@ -19,9 +19,10 @@ from pounding_risk.assessment.annual_rates import read_rate
 from pounding_risk.assessment.contact_fragility import ContactMotions
 from pounding_risk.assessment.gap_for_rate import RateOfGaps
 from pounding_risk.assessment.hazard import Hazard, annual_rate
-from pounding_risk.cli.assess import print_assessment
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.assess import assessment_figure
+from pounding_risk.questions.assess import sheet
+from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.files import save
 
 G = 9.80665
@@ -366,7 +367,7 @@ def test_a_row_has_the_verdict_by_rate_of_each_interface(tmp_path, capsys):
     """Two interfaces of the same motions, one of which needs twice the gap: each has its own verdict and gap."""
     results = in_a_row(made_up(lognormal(20), pga=4.0), made_up(lognormal(20, scale=0.04, seed=15), pga=4.0))
     found = assess(results, hazard=site(tmp_path, 0.01, 2.0), target_rate=1e-3)
-    print_assessment(found)
+    print_sheet(sheet(found))
     told = capsys.readouterr().out
     assert "for 0.001 a year  gap for it" in told
     for one in found.interfaces:
@@ -380,7 +381,7 @@ def test_gaps_that_are_not_known_are_told_with_the_reason(tmp_path, capsys):
     found = assess(
         made_up(lognormal(20, scale=0.02), pga=0.4), hazard=site(tmp_path, 1.0, 2.0), target_rate="475 years"
     )
-    print_assessment(found)
+    print_sheet(sheet(found))
     told = capsys.readouterr().out
     assert "no gap for" in told and "scan stronger motions" in told
     assert "No gap can be given for contact no more often than once in 475 years" in told

@@ -133,7 +133,7 @@ def test_an_assessment_tells_the_probability_in_an_event(fields, monkeypatch):
     words = ["assess", "scan.nc", "--gmfs", "gmf-data_7.csv", "--site", "23.8,38.1", "-o", "a.json"]
     done = CliRunner().invoke(cli.app, words, prog_name="pounding-risk")
     assert done.exit_code == 0, done.output
-    assert "Probability in an event of gmf-data_7.csv#23.8,38.1, by its PGA at the site" in done.output
+    assert "probability in an event of gmf-data_7.csv#23.8,38.1, by its PGA at the site" in done.output
     written = json.loads((fields.parent / "a.json").read_text())
     assert written["interfaces"][0]["scenario"][0]["probability"] is not None
     (fields.parent / "curve.csv").write_text(CURVE)

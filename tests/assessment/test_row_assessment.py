@@ -18,7 +18,8 @@ from pounding_risk.assessment.columns import struck_columns
 from pounding_risk.assessment.demands import intensities, interfaces, motions_of
 from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import at_contact, code_table
-from pounding_risk.cli.assess import print_assessment
+from pounding_risk.questions.assess import sheet
+from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.own_case import scene_force
 
 G = 9.80665
@@ -206,9 +207,8 @@ def test_equal_counts_with_another_verdict_say_why(results):
 
 
 def test_an_infinite_force_is_not_called_no_yielding_where_columns_yield(results, capsys):
-    print_assessment(assess(results))
-    blocks = capsys.readouterr().out.split("\n\n")
-    responses = [block for block in blocks if block.lstrip().startswith("F_E  contact in")]
-    assert any("columns' own" in block for block in responses)
+    print_sheet(sheet(assess(results)))
+    tables = capsys.readouterr().out.split("response against F_E")[1:]
+    assert any("columns' own" in table.partition("Medians over")[0] for table in tables)
     one = assess(results).interfaces[1]  # floors against columns
     assert not any("no yielding" in influence.words for influence in one.sensitivity)

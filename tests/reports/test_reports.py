@@ -271,7 +271,7 @@ def test_what_codes_ask_is_that_of_the_rules(scan, html, read):
     ):
         assert words in " ".join(html.split())
     found = code_table(scan)
-    rows = read.table("separations that rules ask")
+    rows = read.table("separations that rules require")
     for row, each in zip(rows, found.rules, strict=True):
         assert row[2][0] == each.row.verification
         assert each.row.superseded in row[-1][0]
@@ -584,8 +584,8 @@ def test_a_hazard_curve_adds_rates(made, tmp_path):
     read = Page(pr.report(scan, tmp_path / "report.html", hazard=curve).read_text(encoding="utf-8"))
     asked = [rate for rate in assess(scan, hazard=curve).interfaces[0].rates if np.isfinite(rate.annual)]
     assert asked
-    assert column(read.table("annual rate under"), 4) == [rate.annual for rate in asked]
-    assert column(read.table("annual rate under"), 7) == [rate.below for rate in asked]
+    assert column(read.table("annual rates under"), 4) == [rate.annual for rate in asked]
+    assert column(read.table("annual rates under"), 7) == [rate.below for rate in asked]
     assert column(read.table("The hazard curve hazard.csv"), 1) == [0.1, 0.01, 0.0005]
     assert column(read.table("The hazard curve hazard.csv"), 0) == pytest.approx([0.05 * G, 0.2 * G, 0.8 * G])
 

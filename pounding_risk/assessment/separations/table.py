@@ -142,14 +142,7 @@ class CodeTable(ShortRepr):
     @property
     def finding(self) -> str:
         """Sentence on how often the three combinations fall short in these motions."""
-        if not self.motions:
-            return "No motion closes any gap between these buildings"
-        first, *others = (
-            _judged(comparison, self.motions) for comparison in self.rules if comparison.row.rule in COMBINATIONS
-        )
-        start = f"Of {counted(self.motions, 'motion')} {first[0]} falls short in {first[1]}"
-        start += f" ({first[2]} times the gap needed in the median)"
-        return ", ".join([start, *(f"{name} in {short} ({ratio})" for name, short, ratio in others)])
+        return short_in(self.rules, self.motions)
 
     def as_dict(self) -> dict[str, Any]:
         """The table as numbers, words and lists that JSON holds."""
@@ -406,6 +399,16 @@ def _median(values: Array) -> float:
 def _enough_for(values: Array, percentile: float) -> float:
     """The least value that so many % of them do not exceed; 0 where there are none."""
     return float(enough_for(values, percentile)) if values.size else 0.0
+
+
+def short_in(rules: Sequence[Comparison], motions: int) -> str:
+    """Sentence on how often the three combinations fall short in so many motions that close a gap."""
+    if not motions:
+        return "No motion closes any gap between these buildings"
+    first, *others = (_judged(comparison, motions) for comparison in rules if comparison.row.rule in COMBINATIONS)
+    start = f"Of {counted(motions, 'motion')} {first[0]} falls short in {first[1]}"
+    start += f" ({first[2]} times the gap needed in the median)"
+    return ", ".join([start, *(f"{name} in {short} ({ratio})" for name, short, ratio in others)])
 
 
 def _judged(comparison: Comparison, count: int) -> tuple[str, str, str]:

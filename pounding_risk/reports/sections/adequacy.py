@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.required_gap import NO_BOUND, ContactSteps, RequiredGap, contact_steps
-from pounding_risk.assessment.separations.rules import FROM_MEMORY, OWN_PEAKS, QUOTED_ONLY, RATIONAL, SHARED
+from pounding_risk.assessment.required_gap import ContactSteps, RequiredGap, contact_steps
 from pounding_risk.figures.style import (
     MEANING,
     RULE_MARKS_WORDS,
@@ -19,30 +18,23 @@ from pounding_risk.figures.style import (
     strength_styles,
     svg_text,
 )
-from pounding_risk.questions.required_gap import bounds_cell, enough
+from pounding_risk.questions import adequacy as question
+from pounding_risk.questions.required_gap import enough
+from pounding_risk.questions.rules import rules
 from pounding_risk.render.sheet import (
     DRAWN,
-    KEPT,
-    MISSING,
     SMALL,
     Block,
-    Cell,
-    amount,
-    between,
-    count,
     evenly,
     figure,
-    head,
     heading,
-    listing,
     name_of,
     number,
     paragraph,
     strength,
-    table,
 )
 from pounding_risk.reports.data import Pair, ReportData
-from pounding_risk.results.amplitudes import intensity_label, intensity_shown, intensity_unit, intensity_words
+from pounding_risk.results.amplitudes import intensity_label, intensity_shown, intensity_words
 from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
@@ -57,7 +49,6 @@ TITLE = "Is the gap enough?"
 ORDER = 40
 MOST_LINES = 5  # of one figure
 MOST_CURVES = 3  # of contact, and as many of yielding
-SHARES = [("motions", "r"), ("probability [%]", "r"), ("bounds [%]", "r"), ("bounds by recording [%]", "r")]
 FEW = 30  # gaps that are marked in a figure
 BAND = 0.16  # opacity of bounds
 WIDER = 1.15  # times the widest gap of a figure: where its axis ends
@@ -69,8 +60,8 @@ def write(data: ReportData) -> list[Block]:
     for pair in data.pairs:
         if len(data.pairs) > 1:
             blocks.append(heading(pair.name, pair.anchor))
-        for part in (_contact, _required, _codes, _yielding, _fragility, _sensitivity):
-            blocks += part(data, pair)
+        blocks += [*_contact(data, pair), *question.required_gaps(pair.assessed), *_codes(data, pair)]
+        blocks += [*_yielding(data, pair), *_fragility(data, pair), *_sensitivity(pair)]
     return blocks
 
 
@@ -96,9 +87,7 @@ def _terms(data: ReportData) -> str:
 
 def _contact(data: ReportData, pair: Pair) -> list[Block]:
     """Figure and table of the probability of contact against the gap."""
-    shares, assessment = pair.assessed.contact, data.assessment
-    heads = [(head("gap", "m"), "r"), ("with contact", "r"), *SHARES]
-    rows = [[number(share.gap, "m"), *_share_cells(share)] for share in shares]
+    assessment = data.assessment
     closing = np.array(pair.assessed.closing)
     steps = contact_steps(closing, pair.assessed.verdict.independent / closing.size, assessment.confidence)
     required = pair.assessed.required_at(assessment.criterion.target_percentile)
@@ -114,14 +103,9 @@ def _contact(data: ReportData, pair: Pair) -> list[Block]:
             f"{pair.anchor}-contact",
             svg_text(draw_contact(steps, pair.assessed.gap, assessment.target, required)),
             f"{sentence}.",
-            f"{sentence}; {_share_cells(pair.assessed.contact_at_gap())[2]['text']} % at the assessed gap.",
+            f"{sentence}; {question.share_cells(pair.assessed.contact_at_gap())[2]['text']} % at the assessed gap.",
         ),
-        table(
-            f"{pair.name}: motions with contact against the gap{pair.at}.",
-            heads,
-            rows,
-            keep=_near(shares, pair.assessed.gap),
-        ),
+        *question.contact(assessment, pair.assessed),
     ]
 
 
@@ -160,61 +144,12 @@ def _mark_gap(axis: Axes, gap: float) -> None:
     axis.axvline(1e3 * gap, color=MEANING["gap"], linewidth=1.4, label=f"gap assessed, {say_in(gap, 'mm')}")
 
 
-def _share_cells(share: Share) -> list[Cell]:
-    """Count, runs, probability and both bounds of a share, as the columns of `SHARES`."""
-    bounds = [(share.low, share.high), (share.low_recordings, share.high_recordings)]
-    cells = [between(*ends, "%", 3) for ends in bounds]
-    return [count(share.count), count(share.runs), number(share.probability, "%", 3), *cells]
-
-
-def _near(shares: Sequence[Share], gap: float) -> list[int]:
-    """Indices of rows spread evenly over the gaps, and of the one nearest to the assessed gap."""
-    nearest = min(range(len(shares)), key=lambda index: abs(shares[index].gap - gap))
-    return sorted({*evenly(len(shares), KEPT - 1), nearest})
-
-
-def _required(data: ReportData, pair: Pair) -> list[Block]:
-    """Table of the gaps that percentiles of the motions need, with their bounds."""
-    heads = [("motions that it suffices for [%]", "r"), (head("gap", "m"), "r"), (head("bounds", "m"), "r")]
-    heads += [(head("of a lognormal fit", "m"), "r"), ("", "l")]
-    rows = [
-        [
-            number(required.percentile),
-            enough(required.gap),
-            bounds_cell(required),
-            number(required.fitted, "m"),
-            "; ".join(f"{mark} {words}" for mark, words in NO_BOUND.items() if mark in required.bounds_words),
-        ]
-        for required in pair.assessed.required
-    ]
-    motions = counted(len(pair.assessed.closing), "motion")
-    return [table(f"{pair.name}: gap needed, by {motions} without contact.", heads, rows)]
-
-
 def _codes(data: ReportData, pair: Pair) -> list[Block]:
-    """Figure and table of what each rule asks, motion by motion, over the gap that the motion needs."""
-    codes = pair.codes
-    heads = [
-        ("rule", "l"),
-        ("clause", "l"),
-        ("text of the clause", "l"),
-        (head("median", "m"), "r"),
-        (head(f"{codes.percentile:g} %", "m"), "r"),
-    ]
-    heads += [("over the gap needed: median (16 to 84 %)", "r"), ("insufficient for", "r"), ("note", "l")]
-    common = _common([rule.row.note for rule in codes.rules if rule.row.separation is not None])
-    rows = [_rule_cells(rule, codes.motions, common) for rule in codes.rules]
-    sentences = [
-        f"{codes.finding}.",
-        *(f"Everywhere {note}." for note in common),
-        *_doubts(codes.rules),
-        f"{RATIONAL}.",
-    ]
-    caption = f"{pair.name}: separations that rules ask, {OWN_PEAKS}."
-    blocks = [paragraph(" ".join(sentences)), table(caption, heads, rows)]
+    """Figure and table of what each rule requires, motion by motion, over the gap that the motion needs."""
+    codes, blocks = pair.codes, rules(data.assessment.percentile, pair.assessed)
     compared = [rule for rule in codes.rules if rule.ratio_median is not None]
     if compared:
-        caption = f"{pair.name}: what rules ask over the gap that the same motion needs"
+        caption = f"{pair.name}: what rules require over the gap that the same motion needs"
         motions = counted(codes.motions, "motion")
         caption = f"{caption}: median and middle 68 % of {motions}; safe right of 1; {RULE_MARKS_WORDS}"
         drawing = svg_text(draw_rules(compared))
@@ -222,54 +157,20 @@ def _codes(data: ReportData, pair: Pair) -> list[Block]:
     return blocks
 
 
-def draw_rules(rules: Sequence[Comparison]) -> Figure:
+def draw_rules(compared: Sequence[Comparison]) -> Figure:
     """A line for each rule; squares are of those short in the median, marks are filled as in `style.RULE_MARKS`."""
-    drawn, axes = blank(1, 1, (DRAWN[0], 0.9 + 0.22 * len(rules)))
+    drawn, axes = blank(1, 1, (DRAWN[0], 0.9 + 0.22 * len(compared)))
     axis, colour = axes[0, 0], MEANING["rule"]
     axis.axvline(1.0, color="black", linewidth=1.0)
-    for index, rule in enumerate(rules):
+    for index, rule in enumerate(compared):
         axis.plot([rule.ratio_low, rule.ratio_high], [index, index], color=colour, linewidth=2.2)
         is_short = (rule.ratio_median or 0.0) < 1.0
         axis.plot(rule.ratio_median, index, "s" if is_short else "o", **rule_mark(rule.row.verification))
-    axis.set_yticks(range(len(rules)), [rule.row.title for rule in rules], fontsize=SMALL)
-    axis.set_ylim(len(rules) - 0.5, -0.5)
+    axis.set_yticks(range(len(compared)), [rule.row.title for rule in compared], fontsize=SMALL)
+    axis.set_ylim(len(compared) - 0.5, -0.5)
     axis.set_xlim(left=0.0)
     axis.set_xlabel("rule over the gap needed")
     return drawn
-
-
-def _doubts(rules: Sequence[Comparison]) -> list[str]:
-    """What to think of clauses that were not read, where there are such."""
-    doubts = (FROM_MEMORY, QUOTED_ONLY)
-    return [f"{SHARED[doubt]}." for doubt in doubts if any(doubt in rule.row.note for rule in rules)]
-
-
-def _common(notes: Sequence[str]) -> list[str]:
-    """The parts that every note has, so that they are written once."""
-    parts = [note.split("; ") for note in notes]
-    return [part for part in parts[0] if all(part in others for others in parts)] if parts else []
-
-
-def _rule_cells(rule: Comparison, motions: int, common: Sequence[str]) -> list[Cell | str]:
-    row = rule.row
-    facts: list[Cell | str] = [row.title, row.clause, row.verification]
-    elsewhere = {*common, FROM_MEMORY, QUOTED_ONLY}  # below the table, and in its column of texts
-    note = "; ".join(part for part in row.note.split("; ") if part not in elsewhere) or MISSING
-    if rule.exceeded is None:
-        return [*facts, number(_or_nan(row.separation), "m"), MISSING, MISSING, MISSING, note]
-    ratio = [number(value, digits=3) for value in (rule.ratio_median, rule.ratio_low, rule.ratio_high)]
-    spread = {
-        "text": f"{ratio[0]['text']} ({ratio[1]['text']} to {ratio[2]['text']})",
-        "parts": [cell["raw"] for cell in ratio],
-    }
-    n_short = round(rule.exceeded * motions)
-    short = {"text": f"{n_short} of {motions}", "parts": [n_short, motions]}
-    return [*facts, number(rule.middle, "m"), number(rule.upper, "m"), spread, short, note]
-
-
-def _model(result: Share | Fragility) -> str:
-    """The contact model of a result; contact itself depends on none."""
-    return name_of(result.contact_model) if result.contact_model else "any"
 
 
 def _or_nan(value: float | None) -> float:
@@ -277,8 +178,8 @@ def _or_nan(value: float | None) -> float:
 
 
 def _yielding(data: ReportData, pair: Pair) -> list[Block]:
-    """Figure of P(yield) against the gap, and table of it by F_E and contact model at the grid's nearest gap."""
-    shares, gap = pair.assessed.yielding, pair.assessed.yield_gap
+    """Figure of P(yield) against the gap, and table of it by F_E and contact model."""
+    shares = pair.assessed.yielding
     if not shares:
         return []
     forces = sorted({_or_nan(share.yield_force) for share in shares})
@@ -287,10 +188,6 @@ def _yielding(data: ReportData, pair: Pair) -> list[Block]:
         same = [share for share in shares if share.yield_force == force and share.contact_model == data.law]
         by_force[f"$F_E$ {strength(force, unit=True)['text']}"] = same
     caption = f"{pair.name}: probability that the contact force reaches F_E{pair.at}, under {name_of(data.law)}"
-    heads = [("contact model", "l"), (head("F_E", "N"), "r"), ("reach it", "r"), *SHARES]
-    here = [share for share in shares if share.gap == gap]
-    rows = [[_model(share), strength(share.yield_force), *_share_cells(share)] for share in here]
-    at = f"{pair.name}: probability of reaching F_E at a gap of {amount(gap, 'm')['text']}{pair.at}."
     return [
         figure(
             f"{pair.anchor}-yielding",
@@ -298,7 +195,7 @@ def _yielding(data: ReportData, pair: Pair) -> list[Block]:
             f"{caption}.",
             f"{caption}, against the gap, for {len(by_force)} yield forces; the table has the numbers at one gap.",
         ),
-        table(at, heads, rows, keep=_of_law(here, data.law), note="some of the scene's own contact model"),
+        *question.yielding(data.assessment, pair.assessed),
     ]
 
 
@@ -321,39 +218,17 @@ def draw_yielding(by_force: dict[str, list[Share]], gap: float) -> Figure:
     return drawn
 
 
-def _of_law(shares: Sequence[Share], law: str) -> list[int]:
-    """Indices of some shares of one contact model, evenly spread."""
-    same = [index for index, share in enumerate(shares) if share.contact_model == law]
-    return [same[index] for index in evenly(len(same), KEPT)]
-
-
 def _fragility(data: ReportData, pair: Pair) -> list[Block]:
     """Figure of lognormal fragilities and stripes, and table of medians and dispersions with standard errors."""
-    curves = [one for one in pair.assessed.fragility if np.isfinite(one.median) and np.isfinite(one.dispersion)]
-    refused = _not_fitted(pair)
+    curves, blocks = question.fitted(pair.assessed), question.fragilities(data.assessment, pair.assessed)
     if not curves:
-        return refused
-    heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
-    heads += [
-        (head("median", intensity_unit(data.assessment.intensity)), "r"),
-        ("error of its ln; by recording", "r"),
-        ("dispersion", "r"),
-    ]
-    heads += [("its error; by recording", "r"), ("from", "l")]
-    rows = [_curve_cells(curve) for curve in curves]
+        return blocks
     words = intensity_words(data.assessment.intensity)
     drawn = _drawn_curves(curves, data.law, pair.assessed.gap)
     caption = f"{pair.name}: lognormal fragility against {words}; rings are shares of the motions"
     drawing = svg_text(draw_fragility(drawn, intensity_label(data.assessment.intensity)))
-    keep = sorted(curves.index(curve) for curve in drawn)
-    note = "those of the figure"
-    return [
-        figure(
-            f"{pair.anchor}-fragility", drawing, f"{caption}.", f"{caption}; the table has medians and dispersions."
-        ),
-        table(f"{pair.name}: fragility against {words}, by maximum likelihood.", heads, rows, keep=keep, note=note),
-        *refused,
-    ]
+    alt = f"{caption}; the table has medians and dispersions."
+    return [figure(f"{pair.anchor}-fragility", drawing, f"{caption}.", alt), *blocks]
 
 
 def draw_fragility(curves: Sequence[Fragility], words: str) -> Figure:
@@ -368,49 +243,15 @@ def draw_fragility(curves: Sequence[Fragility], words: str) -> Figure:
     for curve in curves:
         colour, dash = (of_contact if curve.what == "contact" else of_yielding).pop(0)
         look = {"color": colour, "linestyle": dash, "linewidth": 1.8}
-        axis.plot(im * size, 100.0 * curve.probability(im), label=_curve_words(curve), **look)
+        axis.plot(
+            im * size, 100.0 * curve.probability(im), label=question.curve_words(curve).replace("F_E", "$F_E$"), **look
+        )
         points = [(stripe.im * size, 100.0 * stripe.count / stripe.runs) for stripe in curve.stripes if stripe.runs]
         axis.plot(*np.array(points).T, "o", color=colour, markersize=5, markerfacecolor="none")
     axis.set(xlabel=words, ylabel="probability [%]", ylim=(-3.0, 103.0))
     axis.set_xlim(0.0, float(im[-1]) * size)
     axis.legend(fontsize=SMALL)
     return drawn
-
-
-def _not_fitted(pair: Pair) -> list[Block]:
-    """Which curves could not be fitted, and why: contact at the judged gap, yielding, and at how many other gaps."""
-    faults: dict[str, list[str]] = {}
-    others = 0
-    for curve in pair.assessed.fragility:
-        if curve.fault and curve.what == "contact" and curve.gap != pair.assessed.gap:
-            others += 1
-        elif curve.fault:
-            model = f" under {name_of(curve.contact_model)}" if curve.contact_model else ""
-            faults.setdefault(curve.fault, []).append(f"{_curve_words(curve)}{model}".replace("$F_E$", "F_E"))
-    sentences = [f"{'; '.join(which)}: {fault}." for fault, which in faults.items()]
-    if others:
-        sentences.append(f"contact at {others} other gap{'s' * (others > 1)}: `assess -o` writes the reason of each.")
-    return [paragraph(f"{pair.name}, not fitted:"), listing(sentences)] if sentences else []
-
-
-def _curve_cells(curve: Fragility) -> list[Cell | str]:
-    return [
-        curve.what,
-        number(curve.gap, "m"),
-        _model(curve),
-        strength(curve.yield_force),
-        number(curve.median, curve.unit),
-        _error(curve.se_median, curve.se_median_recordings),
-        number(curve.dispersion, digits=3),
-        _error(curve.se_dispersion, curve.se_dispersion_recordings),
-        curve.method,
-    ]
-
-
-def _error(plain: float, clustered: float) -> Cell:
-    """A standard error were motions independent, and that by recording."""
-    cells = [number(error, digits=2) for error in (plain, clustered)]
-    return {"text": f"{cells[0]['text']}; {cells[1]['text']}", "parts": [cell["raw"] for cell in cells]}
 
 
 def _drawn_curves(curves: Sequence[Fragility], law: str, gap: float) -> list[Fragility]:
@@ -424,25 +265,7 @@ def _drawn_curves(curves: Sequence[Fragility], law: str, gap: float) -> list[Fra
     return [curve for curve in curves if id(curve) in chosen] or list(curves[:MOST_CURVES])
 
 
-def _curve_words(curve: Fragility) -> str:
-    gap = f"{curve.what}, gap {amount(curve.gap, 'm')['text']}"
-    return gap if curve.yield_force is None else f"{gap}, $F_E$ {strength(curve.yield_force, unit=True)['text']}"
-
-
-def _sensitivity(data: ReportData, pair: Pair) -> list[Block]:
+def _sensitivity(pair: Pair) -> list[Block]:
     """What the verdict depends on: polarity, F_E, contact model."""
-    influences = pair.assessed.sensitivity
-    if not influences:
-        return []
-    levels = {(name_of(one.key), one.levels[0][0]): None for one in influences if one.is_single}
-    single = " and ".join(f"one {key}, {level}" for key, level in levels)
-    return [
-        heading("Sensitivity", f"{pair.anchor}-influences"),
-        paragraph(f"{pair.assessed.what_matters[:1].upper()}{pair.assessed.what_matters[1:]}."),
-        listing(
-            f"{influence.what}, by {name_of(influence.key)}: {influence.words}."
-            for influence in influences
-            if not influence.is_single
-        ),
-        *([paragraph(f"The grid has {single}: scan several to see what they change.")] if single else []),
-    ]
+    blocks = question.influences(pair.assessed)
+    return [heading("Sensitivity", f"{pair.anchor}-influences"), *blocks] if blocks else []

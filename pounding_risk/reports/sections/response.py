@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from pounding_risk.assessment.sensitivity import force_words
+from pounding_risk.questions.adequacy import response
 from pounding_risk.render.sheet import (
     MISSING,
     Block,
@@ -36,10 +37,10 @@ OUTPUTS = {
 
 
 def write(data: ReportData) -> list[Block]:
-    """A table for each interface, at its gap, under the scene's contact model."""
+    """Two tables for each interface, at its gap, under the scene's contact model."""
     blocks: list[Block] = []
     for pair in data.pairs:
-        blocks += _buildings(data, pair)
+        blocks += [*_buildings(data, pair), *response(pair.assessed)]
     return blocks
 
 

@@ -6,21 +6,19 @@ from typing import Any
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.separations.rules import MEMORY, QUOTED
+from pounding_risk.questions.assess import columns, row, verdict
 from pounding_risk.questions.required_gap import bounds_cell, enough
 from pounding_risk.render.sheet import (
-    KEPT,
     Block,
     Cell,
     amount,
     between,
     count,
     facts,
-    head,
     heading,
     listing,
     number,
     paragraph,
-    table,
 )
 from pounding_risk.reports.data import Pair, ReportData
 
@@ -30,45 +28,17 @@ ORDER = 10
 
 def write(data: ReportData) -> list[Block]:
     """The verdict on each interface with its evidence, and the caveats that a reader of this page alone must know."""
-    blocks: list[Block] = []
-    if len(data.pairs) > 1:
-        struck = [f"{pair.name}: {' '.join(pair.assessed.columns)}" for pair in data.pairs if pair.assessed.columns]
-        blocks = [listing(struck)] if struck else []
-        blocks += [_verdicts(data), *map(paragraph, data.assessment.unlike_verdicts)]
+    struck = columns(data.assessment)
+    blocks = [listing(struck)] if struck else []
+    blocks += row(data.assessment) if len(data.pairs) > 1 else []
     for pair in data.pairs:
-        verdict = pair.assessed.verdict
-        blocks += [
-            {
-                "kind": "verdict",
-                "name": pair.name,
-                "word": verdict.word,
-                "conclusion": list(verdict.conclusion),
-                "sentence": verdict.sentence,
-            },
-            paragraph(data.assessment.asked),
-            listing(verdict.evidence),
-            facts(f"{pair.name}: the numbers behind the verdict.", _numbers(data, pair)),
-        ]
+        box, evidence = verdict(pair.assessed)
+        numbers = facts(f"{pair.name}: the numbers behind the verdict.", _numbers(data, pair))
+        blocks += [box, paragraph(data.assessment.asked), evidence, numbers]
     caveats = _caveats(data)
     if caveats:
         blocks += [heading("To keep in mind", "caveats"), listing(caveats)]
     return blocks
-
-
-def _verdicts(data: ReportData) -> Block:
-    """The verdicts of a row, one line an interface."""
-    percentile = data.assessment.percentile
-    heads = [("neighbours", "l"), (head("gap", "m"), "r"), ("verdict", "l"), ("with contact", "r"), ("motions", "r")]
-    heads += [("probability [%]", "r"), (head(f"gap that {percentile:g} % need", "m"), "r")]
-    rows: list[list[Cell | str]] = []
-    for pair in data.pairs:
-        here = pair.assessed.contact_at_gap()
-        needed = pair.assessed.required_at(percentile).gap
-        shares = [count(here.count), count(here.runs), number(here.probability, "%", 3)]
-        rows.append([pair.name, number(pair.assessed.gap, "m"), pair.assessed.verdict.word, *shares, enough(needed)])
-    worst = sorted(range(len(rows)), key=lambda at: -data.pairs[at].assessed.contact_at_gap().probability)
-    note = "those with most contact"
-    return table("The gaps of the row, left to right.", heads, rows, keep=sorted(worst[:KEPT]), note=note)
 
 
 def _numbers(data: ReportData, pair: Pair) -> list[tuple[str, Cell | str]]:
@@ -106,25 +76,25 @@ def _required(assessed: Any, percentile: float) -> list[tuple[str, Cell | str]]:
 
 def _by_rate(assessed: Any) -> list[tuple[str, Cell | str]]:
     """Rows on the rate of contact, where a target rate is given."""
-    verdict = assessed.rate_verdict
-    if verdict is None:
+    judged = assessed.rate_verdict
+    if judged is None:
         return []
-    required = verdict.required
+    required = judged.required
     return [
-        ("contacts a year at the gap assessed", number(verdict.annual, digits=3)),
-        ("its bounds [1/year]", between(verdict.low, verdict.high, "1", 3)),
-        (f"verdict for {verdict.words}", verdict.word),
-        (f"gap for {verdict.words}{', at least' if required.at_least else ''}", amount(required.gap, "m")),
+        ("contacts a year at the gap assessed", number(judged.annual, digits=3)),
+        ("its bounds [1/year]", between(judged.low, judged.high, "1", 3)),
+        (f"verdict for {judged.words}", judged.word),
+        (f"gap for {judged.words}{', at least' if required.at_least else ''}", amount(required.gap, "m")),
         ("its bounds [mm]", between(required.low, required.high, "m")),
     ]
 
 
-def _governing(verdict: Any) -> Cell:
+def _governing(judged: Any) -> Cell:
     """The motions that close most, with the gap that each needs."""
-    cells = [amount(motion.closing, "m") for motion in verdict.governing]
+    cells = [amount(motion.closing, "m") for motion in judged.governing]
     words = [
         f"{motion.record} {motion.polarity} ({cell['text']})"
-        for motion, cell in zip(verdict.governing, cells, strict=True)
+        for motion, cell in zip(judged.governing, cells, strict=True)
     ]
     return {"text": ", ".join(words), "parts": [cell["raw"] for cell in cells]}
 
@@ -150,10 +120,10 @@ def _caveats(data: ReportData) -> list[str]:
     if data.facts("unused_keys", []):
         sentences.append("Some keys of the scene have no effect in it; they are listed with the scene.")
     rules = [rule.row for pair in data.pairs for rule in pair.codes.rules]
-    if any(row.verification in (MEMORY, QUOTED) for row in rules):
+    if any(each.verification in (MEMORY, QUOTED) for each in rules):
         sentences.append(
             "Some rules of codes are quoted by others or from memory: their clauses were not read; see there."
         )
-    if any(row.superseded for row in rules):
+    if any(each.superseded for each in rules):
         sentences.append("Some rules are of editions that later ones supersede; they are named there.")
     return sentences

@@ -1,0 +1,249 @@
+"""Blocks of `assess`: required gaps, contact, yielding, response, influences and fragilities of each interface.
+
+Every function gives one part, which the command and the report put in their own order.
+"""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from pounding_risk._common.counted import counted
+from pounding_risk.assessment.required_gap import NO_BOUND
+from pounding_risk.assessment.sensitivity import NEVER, force_words
+from pounding_risk.questions.required_gap import bounds_cell, enough, marks
+from pounding_risk.render.sheet import (
+    KEPT,
+    MISSING,
+    Block,
+    Cell,
+    amount,
+    between,
+    count,
+    evenly,
+    head,
+    listing,
+    name_of,
+    number,
+    paragraph,
+    strength,
+    table,
+)
+from pounding_risk.results.amplitudes import intensity_unit, intensity_words
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
+    from pounding_risk.assessment.fragility import Fragility
+    from pounding_risk.assessment.gmfs import Scenario
+    from pounding_risk.assessment.hazard import Rate
+    from pounding_risk.assessment.proportions import Share
+
+Row = list[Cell | str]
+
+GIVEN = 6  # digits of values that a user has given
+BOUNDS = "Bounds take every motion for independent; those by recording count components and polarities together."
+KEYS = {"yield_force": "F_E", "contact_model": "contact model", "polarity": "polarity"}
+
+
+def required_gaps(one: InterfaceAssessment) -> list[Block]:
+    """Table of the gaps that percentiles of the motions require, and what the marks of missing bounds mean."""
+    heads = [("sufficient for [%]", "r"), (head("required gap", "m"), "r"), (head("bounds by recording", "m"), "r")]
+    heads += [(head("lognormal", "m"), "r"), ("gap / required", "r")]
+    rows: list[Row] = []
+    for required in one.required:
+        ratio = one.gap / required.gap if required.gap > 0.0 else float("nan")
+        row: Row = [number(required.percentile), enough(required.gap), bounds_cell(required)]
+        rows.append([*row, number(required.fitted, "m"), number(ratio, digits=3)])
+    explained = marks(one.required, NO_BOUND)
+    caption = f"{one.name}: required gaps, by {counted(len(one.closing), 'motion')} without contact."
+    return [table(caption, heads, rows), *([listing(explained, mark="")] if explained else [])]
+
+
+def contact(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
+    """Table of the motions with contact against the gap."""
+    heads = [(head("gap", "m"), "r"), ("contact in", "r"), *_share_heads("P(contact)", assessment)]
+    rows = [[number(share.gap, "m", GIVEN), *share_cells(share)] for share in one.contact]
+    note = "from the widest gap that all motions close to the narrowest that none closes"
+    caption = f"{one.name}: motions with contact against the gap, motions {one.at}."
+    return [table(caption, heads, rows, keep=_partial(one), note=note), paragraph(BOUNDS)]
+
+
+def _partial(one: InterfaceAssessment) -> list[int]:
+    """Indices of shares from the widest gap that all motions close to the narrowest that none does, and at the gap."""
+    shares = one.contact
+    partial = [at for at, share in enumerate(shares) if 0 < share.count < share.runs]
+    first, last = (max(partial[0] - 1, 0), min(partial[-1] + 2, len(shares))) if partial else (0, len(shares))
+    return sorted({*(first + at for at in evenly(last - first, KEPT - 1)), shares.index(one.contact_at_gap())})
+
+
+def _share_heads(event: str, assessment: Assessment) -> list[tuple[str, str]]:
+    bounds = f"{100 * assessment.confidence:g} % bounds [%]"
+    return [("of", "r"), (f"{event} [%]", "r"), (bounds, "r"), ("by recording [%]", "r")]
+
+
+def share_cells(share: Share) -> list[Cell]:
+    """Count, runs, probability [%] and its bounds [%] by motion and by recording."""
+    bounds = [(share.low, share.high), (share.low_recordings, share.high_recordings)]
+    cells = [between(*ends, "%", 3) for ends in bounds]
+    return [count(share.count), count(share.runs), number(share.probability, "%", 3), *cells]
+
+
+def yielding(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
+    """Table of the motions in which the force reaches F_E, at the gap of the grid nearest to the assessed one."""
+    shares = [share for share in one.yielding if share.gap == one.yield_gap]
+    if not shares:
+        return []
+    heads = [("contact model", "l"), (head("F_E", "N"), "r"), ("reached in", "r")]
+    heads += [*_share_heads("P(yield)", assessment), ("excluded", "r")]
+    rows: list[Row] = [
+        [
+            model_of(share),
+            strength(share.yield_force),
+            *share_cells(share),
+            count(share.left_out) if share.left_out else MISSING,
+        ]
+        for share in shares
+    ]
+    own = [at for at, share in enumerate(shares) if share.contact_model == one.own_model]
+    keep = [own[at] for at in evenly(len(own), KEPT)]
+    caption = f"{one.name}: probability of reaching F_E at a gap of {_gap(one.yield_gap)}, motions {one.at}."
+    columns = "F_E is that of floors that meet; a column keeps its own, which `validate` shows of a scene. "
+    return [
+        table(caption, heads, rows, keep=keep, note="some of the scene's own contact model"),
+        paragraph(f"{columns * (len(assessment.interfaces) > 1)}The scene's own: {_own_force(one)}."),
+    ]
+
+
+def _gap(gap: float) -> str:
+    return str(amount(gap, "m", GIVEN)["text"])
+
+
+def _own_force(one: InterfaceAssessment) -> str:
+    return force_words(one.own_force, _columns_yield(one, one.own_force))
+
+
+def _columns_yield(one: InterfaceAssessment, force: float) -> bool:
+    """Whether columns yield where floors have this F_E."""
+    return any(share.yield_force == force for share in one.yielding)
+
+
+def response(one: InterfaceAssessment) -> list[Block]:
+    """Table of the response under each F_E: medians over the motions with contact, under the scene's contact model."""
+    medians = [item for item in one.response if item.contact_model == one.own_model and item.motions]
+    if not medians:
+        return []
+    outputs = {median.output: (head(median.words, median.unit), "r") for median in medians}
+    rows: list[Row] = []
+    for force in dict.fromkeys(median.yield_force for median in medians):
+        of_force = {median.output: median for median in medians if median.yield_force == force}
+        row: Row = [_level(force, one), count(max(median.motions for median in of_force.values()))]
+        shown = (of_force.get(output) for output in outputs)  # none where no motion has a finite value of an output
+        rows.append([*row, *(MISSING if each is None else number(each.median, each.unit, 3) for each in shown)])
+    caption = f"{one.name}: response against F_E, at a gap of {_gap(one.yield_gap)}, under {name_of(one.own_model)}."
+    own = "Medians over the motions with contact, the larger of both buildings; the scene's own"
+    heads = [(head("F_E", "N"), "r"), ("contact in", "r"), *outputs.values()]
+    return [table(caption, heads, rows), paragraph(f"{own}: {_own_force(one)}.")]
+
+
+def _level(force: float, one: InterfaceAssessment) -> Cell | str:
+    """A yield force of the grid; where it is infinite, whether columns yield."""
+    if isfinite(force):
+        return number(force, "N", GIVEN)
+    return strength(force) if _columns_yield(one, force) else NEVER
+
+
+def influences(one: InterfaceAssessment) -> list[Block]:
+    """Table of how far each output moves with polarity, F_E and contact model; keys with one level are named below."""
+    heads = [("influence of", "l"), ("on", "l"), ("from one level to another", "l")]
+    rows = [(KEYS[each.key], each.what, each.words) for each in one.sensitivity if not each.is_single]
+    levels = {(name_of(each.key), each.levels[0][0]): None for each in one.sensitivity if each.is_single}
+    single = " and ".join(f"one {key}, {level}" for key, level in levels)
+    return [
+        *([table(f"{one.name}: influences on the outputs.", heads, rows)] if rows else []),
+        *([paragraph(f"The grid has {single}: scan several to see what they change.")] if single else []),
+    ]
+
+
+def fragilities(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
+    """Table of the medians and dispersions of fragilities, with standard errors, and why others were not fitted."""
+    curves = fitted(one)
+    if not curves:
+        return _not_fitted(one)
+    median = head(f"median {intensity_words(assessment.intensity)}", intensity_unit(assessment.intensity))
+    heads = [*EVENT_HEADS, (median, "r"), ("dispersion", "r"), ("s.e. of ln median; by recording", "r")]
+    heads += [("s.e. of dispersion; by recording", "r"), ("method", "l"), ("scaled by", "r")]
+    rows: list[Row] = [
+        [
+            *event_cells(curve),
+            number(curve.median, curve.unit),
+            number(curve.dispersion, digits=3),
+            _error(curve.se_median, curve.se_median_recordings),
+            _error(curve.se_dispersion, curve.se_dispersion_recordings),
+            curve.method,
+            number(curve.factor, digits=3),
+        ]
+        for curve in curves
+    ]
+    caption = f"{one.name}: fragility against {intensity_words(assessment.intensity)}, by maximum likelihood."
+    keep = of_gap(one, curves)
+    return [
+        table(caption, heads, rows, keep=keep, note=OF_GAP),
+        paragraph("Standard errors (s.e.) are those for independent motions, then those by recording."),
+        *_not_fitted(one),
+    ]
+
+
+EVENT_HEADS = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
+OF_GAP = "contact at the assessed gap, and yielding"
+
+
+def event_cells(one: Fragility | Rate | Scenario) -> Row:
+    """What a curve or rate is of, as the columns of `EVENT_HEADS`."""
+    event = "yielding" if one.what == "yield" else one.what
+    return [event, number(one.gap, "m", GIVEN), model_of(one), strength(one.yield_force)]
+
+
+def model_of(result: Share | Fragility | Rate | Scenario) -> str:
+    """The contact model of a result; contact itself depends on none."""
+    return name_of(result.contact_model) if result.contact_model else "any"
+
+
+def of_gap(one: InterfaceAssessment, results: Iterable[Fragility | Rate | Scenario]) -> list[int]:
+    """Indices of the results on contact at the assessed gap, and on yielding."""
+    return [at for at, result in enumerate(results) if result.what == "yield" or result.gap == one.gap]
+
+
+def fitted(one: InterfaceAssessment) -> list[Fragility]:
+    """The fragilities that have a median and a dispersion."""
+    return [curve for curve in one.fragility if isfinite(curve.median) and isfinite(curve.dispersion)]
+
+
+def _error(plain: float, clustered: float) -> Cell:
+    """A standard error were motions independent, and that by recording."""
+    cells = [number(error, digits=3) for error in (plain, clustered)]
+    return {"text": f"{cells[0]['text']}; {cells[1]['text']}", "parts": [cell["raw"] for cell in cells]}
+
+
+def _not_fitted(one: InterfaceAssessment) -> list[Block]:
+    """Which curves could not be fitted, and why: contact at the assessed gap, yielding, and at how many other gaps."""
+    faults: dict[str, list[str]] = {}
+    others = 0
+    for curve in one.fragility:
+        if curve.fault and curve.what == "contact" and curve.gap != one.gap:
+            others += 1
+        elif curve.fault:
+            model = f" under {name_of(curve.contact_model)}" if curve.contact_model else ""
+            faults.setdefault(curve.fault, []).append(f"{curve_words(curve)}{model}")
+    sentences = [f"{'; '.join(which)}: {fault}." for fault, which in faults.items()]
+    if others:
+        sentences.append(f"contact at {counted(others, 'other gap')}: `assess -o` writes the reason of each.")
+    return [paragraph(f"{one.name}, not fitted:"), listing(sentences, mark="")] if sentences else []
+
+
+def curve_words(curve: Fragility) -> str:
+    """What a curve is of, with its gap and F_E."""
+    event = "yielding" if curve.what == "yield" else curve.what
+    words = f"{event}, gap {amount(curve.gap, 'm')['text']}"
+    return words if curve.yield_force is None else f"{words}, F_E {strength(curve.yield_force, unit=True)['text']}"

@@ -1,0 +1,74 @@
+"""Sheet of `assess` along axes of other numbers of the scene: contact and required gap at every place."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+from pounding_risk.assessment.along import along_finding, idle_words
+from pounding_risk.questions.adequacy import GIVEN
+from pounding_risk.render.sheet import KEPT, Block, Cell, between, head, number, paragraph, table
+from pounding_risk.units import SHOWN
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NAMES = ("contact_probability", "required_gap")
+
+
+def sheet(assessed: xr.Dataset) -> list[Block]:
+    """Finding and table of what lies along the axes.
+
+    Parameters
+    ----------
+    assessed : xarray.Dataset
+        An answer of `assess_along`.
+    """
+    motions = f"Motions {assessed.attrs['motions']}; `--select` of one value along each axis gives the whole assessment"
+    return [
+        paragraph("\n".join([assessed.attrs["title"], assessed.attrs["asked"], *findings(assessed)])),
+        places(assessed),
+        paragraph(f"{motions}, `-o` writes all places."),
+    ]
+
+
+def findings(assessed: xr.Dataset) -> list[str]:
+    """Sentences on how far contact and the required gap change, and on the axes that make no difference."""
+    idle = idle_words(assessed)
+    return [f"{along_finding(assessed)}.", *([f"{idle[0].upper()}{idle[1:]}."] if idle else [])]
+
+
+def places(assessed: xr.Dataset) -> Block:
+    """Contact and the gap required at every place; those that need most stay in the text where they are many."""
+    axes = [str(dim) for dim in assessed.dims if dim != "interface"]
+    keys = [str(key) for key, coordinate in assessed.coords.items() if coordinate.dims[:1] != ("interface",)]
+    several = assessed.sizes["interface"] > 1
+    units = {key: str(assessed[key].attrs.get("units", "1")) for key in keys}
+    heads = [(head(key, units[key]) if units[key] in SHOWN else f"{key} [{units[key]}]", "r") for key in keys]
+    heads += [("neighbours", "l")] if several else []
+    heads += [(head("gap", "m"), "r"), ("P(contact) [%]", "r"), ("bounds [%]", "r")]
+    heads += [(head("gap required", "m"), "r"), (head("bounds", "m"), "r")]
+    rows: list[list[Cell | str]] = []
+    for place in product(*(range(assessed.sizes[dim]) for dim in (*axes, "interface"))):
+        cell = assessed.isel(dict(zip((*axes, "interface"), place, strict=True)))
+        share, need = ([float(cell[f"{name}{end}"]) for end in ("", "_low", "_high")] for name in NAMES)
+        rows.append(
+            [
+                *(_value(cell[key].item(), units[key]) for key in keys),
+                *([str(cell["interface"].item())] if several else []),
+                number(cell["assessed_gap"], "m", GIVEN),
+                number(share[0], "%", 3),
+                between(share[1], share[2], "%", 3),
+                number(need[0], "m"),
+                between(need[1], need[2], "m"),
+            ]
+        )
+    needs = assessed["required_gap"].transpose(*axes, "interface").values.ravel()
+    most = sorted(range(len(rows)), key=lambda at: -needs[at])[:KEPT]
+    note = "those that need most"
+    return table("Contact and gap required along the axes.", heads, rows, keep=sorted(most), note=note)
+
+
+def _value(value: Any, unit: str) -> Cell | str:
+    """Cell of a value along an axis."""
+    return value if isinstance(value, str) else number(value, unit if unit in SHOWN else "1", GIVEN)

@@ -1,0 +1,112 @@
+"""Blocks of `assess` under a hazard curve or ground-motion fields: annual rates, gaps for rates, P in an event."""
+
+from __future__ import annotations
+
+from math import isfinite, isnan
+from typing import TYPE_CHECKING
+
+from pounding_risk.assessment.rate_verdict import SHAPE
+from pounding_risk.questions.adequacy import EVENT_HEADS, OF_GAP, Row, event_cells, of_gap
+from pounding_risk.render.sheet import Block, Cell, amount, between, head, listing, number, paragraph, table
+from pounding_risk.results.amplitudes import intensity_unit, intensity_words
+
+if TYPE_CHECKING:
+    from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
+    from pounding_risk.assessment.gap_for_rate import GapForRate
+    from pounding_risk.assessment.hazard import Rate
+
+AT_LEAST = "At least: the hazard curve ends where failures do not; give one that reaches further. "
+
+
+def annual_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
+    """Table of annual rates and probabilities in 50 years, where a hazard curve is given."""
+    rates = [rate for rate in one.rates if isfinite(rate.annual)]
+    if not rates:
+        return []
+    heads = [*EVENT_HEADS, ("a year", "r"), ("bounds", "r"), ("in 50 years [%]", "r"), ("P at the weakest [%]", "r")]
+    heads += [("beyond the curve [%]", "r")]
+    rows: list[Row] = [
+        [
+            *event_cells(rate),
+            _at_least(number(rate.annual, digits=3), rate),
+            between(rate.low, rate.high, "1", 3),
+            _at_least(number(rate.fifty_years, "%", 3), rate),
+            number(rate.below, "%", 2),
+            number(rate.missing, "%", 2),
+        ]
+        for rate in rates
+    ]
+    curve, unit = assessment.hazard_rows, intensity_unit(assessment.intensity)
+    weakest, strongest = (amount(im, unit)["text"] for im in (curve[0][0], curve[-1][0]))
+    explained = (
+        f"Rates count motions from {weakest} to {strongest}, the range of the curve. "
+        f"{AT_LEAST * any(rate.at_least for rate in rates)}Beyond the curve is the "
+        "share of the failures past its ends, were it continued at the slope of its last rows; stronger motions add "
+        f"at most {number(curve[-1][1], digits=3)['text']} a year, and of weaker ones the curve says nothing. Bounds "
+        "carry the uncertainty of the fragility from so few motions, and nothing of the curve's own uncertainty."
+    )
+    caption = f"{one.name}: annual rates under the hazard curve {assessment.hazard}."
+    return [table(caption, heads, rows, keep=of_gap(one, rates), note=OF_GAP), paragraph(explained)]
+
+
+def gaps_for_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
+    """Table of the gaps that keep contact to usual rates and to the target, and why there are none for others."""
+    gaps = one.gaps_for_rates
+    known = [gap for gap in gaps if not gap.fault]
+    blocks: list[Block] = []
+    if known:
+        heads = [("contact no more often than", "l"), ("a year", "r"), (head("gap", "m"), "r")]
+        heads += [(head("bounds", "m"), "r"), (head("motions counted", "m"), "r"), ("beyond the curve [%]", "r")]
+        rows: list[Row] = [
+            [
+                f"{gap.words}{', the target' if gap.rate == assessment.target_rate else ''}",
+                number(gap.rate, digits=3),
+                _at_least(number(gap.gap, "m"), gap),
+                between(gap.low, gap.high, "m"),
+                number(gap.counted, "m"),
+                number(gap.missing, "%", 2),
+            ]
+            for gap in known
+        ]
+        blocks.append(table(f"{one.name}: gap that keeps contact to a rate under {assessment.hazard}.", heads, rows))
+        explained = AT_LEAST * any(gap.at_least for gap in known)
+        if not all(isnan(gap.counted) for gap in known):
+            explained += "Motions counted: each motion scaled until it closes the gap, without a lognormal curve. "
+            explained += SHAPE
+        blocks += [paragraph(explained.strip())] if explained else []
+    faults = dict.fromkeys(gap.fault for gap in gaps if gap.fault)
+    refused = [f"{', '.join(gap.words for gap in gaps if gap.fault == fault)}: {fault}." for fault in faults]
+    return [*blocks, *([paragraph(f"{one.name}, no gap for"), listing(refused, mark="")] if refused else [])]
+
+
+def scenario(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
+    """Table of the probabilities in a scenario or an event set, where ground-motion fields are given."""
+    known = [result for result in one.scenario if not result.fault]
+    if not known:
+        return []
+    bounds = f"{100 * assessment.confidence:g} % bounds [%]"
+    heads = [*EVENT_HEADS, ("P in an event [%]", "r"), (bounds, "r"), ("excluded events add at most [%]", "r")]
+    rows: list[Row] = [
+        [
+            *event_cells(result),
+            number(result.probability, "%", 3),
+            between(result.low, result.high, "%", 3),
+            number(result.left_out, "%", 2),
+        ]
+        for result in known
+    ]
+    words = intensity_words(assessment.intensity)
+    caption = f"{one.name}: probability in an event of {assessment.gmfs}, by its {words} at the site."
+    explained = (
+        "Bounds carry the fragility's uncertainty, that the events are a sample, and the excluded events: events "
+        "without a row at the site are below the engine's least intensity, and count as without failure."
+    )
+    return [
+        table(caption, heads, rows, keep=of_gap(one, known), note=OF_GAP),
+        paragraph(f"{assessment.gmfs_reading} {explained}".strip()),
+    ]
+
+
+def _at_least(cell: Cell, rate: Rate | GapForRate) -> Cell:
+    """The cell of a rate or gap, with "at least" where the number is only a lower bound."""
+    return {**cell, "text": f"at least {cell['text']}"} if rate.at_least else cell

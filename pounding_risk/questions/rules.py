@@ -1,0 +1,73 @@
+"""Blocks of `assess` on code rules: what each requires beside the gaps that the same motions need."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pounding_risk.assessment.separations.rules import FROM_MEMORY, ONE_GROUND, OWN_PEAKS, QUOTED_ONLY, RATIONAL, SHARED
+from pounding_risk.assessment.separations.table import short_in
+from pounding_risk.questions.adequacy import Row
+from pounding_risk.render.sheet import MISSING, Block, Cell, head, middle, number, paragraph, table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pounding_risk.assessment.assess import InterfaceAssessment
+    from pounding_risk.assessment.separations.table import Comparison
+
+DOUBTS = (FROM_MEMORY, QUOTED_ONLY, ONE_GROUND)
+
+
+def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
+    """What the rules of building codes require, motion by motion, over the gap that the motion needs.
+
+    Parameters
+    ----------
+    percentile : float
+        Share of the motions [%] whose gap is given beside the median.
+    one : InterfaceAssessment
+        Its separations are shown.
+    """
+    motions = sum(closing > 0.0 for closing in one.closing)
+    compared = [at for at, rule in enumerate(one.separations) if rule.exceeded is not None]
+    notes = [rule.row.note for rule in one.separations]
+    common = _common([rule.row.note for rule in one.separations if rule.row.separation is not None])
+    sentences = [
+        short_in(one.separations, motions),
+        *(f"Everywhere {note}" for note in common if note not in DOUBTS),
+        *(SHARED[doubt] for doubt in DOUBTS if any(doubt in note for note in notes)),
+        RATIONAL,
+        "Insufficient for: motions that need more than the rule requires from them",
+        "`separations` lists who quotes the clauses, and applies the rules to design displacements",
+    ]
+    heads = [("rule", "l"), ("clause", "l"), ("text of the clause", "l"), (head("median", "m"), "r")]
+    heads += [(head(f"{percentile:g} %", "m"), "r"), ("rule / gap required: median (16 to 84 %)", "r")]
+    heads += [("insufficient for", "r"), (f"gap / rule at {percentile:g} %", "r"), ("note", "l")]
+    rows = [_rule_cells(rule, one.gap, motions, common) for rule in one.separations]
+    caption = f"{one.name}: separations that rules require, {OWN_PEAKS}."
+    return [
+        paragraph(" ".join(f"{sentence}." for sentence in sentences)),
+        table(caption, heads, rows, keep=compared or None, note="those that give a separation" if compared else ""),
+    ]
+
+
+def _common(notes: Sequence[str]) -> list[str]:
+    """The parts that every note has, so that they are written once."""
+    parts = [note.split("; ") for note in notes]
+    return [part for part in parts[0] if all(part in others for others in parts)] if parts else []
+
+
+def _rule_cells(rule: Comparison, gap: float, motions: int, common: Sequence[str]) -> Row:
+    row = rule.row
+    elsewhere = {*common, *DOUBTS}  # above the table, and in its column of texts
+    note = "; ".join(part for part in row.note.split("; ") if part not in elsewhere) or MISSING
+    facts: Row = [row.title, row.clause, row.verification]
+    if rule.exceeded is None:
+        median = MISSING if row.separation is None else number(row.separation, "m")
+        return [*facts, median, MISSING, MISSING, MISSING, MISSING, note]
+    n_short = round(rule.exceeded * motions)
+    short: Cell = {"text": f"{n_short} of {motions}", "parts": [n_short, motions]}
+    ratios = [value or 0.0 for value in (rule.ratio_low, rule.ratio_median, rule.ratio_high)]
+    over = number(gap / rule.upper, digits=3) if rule.upper else MISSING
+    separations: Row = [number(rule.middle, "m"), number(rule.upper, "m")]
+    return [*facts, *separations, middle((ratios[0], ratios[1], ratios[2]), "1"), short, over, note]
