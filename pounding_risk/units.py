@@ -100,6 +100,8 @@ SHOWN: dict[str, tuple[str, float]] = {
     "%": ("%", 1e2),
     "s": ("s", 1.0),
     "m/s": ("m/s", 1.0),
+    "N/m": ("N/m", 1.0),
+    "N/m^1.5": ("N/m^1.5", 1.0),
     "1": ("", 1.0),
 }
 MISSING = "–"  # where there is no number

@@ -34,6 +34,12 @@ def count(value: Any) -> Cell:
     return {"text": str(int(value)), "raw": int(value)}
 
 
+def out_of(part: Any, total: Any) -> Cell:
+    """A count and of how many, "3 of 24"; – where there are none."""
+    part, total = int(part), int(total)
+    return {"text": f"{part} of {total}" if total else MISSING, "parts": [part, total]}
+
+
 def amount(value: Any, unit: str, digits: int = 4) -> Cell:
     """A number in the unit of `SHOWN`, followed by that unit; for cells whose column does not name it."""
     cell = number(value, unit, digits)
@@ -50,8 +56,8 @@ def strength(force: float | None, unit: bool = False) -> Cell:
 
 
 def milliseconds(seconds: float) -> Cell:
-    """A computing time [s], shown in ms with three digits."""
-    return {"text": rounded(seconds * 1e3, 3), "raw": seconds}
+    """A short time [s], shown in ms with three digits."""
+    return {"text": rounded(seconds * 1e3, 3), "raw": seconds if isfinite(seconds) else None}
 
 
 def between(low: float, high: float, unit: str, digits: int = 4) -> Cell:

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 # What a comparison of each place says: the axes have no effect on it where none of these changes.
 COMPARED = ("ratio_low", "ratio_median", "ratio_high", "rank_agreement", "flips", "judged")
 
-FLIPPED = ("displacement over 10 % off", "yielding or not", "gap needed")  # `FLIPS` as heads of a table
+FLIPPED = ("displacement over 10 % off", "yielding or not", "required gap")  # `FLIPS` as heads of a table
 
 
 class Place(NamedTuple):

@@ -381,7 +381,7 @@ def aside(dataset: xr.Dataset, names: list[str]) -> list[str]:
     others = [str(name) for name in dataset["contact_model"].values if name not in (*names, dataset.attrs["baseline"])]
     if not others or "reference_restitution_asked" not in dataset:
         return []
-    return [f"of {', '.join(others)}, which cannot be on equal terms, the tables tell"]
+    return [f"in the tables only, as they cannot be on equal terms: {', '.join(others)}"]
 
 
 def _by_cap(dataset: xr.Dataset, names: list[str]) -> tuple[list[str], list[str]]:

@@ -7,8 +7,9 @@ import pytest
 from figure_words import words_of
 
 import pounding_risk as pr
-from pounding_risk.cli.compare import print_comparison
 from pounding_risk.figures.compare import agreement_figure, reference_figure
+from pounding_risk.questions.compare import sheet
+from pounding_risk.render.terminal import print_sheet
 from pounding_risk.scene.scene import OF_EACH_INTERFACE
 from pounding_risk.studies.compare_findings import of_interface
 
@@ -87,7 +88,7 @@ def test_a_comparison_of_stiffnesses_in_two_units(capsys):
     forces = compared["reference_peak_force"].values
     np.testing.assert_allclose(forces, np.broadcast_to(forces[:, -1:], forces.shape), rtol=1e-6)
     assert compared["stiffness"].sel(contact_model="kelvin_voigt").values[1] == 1e8
-    print_comparison(compared, "B | C")
+    print_sheet(sheet(compared, "B | C"))
     assert f"Ratio to {OF_EACH_INTERFACE}" in capsys.readouterr().out
     for figure in (agreement_figure(compared), reference_figure(compared, interface="A | B")):
         assert "no force against" not in words_of(figure)

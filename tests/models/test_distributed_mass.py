@@ -14,12 +14,13 @@ from typer.testing import CliRunner
 
 import pounding_risk as pr
 from pounding_risk import cli, figures
-from pounding_risk.cli.compare import print_comparison
 from pounding_risk.errors import PoundingError
 from pounding_risk.lab.stability.trial import SOFT, STIFF, WALL, shaking
 from pounding_risk.models.contact.impulsive import DistributedMass, Stereomechanical
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building
+from pounding_risk.questions.compare import sheet
+from pounding_risk.render.terminal import print_sheet
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COMPLETE, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
@@ -330,10 +331,10 @@ def test_compare_says_that_e_is_its_own(capsys):
     figures.reference_figure(dataset)
     edge = [text.get_text() for text in figures.agreement_figure(dataset).axes[1].texts]
     assert edge == [f"{float(ratios.sel(output='peak contact force')):.2g}"]
-    print_comparison(dataset.assign_attrs(left_out="merged: not asked for"))
+    print_sheet(sheet(dataset.assign_attrs(left_out="merged: not asked for")))
     told = capsys.readouterr().out
     assert "e and force are its own: nothing can be made equal" in told
-    assert "left out    merged: not asked for" in told
+    assert "excluded merged: not asked for" in " ".join(told.split())
     without = scene_of(scene(left="", contact_model="linear", stiffness="5e8 N/m", restitution=0.65))
     assert "distributed_mass" not in on_equal_terms(without, (), None, (None, None)).grid.contact_models
     assert 'distributed_mass: left without floor_length; write floor_length = "20 m"' in left_out(without)

@@ -15,11 +15,12 @@ from scipy.stats import spearmanr
 from typer.testing import CliRunner
 
 from pounding_risk import cli, compare, figures, scan, simulate, summary
-from pounding_risk.cli.compare import print_comparison
 from pounding_risk.ensemble.laws import laws_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.restitution import constant
+from pounding_risk.questions.compare import sheet
+from pounding_risk.render.terminal import print_sheet
 from pounding_risk.scene.interfaces import EqualTerms, known_law
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.tables import Effect
@@ -403,13 +404,13 @@ def test_the_interface_shown_is_the_one_where_laws_differ_most(dataset, of_row, 
     # In contact the two solvers step alike, and an explicit step's error is below rtol 1e-6 of the peaks.
     peak = float(np.abs(dataset["history"]).max())
     assert of_row["history"].values == pytest.approx(dataset["history"].values, abs=1e-4 * peak)
-    print_comparison(of_row)
+    print_sheet(sheet(of_row))
     told = " ".join(capsys.readouterr().out.split())
-    assert "left | right 307.7 t 24 of 36" in told and "right | wall 800 t 0 of 36" in told
-    assert "Interface left | right of 2, where the laws move the peak relative displacement most" in told
+    assert "left | right 307.7 24 of 36" in told and "right | wall 800 0 of 36" in told
+    assert "of interface left | right of 2, where the laws move the peak relative displacement most" in told
     assert of_row.attrs["finding"] in told and ", left | right)" in of_row.attrs["finding"]
-    print_comparison(of_row, "right | wall")
-    assert "Interface right | wall of 2; another one" in capsys.readouterr().out
+    print_sheet(sheet(of_row, "right | wall"))
+    assert "of interface right | wall of 2; compare --interface" in capsys.readouterr().out
     with pytest.raises(PoundingError, match=r'"left \| wall" is not an interface .*it may be "left \| right" or'):
         compare_findings.place_of_interface(of_row, "left | wall")
 
@@ -591,7 +592,7 @@ def test_the_command_prints_and_writes(tmp_path, monkeypatch):
     with xr.open_dataset("c.nc") as stored:
         assert stored.attrs["finding"] in ran.stdout
         assert (stored.attrs["same"], stored.attrs["speed"]) == ("penetration", 0.25)
-    assert "Equal terms: the same penetration as jankowski in an impact at 0.25 m/s" in ran.stdout
+    assert "the same penetration as jankowski in an impact at 0.25 m/s" in ran.stdout
     assert "elastic: cannot dissipate" in ran.stdout and "0 of 36" in ran.stdout
     assert Path("c.png").stat().st_size and Path("c-impacts.png").stat().st_size
 

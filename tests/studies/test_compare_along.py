@@ -18,9 +18,10 @@ from uncertain import uncertain_text
 
 import pounding_risk as pr
 from pounding_risk import cli, figures
-from pounding_risk.cli.compare import print_along
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.compare import ratio_limits, ratio_ticks
+from pounding_risk.questions.compare import sheet
+from pounding_risk.render.terminal import print_sheet
 from pounding_risk.reports.sections import models
 from pounding_risk.results.files import open_results
 from pounding_risk.results.layout import SCENE_AXES
@@ -238,9 +239,9 @@ def test_a_place_has_the_numbers_of_its_tables(whole, capsys):
         others = here.sel(output="peak contact force")
         assert max(high, 1.0 / low) >= float(others["ratio_high"].max())
         assert max(high, 1.0 / low) >= 1.0 / float(others["ratio_low"].min())
-    print_along(whole)
+    print_sheet(sheet(whole))
     told = capsys.readouterr().out
-    assert whole.attrs["finding"] in told and "Equal terms at each place: the same peak force as jankowski" in told
+    assert whole.attrs["finding"] in told and "Comparison on equal terms at each place" in told
     assert told.count(" of 8 ") == 6 and "terms are equal at one speed only" in told
 
 
@@ -334,7 +335,7 @@ def test_the_command_prints_writes_draws_and_chooses(scene):
     stored = open_results(Path("c.nc"))
     assert stored.attrs["finding"] in told.stdout and stored["ratio_high"].dims[0] == PERIOD
     assert RESTITUTION not in stored.dims and Path("c.png").stat().st_size
-    assert "--select of one value along each axis gives the whole comparison" in told.stdout
+    assert "With --select of one value along each axis all tables of that place are shown" in told.stdout
     one = run(scene, "-o", "one.nc", "--select", f"{RESTITUTION}=0.8", "--select", f"{PERIOD}=300 ms")
     same = run(scene, "-o", "set.nc", "--set", f"{RESTITUTION}=0.8", "--set", f"{PERIOD}=0.3 s")
     assert one.stdout.replace("one.nc", "set.nc") == same.stdout and "Ratio to jankowski" in one.stdout
@@ -342,8 +343,9 @@ def test_the_command_prints_writes_draws_and_chooses(scene):
 
 def test_a_report_has_the_finding_and_a_row_for_each_place(whole):
     data = SimpleNamespace(pairs=(), laws=["jankowski"], others={"compare": whole}, results=whole)
-    _, finding, origin, table = models.write(data)
-    assert finding["text"] == whole.attrs["finding"] and "along axes of the scene" in origin["text"]
+    _, _, finding, *others, table = blocks = models.write(data)
+    assert blocks[2:] == sheet(whole)
+    assert finding["text"] == whole.attrs["finding"] and others[0]["rows"][0][0] == "equal terms"
     assert len(table["rows"]) == 6 and table["rows"][0][0]["text"] == "0.3 s"
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from pounding_risk.assessment.sensitivity import force_words
 from pounding_risk.figures.style import MEANING, QUIET, blank, plain, svg_text
+from pounding_risk.questions.compare import sheet
 from pounding_risk.render.sheet import (
     DRAWN,
     Block,
@@ -27,24 +28,13 @@ from pounding_risk.render.sheet import (
     table,
 )
 from pounding_risk.reports.data import Pair, ReportData
-from pounding_risk.studies.compare_along import FLIPPED, is_along, keys_along, rows_along, widest_along
-from pounding_risk.studies.compare_findings import (
-    FIRST_TWO,
-    interface_names,
-    of_interface,
-    place_of_interface,
-    times_words,
-    which_interface,
-)
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 TITLE = "Contact models compared"
 ORDER = 70
-FIRST_OUTPUTS = 4  # of a comparison, which has the most telling ones first
 # Outputs by which models are set side by side: what they are called, and their unit.
 BY_MODEL = {
     "peak_relative_displacement": ("peak relative displacement", "m"),
@@ -63,7 +53,9 @@ def write(data: ReportData) -> list[Block]:
         run = "Each interface has a contact model of its own" if mixed else "One contact model was run"
         blocks.append(paragraph(f"{run}. Whether another says otherwise: `pounding-risk compare`."))
     if "compare" in data.others:
-        blocks += _compared(data.others["compare"])
+        answer = data.others["compare"]
+        source = paragraph(f"From `pounding-risk compare` of “{answer.attrs['title']}”.")
+        blocks += [heading("On equal terms", "equal-terms"), source, *sheet(answer)]
     return blocks
 
 
@@ -121,75 +113,3 @@ def draw_models(names: Sequence[str], panels: dict[str, np.ndarray]) -> Figure:
     axes[0, 0].set_ylim(rows - 0.5, -0.5)
     axes[0, 0].tick_params(axis="y", colors=QUIET, labelcolor="black")
     return drawn
-
-
-def _compared(dataset: xr.Dataset) -> list[Block]:
-    """The finding of `compare`, and each law's ratios and changed conclusions; along axes what each place says.
-
-    Of a row the tables are of one interface, that of the command's; the finding is of all.
-    """
-    if is_along(dataset):
-        return _compared_along(dataset)
-    index, title = place_of_interface(dataset), str(dataset.attrs["title"])
-    which, dataset = which_interface(dataset, index), of_interface(dataset, index)
-    baseline, at = str(dataset.attrs["baseline"]), f", {which}" if which else ""
-    outputs = [str(name) for name in dataset["output"].values[:FIRST_OUTPUTS]]
-    conclusions = [str(name) for name in dataset["conclusion"].values]
-    ratios: list[list[Cell | str]] = []
-    differing: list[list[Cell | str]] = []
-    for law in map(str, dataset["contact_model"].values):
-        of_law = dataset.sel(contact_model=law)
-        counts = [(of_law["flips"].sel(conclusion=name), of_law["judged"].sel(conclusion=name)) for name in conclusions]
-        ratios.append([name_of(law), *(_ratio(of_law.sel(output=name)) for name in outputs)])
-        differing.append([name_of(law), *(_of(*count) for count in counts)])
-    return [
-        heading("On equal terms", "equal-terms"),
-        paragraph(str(dataset.attrs["finding"])),
-        paragraph(f"From `pounding-risk compare` of “{title}”."),
-        table(
-            f"Ratio to {name_of(baseline)}: median (16 to 84 %) over the cases in which that has contact{at}.",
-            [("contact model", "l"), *((name, "r") for name in outputs)],
-            ratios,
-        ),
-        table(
-            f"In how many of the judged cases a conclusion differs from that under {name_of(baseline)}{at}.",
-            [("contact model", "l"), *((name, "r") for name in conclusions)],
-            differing,
-        ),
-    ]
-
-
-def _compared_along(dataset: xr.Dataset) -> list[Block]:
-    """The finding of `compare` along axes, and of each place the law that moves an output or a conclusion most."""
-    names, index = interface_names(dataset), widest_along(dataset)
-    rows = [
-        [*row.cells, f"{row.touched} of {row.cases}", *(_moved(*one) for one in row.furthest), *map(name_of, row.flips)]
-        for row in rows_along(dataset, index)
-    ]
-    heads = [(key, "l") for key in keys_along(dataset)]
-    heads += [("cases with contact", "r"), *((words, "l") for words in (*FIRST_TWO, *FLIPPED))]
-    where = f", at {names[index]}, where the peak relative displacement moves most" if len(names) > 1 else ""
-    return [
-        heading("On equal terms", "equal-terms"),
-        paragraph(str(dataset.attrs["finding"])),
-        paragraph(f"From `pounding-risk compare` of “{dataset.attrs['title']}”, along axes of the scene."),
-        table(
-            f"Which law moves an output furthest from {name_of(dataset.attrs['baseline'])} (16 to 84 % of the ratios), "
-            f"and in how many cases at most a conclusion differs{where}.",
-            heads,
-            rows,
-        ),
-    ]
-
-
-def _moved(law: str, low: float, high: float) -> str:
-    return "–" if np.isnan(high) else f"{times_words(low, high)} ({name_of(law)})"
-
-
-def _ratio(cell: xr.Dataset) -> Cell:
-    low, median, high = (float(cell[f"ratio_{percentile}"]) for percentile in ("low", "median", "high"))
-    return middle((low, median, high), "1")
-
-
-def _of(flips: xr.DataArray, judged: xr.DataArray) -> Cell:
-    return {"text": f"{int(flips)} of {int(judged)}", "parts": [float(flips), float(judged)]}

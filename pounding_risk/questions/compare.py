@@ -1,0 +1,197 @@
+"""Sheet of `compare`: contact models on equal terms, at one place or along axes of numbers of the scene."""
+
+from __future__ import annotations
+
+from math import isnan, nan
+from typing import TYPE_CHECKING
+
+from pounding_risk.render.sheet import (
+    Block,
+    Cell,
+    amount,
+    between,
+    facts,
+    head,
+    middle,
+    milliseconds,
+    number,
+    out_of,
+    paragraph,
+    table,
+)
+from pounding_risk.results.summary import failures
+from pounding_risk.results.tolerance_check import findings
+from pounding_risk.studies.compare_along import FLIPPED, is_along, keys_along, rows_along, widest_along
+from pounding_risk.studies.compare_findings import (
+    AT_SOME,
+    FIRST_TWO,
+    at_interface,
+    furthest,
+    index_of_interface,
+    interface_names,
+    of_interface,
+    peers,
+    place_of_interface,
+    which_interface,
+    with_terms_of_its_own,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Row = list[Cell | str]
+# Whether the yield force acts in a law, of a row where each interface has a model of its own at some of them.
+YIELDS: dict[int, list[str]] = {0: [], 1: ["yields at F_E"], AT_SOME: ["yields at F_E at some interfaces"]}
+ANOTHER = 'compare --interface "LEFT | RIGHT" shows another one'
+
+
+def sheet(comparison: xr.Dataset, interface: str | None = None) -> list[Block]:
+    """The finding, the terms of the comparison, ratios to the baseline, and the conclusions that change.
+
+    Parameters
+    ----------
+    comparison : xarray.Dataset
+        A dataset of `compare`.
+    interface : str, optional
+        Whose tables, of a row, "left | right"; by default the one where the laws move the peak relative displacement
+        most.
+
+    Returns
+    -------
+    list of Block
+        Along axes one table with a row for each place.
+    """
+    finding = paragraph(comparison.attrs["finding"])
+    if is_along(comparison):
+        return [finding, *_along(comparison, interface)]
+    index = place_of_interface(comparison, interface)
+    which, one = which_interface(comparison, index), of_interface(comparison, index)
+    shown = [_interfaces(comparison), paragraph(f"The tables below are of {which}; {ANOTHER}.")] if which else []
+    return [finding, _facts(comparison, one), *shown, _terms(one), _ratios(one), _disagreements(one)]
+
+
+def _along(comparison: xr.Dataset, interface: str | None) -> list[Block]:
+    names = interface_names(comparison)
+    index = widest_along(comparison) if interface is None else index_of_interface(names, interface)
+    which = ""
+    if len(names) > 1:
+        rule = ", where the laws move the peak relative displacement most at any place" if interface is None else ""
+        which = f"The table is of interface {names[index]} of {len(names)}{rule}; {ANOTHER}. "
+    heads = [(key, "l") for key in keys_along(comparison)]
+    heads += [("cases with contact", "r"), *((words, "l") for words in (*FIRST_TWO, *FLIPPED))]
+    rows: list[Row] = [
+        [*row.cells, out_of(row.touched, row.cases), *(_range(*one) for one in row.furthest), *row.flips]
+        for row in rows_along(comparison, index)
+    ]
+    caption = (
+        f"Against {comparison.attrs['baseline']}: which law moves an output furthest (16 to 84 % of the ratios over "
+        "the cases with contact), and in how many cases at most a conclusion differs."
+    )
+    return [
+        _facts(comparison, at_interface(comparison, index), " at each place"),
+        paragraph(f"{which}With --select of one value along each axis all tables of that place are shown."),
+        table(caption, heads, rows),
+    ]
+
+
+def _facts(comparison: xr.Dataset, of_interface: xr.Dataset, where: str = "") -> Block:
+    """What holds for the whole comparison: terms, checks, failures, excluded laws, approach speeds."""
+    attrs = comparison.attrs
+    also = ", and the same e" if attrs.get("restitution_relation") == "exact" else ""
+    speed = f" at {amount(attrs['speed'], 'm/s')['text']}" if "speed" in attrs else ""
+    terms = f"the same {attrs['same']} as {attrs['reference_law']} in an impact{speed}{also}"
+    rows = [("equal terms", terms), *findings(comparison)]
+    rows += [("failed", f"{count}: {name}") for name, count in failures(comparison).items()]
+    rows += [("excluded", attrs["left_out"])] if attrs["left_out"] else []
+    rows += [("e", f"as published, not equal: {attrs['unequal_e']}")] if attrs["unequal_e"] else []
+    fastest = of_interface["peak_approach_speed"].sel(contact_model=attrs["baseline"])
+    fastest = fastest.where(fastest > 0.0)
+    if int(fastest.notnull().sum()):
+        low, median, high = (amount(fastest.quantile(share), "m/s", 2)["text"] for share in (0.16, 0.5, 0.84))
+        spread = "" if low == high else f" (median; 16 to 84 %: {low} to {high})"
+        rows.append(("approach", f"fastest touch of a case {median}{spread}; terms are equal at one speed only"))
+    if not int(comparison["flips"].sel(conclusion="gap adequacy").sum()):
+        alone = comparison.sizes["building"] == 2
+        why = "the free motion decides whether there is contact at all" if alone else "at every interface of this row"
+        rows.append(("required gap", f"the same under every law: {why}"))
+    return facts(f"Comparison on equal terms{where}.", rows)
+
+
+def _interfaces(comparison: xr.Dataset) -> Block:
+    heads = [("interface", "l"), (head("reduced mass", "kg"), "r"), ("cases with contact", "r")]
+    names = peers(comparison)
+    rows: list[Row] = []
+    for index, interface in enumerate(interface_names(comparison)):
+        part = of_interface(comparison, index)
+        touched = part["judged"].sel(conclusion="displacement", contact_model=part.attrs["baseline"])
+        cells = [number(part["reduced_mass"], "kg"), out_of(touched, part["impact_count"][{"contact_model": 0}].size)]
+        rows.append(
+            [interface, *cells, *(_range(*furthest(part, name, names)) if names else "–" for name in FIRST_TWO)]
+        )
+    caption = "Interfaces: which law moves an output furthest (16 to 84 % of the ratios over the cases with contact)."
+    return table(caption, [*heads, *((words, "l") for words in FIRST_TWO)], rows)
+
+
+def _terms(one: xr.Dataset) -> Block:
+    heads = [("law", "l"), ("stiffness", "r"), ("e requested", "r"), ("e achieved", "r")]
+    heads += [(head("peak force", "N"), "r"), (head("penetration", "m"), "r"), ("duration [ms]", "r"), ("note", "l")]
+    rows: list[Row] = []
+    for name, has_own_terms in zip(one["contact_model"].values, with_terms_of_its_own(one), strict=True):
+        law = one.sel(contact_model=name)
+        asked = law["reference_restitution_asked"]
+        if bool(law["dissipates"]) and bool(asked.notnull()):
+            note = []
+        elif has_own_terms:
+            note = ["e and force are its own: nothing can be made equal"]
+        elif bool(law["dissipates"]):
+            note = ["e is its own: no restitution can be given to it"]
+        elif bool(asked.notnull()):
+            note = ["elastic with e = 1"]
+        else:
+            note = ["elastic: cannot dissipate, no restitution can be given to it"]
+        row: Row = [
+            str(name),
+            amount(law["stiffness"], str(law["stiffness_unit"].values) or "1"),
+            number(asked if law["dissipates"] else nan),
+            number(law["reference_restitution"]),
+            number(law["reference_peak_force"], "N"),
+            number(law["reference_peak_penetration"], "m", 3),
+            milliseconds(float(law["reference_duration"])),
+            "; ".join([*note, *YIELDS[int(law["capped"])]]),
+        ]
+        rows.append(row)
+    return table("Terms: each law in the reference impact.", heads, rows)
+
+
+def _ratios(one: xr.Dataset) -> Block:
+    outputs = [str(name) for name in one["output"].values]
+    rows: list[Row] = []
+    for name in one["contact_model"].values:
+        spreads = (
+            [float(one[f"ratio_{part}"].sel(contact_model=name, output=output)) for part in ("low", "median", "high")]
+            for output in outputs
+        )
+        rows.append([str(name), *(middle((low, median, high), "1") for low, median, high in spreads)])
+    caption = f"Ratio to {one.attrs['baseline']}: median (16 to 84 %) over the cases in which that has contact."
+    # "peak" stands in all heads but of counts and impulses, and makes them longer than their numbers.
+    heads = [("law", "l"), *((output.removeprefix("peak "), "r") for output in outputs)]
+    return table(caption, heads, rows)
+
+
+def _disagreements(one: xr.Dataset) -> Block:
+    heads = [("law", "l"), ("contact", "r"), ("yielding", "r"), ("displacement over 10 % off", "r")]
+    heads += [("required gap", "r"), ("rank correlation: displacement", "r"), ("force", "r")]
+    rows: list[Row] = []
+    for name in one["contact_model"].values:
+        law = one.sel(contact_model=name)
+        counts = zip(law["flips"].values, law["judged"].values, strict=True)
+        ranks = [number(law["rank_agreement"].sel(output=output)) for output in FIRST_TWO]
+        rows.append([str(name), *(out_of(flips, judged) for flips, judged in counts), *ranks])
+    caption = f"Cases in which a conclusion differs from that under {one.attrs['baseline']}, and ranks of the motions."
+    return table(caption, heads, rows)
+
+
+def _range(law: str, low: float, high: float) -> Cell | str:
+    """The 16 to 84 % range of a ratio, and the law that has it."""
+    cell = between(low, high, "1", 3)
+    return "–" if isnan(high) else cell | {"text": f"{cell['text']} ({law})"}
