@@ -109,6 +109,15 @@ def of_few(closings: CrossedClosings, criterion: Criterion) -> Iterator[str]:
         yield f"Without a finite response, and counted as contact at every gap: {lost} of {whole} outcomes."
 
 
+def samples_words(part: xr.Dataset) -> str:
+    """Sentence on the samples whose P(contact) exceeds the target; "" where motions are drawn with samples."""
+    if "samples_over_target" not in part:
+        return ""
+    share, low, high = (share_words(float(part[f"samples_over_target{end}"])) for end in ("", "_low", "_high"))
+    target = percent_words(float(part.attrs["target"]))
+    return f"In {share} of the samples (bounds {low} to {high}) P(contact) under these motions exceeds {target}."
+
+
 def parts_words(part: xr.Dataset) -> str:
     """Sentence on the shares that motions, parameters and their interaction have in the variance."""
     share = dict(zip(part["component"].values.tolist(), part["variance_share"].values.tolist(), strict=True))

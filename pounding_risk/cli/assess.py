@@ -132,7 +132,7 @@ def _assess_setbacks(results: Any, out: Path | None, **options: Any) -> None:
 def _assess_samples(results: Any, out: Path | None, figure: Path | None, **options: Any) -> None:
     """Print what `uncertainty` says of a dataset whose cases lie along samples of uncertain numbers."""
     from pounding_risk.assessment.uncertain import uncertainty
-    from pounding_risk.cli.uncertainty import print_uncertainty
+    from pounding_risk.questions.uncertainty import sheet
 
     if out is not None:
         raise PoundingError(
@@ -140,7 +140,7 @@ def _assess_samples(results: Any, out: Path | None, figure: Path | None, **optio
         )
     assessed = uncertainty(results, **options)
     draw(figure, "uncertainty.uncertainty_figure", assessed)
-    print_uncertainty(assessed)
+    print_sheet(sheet(assessed))
     print("`pounding-risk uncertainty` has more of this; `--select sample=0` gives the whole assessment of one sample")
 
 

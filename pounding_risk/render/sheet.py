@@ -60,12 +60,22 @@ def milliseconds(seconds: float) -> Cell:
     return {"text": rounded(seconds * 1e3, 3), "raw": seconds if isfinite(seconds) else None}
 
 
-def between(low: float, high: float, unit: str, digits: int = 4) -> Cell:
+def probability(value: Any) -> Cell:
+    """A probability in %, small ones as below 0.01."""
+    cell = number(value, "%", 3)
+    return cell | {"text": "< 0.01"} if 0.0 < float(value) < 1e-4 else cell
+
+
+def between(low: Any, high: Any, unit: str, digits: int = 4) -> Cell:
     """Both ends of a range, in the unit of the column's head."""
-    ends = [number(end, unit, digits) for end in (low, high)]
+    return joined(number(low, unit, digits), number(high, unit, digits))
+
+
+def joined(*ends: Cell) -> Cell:
+    """A range from the cells of its ends."""
     if all(end["text"] == MISSING for end in ends):
         return {"text": MISSING, "parts": [None, None]}
-    return {"text": f"{ends[0]['text']} to {ends[1]['text']}", "parts": [end["raw"] for end in ends]}
+    return {"text": " to ".join(end["text"] for end in ends), "parts": [end["raw"] for end in ends]}
 
 
 def percentiles(values: Any) -> tuple[float, float, float]:

@@ -13,9 +13,10 @@ import pounding_risk as pr
 from pounding_risk.assessment.along import assess_along
 from pounding_risk.assessment.drawn_closings import Clusters, DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.assessment.uncertain_words import parts_words
-from pounding_risk.cli.uncertainty import print_uncertainty
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.uncertainty import uncertainty_figure
+from pounding_risk.questions.uncertainty import sheet
+from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.files import open_results, save
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.toml import write_toml
@@ -252,7 +253,7 @@ def test_the_figure_has_the_motion_beside_the_numbers(of_scene):
 
 
 def test_what_is_printed_leaves_out_what_drawn_motions_do_not_tell(of_scene, capsys):
-    print_uncertainty(of_scene)
+    print_sheet(sheet(of_scene))
     printed = capsys.readouterr().out
     assert "the motion " in printed and "parameters and interaction" in printed
     assert "5 % of samples" not in printed and "motions alone" not in printed and "nan" not in printed

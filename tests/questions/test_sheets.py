@@ -28,6 +28,7 @@ from pounding_risk.reports.document import number_blocks
 ANSWERS: MappingProxyType[str, Callable[[Path], Any]] = MappingProxyType(
     {
         "damage": lambda folder: pr.damage(_scan(folder, "levels"), hazard=folder / "hazard.csv"),
+        "uncertainty": lambda folder: pr.uncertainty(folder / "uncertain.toml"),
         "verify": lambda _: pr.verify(["hertz_1881", "chopra_10_4"]),
     }
 )
