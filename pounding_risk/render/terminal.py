@@ -213,6 +213,10 @@ def _print_list(block: Block) -> None:
         print(f"note: {item}")
 
 
+def _print_source(block: Block) -> None:
+    print(f"{block['caption']}\n\n{block['text']}")
+
+
 def _print_text(block: Block) -> None:
     print(block["text"])
 
@@ -220,7 +224,7 @@ def _print_text(block: Block) -> None:
 _PRINTERS: dict[str, Callable[[Block], None]] = {
     "paragraph": _print_text,
     "heading": _print_text,
-    "source": _print_text,
+    "source": _print_source,
     "list": _print_list,
     "table": _print_table_block,
     "facts": _print_facts,
