@@ -6,7 +6,8 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-FEW_RECORDS = 3  # records that share a note and are all named in it
+from pounding_risk.questions.notes import flag_sentences
+
 FASTER = "faster than the range of the restitution relation, which is held at its end there"
 
 
@@ -27,11 +28,5 @@ def print_unused(dataset: Any) -> None:
 
 
 def print_flags(flags: Mapping[str, Sequence[str]]) -> None:
-    """Print the notes on each record. A note that several records share is printed once, with their names."""
-    records: dict[str, list[str]] = {}
-    for record, notes in flags.items():
-        for note in notes:
-            records.setdefault(note, []).append(record)
-    for note, names in records.items():
-        who = ", ".join(names) if len(names) <= FEW_RECORDS else f"{names[0]} and {len(names) - 1} others"
-        print(f"note: {who}: {note}")
+    """Print the notes on each record."""
+    print_notes(flag_sentences(flags))
