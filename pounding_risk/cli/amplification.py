@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from pounding_risk.cli._common.files import announce, draw, write_text
-from pounding_risk.cli._common.notes import print_flags, print_left_out, print_notes
 from pounding_risk.cli._common.options import (
     NONE,
     Dataset,
@@ -24,7 +22,7 @@ from pounding_risk.cli._common.options import (
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli._common.subjects import SOURCE, read_subject
 from pounding_risk.cli.records import _options as options
-from pounding_risk.render.terminal import engineering, print_pairs, print_table
+from pounding_risk.render.terminal import print_sheet
 
 ORDER = 126
 
@@ -74,6 +72,7 @@ def amplification(
     from pounding_risk.assessment.amplification import PERCENTILES, amplification_table
     from pounding_risk.assessment.amplification import amplification as run
     from pounding_risk.assessment.spectra import read_percentiles
+    from pounding_risk.questions.amplification import sheet
     from pounding_risk.units import GAP, PERIOD
 
     treatment = {
@@ -93,55 +92,8 @@ def amplification(
             num_gaps=num_gaps, share_of=share_of, damping=damping or None, mass_ratio=mass_ratio, motions=motions,
             workers=workers, new=new, progress=progress,
         )  # fmt: skip
-    print_amplification(dataset)
+    print_sheet(sheet(dataset))
     announce(out)
     if table is not None:
         write_text(table, amplification_table(dataset).to_csv(index=False))
     draw(figure, "amplification_chart.amplification_figure", dataset)
-
-
-def print_amplification(dataset: Any) -> None:
-    """Print the amplification of the displacements at a few ratios and gaps, then what it is of and the finding."""
-    from pounding_risk.assessment.amplification import ratio_words, reference_name, table_rows, told_words
-    from pounding_risk.assessment.spectra import motions_words
-
-    names = [str(name) for name in dataset["building"].values]
-    percentiles = [f"{value:g} %" for value in dataset["percentile"].values]
-    shares = "gap_share" in dataset.dims
-    several = dataset.sizes["fixed_period"] > 1
-    heads = (
-        *(["beside"] if several else []),
-        ratio_words(dataset),
-        *([f"gap / {reference_name(dataset)}"] if shares else []),
-        "gap",
-        "touch in",
-        *(f"{name} {percentile}" for name in names for percentile in percentiles),
-    )
-    rows = [
-        (
-            *([engineering(row.period, "s", 3)] if several else []),
-            f"{row.ratio:.3g}",
-            *([f"{row.share:.3g}"] if row.share is not None else []),
-            engineering(row.gap, "m", 3),
-            f"{100.0 * row.touching:.0f} %",
-            *(f"{value:.2f}" for of_building in row.values for value in of_building),
-        )
-        for row in table_rows(dataset)
-    ]
-    print("Peak displacement with contact over that without, by share of the motions that have no more\n")
-    print_table(heads, rows, "r" * len(heads))
-    print()
-    ratios = dataset["period_ratio"].values
-    failed = int(dataset.attrs["failed_runs"])
-    print_pairs(
-        [
-            ("motions", motions_words(dataset)),
-            ("ratios", f"{ratios.size} from {ratios[0]:.4g} to {ratios[-1]:.4g}"),
-            ("told", told_words(dataset)),
-            *([("failed", f"{failed} runs, left out of the percentiles")] if failed else []),
-            ("finding", dataset.attrs["finding"]),
-        ]
-    )
-    print_notes(json.loads(dataset.attrs.get("notes", "[]")))
-    print_left_out(json.loads(dataset.attrs.get("left_out", "[]")))
-    print_flags(json.loads(dataset.attrs["flags"]))

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
 
 from pounding_risk.cli._common.files import announce, draw
-from pounding_risk.cli._common.notes import print_flags, print_left_out
 from pounding_risk.cli._common.options import NONE, Dataset, Figure, New, Overrides, Workers, option, read_option
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli._common.subjects import SOURCE, read_subject
 from pounding_risk.cli.records import _options as options
 from pounding_risk.errors import PoundingError
-from pounding_risk.render.terminal import engineering, print_pairs, print_table
+from pounding_risk.render.terminal import print_sheet
 
 ORDER = 125
 SIDES = "left, then right"
@@ -56,6 +54,7 @@ def spectra(
     """The gap required over the periods of two buildings."""
     from pounding_risk.assessment.spectra import JUDGED, PERCENTILES, charted, read_percentiles
     from pounding_risk.assessment.spectra import spectra as run
+    from pounding_risk.questions.spectra import sheet
     from pounding_risk.units import PERIOD
 
     ranges = {"periods": periods, "right_periods": right_periods}
@@ -75,7 +74,7 @@ def spectra(
             subject, out, **asked, num=num, spacing=spacing, damping=damping or None, percentiles=shares,
             motions=motions, workers=workers, new=new, progress=progress,
         )  # fmt: skip
-    print_spectra(dataset)
+    print_sheet(sheet(dataset))
     announce(out)
     draw(figure, "spectra.gap_spectra_figure", dataset, rules=rule or JUDGED)
 
@@ -91,54 +90,3 @@ def _check_rules(rules: Sequence[str], known: Sequence[str]) -> None:
             )
     if rules and len(set(rules)) != 2:
         raise PoundingError("--rule: the figure shows two rules; name two, such as --rule srss --rule eurocode8")
-
-
-def print_spectra(dataset: Any) -> None:
-    """Print the gap required at a few pairs of periods, how each rule compares with it at all, then the finding."""
-    from pounding_risk.assessment.spectra import motions_words, table_rows, usual_percentile
-
-    at = usual_percentile(dataset)
-    heads = ("left", "right", *(f"{value:g} %" for value in dataset["percentile"].values), "ABS", "SRSS", "DDC")
-    rows = [
-        (*(f"{period:.3g} s" for period in row.periods), *(engineering(gap, "m", 3) for gap in (*row.gaps, *row.rules)))
-        for row in table_rows(dataset)
-    ]
-    print(f"Gap required by a share of the motions; ABS, SRSS and DDC of spectral displacements at {at:g} %\n")
-    print_table(heads, rows, "r" * len(heads))
-    print(f"\nGap that {at:g} % of the motions need, over what a rule asks for, at all pairs of periods\n")
-    _print_rules(dataset)
-    print()
-    ranges = (dataset[f"{side}_period"].values for side in ("left", "right"))
-    words = [f"{values.size} from {values[0]:.4g} s to {values[-1]:.4g} s" for values in ranges]
-    dampings = [f"{100.0 * float(dataset[f'{side}_damping']):.4g} %" for side in ("left", "right")]
-    print_pairs(
-        [
-            ("motions", motions_words(dataset)),
-            ("periods", " × ".join(words)),
-            ("damping", " beside ".join(dampings)),
-            ("told", "single masses on one ground, linear, without contact; percentiles of the sample, without bounds"),
-            ("rules", "take linear displacements (factors 1) and floors at different levels; none that needs heights"),
-            ("finding", dataset.attrs["finding"]),
-        ]
-    )
-    print_left_out(json.loads(dataset.attrs.get("left_out", "[]")))
-    print_flags(json.loads(dataset.attrs["flags"]))
-
-
-def _print_rules(dataset: Any) -> None:
-    """Print at how many pairs of periods each rule asks for less than the gap, and the largest ratio with its place."""
-    from pounding_risk.assessment.spectra import shortfalls
-
-    rows = [
-        (
-            short.rule,
-            str(dataset["rule_verification"].sel(rule=short.rule).item()),
-            f"{100.0 * short.pairs:.0f} %",
-            f"{short.median:.2f}",
-            f"{short.ratio:.2f}",
-            " beside ".join(f"{period:.2g} s" for period in short.periods),
-            str(dataset["rule_title"].sel(rule=short.rule).item()),
-        )
-        for short in shortfalls(dataset)
-    ]
-    print_table(("rule", "text", "falls short at", "median", "largest", "there", "what it is"), rows, "llrrrll")

@@ -1,10 +1,27 @@
-"""Notes on records as sentences."""
+"""Sentences below the tables of an answer: notes, excluded records, and flags of records."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from pounding_risk.render.sheet import Block
 
 FEW_RECORDS = 3  # records that share a note and are all named in it
+
+
+def notes_of(dataset: xr.Dataset) -> list[Block]:
+    """Notes of a dataset, what it excludes, and flags of its records; nothing where it has none."""
+    from pounding_risk.render.sheet import listing  # with NumPy, which commands import when they run
+
+    notes, excluded = (json.loads(dataset.attrs.get(name, "[]")) for name in ("notes", "left_out"))
+    flags = of_records(json.loads(dataset.attrs.get("flags", "{}")))
+    sentences = [*notes, *(f"excluded: {sentence}" for sentence in excluded), *flags]
+    return [listing(sentences)] if sentences else []
 
 
 def of_records(flags: Mapping[str, Sequence[str]]) -> Iterator[str]:

@@ -55,6 +55,11 @@ def strength(force: float | None, unit: bool = False) -> Cell:
     return amount(force, "N") if unit else number(force, "N")
 
 
+def percent(value: float) -> str:
+    """A percentage as words, "84 %"."""
+    return f"{rounded(float(value), 6)} %"
+
+
 def milliseconds(seconds: float) -> Cell:
     """A short time [s], shown in ms with three digits."""
     return {"text": rounded(seconds * 1e3, 3), "raw": seconds if isfinite(seconds) else None}

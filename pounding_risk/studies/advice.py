@@ -38,7 +38,7 @@ from pounding_risk.scene.uncertain import stated
 from pounding_risk.studies.advice_stiffness import USUAL_FLOOR_LENGTH, StiffnessRange, ms, stiffness_range
 from pounding_risk.studies.compare import USUAL_TERMS, on_equal_terms, runnable, with_relation
 from pounding_risk.studies.impact import impact
-from pounding_risk.units import FLOOR_LENGTH, GAP, YIELD_FORCE, Quantity, say, shown, si
+from pounding_risk.units import FLOOR_LENGTH, GAP, YIELD_FORCE, say, shown, si
 
 MOST_MOTIONS = 4  # records that are run, evenly spaced over those of the scene
 MULTIPLES = (0.01, 0.1, 1.0, 10.0, 100.0)  # of the scene's stiffness that are run
@@ -65,7 +65,7 @@ class Output(NamedTuple):
 OUTPUTS = {
     "peak_displacement": Output("building", "m", "peak displacement"),
     "peak_storey_shear": Output("building", "N", "peak storey shear"),
-    "peak_floor_acceleration": Output("building", "m/s^2", "peak floor acceleration"),
+    "peak_floor_acceleration": Output("building", "m/s2", "peak floor acceleration"),
     "peak_contact_force": Output("interface", "N", "peak contact force"),
     "impulse": Output("interface", "N s", "impulse"),
     "impact_count": Output("interface", "1", "impact count"),
@@ -703,9 +703,3 @@ def _finding(study: Scene, base: xr.Dataset, influences: Sequence[Influence]) ->
     steady = _listed(judged, NOT)
     unchanged = f"it does not change {steady}" if steady else f"every output changes by {least} or more somewhere"
     return f"{span} changes {OUTPUTS[most.output].words} by {most.range_words} ({most.place}); {unchanged}; {gap}"
-
-
-def said(value: float, output: str) -> str:
-    """A value of an output with its unit."""
-    unit = OUTPUTS[output].unit
-    return f"{value:.3g}" if unit == "1" else say(value, Quantity(unit, -inf, inf, ""), 3)

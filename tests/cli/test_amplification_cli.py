@@ -33,7 +33,7 @@ def test_a_scene_gives_table_dataset_csv_and_figure():
     assert done.exit_code == 0, done.output
     results = pr.open_results("a.nc")
     assert results.attrs["fixed"] == "left" and results.attrs["finding"] in done.stdout
-    assert "T(right) / T(left)" in done.stdout and "gap / SRSS" in done.stdout and "touch in" in done.stdout
+    assert "T(right) / T(left)" in done.stdout and "gap / SRSS" in done.stdout and "contact in" in done.stdout
     with open("a.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 3 * 2 * 2

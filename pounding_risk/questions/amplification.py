@@ -1,0 +1,62 @@
+"""Sheet of `amplification`: how pounding raises both buildings' peaks over the ratio of periods and the gap."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pounding_risk.assessment.amplification import ratio_words, reference_name, table_rows, told_words
+from pounding_risk.assessment.spectra import motions_words
+from pounding_risk.questions.notes import notes_of
+from pounding_risk.render.sheet import Block, Cell, facts, head, number, paragraph, percent, table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Row = list[Cell | str]
+
+
+def sheet(dataset: xr.Dataset) -> list[Block]:
+    """The finding, amplifications of the displacements at a few ratios and gaps, and what was run.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A dataset of `amplification`.
+
+    Returns
+    -------
+    list of Block
+    """
+    return [
+        paragraph(dataset.attrs["finding"]),
+        _amplifications(dataset),
+        _facts(dataset),
+        *notes_of(dataset),
+    ]
+
+
+def _amplifications(dataset: xr.Dataset) -> Block:
+    several, shares = dataset.sizes["fixed_period"] > 1, "gap_share" in dataset.dims
+    heads = [head("beside", "s")] if several else []
+    heads += [ratio_words(dataset), *([f"gap / {reference_name(dataset)}"] if shares else [])]
+    heads += [head("gap", "m"), head("contact in", "%")]
+    heads += [f"{name} {percent(at)}" for name in dataset["building"].values for at in dataset["percentile"].values]
+    rows: list[Row] = []
+    for one in table_rows(dataset):
+        row: Row = [number(one.period, "s", 3)] if several else []
+        row += [number(one.ratio, digits=3), *([] if one.share is None else [number(one.share, digits=3)])]
+        row += [number(one.gap, "m", 3), number(one.touching, "%", 3)]
+        rows.append([*row, *(number(value, digits=3) for of_building in one.values for value in of_building)])
+    caption = "Peak displacement with contact over that without, not exceeded by a share of the motions."
+    return table(caption, [(words, "r") for words in heads], rows)
+
+
+def _facts(dataset: xr.Dataset) -> Block:
+    ratios, failed = dataset["period_ratio"].values, int(dataset.attrs["failed_runs"])
+    rows = [
+        ("motions", motions_words(dataset)),
+        ("ratios", f"{ratios.size} from {number(ratios[0])['text']} to {number(ratios[-1])['text']}"),
+        ("models", told_words(dataset)),
+        *([("failed", f"{failed} runs, excluded from the percentiles")] if failed else []),
+    ]
+    return facts("Motions and buildings.", rows)
