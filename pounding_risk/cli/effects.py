@@ -43,8 +43,8 @@ def effects(
 def print_effects(dataset: Any) -> None:
     """Print a table of combinations of effects, with time, changes of the outputs and largest set, then the finding."""
     from pounding_risk.lab.accuracy_findings import time_words
-    from pounding_risk.lab.effects import NONE as NO_EFFECTS
-    from pounding_risk.lab.effects import rows, yielding
+    from pounding_risk.lab.effects_findings import NONE as NO_EFFECTS
+    from pounding_risk.lab.effects_findings import rows, yielding
 
     lines = []
     for name, changed, time, ratio, spread in rows(dataset):
@@ -72,7 +72,7 @@ def print_effects(dataset: Any) -> None:
 
 
 def _change_words(spread: tuple[float, float, float]) -> str:
-    from pounding_risk.lab.effects import percent
+    from pounding_risk.lab.effects_findings import percent
 
     low, median, high = spread
     return "none" if low == high == 0.0 else f"{percent(median)} ({percent(low)} to {percent(high)})"

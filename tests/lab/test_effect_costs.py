@@ -13,14 +13,13 @@ from typer.testing import CliRunner
 import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.cli import app
-from pounding_risk.lab.effects import (
+from pounding_risk.lab.effects import combinations, effects
+from pounding_risk.lab.effects_findings import (
     ALL,
     COMPARED,
     NONE,
     changed_cases,
     changes,
-    combinations,
-    effects,
     finding,
     idle,
     yielding,

@@ -1,0 +1,124 @@
+"""Results of a study of effects: what each changes, in which cases, and the finding as a sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pounding_risk._common.counted import counted
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NONE, ALL = "none", "all together"
+# What an effect may change, with the words for it; the first is the one that the finding speaks of.
+COMPARED = {
+    "peak_relative_displacement": "peak relative displacement",
+    "peak_contact_force": "peak contact force",
+    "impact_count": "impact count",
+    "impulse": "impulse",
+    "peak_storey_shear": "peak storey shear",
+    "peak_floor_acceleration": "peak floor acceleration",
+    "permanent_set": "permanent set",
+}
+DIGITS = 4  # that a table shows
+
+
+def changes(dataset: xr.Dataset, name: str, output: str) -> np.ndarray:
+    """Relative change of one output by these effects, over the cases that they act on and that complete with them.
+
+    An effect of yielding acts on the cases that yield without effects, one of the ground or of buildings on all. Where
+    there was nothing before, a change to something is infinite. Of a row every interface, or building, counts.
+    """
+    acted = acted_on(dataset, name)
+    before = dataset[output].sel(effects=NONE).values.astype(float)[acted]
+    after = dataset[output].sel(effects=name).values.astype(float)[acted]
+    both = np.isfinite(before) & np.isfinite(after)
+    before, after = before[both], after[both]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        change = (after - before) / np.abs(before)
+    return np.where(after == before, 0.0, np.where(before == 0.0, inf, change))
+
+
+def acted_on(dataset: xr.Dataset, name: str) -> np.ndarray:
+    """True for the cases that these effects act on; in the shape of a case's outputs."""
+    return yielding_cases(dataset) | bool(dataset["acts_on_all"].sel(effects=name))
+
+
+def changed_cases(dataset: xr.Dataset, name: str) -> int:
+    """In how many cases these effects change a reported digit of any output."""
+    altered = np.zeros(dataset["status"].sel(effects=NONE).shape, dtype=bool)
+    for output in COMPARED:
+        before, after = (_printed(dataset[output].sel(effects=which)) for which in (NONE, name))
+        differs = before != after
+        altered |= differs.any(axis=-1) if differs.ndim > altered.ndim else differs
+    return int(altered.sum())
+
+
+def _printed(values: xr.DataArray) -> np.ndarray:
+    return np.array([f"{value:.{DIGITS}g}" for value in values.values.ravel()]).reshape(values.shape)
+
+
+def idle(dataset: xr.Dataset) -> list[str]:
+    """The effects that change no reported digit."""
+    return [str(name) for name in dataset["effects"].values[1:] if changed_cases(dataset, str(name)) == 0]
+
+
+def finding(dataset: xr.Dataset) -> str:
+    """One sentence: which effect changes most, what the effects cost, and which change no reported digit."""
+    names = [str(name) for name in dataset["effects"].values[1:]]
+    without = idle(dataset)
+    most = float(dataset["time_ratio"].max())
+    cost = f"a run takes {most:.2f} times as long at most" if most > 1.0 else "none takes time"
+    if len(without) == len(names):
+        return f"No effect changes a reported digit of any of the {counted(_cases(dataset), 'case')}; {cost}."
+    output, words = next(iter(COMPARED.items()))
+    # All together is no effect of its own: it is named where no single one stands beside it.
+    single = [name for name in names if name not in without and name != ALL] or [ALL]
+    spreads = {name: np.abs(changes(dataset, name, output)) for name in single}
+    strongest = max(spreads, key=lambda name: float(np.mean(spreads[name])))
+    change = changes(dataset, strongest, output)
+    idle_words = f"; {' and '.join(without)} change no reported digit" if without else ""
+    return (
+        f"{strongest} changes the {words} most: by {percent(change.min())} to {percent(change.max())}, in "
+        f"{changed_cases(dataset, strongest)} of {counted(_cases(dataset), 'case')} ({yielding(dataset)} yield); {cost}"
+        f"{idle_words}."
+    )
+
+
+def percent(change: float) -> str:
+    """A relative change with its sign: to a tenth of a per cent where it is small."""
+    digits = 1 if abs(change) < 0.0995 else 0
+    # Adding zero takes the sign from a rounded −0.
+    return f"{round(float(change), digits + 2) + 0.0:+.{digits}%}"
+
+
+def yielding(dataset: xr.Dataset) -> int:
+    """In how many cases F_E is reached without effects."""
+    return int(yielding_cases(dataset).sum())
+
+
+def yielding_cases(dataset: xr.Dataset) -> np.ndarray:
+    """True for the cases in which F_E is reached without effects, of a row anywhere."""
+    yields = dataset["yield_exceedance"].sel(effects=NONE) == 1
+    return np.asarray((yields.any("interface") if "interface" in yields.dims else yields).values)
+
+
+def _cases(dataset: xr.Dataset) -> int:
+    return int(dataset["status"].sel(effects=NONE).size)
+
+
+def rows(dataset: xr.Dataset) -> Iterator[tuple[str, int, float, float, dict[str, tuple[float, float, float]]]]:
+    """For every line but the first: effects, cases changed, time, ratio, and smallest, median, largest change."""
+    for name in map(str, dataset["effects"].values):
+        of_effects = dataset.sel(effects=name)
+        spread = {}
+        for output in COMPARED:
+            change = changes(dataset, name, output)
+            change = change[np.isfinite(change)]
+            low, middle, high = (change.min(), float(np.median(change)), change.max()) if change.size else (0.0,) * 3
+            spread[output] = (low, middle, high)
+        yield name, changed_cases(dataset, name), float(of_effects["time"]), float(of_effects["time_ratio"]), spread
