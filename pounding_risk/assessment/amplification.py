@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -334,41 +335,15 @@ def amplification_table(results: xr.Dataset) -> Any:
     return table.reset_index()
 
 
-class Row(NamedTuple):
-    """One pair of periods at one gap in a short table."""
-
-    period: float  # s, of the building that stays
-    ratio: float
-    gap: float  # m
-    share: float | None  # where gaps are shares
-    touching: float
-    values: tuple[tuple[float, ...], ...]  # by building, at each percentile
-
-
 SPREAD = (5, 3)  # ratios and gaps of a short table
 
 
-def table_rows(results: xr.Dataset, output: str = "displacement") -> list[Row]:
-    """Rows for a few ratios and gaps, spread over their ranges, beside each period."""
+def table_rows(results: xr.Dataset) -> Iterator[xr.Dataset]:
+    """The dataset at a few ratios and gaps, spread over their ranges, beside each period."""
     dim = gap_dim(results)
-    places = [
+    ratios, gaps = (
         sorted({round(place) for place in np.linspace(0, results.sizes[name] - 1, count).tolist()})
         for name, count in zip(("period_ratio", dim), SPREAD, strict=True)
-    ]
-    rows = []
-    for period in range(results.sizes["fixed_period"]):
-        for ratio in places[0]:
-            for gap in places[1]:
-                cell = results.isel({"fixed_period": period, "period_ratio": ratio, dim: gap})
-                values = cell[f"{output}_amplification"].transpose("building", "percentile").values
-                rows.append(
-                    Row(
-                        float(cell["fixed_period"]),
-                        float(cell["period_ratio"]),
-                        float(cell["gap"]),
-                        float(cell["gap_share"]) if dim == "gap_share" else None,
-                        float(cell["contact_share"]),
-                        tuple(map(tuple, values.tolist())),
-                    )
-                )
-    return rows
+    )
+    for period, ratio, gap in product(range(results.sizes["fixed_period"]), ratios, gaps):
+        yield results.isel({"fixed_period": period, "period_ratio": ratio, dim: gap})

@@ -43,10 +43,11 @@ def _amplifications(dataset: xr.Dataset) -> Block:
     heads += [f"{name} {percent(at)}" for name in dataset["building"].values for at in dataset["percentile"].values]
     rows: list[Row] = []
     for one in table_rows(dataset):
-        row: Row = [number(one.period, "s", 3)] if several else []
-        row += [number(one.ratio, digits=3), *([] if one.share is None else [number(one.share, digits=3)])]
-        row += [number(one.gap, "m", 3), number(one.touching, "%", 3)]
-        rows.append([*row, *(number(value, digits=3) for of_building in one.values for value in of_building)])
+        row: Row = [number(one["fixed_period"], "s", 3)] if several else []
+        row += [number(one["period_ratio"], digits=3), *([number(one["gap_share"], digits=3)] if shares else [])]
+        row += [number(one["gap"], "m", 3), number(one["contact_share"], "%", 3)]
+        values = one["displacement_amplification"].transpose("building", "percentile").values.ravel()
+        rows.append([*row, *(number(value, digits=3) for value in values)])
     caption = "Peak displacement with contact over that without, not exceeded by a share of the motions."
     return table(caption, [(words, "r") for words in heads], rows)
 
