@@ -169,6 +169,9 @@ def check_spectra(results: xr.Dataset) -> xr.Dataset:
     """The dataset; raises PoundingError for another one than `spectra` makes."""
     if kind_of(results) != "spectra" or not {"required_gap", "separation"} <= set(results.data_vars):
         raise PoundingError("this is no dataset of `pounding-risk spectra`; run it with -o spectra.nc")
+    lost = [name for name in ("percentile", "rule", "left_period", "right_period") if name not in results.coords]
+    if lost:
+        raise PoundingError(f"the dataset of spectra has lost its {' and '.join(lost)}; run spectra again")
     return results
 
 

@@ -114,6 +114,9 @@ def check_run(run: xr.Dataset, whose: str = "the dataset") -> None:
     time = run["time"].values if "time" in run.coords else np.array([0.0])
     if time.dtype.kind not in NUMBER or not np.all(np.isfinite(time)) or np.any(np.diff(time) < 0.0):
         lost.append("the times are not finite numbers in rising order")
+    points = [name for name in map(str, run.coords) if name.startswith("contact_point_")]
+    numbers = [name for name in points if run[name].dtype.kind in NUMBER]
+    lost += [f"the variable {name} is infinite" for name in numbers if np.any(np.isinf(run[name].values))]
     levels = [name for name in ("pga", "gap", "yield_force", "intensity_level") if name in run.attrs]
     wrong = [name for name in levels if isinstance(run.attrs[name], str) or np.size(run.attrs[name]) != 1]
     _refuse(whose, [*lost, *(f"the attribute {name} is {run.attrs[name]!r}, not a number" for name in wrong)])

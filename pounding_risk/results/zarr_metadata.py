@@ -132,6 +132,8 @@ def _check_document(path: Path, name: str, document: Any) -> None:
         raise PoundingError(f"{path}: the variable {variable} names a dimension twice: {SOURCE}")
     if packed := [attr for attr in PACKED if variable and attr in document]:
         raise PoundingError(f"{path}: the variable {variable} has the attribute {packed[0]}: {SOURCE}")
+    if variable and " since " in str(document.get("units", "")):  # netCDF would make a date of it; none of ours is one
+        raise PoundingError(f"{path}: the variable {variable} has the units {document['units']!r}: {SOURCE}")
     for attr, value in document.items():
         if attr in (AXES_OF, ZARR_MARK) or (isinstance(value, str) if attr == LABELS else _is_attribute(value)):
             continue
