@@ -19,6 +19,7 @@ from pypdf import PdfReader
 
 import pounding_risk as pr
 from pounding_risk import questions
+from pounding_risk.lab.effects_findings import rows, yielding
 from pounding_risk.render.sheet import Block
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.reports import html, pdf
@@ -28,8 +29,20 @@ from pounding_risk.reports.document import number_blocks
 ANSWERS: MappingProxyType[str, Callable[[Path], Any]] = MappingProxyType(
     {
         "damage": lambda folder: pr.damage(_scan(folder, "levels"), hazard=folder / "hazard.csv"),
+        "effects": lambda folder: pr.effects(folder / "effects.toml"),
         "uncertainty": lambda folder: pr.uncertainty(folder / "uncertain.toml"),
         "verify": lambda _: pr.verify(["hertz_1881", "chopra_10_4"]),
+    }
+)
+# Numbers of a sheet that the study behind it makes of the answer.
+DERIVED: MappingProxyType[str, Callable[[Any], Any]] = MappingProxyType(
+    {
+        "accuracy": lambda answer: [
+            summed_up(answer["error"].sel(setting=setting, output=output).values)
+            for setting in answer["setting"].values
+            for output in answer["output"].values
+        ],
+        "effects": lambda answer: [*rows(answer), yielding(answer), int((answer["status"] != 0).sum())],
     }
 )
 WITH_SHEETS = sorted(
@@ -102,7 +115,7 @@ def test_every_sheet_has_an_answer_here():
 @pytest.mark.parametrize("name", WITH_SHEETS)
 def test_cells_are_values_of_the_answer(answers, name):
     answer, blocks = answered(answers, name)
-    known, seen = numbers(answer), 0
+    known, seen = numbers([answer, DERIVED[name](answer) if name in DERIVED else []]), 0
     for cell in cells(blocks):
         for value in (cell.get("raw"), *cell.get("parts", ())):
             if isinstance(value, int | float):
