@@ -112,7 +112,7 @@ MASKS = (
     (re.compile(r"\b(?=\w*\d)(?=\w*[a-f])[0-9a-f]{12,}\b"), "DIGEST"),
     (re.compile(r"\b\d+\.\d+\.\d+(?:\.dev\d+)?(?:\+\w+(?:\.\w+)*)?\b"), "VERSION"),
     (re.compile(r"\b[\d.e+-]+ s, [\d.e+-]+ cases a second"), "TIME"),
-    (re.compile(r"compiling +[\d.]+ s"), "compiling TIME"),
+    (re.compile(r"(compiling\W+)[\d.]+ s"), r"\1TIME"),
     (re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d UTC, .* ago"), "MOMENT"),
 )
 NUMBER = re.compile(r"[-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
