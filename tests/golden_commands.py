@@ -118,7 +118,7 @@ MASKS = (
         r"\1VERSION",
     ),
     (re.compile(r"\b[\d.e+-]+ s, [\d.e+-]+ cases a second"), "TIME"),
-    (re.compile(r"compiling +[\d.]+ s"), "compiling TIME"),
+    (re.compile(r"(compiling\W+)[\d.]+ s"), r"\1TIME"),
     (re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d UTC, .* ago"), "MOMENT"),
 )
 NUMBER = re.compile(r"[-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")

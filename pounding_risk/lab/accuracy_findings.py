@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pounding_risk.render.sheet import computing_time
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -99,7 +101,7 @@ def finding(dataset: xr.Dataset) -> str:
         return f"No setting keeps all {DIGITS} printed digits of every output in all of {count}."
     best = min(good, key=times.__getitem__)
     sentence = f"{names[best]} is the cheapest setting whose {DIGITS} printed digits no longer change in {count}: "
-    sentence += f"{time_words(times[best])} a run"
+    sentence += f"{computing_time(times[best])['text']} a run"
     others = [index for index in good if methods[index] != methods[best]]
     if others:
         second = min(others, key=times.__getitem__)
@@ -108,13 +110,6 @@ def finding(dataset: xr.Dataset) -> str:
         alone = set(methods) == {EVENT}
         sentence += "; no other method was run" if alone else "; no setting of another method gets there"
     return sentence + "."
-
-
-def time_words(seconds: float) -> str:
-    """A time per run in µs, ms or s."""
-    if seconds < 1e-3:
-        return f"{seconds * 1e6:.3g} µs"
-    return f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
 
 
 def beaten_at(dataset: xr.Dataset) -> list[str]:

@@ -65,6 +65,13 @@ def milliseconds(seconds: float) -> Cell:
     return {"text": rounded(seconds * 1e3, 3), "raw": seconds if isfinite(seconds) else None}
 
 
+def computing_time(seconds: Any) -> Cell:
+    """A computing time [s], shown in µs, ms or s with three digits."""
+    seconds = float(seconds)
+    name, size = next((unit for unit in (("µs", 1e-6), ("ms", 1e-3)) if seconds < 1e3 * unit[1]), ("s", 1.0))
+    return {"text": f"{seconds / size:.3g} {name}", "raw": seconds}
+
+
 def probability(value: Any) -> Cell:
     """A probability in %, small ones as below 0.01."""
     cell = number(value, "%", 3)

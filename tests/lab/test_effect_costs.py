@@ -124,11 +124,9 @@ def test_command_prints_draws_and_writes(tmp_path):
     told = CliRunner().invoke(app, ["effects", str(path), "-o", str(out), "--figure", str(figure)])
     assert told.exit_code == 0, told.output
     lines = told.stdout.splitlines()
-    assert [line.split("  ")[0] for line in lines[1:3]] == ["none", "strain_rate"]
+    assert [line.split("  ")[0] for line in lines[5:7]] == ["none", "strain_rate"]
     assert any(line.startswith("strain_rate") and "code mc1990, length 0.6 m, strength" in line for line in lines)
-    assert any(
-        line.startswith("finding") and "strain_rate changes the peak relative displacement" in line for line in lines
-    )
+    assert lines[0].startswith("strain_rate changes the peak relative displacement")
     dataset = pr.open_results(out)
     assert dataset.attrs["finding"] in told.stdout and "<svg" in figure.read_text()
     refused = CliRunner().invoke(app, ["effects", str(path), "--figure", "f.bmp"])
@@ -201,7 +199,7 @@ def test_command_and_figure_of_a_row(of_row, tmp_path):
     path.write_text(ROW + "[effects]\np_delta = {}\n", "utf-8")
     told = CliRunner().invoke(app, ["effects", str(path), "--figure", str(tmp_path / "effects.png")])
     assert told.exit_code == 0, told.output
-    assert [line.split("  ")[0] for line in told.stdout.splitlines()[1:3]] == ["none", "p_delta"]
+    assert [line.split("  ")[0] for line in told.stdout.splitlines()[5:7]] == ["none", "p_delta"]
 
 
 def test_figure_is_the_same_for_the_same_data(found, tmp_path):

@@ -20,6 +20,8 @@ from pypdf import PdfReader
 import pounding_risk as pr
 from pounding_risk import questions
 from pounding_risk.assessment.spectra import shortfalls
+from pounding_risk.lab.accuracy_findings import summed_up
+from pounding_risk.lab.effects_findings import rows, yielding
 from pounding_risk.render.sheet import LONG, Block
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.reports import html, pdf
@@ -29,12 +31,14 @@ from pounding_risk.scene.reader import parse_scene
 # An answer of each question that has a sheet, from the scenes of the golden files.
 ANSWERS: MappingProxyType[str, Callable[[Path], Any]] = MappingProxyType(
     {
+        "accuracy": lambda folder: pr.accuracy(folder / "one.toml", cases=1, budget=0.2, scipy=False),
         "advise": lambda folder: pr.advise(pr.read_scene(folder / "pair.toml")),
         "along": lambda folder: pr.assess_along(pr.scan(_along(folder), check_fraction=0.0)),
         "amplification": lambda folder: pr.amplification(pr.read_scene(folder / "pair.toml"), num=4, num_gaps=2),
         "assess": lambda folder: pr.assess(_scan(folder, "levels"), hazard=folder / "hazard.csv"),
         "compare": lambda folder: pr.compare(pr.read_scene(folder / "compare.toml"), laws=["jankowski", "linear"]),
         "damage": lambda folder: pr.damage(_scan(folder, "levels"), hazard=folder / "hazard.csv"),
+        "effects": lambda folder: pr.effects(folder / "effects.toml"),
         "uncertainty": lambda folder: pr.uncertainty(folder / "uncertain.toml"),
         "setback": lambda folder: pr.setbacks(_scan(folder, "pair")),
         "spectra": lambda folder: pr.spectra(pr.read_scene(folder / "pair.toml"), num=4),
@@ -55,6 +59,12 @@ DERIVED: MappingProxyType[str, Callable[[Any], Any]] = MappingProxyType(
             ),
         ],
         "spectra": shortfalls,
+        "accuracy": lambda answer: [
+            summed_up(answer["error"].sel(setting=setting, output=output).values)
+            for setting in answer["setting"].values
+            for output in answer["output"].values
+        ],
+        "effects": lambda answer: [*rows(answer), yielding(answer), int((answer["status"] != 0).sum())],
     }
 )
 WITH_SHEETS = sorted(

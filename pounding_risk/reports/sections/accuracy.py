@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pounding_risk.render.sheet import Block, Cell, count, facts, heading, milliseconds, number, paragraph, table
+from pounding_risk.questions.accuracy import sheet
+from pounding_risk.render.sheet import Block, Cell, count, facts, heading, number, paragraph
 from pounding_risk.reports.data import ReportData
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def write(data: ReportData) -> list[Block]:
         ),
     ]
     if "accuracy" in data.others:
-        blocks += _settings(data.others["accuracy"])
+        blocks += [heading("What accuracy costs", "accuracy-cost"), *sheet(data.others["accuracy"])]
     return blocks
 
 
@@ -95,28 +96,3 @@ def _failed(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
     ]
     failed: list[tuple[str, Cell | str]] = [(words, count(times)) for words, times in counts if times]
     return failed or [("failed", count(0))]
-
-
-def _settings(dataset: xr.Dataset) -> list[Block]:
-    """What accuracy costs: time and errors of this solver's settings, from a dataset of `accuracy`."""
-    heads = [
-        ("setting", "l"),
-        ("time a run [ms]", "r"),
-        ("peak displacement off by, worst", "r"),
-        ("peak force off by, worst", "r"),
-    ]
-    rows: list[list[Cell | str]] = []
-    for setting in map(str, dataset["setting"].values):
-        of_setting = dataset.sel(setting=setting)
-        outputs = ("peak_relative_displacement", "peak_contact_force")
-        time = float(of_setting["time"].sel(output=outputs[0]))
-        errors = [of_setting["error"].sel(output=name).values for name in outputs]
-        worst = [error[~np.isnan(error)].max(initial=-np.inf) for error in errors]
-        if all(np.isfinite(worst)):
-            rows.append([setting, milliseconds(time), *(number(error, digits=2) for error in worst)])
-    return [
-        heading("What accuracy costs", "accuracy-cost"),
-        paragraph(str(dataset.attrs["finding"])),
-        paragraph(f"From `pounding-risk accuracy` of “{dataset.attrs['title']}”, {dataset.sizes['case']} cases."),
-        table("Time and largest error against the reference, by method and setting.", heads, rows),
-    ]

@@ -1,0 +1,62 @@
+"""Sheet of `accuracy`: error and time of each setting of each method."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from pounding_risk.lab.accuracy_findings import OUTPUTS, beaten_at, summed_up
+from pounding_risk.render.sheet import (
+    Block,
+    Cell,
+    amount,
+    computing_time,
+    count,
+    facts,
+    joined,
+    number,
+    paragraph,
+    table,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+HEADS = ("displacement", "force", "count", "yields", "first touch", "gap")
+
+
+def sheet(dataset: xr.Dataset) -> list[Block]:
+    """The finding, time, errors, steps and energy residual of each setting, and what they are of.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An answer of `accuracy`.
+    """
+    about: list[tuple[str, Cell | str]] = [
+        ("scene", dataset.attrs["title"]),
+        ("cases", count(dataset.sizes["case"])),
+        ("reference", dataset.attrs["reference"]),
+        ("compiling", amount(dataset.attrs["compile_seconds"], "s", 3)),
+        *(("excluded", words) for words in json.loads(dataset.attrs["left_out"])),
+        *(("quicker elsewhere", words) for words in beaten_at(dataset)),
+    ]
+    return [paragraph(dataset.attrs["finding"]), _settings(dataset), facts("", about)]
+
+
+def _settings(dataset: xr.Dataset) -> Block:
+    rows: list[list[Cell | str]] = []
+    for setting in dataset["setting"].values:
+        one = dataset.sel(setting=setting)
+        time = one["time"].sel(output="peak_relative_displacement")
+        errors = (summed_up(one["error"].sel(output=output).values) for output in OUTPUTS)
+        ends = (joined(*(number(error, digits=2) for error in pair)) for pair in errors)
+        steps = number(one["steps_per_contact"], digits=5)
+        rows.append([str(setting), computing_time(time), *ends, steps, number(one["energy_residual"], digits=2)])
+    worst = ", each that of its worst interface" if dataset.sizes["interface"] > 1 else ""
+    caption = (
+        f"Time without compiling, and errors against the reference, median to largest over the cases{worst}. "
+        "∞: the motion blew up; –: not run."
+    )
+    heads = ("time a run", *HEADS, "steps a contact", "energy residual")
+    return table(caption, [("setting", "l"), *((words, "r") for words in heads)], rows)

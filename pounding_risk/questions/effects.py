@@ -1,0 +1,78 @@
+"""Sheet of `effects`: what each effect changes in a scene, and its cost."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from pounding_risk.lab.effects_findings import NONE, rows, yielding
+from pounding_risk.render.sheet import (
+    Block,
+    Cell,
+    computing_time,
+    count,
+    facts,
+    head,
+    middle,
+    number,
+    paragraph,
+    table,
+)
+from pounding_risk.units import MISSING
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+HEADS = {
+    "peak_relative_displacement": "displacement",
+    "peak_contact_force": "force",
+    "impact_count": "count",
+    "impulse": "impulse",
+    "peak_storey_shear": "shear",
+    "peak_floor_acceleration": "acceleration",
+}
+
+
+def sheet(dataset: xr.Dataset) -> list[Block]:
+    """The finding, time and changes of each combination of effects, and what the numbers are of.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An answer of `effects`.
+    """
+    status, left_out = dataset["status"], dataset.attrs["left_out"]
+    about: list[tuple[str, Cell | str]] = [
+        ("scene", dataset.attrs["title"]),
+        ("cases", count(status.sel(effects=NONE).size)),
+        ("of these yield", count(yielding(dataset))),
+        ("failed runs", count((status != 0).sum())),
+        *((name, options_words(options)) for name, options in json.loads(dataset.attrs["effects"]).items()),
+        *([("excluded", left_out)] if left_out else []),
+    ]
+    return [paragraph(dataset.attrs["finding"]), _changes(dataset), facts("", about)]
+
+
+def options_words(options: dict[str, Any]) -> str:
+    """The options of an effect, as a scene states them."""
+    return ", ".join(f"{key} {value}" for key, value in options.items()) or "no options"
+
+
+def _changes(dataset: xr.Dataset) -> Block:
+    heads = [("effects", "l"), ("time a run", "r"), ("ratio", "r"), ("cases changed", "r")]
+    heads += [(head(words, "%"), "r") for words in HEADS.values()]
+    lines: list[list[Cell | str]] = []
+    for name, changed, time, ratio, spread in rows(dataset):
+        largest_set = number(dataset["permanent_set"].sel(effects=name).max(), "m", 3)
+        changes = [MISSING if name == NONE else _change(spread[output]) for output in HEADS]
+        lines.append([name, computing_time(time), number(ratio, digits=3), count(changed), *changes, largest_set])
+    wide = ", of all cases where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
+    caption = (
+        "Processor time of a run, and change against the scene without effects: median (smallest to largest) of the "
+        f"cases that yield{wide}."
+    )
+    return table(caption, [*heads, (head("largest set", "m"), "r")], lines)
+
+
+def _change(spread: tuple[float, float, float]) -> Cell | str:
+    return middle(spread, "%") if any(spread) else "none"
