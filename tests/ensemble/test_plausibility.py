@@ -10,7 +10,6 @@ from scenes import scene_text, single, storeyed
 from scipy.integrate import quad
 
 from pounding_risk.assessment.assess import assess
-from pounding_risk.cli.assess import print_assessment
 from pounding_risk.cli.scan import print_scan
 from pounding_risk.cli.simulate import print_run
 from pounding_risk.cli.summary import print_summary
@@ -22,6 +21,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import Hertz, Linear
 from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.write import write_columns
+from pounding_risk.questions.assess import sheet
+from pounding_risk.render.terminal import print_sheet
 from pounding_risk.reports import report
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.summary import summary
@@ -267,7 +268,7 @@ def test_every_command_tells_them(odd, results, tmp_path, capsys):
     found = assess(results)
     assert found.notes == whole
     assert found.as_dict()["notes"] == list(whole)
-    print_assessment(found)
+    print_sheet(sheet(found))
     told = capsys.readouterr().out
     assert told.index(f"note: {whole[0]}") < told.index("left | right\n"), "before the verdict"
     print_plan(validate(odd))

@@ -370,7 +370,7 @@ def test_the_command_refuses_before_any_run(scene, words, sentence):
 def test_commands_of_one_scene_take_a_place_by_its_values(scene, monkeypatch, command):
     """They get the scene that `--set` of the values makes."""
     studies = []
-    module = import_module(f"pounding_risk.studies.{command}")
+    module = import_module(f"pounding_risk.lab.{command}")
     monkeypatch.setattr(module, command, lambda study, *_, **__: studies.append(study) or sys.exit(0))
     place = f"{RESTITUTION}=0.8", f"{PERIOD}=0.3 s"
     for option in ("--select", "--set"):
