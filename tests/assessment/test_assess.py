@@ -644,9 +644,7 @@ def test_other_datasets_are_refused_by_name(dataset):
     for foreign in (xr.Dataset(), xr.Dataset({"rain": ("time", [0.0])}, coords={"time": [0.0]})):
         with pytest.raises(PoundingError, match="no dataset of a scan"):
             assess(foreign)
-    with pytest.raises(
-        PoundingError, match=r"has no peak_closing_free: an older version wrote it, or"
-    ):
+    with pytest.raises(PoundingError, match=r"has no peak_closing_free: an older version wrote it, or"):
         assess(dataset.drop_vars("peak_closing_free"))
 
 
