@@ -251,10 +251,10 @@ def test_what_contact_does_to_a_building_is_the_datasets(scan, read):
 
 
 def test_the_accuracy_statement_is_the_datasets(scan, read):
-    told = {row[0][0]: row[1][1] for row in read.table("Tolerance, runs made again")}
+    told = {row[0][0]: row[1][1] for row in read.table("Tolerance, recomputed runs")}
     assert float(told["cases"][0]) == scan["status"].size
     assert float(told["with a run of their own"][0]) == int(scan["simulated"].sum())
-    assert float(told["made again at a tighter tolerance"][0]) == int((scan["sensitive"] >= 0).sum())
+    assert float(told["recomputed at a tighter tolerance"][0]) == int((scan["sensitive"] >= 0).sum())
     largest = float(np.nanmax(scan["change_peak_contact_force"].values))
     assert float(told["peak contact force moved by, largest"][0]) == largest
     assert float(told["failed: too many contacts"][0]) == 5

@@ -37,7 +37,7 @@ def write(data: ReportData) -> list[Block]:
         *_failed(results),
     ]
     blocks = [
-        facts("Tolerance, runs made again, energy and failures.", rows),
+        facts("Tolerance, recomputed runs, energy and failures.", rows),
         paragraph(
             "Between contacts the motion is exact for a ground acceleration that is linear between samples; in contact "
             "the integration keeps the tolerance and lands on every event. A case without a run of its own has exactly "
@@ -52,10 +52,10 @@ def write(data: ReportData) -> list[Block]:
 def _again(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
     """Numbers of runs made again, and how far their results moved."""
     if "sensitive" not in results or not (results["sensitive"] >= 0).any():
-        return [("made again at a tighter tolerance", "none")]
+        return [("recomputed at a tighter tolerance", "none")]
     flags = results["sensitive"]
     rows: list[tuple[str, Cell | str]] = [
-        ("made again at a tighter tolerance", count((flags >= 0).sum())),
+        ("recomputed at a tighter tolerance", count((flags >= 0).sum())),
         ("of these sensitive: an answer moves by more than the tolerance", count((flags == 1).sum())),
     ]
     for name, words in MOVED.items():
