@@ -71,7 +71,7 @@ COMMANDS = MappingProxyType(
         "separations-displacement": "separations --displacement left=45mm --displacement right=60mm",
         "damage-levels": "damage levels.nc --hazard hazard.csv -o damage.csv",
         "damage-ida": "damage levels.nc --method ida",
-        "uncertainty": "uncertainty uncertain.toml -o uncertain.nc",
+        "uncertainty": "uncertainty uncertain.toml -o uncertain.nc --tornado",
         "spectra": "spectra pair.toml --num 6 -o spectra.nc",
         "amplification": "amplification pair.toml --num 5 --num-gaps 3 -o amplification.nc --table amplification.csv",
         "compare-pair": "compare compare.toml -o compare.nc",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
+import typer
+
 from pounding_risk.cli._common.files import announce, draw
 from pounding_risk.cli._common.options import (
     NONE,
@@ -56,6 +58,7 @@ def uncertainty(
         int | None,
         option("Sobol indices, first and total, from N points times numbers + 2; such as 1024.", "none", min=8),
     ] = None,
+    tornado: Annotated[bool, typer.Option("--tornado", help="Print each number from its 10 % to its 90 %.")] = False,
     overrides: Overrides = NONE,
     workers: Workers = None,
     out: Dataset = None,
@@ -65,6 +68,7 @@ def uncertainty(
     """What uncertain numbers mean for the gap."""
     from pounding_risk.assessment.options import read_criterion
     from pounding_risk.assessment.uncertain import uncertainty as run
+    from pounding_risk.assessment.uncertain_samples import ALL_MOTIONS
     from pounding_risk.errors import PoundingError
     from pounding_risk.questions.uncertainty import sheet
     from pounding_risk.scene.reader import read_scene
@@ -75,7 +79,13 @@ def uncertainty(
     is_scene = source.suffix.lower() == SCENE
     if overrides and not is_scene:
         raise PoundingError("--set: changes a value of a scene, and a dataset is of one already; leave it out")
+    if tornado and not is_scene:
+        raise PoundingError(
+            "--tornado: each number is moved alone in a run of the scene, which a dataset has not; name the scene"
+        )
     subject: Any = read_scene(source, overrides) if is_scene else source
+    if tornado and subject.uncertain is not None and subject.uncertain.is_drawn:
+        raise PoundingError(f"--tornado: is over all motions, and one is drawn with each sample; {ALL_MOTIONS}")
     with ProgressDisplay("uncertainty", "batches") as progress:
         dataset = run(
             subject, out, gap=judged[0], pga=judged[1], **criterion._asdict(), intensity=intensity, output=output,
@@ -84,4 +94,4 @@ def uncertainty(
         )  # fmt: skip
     announce(out)
     draw(figure, "uncertainty.uncertainty_figure", dataset)
-    print_sheet(sheet(dataset))
+    print_sheet(sheet(dataset, tornado=tornado))

@@ -42,24 +42,28 @@ ALONE = "motions alone"  # the curve of the dispersion within a sample
 GAP_ROWS = 9  # gaps of the table of P(contact)
 
 
-def sheet(dataset: xr.Dataset) -> list[Block]:
+def sheet(dataset: xr.Dataset, *, tornado: bool = True) -> list[Block]:
     """The verdict on each interface with its tables, the figure, and what is assumed.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         An answer of `uncertainty`.
+    tornado : bool
+        With the table of each number moved alone, where the answer has one.
 
     Returns
     -------
     list of Block
-        Without percentiles over samples where motions are drawn with them; with each number moved alone where the
-        answer is of a scene.
+        Without percentiles over samples where motions are drawn with them.
     """
     about = [("scene", dataset.attrs["title"]), *((name, dataset.attrs[name]) for name in ("samples", "motions"))]
     blocks = [facts("", about), paragraph(dataset.attrs["asked"])]
     for place, name in enumerate(dataset["interface"].values.tolist()):
-        blocks += [heading(str(name), f"uncertain-{place + 1}"), *_of_interface(dataset.isel(interface=place))]
+        part = dataset.isel(interface=place)
+        blocks += [heading(str(name), f"uncertain-{place + 1}"), *_of_interface(part)]
+        if tornado and f"{part['chosen_output'].item()}_moved" in part:
+            blocks.append(_tornado(part))
     words = "P(contact) over samples and motions with its bounds, and what the uncertain numbers contribute."
     notes = [*json.loads(dataset.attrs["assumptions"])]
     notes += [f"excluded: {words}" for words in json.loads(dataset.attrs.get("left_out", "[]"))]
@@ -84,8 +88,6 @@ def _of_interface(part: xr.Dataset) -> Iterator[Block]:
     yield _indices(part)
     if words := indices_words(part):
         yield paragraph(words)
-    if f"{part['chosen_output'].item()}_moved" in part:
-        yield _tornado(part)
 
 
 def _over_samples(part: xr.Dataset, name: str, unit: str) -> tuple[Heads, list[list[Cell]]]:

@@ -31,7 +31,7 @@ def run(*words):
 
 def test_a_scene_gives_verdict_tables_dataset_and_figure(folder):
     files = folder / "u.nc", folder / "u.svg"
-    told = run("uncertainty", folder / "s.toml", "--sobol", 8, "-o", files[0], "--figure", files[1])
+    told = run("uncertainty", folder / "s.toml", "--tornado", "--sobol", 8, "-o", files[0], "--figure", files[1])
     assert told.exit_code == 0, told.output
     dataset = pr.open_results(files[0]).isel(interface=0)
     share = f"P(contact) at a gap of 60 mm is {100 * float(dataset['judged_probability']):.0f} %"
@@ -67,6 +67,7 @@ def test_a_dataset_is_read_and_assess_says_the_same(folder):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
+        (["uncertainty", "r.nc", "--tornado"], "--tornado: each number is moved alone"),
         (["uncertainty", "r.nc", "--set", "interface.gap='1 mm'"], "--set: changes a value of a scene"),
         (["uncertainty", "r.nc", "--sobol", "8"], "sobol: of a scene alone"),
         (["uncertainty", "s.toml", "--output", "peak"], "output: "),
