@@ -108,13 +108,16 @@ def check_labels(dataset: xr.Dataset, whose: str = "the dataset") -> None:
     _refuse(whose, [f"a label of the axis {axis} stands there twice" for axis in axes])
 
 
+FLOORS_OF_POINT = ("contact_point_left_floor", "contact_point_right_floor")
+
+
 def check_run(run: xr.Dataset, whose: str = "the dataset") -> None:
     """Raise PoundingError where a run of `simulate` lost an axis, or where a level in its attributes is no number."""
     lost = [f"the dimension {dim} is missing" for dim in ("time", "building", "storey") if dim not in run.dims]
     time = run["time"].values if "time" in run.coords else np.array([0.0])
     if time.dtype.kind not in NUMBER or not np.all(np.isfinite(time)) or np.any(np.diff(time) < 0.0):
         lost.append("the times are not finite numbers in rising order")
-    points = [name for name in map(str, run.coords) if name.startswith("contact_point_")]
+    points = [name for name in ("contact_point_level", *FLOORS_OF_POINT) if name in run.coords]
     numbers = [name for name in points if run[name].dtype.kind in NUMBER]
     lost += [f"the variable {name} is infinite" for name in numbers if np.any(np.isinf(run[name].values))]
     levels = [name for name in ("pga", "gap", "yield_force", "intensity_level") if name in run.attrs]
