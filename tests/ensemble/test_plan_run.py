@@ -1,4 +1,4 @@
-"""A plan against the run itself: batches, bytes, compiling, time; and what `--set` does."""
+"""A plan against the run itself: batches, bytes, time; and what `--set` does."""
 
 from __future__ import annotations
 
@@ -12,12 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from processes import PACKAGE, bare_environment, compiled
+from processes import PACKAGE, compiled
 from scenes import BOTH, FOUR_IN_A_ROW, FRAME, rigid, scene_text
 
 from pounding_risk.ensemble.pair_job import PairJob
 from pounding_risk.ensemble.plan import cost as plan_work
-from pounding_risk.ensemble.plan.compilation import Kernels
 from pounding_risk.ensemble.plan.plan import Plan, duration, plan, validate
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.motions import catalogue
@@ -88,105 +87,15 @@ def test_the_time_of_a_plan_is_that_of_the_run(monkeypatch):
 
 
 @compiled
-def test_a_second_plan_compiles_nothing():
-    study = parse_scene(PAIR)
-    made = plan(study)
-    again = plan(study)
-    assert again.kernels is not None and again.kernels.whole
-    assert again.screened == made.screened
-    assert dict(again.summary())["compiling"] == "nothing: all is compiled"
-
-
-@compiled
 def test_what_is_validated_is_not_run():
-    """Where all is compiled too: cases, bytes and notes are those of the plan, and nothing of its runs is told."""
+    """Cases, bytes and notes are those of the plan, and nothing of its runs is stated."""
     study = parse_scene(PAIR)
     planned, checked = plan(study), validate(study)
-    unknown = {"kernels": None, "memory": None, "screened": None, "seconds": None, "error": None, "sampled": 0}
+    unknown = {"memory": None, "screened": None, "seconds": None, "error": None, "sampled": 0}
     assert checked == replace(planned, **unknown, share=1.0)
     words = dict(checked.summary())
     assert words["time"] == "not known, since nothing is run; `scan --plan` times a sample, and tells the memory"
-    assert not {"compiling", "memory"} & set(words)
-
-
-FRESH = """
-import json, os, sys
-from pathlib import Path
-from pounding_risk.ensemble.plan.compilation import kernels_of
-from pounding_risk.ensemble.plan.plan import compiling_words, validate
-found = []
-for scene in sys.argv[1:]:
-    kernels = kernels_of(validate(scene).study)
-    found.append([kernels.motion, kernels.solver, kernels.missing, compiling_words(kernels)])
-print(json.dumps([found, sum(1 for _ in Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nb?"))]))
-"""
-
-
-@compiled
-def test_what_is_compiled_is_found_out_without_compiling(tmp_path):
-    """In a new process with an empty cache; equal terms, which take impacts to find, included."""
-    terms = PAIR.replace('"jankowski"]', '"linear"]').replace(
-        "[records]", 'equal_terms = {same = "penetration", speed = "0.5 m/s"}\n[records]'
-    )
-    for name, text in (("pair", terms), ("row", FOUR_IN_A_ROW)):
-        (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
-    (tmp_path / "cache").mkdir()
-    done = subprocess.run(
-        [sys.executable, "-c", FRESH, "pair.toml", "row.toml"],
-        env=bare_environment(PYTHONPATH=str(PACKAGE.parent), NUMBA_CACHE_DIR=str(tmp_path / "cache")),
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
-    assert done.returncode == 0, done.stderr
-    ((*pair, of_pair), (*row, of_row)), files = json.loads(done.stdout)
-    assert files == 0
-    assert pair == [False, True, 2]
-    assert row == [False, False, 1]
-    assert of_pair == "compiled just now: the motion without contact and 2 contact models"
-    assert of_row == (
-        "compiled just now: the motion without contact, the solver of rows, once for all contact models and "
-        "1 contact model"
-    )
-
-
-PROBE = """
-import json, sys
-from pounding_risk.ensemble.plan.compilation import is_compiled
-from pounding_risk.solver.pair.law_verbs import depth_of
-from pounding_risk.models.contact.laws import Hertz, Linear
-call = Hertz(1e9), 1234.5, 1e-6
-found = [is_compiled(depth_of, call)]
-if "call" in sys.argv:
-    depth_of(*call)
-    found += [is_compiled(depth_of, call), is_compiled(depth_of, (Linear(1e9), *call[1:]))]
-print(json.dumps(found))
-"""
-
-
-@compiled
-def test_a_kernel_is_known_to_be_compiled(tmp_path):
-    """Before and after its first call, in the next process, and after its files were damaged."""
-
-    def probe(*words: str) -> list[bool]:
-        environment = bare_environment(PYTHONPATH=str(PACKAGE.parent), NUMBA_CACHE_DIR=str(tmp_path))
-        command = [sys.executable, "-c", PROBE, *words]
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
-        assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout)
-
-    assert probe("call") == [False, True, False]
-    assert probe() == [True]
-    for pattern in ("*depth_of*.nbc", "*depth_of*.nbi"):
-        kept = {file: file.read_bytes() for file in Path(tmp_path).rglob(pattern)}
-        assert kept
-        for file, raw in kept.items():
-            file.write_bytes(raw[: len(raw) // 2])
-        assert probe() == [False]
-        for file, raw in kept.items():
-            file.write_bytes(raw)
-    assert probe() == [True]
+    assert "memory" not in words
 
 
 @pytest.fixture(scope="module")
@@ -249,12 +158,10 @@ def test_a_unit_that_no_record_takes_is_told_and_no_change(tmp_path):
     assert told == "records.unit: cm/s^2 -> mm/s^2"
 
 
-def test_a_plan_of_interpreted_kernels_says_so(changed):
-    """As under NUMBA_DISABLE_JIT."""
-    kernels = Kernels(True, True, (True,), interpreted=True)
-    told = dict(replace(changed, kernels=kernels).summary())
-    assert told["compiling"] == "switched off by NUMBA_DISABLE_JIT: every batch takes some hundred times as long"
-    assert told["batches"].endswith("how many of them touch is not known yet, `scan --plan` finds it")
+def test_what_touches_is_not_known_before_a_plan(changed):
+    assert dict(changed.summary())["batches"].endswith(
+        "how many of them touch is not known yet, `scan --plan` finds it"
+    )
 
 
 def test_times_are_told_as_one_says_them():

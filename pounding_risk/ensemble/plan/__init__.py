@@ -1,1 +1,1 @@
-"""Plan of a scan: its cases, size, compilation and time, before it starts."""
+"""Plan of a scan: its cases, size and time, before it starts."""

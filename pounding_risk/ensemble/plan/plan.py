@@ -23,7 +23,6 @@ from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.units import PGA, TIME, say
 
 if TYPE_CHECKING:
-    from pounding_risk.ensemble.plan.compilation import Kernels
     from pounding_risk.motions.ensemble import MotionEnsemble
 
 HERE = "`scan --plan`"
@@ -58,7 +57,6 @@ class Plan(ShortRepr):
     left_out: tuple[str, ...] = ()  # files that are named and are no record of the scene, and why
     changes: tuple[str, ...] = ()  # values that `--set` changes, one sentence each
     unused: tuple[str, ...] = ()  # keys of the scene that change nothing in it, and why
-    kernels: Kernels | None = None  # compiled before the plan was made
     memory: int | None = None  # bytes, about, of a scan into a file
     screened: int | None = None  # batches that follow from the motion without contact, which closes no gap
     share: float = 1.0  # of the batches that the following is learnt from, evenly drawn from a large grid
@@ -157,12 +155,7 @@ def plan(scene: Scene | str | Path, overrides: Sequence[str] = (), *, workers: i
     RecordError
         For a record that cannot be used.
     """
-    from pounding_risk.ensemble.plan.compilation import kernels_of
-    from pounding_risk.ensemble.plan.size import shape_of
-
-    made, ensemble = _checked(scene, overrides, workers)
-    cases = prod(shape_of(made.study, len(ensemble.motions)).values())
-    return _timed(replace(made, kernels=kernels_of(made.study, cases, ensemble.motions)), ensemble)
+    return _timed(*_checked(scene, overrides, workers))
 
 
 def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int | None) -> tuple[Plan, MotionEnsemble]:
@@ -308,8 +301,6 @@ def _run_words(plan: Plan) -> Iterator[tuple[str, str]]:
     yield "dataset", f"{_bytes(plan.bytes)} before compression{_room(plan)}"
     if plan.memory is not None:
         yield "memory", f"about {_bytes(plan.memory)}"
-    if plan.kernels is not None:
-        yield "compiling", compiling_words(plan.kernels)
     yield "time", _time(plan)
     yield from (("changed", sentence) for sentence in plan.changes)
     yield from (("unused", sentence) for sentence in plan.unused)
@@ -338,20 +329,6 @@ def _batches(plan: Plan) -> str:
     share = 100.0 * plan.screened / plan.batches
     about = "" if plan.share == 1.0 else "about "
     return f"{words}; {about}{plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
-
-
-def compiling_words(kernels: Kernels) -> str:
-    """What was compiled for a plan, in words; ``kernels`` are those of before."""
-    if kernels.interpreted:
-        return "switched off by NUMBA_DISABLE_JIT: every batch takes some hundred times as long"
-    if kernels.whole:
-        return "nothing: all is compiled"
-    parts = [] if kernels.motion else ["the motion without contact"]
-    parts += [] if kernels.solver else ["the solver of rows, once for all contact models"]
-    if kernels.missing:
-        parts.append(counted(kernels.missing, "contact model"))
-    listed = " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
-    return f"compiled just now: {listed}"
 
 
 def _time(plan: Plan) -> str:
