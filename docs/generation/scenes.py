@@ -6,7 +6,7 @@ from typing import Any
 
 from generation.markdown import docstring, plain, table
 from pounding_risk.models.effects import EFFECTS
-from pounding_risk.results.run_variables import CONTACT_PLACE, CONTACTS, HISTORIES
+from pounding_risk.results.run_labels import CONTACT_PLACE, CONTACTS, HISTORIES
 from pounding_risk.scene import sections
 from pounding_risk.scene.distributions import KINDS, Parameter
 from pounding_risk.solver.counters import STATUS_SENTENCES
@@ -108,9 +108,8 @@ Two buildings and a whole row have the same shape of dataset. Its cases are alon
 `building` or `storey` of each. Two buildings have one interface: `results.squeeze("interface")` does without, and every
 command and call reads what is left.
 
-The attribute `dataset_version` is the version of this shape. Files of version 0.1 have none; they are read as if this
-version had written them: those of two single masses get the axis `interface`, of length 1, and the coordinates of their
-places, and no number changes. A file of a newer version is refused.
+The attribute `dataset_version` is the version of this shape. A file of another version is refused with the repair: run
+the scan again, or upgrade the package.
 
 """
 STOREYS_AND_POINTS = """## Variables of contact points and storeys

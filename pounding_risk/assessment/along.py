@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.assessment.assess import Options, contact_of
-from pounding_risk.assessment.demands import check_dataset, interfaces
+from pounding_risk.assessment.demands import interfaces
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.amplitudes import level_asked
-from pounding_risk.results.files import open_results
+from pounding_risk.results.files import open_results, open_scan
+from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import has_drawn_motions, open_axes, own_places, value_at
-from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
 from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.units import GAP, say, si
@@ -100,7 +99,7 @@ def assess_along(
         None,
         criterion,
         "pga",
-        level_asked(whole, pga, intensity_level),
+        Results(whole).level(pga, intensity_level),
         None,
     )
     sizes = tuple(whole.sizes[axis.name] for axis in axes)
@@ -108,8 +107,7 @@ def assess_along(
     at, names = "", []
     for places in product(*map(range, sizes)):
         chosen = {axis.name: [place] for axis, place in zip(axes, places, strict=True)}
-        part = with_axes(whole.isel(chosen), whose)
-        check_dataset(part, whose)
+        part = open_scan(whole.isel(chosen), whose).dataset
         names = [str(name) for name in part["interface"].values]
         for index, (_, one) in enumerate(interfaces(part)):
             contact = contact_of(one, index, options)

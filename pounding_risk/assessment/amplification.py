@@ -16,7 +16,7 @@ from pounding_risk._common.words import nearest
 from pounding_risk.assessment.options import USUAL_PERCENTILE
 from pounding_risk.assessment.spectra import charted, read_percentiles, rule_words, usual_percentile, with_rules
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.check import kind_of
 from pounding_risk.units import GAP, say, shown
 
 if TYPE_CHECKING:

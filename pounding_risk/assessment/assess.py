@@ -46,18 +46,11 @@ from pounding_risk.assessment.separations.table import Comparison, code_table
 from pounding_risk.assessment.verdict import AssessedGap, Observations, Verdict, judge
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.amplitudes import (
-    amplitude_words,
-    amplitudes_of,
-    intensity_quantity,
-    intensity_words,
-    level_asked,
-    spectral,
-    usual_intensity,
-)
+from pounding_risk.results.amplitudes import intensity_quantity, intensity_words, spectral
 from pounding_risk.results.attributes import told
 from pounding_risk.results.contact_notes import of_results
-from pounding_risk.results.own_case import at_level, own_amplitude, own_level, scene_force, scene_gap, scene_model
+from pounding_risk.results.files import open_scan
+from pounding_risk.results.opened import Results
 from pounding_risk.units import GAP, say, si
 
 if TYPE_CHECKING:
@@ -297,16 +290,16 @@ def assess(
         For a dataset that is none of `scan`, for an option out of its range, for a target rate without a hazard curve,
         and as `read_hazard`.
     """
-    results, whose = data.open_dataset(results)
+    opened = open_scan(results)
+    results = opened.dataset
     gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
-    data.check_dataset(results, whose)
-    level = level_asked(results, pga, intensity_level)
+    level = opened.level(pga, intensity_level)
     rate = read_target_rate(target_rate, hazard is not None)
     criterion = read_criterion(target, percentile, confidence)
     fields = read_fields(gmfs) if isinstance(gmfs, str | Path) else gmfs
     if fields is not None and intensity is None and hazard is None:
-        intensity = intensity_of_fields(results, fields)
-    intensity, curve, reading = intensity_and_hazard(results, hazard, intensity)
+        intensity = intensity_of_fields(opened, fields)
+    intensity, curve, reading = intensity_and_hazard(opened, hazard, intensity)
     options = Options(gap, curve, criterion, intensity, level, rate, fields)
     counts = data.run_counts(results)
     assessed = tuple(_interface(name, part, index, options) for index, (name, part) in enumerate(interfaces(results)))
@@ -331,9 +324,9 @@ def assess(
     )
 
 
-def intensity_of_fields(results: xr.Dataset, fields: Fields) -> str:
+def intensity_of_fields(opened: Results, fields: Fields) -> str:
     """The intensity of fragilities where none is asked for: the usual one if fields have it, or another of theirs."""
-    usual = usual_intensity(results)
+    results, usual = opened.dataset, opened.usual_intensity
     if not fields.has(data.spectral_intensity(results, usual)):
         longer = data.resolved_intensity(results, "sa(longer)")
         usual = next((one for one in (longer, "pga") if fields.has(one)), usual)
@@ -341,34 +334,35 @@ def intensity_of_fields(results: xr.Dataset, fields: Fields) -> str:
 
 
 def intensity_and_hazard(
-    results: xr.Dataset, hazard: Hazard | HazardSpectrum | str | Path | None, asked: str | None
+    opened: Results, hazard: Hazard | HazardSpectrum | str | Path | None, asked: str | None
 ) -> tuple[str, Hazard | None, str]:
     """The intensity of fragilities, as it is asked for or as usual; its hazard curve, and how that was read.
 
     Raises PoundingError for an intensity that the dataset or the hazard has not, and as `read_hazard`.
     """
+    results = opened.dataset
     known = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
-    intensity = _usual_intensity(results, known) if asked is None else data.resolved_intensity(results, asked)
+    intensity = _usual_intensity(opened, known) if asked is None else data.resolved_intensity(results, asked)
     curve = known.at(data.spectral_intensity(results, intensity)) if isinstance(known, HazardSpectrum) else known
-    return intensity, curve, _reading(results, isinstance(known, HazardSpectrum), curve, asked)
+    return intensity, curve, _reading(opened, isinstance(known, HazardSpectrum), curve, asked)
 
 
-def _reading(results: xr.Dataset, is_spectrum: bool, curve: Hazard | None, asked: str | None) -> str:
+def _reading(opened: Results, is_spectrum: bool, curve: Hazard | None, asked: str | None) -> str:
     """Sentences on how a hazard table was read; ``asked`` is the intensity that was asked for."""
     if curve is None or not is_spectrum:
         return curve.reading if curve else ""
-    usual = "" if usual_intensity(results).startswith("sa(") else "sa(longer)"
+    usual = "" if opened.usual_intensity.startswith("sa(") else "sa(longer)"
     why = PERIOD_WORDS.get(usual if asked is None else asked, "")
     if asked is None and not usual:
         why = ", which the motions are scaled to"
     return f"{curve.reading} The curve is that of {intensity_words(curve.name)}{why}.".strip()
 
 
-def _usual_intensity(results: xr.Dataset, hazard: Hazard | HazardSpectrum | None) -> str:
+def _usual_intensity(opened: Results, hazard: Hazard | HazardSpectrum | None) -> str:
     """The intensity of the fragilities where none is asked for."""
-    usual = usual_intensity(results)
+    usual = opened.usual_intensity
     if isinstance(hazard, HazardSpectrum):
-        return usual if usual.startswith("sa(") else data.resolved_intensity(results, "sa(longer)")
+        return usual if usual.startswith("sa(") else data.resolved_intensity(opened.dataset, "sa(longer)")
     if hazard is None:
         return usual
     one = spectral(hazard.name[3:-1]) if hazard.name.startswith("sa(") else None
@@ -404,10 +398,11 @@ class Contact(NamedTuple):
 
 def contact_of(results: xr.Dataset, index: int, options: Options) -> Contact:
     """Contact at an interface, the part of a dataset at ``index`` that `interfaces` gives; raises as `assess`."""
-    gap = scene_gap(results, index) if options.gap is None else options.gap
+    opened = Results(results)
+    gap = opened.scene_gap(index) if options.gap is None else options.gap
     criterion = options.criterion
     every = data.motions_of(results)
-    level = own_level(results) if options.level is None else options.level
+    level = opened.scene_level if options.level is None else options.level
     motions = _at_level(every, level)
     closing = motions.closing[:, 0]
     independent = independent_motions(_logs(closing), motions.recordings)
@@ -417,13 +412,13 @@ def contact_of(results: xr.Dataset, index: int, options: Options) -> Contact:
     contact = shares(touched.astype(float), [{"gap": one} for one in gaps.tolist()], weight, criterion.confidence)
     percentiles = (*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile)
     required = {one.percentile: one for one in required_gaps(closing, weight, percentiles, criterion.confidence)}
-    at = amplitude_words(results, every.amplitudes[level])
+    at = opened.amplitude_words(every.amplitudes[level])
     here = touched[:, gaps.tolist().index(gap)]
     return Contact(gap, every, level, at, motions, independent, contact, required, here)
 
 
 def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> InterfaceAssessment:
-    criterion = options.criterion
+    opened, criterion = Results(results), options.criterion
     if options.hazard is not None:
         data.check_intensity(results, options.intensity, options.hazard.name)
     contact_at_gaps = contact_of(results, index, options)
@@ -442,9 +437,9 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
     yield_gap, yields = data.yields_of(results, gap)
     about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
     sensitivity = contact_influences(motions, contact_at_gaps.touched, gap, criterion)
-    own_force, own_model = scene_force(results), scene_model(results)
+    own_force, own_model = opened.scene_force, opened.scene_model
     sensitivity += yield_influences(about, own_force, criterion.target) if own_force in about.forces else ()
-    response = responses_at(at_level(results, level), yield_gap)
+    response = responses_at(opened.at_level(level), yield_gap)
     columns_yield = bool(np.isinf(data.finite_forces(results)).any())
     sensitivity += response_influences(response, own_model, own_force, columns_yield)
     touching = _contact_motions(results, every, options)
@@ -489,13 +484,13 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
         gaps_for_rates=gaps_for_rates,
         sensitivity=sensitivity,
         what_matters=what_matters(sensitivity),
-        separations=code_table(at_level(results, level), criterion.percentile).rules,
+        separations=code_table(opened.at_level(level), criterion.percentile).rules,
         verdict=_with_rate(
             _with_notes(judge(AssessedGap(gap, criterion), observed), results, name, options.level, columns),
             rate_verdict,
         ),
         rate_verdict=rate_verdict,
-        intensity=amplitudes_of(results).name,
+        intensity=opened.amplitudes.name,
         scenario=scenario,
         columns=columns,
     )
@@ -537,12 +532,13 @@ def _with_notes(
 
 def _amplitude_note(results: xr.Dataset) -> str:
     """Sentence on which of several amplitudes is assessed where none is asked for, and why."""
-    amplitudes = amplitudes_of(results)
+    opened = Results(results)
+    amplitudes = opened.amplitudes
     if len(amplitudes.values) < 2:
         return ""
     levels = [amplitudes.words(value) for value in amplitudes.values if value is not None]
-    why = "the largest" if own_amplitude(results) is None else "the scene's own"
-    return f"Of the amplitudes {', '.join(levels)}, {levels[own_level(results)]} is assessed: {why}."
+    why = "the largest" if opened.scene_amplitude is None else "the scene's own"
+    return f"Of the amplitudes {', '.join(levels)}, {levels[opened.scene_level]} is assessed: {why}."
 
 
 def _at_level(motions: Motions, level: int) -> Motions:
@@ -627,7 +623,7 @@ def _numbered(recordings: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _method(results: xr.Dataset, options: Options) -> str:
-    amplitudes, asked = amplitudes_of(results), read_measure(options.intensity)
+    amplitudes, asked = Results(results).amplitudes, read_measure(options.intensity)
     is_own = asked is not None and amplitudes.measure.is_same(asked)
     return curves.STRIPES if is_own and len(amplitudes.values) > 1 else curves.OWN
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.demands import UNDEFINED
-from pounding_risk.results.own_case import at_level, scene_force, scene_model
+from pounding_risk.results.opened import Results
 from pounding_risk.units import GAP, STOREY_HEIGHT, YIELD_FORCE, say
 
 if TYPE_CHECKING:
@@ -84,10 +84,10 @@ def struck_columns(results: xr.Dataset, level: int, gap: float) -> tuple[StruckC
     """Every contact of a floor with a column of one interface, from the lowest."""
     if "contact_point_kind" not in results.variables or "contact_point" not in results.dims:
         return ()
-    case = at_level(results, level).isel(
-        gap=_nearest(results, gap),
-        contact_model=list(map(str, results["contact_model"].values)).index(scene_model(results)),
-        yield_force=int(np.flatnonzero(results["yield_force"].values == scene_force(results))[0]),
+    opened = Results(results)
+    own = opened.scene_case
+    case = opened.at_level(level).isel(
+        gap=_nearest(results, gap), contact_model=own["contact_model"], yield_force=own["yield_force"]
     )
     kinds = case["contact_point_kind"].values
     return tuple(_struck(case, place) for place in range(kinds.size) if str(kinds[place]) == COLUMN)

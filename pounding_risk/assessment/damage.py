@@ -24,11 +24,12 @@ from pounding_risk.assessment.gmfs import Fields, read_fields
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.assessment.options import USUAL_CONFIDENCE
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.amplitudes import amplitude_words, intensity_quantity
+from pounding_risk.results.amplitudes import intensity_quantity
 from pounding_risk.results.attributes import as_text, tables_of
 from pounding_risk.results.check import missing_named
+from pounding_risk.results.files import open_scan
 from pounding_risk.results.grid_values import place_of
-from pounding_risk.results.own_case import own_case
+from pounding_risk.results.opened import Results
 from pounding_risk.scene.damage import read_states
 from pounding_risk.units import share, shown, si
 
@@ -101,14 +102,14 @@ def damage(
     SceneError
         For states with faults.
     """
-    results, whose = data.open_dataset(results)
-    data.check_dataset(results, whose)
-    asked = _states(results, states, whose)
+    opened = open_scan(results)
+    results = opened.dataset
+    asked = _states(results, states, opened.name)
     case = _case(results, {"gap": gap, "contact_model": contact_model, "yield_force": yield_force})
     fields = read_fields(gmfs) if isinstance(gmfs, str | Path) else gmfs
     if fields is not None and intensity is None and hazard is None:
-        intensity = intensity_of_fields(results, fields)
-    word, curve, reading = intensity_and_hazard(results, hazard, intensity)
+        intensity = intensity_of_fields(opened, fields)
+    word, curve, reading = intensity_and_hazard(opened, hazard, intensity)
     if curve is not None:
         data.check_intensity(results, word, curve.name)
     motions = _motions(results, word)
@@ -128,7 +129,7 @@ def damage(
         **{name: results.attrs[name] for name in KEPT if name in results.attrs},
         "Conventions": "CF-1.11",
         "source": "pounding_risk: fragility of damage states from runs with and without contact",
-        "amplitude": amplitude_words(results),
+        "amplitude": opened.amplitude_words(),
         "finding": finding(dataset),
         "told": as_text(
             [*told_of(found, motions, options, results), *([reading] if reading else []), *_of_fields(fields)]
@@ -161,7 +162,7 @@ def _states(results: xr.Dataset, given: Any, whose: str) -> tuple[Any, ...]:
 
 def _case(results: xr.Dataset, asked: dict[str, Any]) -> xr.Dataset:
     """The dataset at one gap, contact model and yield force: those asked for, or nearest to the scene's own."""
-    own = own_case(results)
+    own = Results(results).scene_case
     places = {}
     for axis, value in asked.items():
         known = tuple(map(float if axis != "contact_model" else str, results[axis].values))

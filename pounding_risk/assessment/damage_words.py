@@ -17,7 +17,7 @@ from pounding_risk.assessment.damage_fits import BETWEEN, METHODS, NONE
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import intensity_words
 from pounding_risk.results.attributes import tables_of
-from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.check import kind_of
 from pounding_risk.units import GAP, YIELD_FORCE, say
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -20,23 +19,9 @@ from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, PGA_AXIS, Measure, 
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
 from pounding_risk.motions.record import recording
 from pounding_risk.motions.scaling import mean_periods
-from pounding_risk.results.amplitudes import (
-    Spectral,
-    amplitudes_of,
-    has_spectrum_at,
-    intensity_unit,
-    intensity_words,
-    scaled_to,
-    spectral,
-    spectral_range,
-    usual_intensity,
-)
+from pounding_risk.results.amplitudes import Spectral, intensity_unit, intensity_words, spectral
 from pounding_risk.results.attributes import tables_of, told
-from pounding_risk.results.check import AXES_OF_CASES, check_scan
-from pounding_risk.results.files import open_results
-from pounding_risk.results.kinds import kind_of
-from pounding_risk.results.own_case import own_gaps, scene_force, scene_model, scene_place
-from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.results.opened import Results
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,7 +30,6 @@ Array = NDArray[np.float64]
 
 AMPLITUDE_AXES = (PGA_AXIS, LEVEL_AXIS)  # of which a dataset has one at most
 MOTION_AXES = ("record", "polarity", *AMPLITUDE_AXES)
-NEEDED = ("peak_closing_free", "yield_exceedance", "impact_count", "status", "peak_displacement_free")
 # They leave the free motion linear. inelastic_storeys does not: twice the motion is not twice the closing.
 LINEAR = {"permanent_set", "unloading_stiffness", "strain_rate", "wave_passage", "p_delta", "soil_flexibility"}
 SAME_GAP = 1e-9  # m, by which two gaps may differ that are one
@@ -65,40 +49,6 @@ class Motions(NamedTuple):
     alone: Array | None = None  # of one interface of several: closing without contact anywhere, at most ``closing``
 
 
-def open_dataset(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
-    """A dataset, or that of a file, with the axes of its cases, and the name by which errors call it."""
-    source = str(results) if isinstance(results, str | Path) else "the dataset"
-    return with_axes(open_results(results) if isinstance(results, str | Path) else results, source), source
-
-
-def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
-    """Raise PoundingError for what is no dataset of `scan`, for one of an older version, and for a damaged one."""
-    kind = kind_of(results)
-    if kind not in ("scan", ""):
-        raise PoundingError(
-            f"{whose}: is a dataset of `{kind}`, which has not the cases of a scan; assess takes what "
-            "`pounding-risk scan SCENE -o results.nc` writes"
-        )
-    if "impact_count" not in results or not {"record", "gap"} <= set(results.dims):
-        raise PoundingError(f"{whose}: is no dataset of a scan; `pounding-risk scan SCENE -o results.nc` writes one")
-    missing = [name for name in NEEDED if name not in results]
-    if missing:
-        raise PoundingError(
-            f"{whose}: has no {', '.join(missing)}: an older version wrote it, or it was damaged; scan the scene "
-            "again, the scene's text is the attribute 'scene'"
-        )
-    if "scene_resolved" not in results.attrs:
-        raise PoundingError(
-            f"{whose}: has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
-        )
-    check_scan(
-        results,
-        whose,
-        names=(*AXES_OF_CASES, "building", "building_period", "building_damping"),
-        attrs=("records", "title"),
-    )
-
-
 def interfaces(results: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     """Each pair of neighbours, named "left | right", and its part of the dataset, without the dimension of interfaces.
 
@@ -112,9 +62,9 @@ def _one_interface(results: xr.Dataset, at: int) -> xr.Dataset:
     part = {"interface": at, "building": slice(at, at + 2)}
     if "contact_point" in results.dims:
         part["contact_point"] = np.flatnonzero(results["contact_point_interface"].values == at)
-    gaps = own_gaps(results).isel(interface=at)
+    gaps = Results(results).gaps.isel(interface=at)
     if gaps.size > 1 and np.ptp(gaps.values) == 0.0:
-        part["gap"] = slice(*(scene_place(results) + end for end in (0, 1)))
+        part["gap"] = slice(*(Results(results).scene_place + end for end in (0, 1)))
         gaps = gaps.isel(gap=part["gap"])
     return results.isel(part).assign_coords(gap=("gap", gaps.values, results["gap"].attrs))
 
@@ -138,7 +88,7 @@ def motions_of(results: xr.Dataset) -> Motions:
         tuple(name for name in records for _ in polarities),
         tuple(polarities) * len(records),
         np.repeat(numbered_recordings(results, records), turns),
-        amplitudes_of(results).values,
+        Results(results).amplitudes.values,
         closing,
         np.atleast_1d(np.isfinite(alone).all(axis=1)) & np.repeat(is_shaking(results), turns),
         alone if is_pushed(results) else None,
@@ -204,9 +154,9 @@ def touching(results: xr.Dataset, motions: Motions, gap: float) -> NDArray[np.bo
     at = np.flatnonzero(np.isclose(results["gap"].values, gap, rtol=0.0, atol=SAME_GAP))
     if motions.alone is None or not at.size:
         return closes
-    model = list(map(str, results["contact_model"].values)).index(scene_model(results))
-    force = int(np.flatnonzero(results["yield_force"].values == scene_force(results))[0])
-    counts = _by_amplitude(results["impact_count"].isel(gap=int(at[0]), contact_model=model, yield_force=force))
+    own = Results(results).scene_case
+    case = {"gap": int(at[0]), "contact_model": own["contact_model"], "yield_force": own["yield_force"]}
+    counts = _by_amplitude(results["impact_count"].isel(case))
     return np.asarray(np.where(counts == UNDEFINED, closes, counts > 0))
 
 
@@ -285,7 +235,7 @@ def intensities_of(results: xr.Dataset, intensity: str | None = None) -> MotionI
     PoundingError
         As `intensities`.
     """
-    word = resolved_intensity(results, usual_intensity(results) if intensity is None else intensity)
+    word = resolved_intensity(results, Results(results).usual_intensity if intensity is None else intensity)
     return MotionIntensities(intensities(results, word), word, intensity_words(word), intensity_unit(word))
 
 
@@ -302,7 +252,7 @@ def intensities(results: xr.Dataset, intensity: str) -> Array:
     spectrum.
     """
     asked = read_measure(intensity)
-    amplitudes = amplitudes_of(results)
+    amplitudes = Results(results).amplitudes
     if asked is not None and amplitudes.axis in results.coords and amplitudes.measure.is_same(asked):
         motions = results.sizes["record"] * results.sizes["polarity"]
         return np.tile(np.array(amplitudes.values, dtype=float), (motions, 1))
@@ -321,7 +271,7 @@ def intensities(results: xr.Dataset, intensity: str) -> Array:
 
 def _of_records(results: xr.Dataset, asked: Spectral, intensity: str) -> Array:
     """Sa of the records at a period and damping [m/s2], as they are scaled, (motions, amplitudes)."""
-    known = scaled_to(results)
+    known = Results(results).scaled_to
     if known is not None and known.value is not None and known.is_at(asked):
         return np.full((results.sizes["record"] * results.sizes["polarity"], 1), known.value)
     _check_spectra(results, (asked,), intensity)
@@ -333,9 +283,9 @@ def _of_records(results: xr.Dataset, asked: Spectral, intensity: str) -> Array:
 
 def _check_spectra(results: xr.Dataset, asked: Sequence[Spectral], intensity: str) -> None:
     """Raise PoundingError where the dataset has no Sa of its records at these periods and damping."""
-    if all(has_spectrum_at(results, one) for one in asked):
+    if all(Results(results).has_spectrum_at(one) for one in asked):
         return
-    span = spectral_range(results)
+    span = Results(results).spectral_range
     if span is None:
         raise PoundingError(
             f"intensity {intensity!r}: the dataset has no spectra of its records, an older version wrote it; run "
@@ -359,7 +309,7 @@ def _before_scaling(results: xr.Dataset, asked: Measure, intensity: str) -> Arra
     if asked.name == FACTOR:
         raise PoundingError(
             "intensity 'scale': the motions of the dataset are not scaled by factors; write what they are scaled to, "
-            f"{usual_intensity(results)}, or pga"
+            f"{Results(results).usual_intensity}, or pga"
         )
     if asked.name == "pgv":
         if "record_pgv" not in results.coords:

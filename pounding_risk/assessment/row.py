@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.demands import check_dataset
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS
-from pounding_risk.results.amplitudes import amplitudes_of, level_asked
-from pounding_risk.results.own_case import own_gaps, own_level, scene_force, scene_model, scene_place
-from pounding_risk.results.scene_axes import settled
+from pounding_risk.results.files import open_scan
+from pounding_risk.results.opened import Results
 from pounding_risk.units import GAP, YIELD_FORCE, say_in, si
 
 if TYPE_CHECKING:
@@ -118,25 +116,25 @@ def row_case(
     PoundingError
         For what is no dataset of `scan`, for one of several scenes, and for a contact model that the grid has not.
     """
-    results = settled(results)
-    check_dataset(results)
+    opened = open_scan(results)
+    results = opened.dataset
     gap = None if gap is None else si(gap, GAP, "gap")
     yield_force = None if yield_force is None else si(yield_force, YIELD_FORCE, "yield_force")
-    amplitudes = amplitudes_of(results)
+    amplitudes = opened.amplitudes
     if pga is not None and amplitudes.axis == LEVEL_AXIS:
-        level_asked(results, pga)  # tells that there is none
+        opened.level(pga)  # refuses it
     asked = pga if intensity_level is None else intensity_level
     level = None if asked is None else si(asked, amplitudes.measure.quantity, "pga" if pga else "intensity_level")
     cell = {
-        "gap": scene_place(results) if gap is None else _nearest(results["gap"].values, gap),
+        "gap": opened.scene_place if gap is None else _nearest(results["gap"].values, gap),
         "yield_force": _nearest(
-            results["yield_force"].values, scene_force(results) if yield_force is None else yield_force
+            results["yield_force"].values, opened.scene_force if yield_force is None else yield_force
         ),
         "contact_model": _model(results, contact_model),
     }
     if amplitudes.axis in results.dims:
-        cell[amplitudes.axis] = own_level(results) if level is None else _nearest(np.array(amplitudes.values), level)
-    gaps = own_gaps(results).isel(gap=cell["gap"]).values
+        cell[amplitudes.axis] = opened.scene_level if level is None else _nearest(np.array(amplitudes.values), level)
+    gaps = opened.gaps.isel(gap=cell["gap"]).values
     shown = results.isel(cell)
     return RowCase(shown, building_shapes(shown), tuple(gaps.tolist()), _points(shown), _touches(shown, "interface"))
 
@@ -149,7 +147,7 @@ def _nearest(values: Array, wanted: float) -> int:
 
 def _model(results: xr.Dataset, asked: str | None) -> int:
     known = list(map(str, results["contact_model"].values))
-    asked = scene_model(results) if asked is None else asked
+    asked = Results(results).scene_model if asked is None else asked
     if asked not in known:
         raise PoundingError(f"contact model {asked!r} is not in the dataset, which has {', '.join(known)}")
     return known.index(asked)

@@ -21,8 +21,8 @@ from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_c
 from pounding_risk.assessment.proportions import independent_motions, labels
 from pounding_risk.assessment.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.amplitudes import amplitude_words, level_asked
-from pounding_risk.results.own_case import at_level
+from pounding_risk.results.files import open_scan
+from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import check_settled
 from pounding_risk.units import GAP, say
 
@@ -107,11 +107,10 @@ def setbacks(
         For a dataset that is none of `scan` or has more than one place along an axis, and for an option out of its
         range.
     """
-    results, whose = data.open_dataset(results)
-    data.check_dataset(results, whose)
-    check_settled(results, whose)
+    opened = open_scan(results)
+    check_settled(opened.dataset, opened.name)
     criterion = read_criterion(target, percentile, confidence)
-    shown = at_level(results, level_asked(results, pga, intensity_level))
+    shown = opened.at_level(opened.level(pga, intensity_level))
     recordings = np.repeat(
         data.numbered_recordings(shown, list(map(str, shown["record"].values))), shown.sizes["polarity"]
     )
@@ -125,7 +124,7 @@ def setbacks(
                 f"no motion of the dataset moves the ground and has a finite response of {name}; check the records"
             )
         independent, required = required_setbacks(moved[finite], recordings[finite], criterion)
-        at = amplitude_words(shown)
+        at = Results(shown).amplitude_words()
         found.append(Setback(name, at, int(finite.sum()), independent, criterion.percentile, required))
     return tuple(found)
 

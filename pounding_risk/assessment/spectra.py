@@ -16,7 +16,7 @@ from pounding_risk._common.words import nearest
 from pounding_risk.assessment.options import LEAST, USUAL_PERCENTILE
 from pounding_risk.assessment.separations.rules import RULES, Case, Site
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.check import kind_of
 from pounding_risk.results.variables import described
 from pounding_risk.units import PERIOD, share, shown
 

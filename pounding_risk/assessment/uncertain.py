@@ -33,8 +33,8 @@ from pounding_risk.assessment.uncertain_samples import (
 )
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.amplitudes import level_asked
 from pounding_risk.results.layout import SCENE_AXES
+from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import VARIANTS
 from pounding_risk.results.variables import described
 from pounding_risk.units import GAP, si
@@ -161,7 +161,7 @@ def uncertainty(
             )
     else:
         subject = sampled_scene(subject, samples, num, workers, progress)
-    dataset = assessed(subject, asked._replace(level=level_asked(subject.first_sample, pga, intensity_level)))
+    dataset = assessed(subject, asked._replace(level=Results(subject.first_sample).level(pga, intensity_level)))
     if file is not None:
         save(dataset, file)
     return dataset

@@ -18,7 +18,8 @@ from pounding_risk.assessment import demands as data
 from pounding_risk.assessment import fragility as curves
 from pounding_risk.assessment.crossed_contact import CrossedClosings
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.amplitudes import spectral, usual_intensity
+from pounding_risk.results.amplitudes import spectral
+from pounding_risk.results.opened import Results
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.uncertain_samples import Asked, Samples
@@ -40,7 +41,7 @@ class Capacities(NamedTuple):
     def of(cls, subject: Samples, index: int, closings: CrossedClosings, gap: float, asked: Asked) -> Capacities:
         """The capacities at a gap [m] of an interface."""
         one_sample = data.interfaces(subject.first_sample)[index][1]
-        intensity = usual_intensity(one_sample) if asked.intensity is None else asked.intensity
+        intensity = Results(one_sample).usual_intensity if asked.intensity is None else asked.intensity
         if intensity.startswith("sa(") and spectral(intensity[3:-1]) is None:
             if asked.intensity is not None:
                 raise PoundingError(

@@ -27,14 +27,12 @@ from pounding_risk.assessment.sobol import QUANTILES, power_of_two, saltelli_poi
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
-from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.check import check_scan
-from pounding_risk.results.files import open_results
+from pounding_risk.results.files import open_results, open_scan
 from pounding_risk.results.layout import amplitude_axis
-from pounding_risk.results.own_case import own_case, own_level, scene_gap
+from pounding_risk.results.opened import Results, with_axes
 from pounding_risk.results.scene_axes import axes_of, has_drawn_motions
-from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
 from pounding_risk.scene.sampling import SOBOL
 from pounding_risk.units import shown
@@ -214,7 +212,7 @@ class Samples:
         closing = _by_sample(self.dataset["peak_closing_free"].isel(interface=index, missing_dims="ignore"), 0)
         finite = np.isfinite(closing[:, 0]) & (self.dataset["record_pga"].values >= LEAST_SHAKING)
         recordings = data.numbered_recordings(self.dataset, records)
-        amplitudes = data.amplitudes_of(self.first_sample).values
+        amplitudes = Results(self.first_sample).amplitudes.values
         return data.Motions(records, polarities, recordings, amplitudes, closing, finite)
 
     def by_outcome(self, values: Array, closings: CrossedClosings) -> Array:
@@ -227,7 +225,7 @@ class Samples:
 
     def level(self, asked: int | None) -> int:
         """Index of the assessed amplitude."""
-        return own_level(self.first_sample) if asked is None else asked
+        return Results(self.first_sample).scene_level if asked is None else asked
 
     def motions_words(self, level: int | None) -> str:
         """How many motions of how many recordings at which amplitude, in words."""
@@ -235,11 +233,11 @@ class Samples:
         number = len(set(zip(motions.records, motions.polarities, strict=True)))
         many = f"{counted(number, 'motion')} of {counted(int(motions.recordings.max()) + 1, 'recording')}"
         many = f"one of {many} drawn with each," if self.is_drawn else many
-        return f"{many} {amplitude_words(self.first_sample, motions.amplitudes[self.level(level)])}"
+        return f"{many} {Results(self.first_sample).amplitude_words(motions.amplitudes[self.level(level)])}"
 
     def gap(self, index: int) -> float:
         """The scene's own gap at an interface [m]."""
-        return scene_gap(self.dataset, index)
+        return Results(self.dataset).scene_gap(index)
 
     def closings(self, index: int, level: int | None) -> CrossedClosings:
         """What every motion closes in every sample."""
@@ -316,7 +314,7 @@ class Samples:
             raise PoundingError(
                 f"output: {shown(name)} is none{nearest(name, known)}; it may be {', '.join(known)}{why}"
             )
-        case = own_case(self.first_sample) | {"interface": index, "building": slice(index, index + 2)}
+        case = Results(self.first_sample).scene_case | {"interface": index, "building": slice(index, index + 2)}
         case[amplitude_axis(self.dataset)] = self.level(asked.level)
         variable = self.dataset[name]
         values = _by_sample(variable.isel({axis: at for axis, at in case.items() if axis in variable.dims}), 0)
@@ -446,8 +444,7 @@ def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
     if others:
         raise PoundingError(f"{source}: has several values of {' and '.join(others)}; choose one of each with sel")
     check_scan(dataset, source)
-    one_sample = dataset.isel({SAMPLE: [0]})
-    data.check_dataset(with_axes(one_sample, source), source)
+    open_scan(dataset.isel({SAMPLE: [0]}), source)
     values = tuple(np.asarray(dataset[key].values) for key in axis.keys)
     size = dataset.sizes[SAMPLE]
     return Samples(

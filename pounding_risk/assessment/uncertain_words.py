@@ -14,7 +14,7 @@ from pounding_risk.assessment.proportions import least_upper_bound, motions_to_s
 from pounding_risk.assessment.sobol import LEAST_SAMPLES, power_of_two
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE, share_words
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.check import kind_of
 from pounding_risk.units import GAP, Quantity, say
 
 if TYPE_CHECKING:

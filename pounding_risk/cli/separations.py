@@ -58,7 +58,7 @@ def separations(
     from pounding_risk.assessment.separations.table import Site, code_table
     from pounding_risk.results.check import check_scan
     from pounding_risk.results.files import open_results
-    from pounding_risk.results.selected_axes import with_axes
+    from pounding_risk.results.opened import with_axes
     from pounding_risk.units import PGA, Quantity
 
     required = percentile_of(percentile, "--percentile")

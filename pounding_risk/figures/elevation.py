@@ -22,7 +22,7 @@ from pounding_risk.figures.style import (
     title,
 )
 from pounding_risk.motions.levels import PEAK
-from pounding_risk.results.amplitudes import amplitudes_of
+from pounding_risk.results.opened import Results
 from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def where_words(case: RowCase) -> str:
         law_words(str(results["contact_model"].values)),
         f"{case.motions} motion{'s' if case.motions > 1 else ''}",
     ]
-    amplitudes = amplitudes_of(results)
+    amplitudes = Results(results).amplitudes
     if amplitudes.values[0] is not None and np.isfinite(amplitudes.values[0]):
         measured = "" if amplitudes.measure == PEAK else f"{amplitudes.measure.words} "
         words.append(measured + amplitudes.words(amplitudes.values[0]))

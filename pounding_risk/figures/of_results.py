@@ -28,10 +28,9 @@ from pounding_risk.figures.simulate import simulation_figure
 from pounding_risk.figures.spectra import gap_spectra_figure
 from pounding_risk.figures.storey_profiles import profiles_figure
 from pounding_risk.figures.uncertainty import uncertainty_figure
-from pounding_risk.results.check import check_labels, check_run, check_scan, missing_named
-from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.check import check_labels, check_run, check_scan, kind_of, missing_named
+from pounding_risk.results.opened import with_axes
 from pounding_risk.results.scene_axes import is_drawn_along, settled
-from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:

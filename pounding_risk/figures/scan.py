@@ -9,9 +9,8 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import QUIET, blank, law_words, styles, title
-from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.layout import amplitude_axis
-from pounding_risk.results.own_case import own_case, own_gaps
+from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import settled
 
 if TYPE_CHECKING:
@@ -110,7 +109,7 @@ def _one_law(results: xr.Dataset) -> xr.Dataset:
 
     Of several interfaces the one whose gap alone the grid varies, or the largest of all.
     """
-    case = own_case(results)
+    case = Results(results).scene_case
     chosen = results.isel(
         {axis: case.get(axis, -1) for axis in (amplitude_axis(results), "contact_model") if axis in results.dims}
     )
@@ -123,7 +122,7 @@ def _one_law(results: xr.Dataset) -> xr.Dataset:
 
 def _varied(results: xr.Dataset) -> int | None:
     """Index of the interface whose gap alone the grid varies; None where it varies several or none."""
-    varied = np.flatnonzero(np.ptp(own_gaps(results).values, axis=0) > 0.0)
+    varied = np.flatnonzero(np.ptp(Results(results).gaps.values, axis=0) > 0.0)
     return int(varied[0]) if varied.size == 1 else None
 
 
@@ -136,7 +135,7 @@ def _whose(results: xr.Dataset, shown: xr.Dataset) -> str:
         at = _varied(results)
         interface = results["interface"].values[at or 0]
         parts.append(f"the largest of {count} interfaces" if at is None else f"{interface}, whose gap varies")
-    parts.append(f"motions {amplitude_words(shown)}")
+    parts.append(f"motions {Results(shown).amplitude_words()}")
     return ", ".join(parts)
 
 

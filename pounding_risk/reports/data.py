@@ -19,12 +19,10 @@ from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.attributes import told
-from pounding_risk.results.check import AXES_OF_CASES, check_scan
+from pounding_risk.results.check import AXES_OF_CASES, check_scan, kind_of
 from pounding_risk.results.files import open_results
-from pounding_risk.results.kinds import kind_of
-from pounding_risk.results.own_case import scene_force, scene_model
+from pounding_risk.results.opened import Results, with_axes
 from pounding_risk.results.scene_axes import is_drawn_along
-from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:
@@ -151,12 +149,12 @@ class ReportData:
     @property
     def yield_force(self) -> float:
         """The yield force of the grid that is nearest to the scene's own [N]; inf where that never yields."""
-        return scene_force(self.results)
+        return Results(self.results).scene_force
 
     @property
     def law(self) -> str:
         """The scene's own contact model where the grid has it, or the grid's first."""
-        return scene_model(self.results)
+        return Results(self.results).scene_model
 
     @property
     def laws(self) -> list[str]:

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from pounding_risk.assessment.demands import open_dataset
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import check_target
+from pounding_risk.results.files import check_target, open_with_axes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -79,7 +78,7 @@ def draw(
     listed = [results] if isinstance(results, str | Path) or not isinstance(results, Sequence) else list(results)
     if len(listed) > 1 and (set(targets) != {"plan"} or moving is not None):
         raise PoundingError(f"{len(listed)} datasets are given: only a plan shows several rows; name one dataset")
-    opened = [open_dataset(dataset)[0] for dataset in listed]
+    opened = [open_with_axes(dataset).dataset for dataset in listed]
     written = () if moving is None else (_animated(opened[0], moving),)
     if not targets:
         return written

@@ -20,14 +20,12 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say_level
 from pounding_risk.reports.html import packed, script_page, write_page
 from pounding_risk.results import check as form
-from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of, axis_name, measure_of
+from pounding_risk.results.check import kind_of
 from pounding_risk.results.files import check_target, open_results
 from pounding_risk.results.grid_values import axis_words
-from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.layout import amplitude_axis
-from pounding_risk.results.own_case import own_case
+from pounding_risk.results.opened import Results, with_axes
 from pounding_risk.results.scene_axes import axes_of, has_drawn_motions, open_axes, own_places, written_values
-from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import SHOWN, STANDARD_GRAVITY, si
 
 if TYPE_CHECKING:
@@ -89,7 +87,7 @@ def view(
     target = check_target(out, (".html",))
     dataset, source = _opened(results)
     check_scan(dataset, source)
-    amplitudes = amplitudes_of(dataset)
+    amplitudes = Results(dataset).amplitudes
     if pgas and (intensity_levels or amplitudes.axis != PGA_AXIS):
         raise PoundingError(
             f"pgas: the motions are scaled to {amplitudes.measure.words}; choose by intensity_levels "
@@ -133,7 +131,7 @@ def chosen(dataset: xr.Dataset, selection: Mapping[str, Sequence[Any]], source: 
         if len(values) == 0:
             continue
         labels = np.atleast_1d(dataset[axis].values) if axis in dataset.coords else np.empty(0)
-        indices = [_place(axis_name(dataset, axis), value, labels, source) for value in values]
+        indices = [_place(Results(dataset).axis_name(axis), value, labels, source) for value in values]
         if axis in dataset.dims:
             dataset = dataset.isel({axis: sorted(set(indices))})
     return dataset
@@ -164,7 +162,7 @@ def _check_size(dataset: xr.Dataset, source: str) -> None:
     part = []
     for axis, option in several.items():
         if left > MOST_CASES:
-            label = label_words(axis_name(dataset, axis), dataset[axis].values[0])
+            label = label_words(Results(dataset).axis_name(axis), dataset[axis].values[0])
             part.append(f'{option} "{label}"' if " " in label else f"{option} {label}")
             left //= dataset.sizes[axis]
     hint = "choose a place along an axis with --select" if open_axes(dataset) else "scan fewer gaps or yield forces"
@@ -189,7 +187,7 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
         "scene": str(dataset.attrs.get("scene", "")),
         "axes": [_axis(dataset, axis) for axis in axes],
         "pickers": pickers,
-        "start": own_case(dataset) | own_places(dataset),
+        "start": Results(dataset).scene_case | own_places(dataset),
         "together": [axis for axis in pickers if axis in MOTIONS],
         "statuses": _sentences(dataset["status"].attrs),
         "told": {name: _variable(dataset[name], axes) for name in STATES if name in dataset},
@@ -285,13 +283,13 @@ def _variable(variable: xr.DataArray, axes: Sequence[str]) -> dict[str, Any]:
 def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
     labels = dataset[axis].values if axis in dataset.coords else np.arange(dataset.sizes[axis])
     units = {"gap": "mm", "yield_force": "kN"}
-    words = _place_words(dataset, axis) or [label_words(axis_name(dataset, axis), label) for label in labels]
+    words = _place_words(dataset, axis) or [label_words(Results(dataset).axis_name(axis), label) for label in labels]
     if axis == "yield_force" and np.isinf(finite_forces(dataset)).any():
         words = [COLUMNS if word == "none" else word for word in words]
     has_notes = axis == "record" and "record_event" in dataset.coords
     return {
         "name": axis,
-        "title": measure_of(dataset).words if axis == LEVEL_AXIS else TITLES.get(axis, axis.replace("_", " ")),
+        "title": Results(dataset).measure.words if axis == LEVEL_AXIS else TITLES.get(axis, axis.replace("_", " ")),
         "unit": units.get(axis, ""),
         "labels": words,
         "notes": [str(note) for note in dataset["record_event"].values] if has_notes else [],
@@ -336,7 +334,7 @@ def _facts(dataset: xr.Dataset) -> list[str]:
     status = dataset["status"]
     facts = [f"{status.size:,} cases."]
     if amplitude_axis(dataset) not in dataset.dims:
-        facts.append(f"Motions {amplitude_words(dataset)}.")
+        facts.append(f"Motions {Results(dataset).amplitude_words()}.")
     if "rtol" in dataset.attrs:
         facts.append(f"Each case to a relative tolerance of {float(dataset.attrs['rtol']):g}.")
     if "sensitive" in dataset:

@@ -18,11 +18,10 @@ import pounding_risk
 from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.amplitudes import axis_name
+from pounding_risk.results.check import kind_of
 from pounding_risk.results.grid_values import axis_words, listed_values
-from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.layout import axes_of_cases
-from pounding_risk.results.one_case import one_case, values_along
+from pounding_risk.results.opened import Results, one_case
 from pounding_risk.results.scene_axes import along_words
 
 MOST_COUNTED = 5_000_000  # cases whose states are read for the display
@@ -158,8 +157,8 @@ def _facts_of_grid(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         yield key, values
     for axis in ("setting", "effects", *axes_of_cases(dataset)):
         if axis in dataset.coords:
-            name = axis_name(dataset, axis)
-            yield axis_words(name), listed_values(name, values_along(dataset, axis))
+            name = Results(dataset).axis_name(axis)
+            yield axis_words(name), listed_values(name, Results(dataset).values_along(axis))
     if "status" in dataset.variables:
         yield "cases", _cases(dataset)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from math import prod
 from typing import Any
 
@@ -58,13 +58,6 @@ def _same(values: NDArray[Any], others: NDArray[Any]) -> bool:
     if values.dtype.kind != "f":
         return bool(np.all(values == others))
     return bool(np.all((values == others) | (np.isnan(values) & np.isnan(others))))
-
-
-def at_places(along: Sequence[int], values: Any, places: Sequence[int]) -> Any:
-    """The value of `Stack.differing`, as nested lists, at a place along every axis."""
-    for axis in along:
-        values = values[places[axis]]
-    return values
 
 
 def leaves_of(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:

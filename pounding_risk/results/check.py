@@ -1,4 +1,4 @@
-"""Check of a dataset of `scan` before it is used.
+"""What a dataset is, by what only its dataset has, and the check of one of `scan` before it is used.
 
 A file may have been damaged or changed since it was written. Dimensions, units and types of the variables are those of
 the table in `results.variables`; declared here are the labels of the axes and the types of the attributes. Each command
@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from hashlib import sha256
 from math import isfinite
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,13 +22,28 @@ import numpy as np
 from pounding_risk._common.letters import refused, refused_below
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS
-from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.layout import dims_in, scene_dims
 from pounding_risk.results.variables import CHANGES, COORDINATES, NUMBER, TEXT, VARIABLES, WHOLE, Declared
-from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse
+from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse, shown
 
 if TYPE_CHECKING:
     import xarray as xr
+
+VERSION = "dataset_version"  # the attribute
+DATASET_VERSION = 2
+
+# Variables, coordinates and attributes that only the dataset of this call has, in the order in which they are looked
+# for: a dataset of `compare` or `effects` is that of a scan with more in it.
+MARKS = {
+    "compare": {"flips", "baseline"},
+    "accuracy": {"setting", "time_to_reach"},
+    "effects": {"effects", "time_ratio"},
+    "uncertainty": {"uncertain_number"},
+    "spectra": {"left_period", "required_gap"},
+    "amplification": {"period_ratio"},
+    "damage": {"demand_ratio", "median_ratio"},
+}
+VERSIONED = ({"impact_count", "contact_model"}, {"displacement", "contact_force"})  # of a scan, of a run
 
 POLARITIES = ("as recorded", "reversed")
 KINDS = ("floor", "column")  # of contact points
@@ -38,6 +54,8 @@ LISTS = ("left_out", "overrides", "copies", "notes", "unused_keys")
 TEXTS = ("title", "source", "references", "scene", "scene_file", "restitution", "restitution_relation", "command")
 TEXTS_OF_RECORD = ("event", "date", "station", "component", "source", "sha256")
 AXES_OF_CASES = ("record", "polarity", "contact_model", "gap", "yield_force")  # with labels in every dataset of a scan
+# Variables that every assessment of a dataset needs.
+NEEDED = ("peak_closing_free", "yield_exceedance", "impact_count", "status", "peak_displacement_free")
 # Coordinates of every dataset with these dimensions.
 OF_PLACES = {
     "contact_point": [name for name in COORDINATES if name.startswith("contact_point_") and "yield" not in name],
@@ -52,6 +70,48 @@ BESIDE = {
     ],
     "storey_": ["storey_displacement_free"],
 }
+
+
+def kind_of(dataset: xr.Dataset) -> str:
+    """The call that made a dataset: scan, simulate, histories or one of `MARKS`; "" where none did."""
+    names = set(map(str, dataset.variables)) | (set(dataset.attrs) - {"effects"})
+    for kind, marks in MARKS.items():
+        if marks & names:
+            return kind
+    if "sample" in dataset.dims and "time" in dataset.variables:  # a scan may have samples of uncertain numbers
+        return "histories"
+    if "time" in dataset.dims and "contact_force" in dataset.variables:
+        return "simulate"
+    return "scan" if {"impact_count", "record", "gap"} <= names else ""
+
+
+def has_cases(dataset: xr.Dataset) -> bool:
+    """True for a dataset of the cases of a grid, as `scan` and `compare` write it, whatever was selected from it."""
+    return VERSIONED[0] <= set(dataset.variables)
+
+
+def check_version(dataset: xr.Dataset, whose: str = "the dataset") -> None:
+    """Raise PoundingError for a dataset of another version; other commands write some without the attribute."""
+    version = dataset.attrs.get(VERSION)
+    if version is None:
+        if not any(names <= set(dataset.variables) for names in VERSIONED):
+            return
+        version = 1  # which had no such attribute
+    if not isinstance(version, int | np.integer) or version < 1:
+        raise PoundingError(
+            f"{whose}: the attribute {VERSION} is {shown(version)}, not a whole number from 1 on: the file was changed "
+            "since it was written; take the one that scan wrote"
+        )
+    if version > DATASET_VERSION:
+        raise PoundingError(
+            f"{whose}: is a dataset of version {version}, and this version of pounding-risk reads version "
+            f"{DATASET_VERSION}; run: pip install --upgrade pounding-risk"
+        )
+    if version < DATASET_VERSION:
+        raise PoundingError(
+            f"{whose}: is a dataset of version {version}, written before the first release, and this version of "
+            f"pounding-risk reads version {DATASET_VERSION}; run the scan again"
+        )
 
 
 @contextmanager
@@ -72,6 +132,23 @@ def missing_named() -> Iterator[None]:
         raise PoundingError(f"the results have no variable {name}, which is read here; {REPAIR}") from error
 
 
+@contextmanager
+def reading(source: str | Path, kinds: tuple[type[Exception], ...] = (Exception,)) -> Iterator[None]:
+    """Turn errors of these kinds while a dataset is read into PoundingError.
+
+    All kinds by default: the libraries may raise anything for a damaged file.
+    """
+    try:
+        yield
+    except (PoundingError, MemoryError):
+        raise
+    except kinds as error:
+        kind = "Zarr store" if Path(source).suffix.lower() == ".zarr" else "netCDF file"
+        raise PoundingError(
+            f"{source}: is not a readable {kind} ({type(error).__name__}: {error}); run the scan again"
+        ) from None
+
+
 def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), attrs: Iterable[str] = ()) -> None:
     """Check that a dataset is what `scan` writes, as far as it is declared here.
 
@@ -89,12 +166,40 @@ def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), at
     Raises
     ------
     PoundingError
-        With a sentence for fault fault.
+        With a sentence for each fault.
     """
     faults = [*_missing(dataset, names, attrs), *_form_faults(dataset), *_attribute_faults(dataset)]
     # What is looked at next relies on dimensions and kinds of values.
     late = (_axis_faults, _status_faults, _flag_faults, _scene_faults)
     _refuse(whose, faults or [fault for of in late for fault in of(dataset)])
+
+
+def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
+    """Raise PoundingError for what is no dataset of `scan` with all its axes, and for a damaged one."""
+    kind = kind_of(results)
+    if kind not in ("scan", ""):
+        raise PoundingError(
+            f"{whose}: is a dataset of `{kind}`, which has not the cases of a scan; assess takes what "
+            "`pounding-risk scan SCENE -o results.nc` writes"
+        )
+    if "impact_count" not in results or not {"record", "gap"} <= set(results.dims):
+        raise PoundingError(f"{whose}: is no dataset of a scan; `pounding-risk scan SCENE -o results.nc` writes one")
+    missing = [name for name in NEEDED if name not in results]
+    if missing:
+        raise PoundingError(
+            f"{whose}: has no {', '.join(missing)}: an older version wrote it, or it was damaged; scan the scene "
+            "again, the scene's text is the attribute 'scene'"
+        )
+    if "scene_resolved" not in results.attrs:
+        raise PoundingError(
+            f"{whose}: has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
+        )
+    check_scan(
+        results,
+        whose,
+        names=(*AXES_OF_CASES, "building", "building_period", "building_damping"),
+        attrs=("records", "title"),
+    )
 
 
 def check_scene(dataset: xr.Dataset, whose: str = "the dataset") -> None:

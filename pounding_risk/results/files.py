@@ -7,25 +7,20 @@ threads; workers of a scan call nothing here.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
 from threading import RLock
 from typing import Any
 
 import netCDF4
-import numpy as np
 import xarray as xr
-from xarray.backends import BackendArray
-from xarray.core import indexing
 
 from pounding_risk._common import files
 from pounding_risk._common.files import discard, move_into_place, moved_away, not_written, partial_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.results import accessor as accessor  # registers it with xarray
+from pounding_risk.results.check import check_dataset, check_version, reading
+from pounding_risk.results.opened import Results, with_axes
 from pounding_risk.results.scene_axes import check_axes
-from pounding_risk.results.upgrade import upgrade, widened
 from pounding_risk.results.zarr_metadata import ZARR_MARK, is_zarr_of_ours
 
 RESULTS = (".nc", ".zarr")  # suffixes of a dataset
@@ -47,11 +42,12 @@ def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path
 def zarr_store() -> Any:
     """The module that reads and writes Zarr; raises PoundingError where a library that it needs is not installed."""
     try:
-        return import_module("pounding_risk.results.zarr")
+        from pounding_risk.results import zarr
     except ModuleNotFoundError as error:
         raise PoundingError(
             f'Zarr needs {error.name}, which is not installed; run: pip install "pounding-risk[cluster]"'
         ) from None
+    return zarr
 
 
 def head_of(target: Path) -> tuple[set[str], dict[str, Any]]:
@@ -59,15 +55,9 @@ def head_of(target: Path) -> tuple[set[str], dict[str, Any]]:
 
     Raises OSError, RuntimeError or ValueError for what is no netCDF file or no store of this package.
     """
-    return _head_of_store(target) if target.suffix.lower() == files.STORE else _head_of_file(target)
-
-
-def _head_of_file(target: Path) -> tuple[set[str], dict[str, Any]]:
-    with NETCDF, netCDF4.Dataset(target) as file:
-        return {*file.dimensions, *file.variables}, {name: file.getncattr(name) for name in file.ncattrs()}
-
-
-def _head_of_store(target: Path) -> tuple[set[str], dict[str, Any]]:
+    if target.suffix.lower() != files.STORE:
+        with NETCDF, netCDF4.Dataset(target) as file:
+            return {*file.dimensions, *file.variables}, {name: file.getncattr(name) for name in file.ncattrs()}
     attrs = json.loads((target / ".zattrs").read_text(encoding="utf-8"))
     names = attrs.get(ZARR_MARK) if isinstance(attrs, dict) else None
     return (set(map(str, names)), attrs) if isinstance(names, list) else (set(), {})
@@ -133,12 +123,12 @@ def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        As it was written; one of an older version in the shape of this version, see `results.upgrade`.
+        As it was written.
 
     Raises
     ------
     PoundingError
-        Where the file is missing, damaged, of another kind, or of a newer version.
+        Where the file is missing, damaged, of another kind, or of another version.
     """
     if not lazy:
         with NETCDF, reading(path), _opened(Path(path), None) as dataset:
@@ -159,6 +149,20 @@ def stream_results(path: str | Path) -> xr.Dataset:
             netCDF4.set_chunk_cache(*usual)
 
 
+def open_with_axes(results: xr.Dataset | str | Path, name: str = "the dataset") -> Results:
+    """A dataset, called so in sentences, or that of a file, with the axes of its cases; of `scan` or not."""
+    if isinstance(results, str | Path):
+        results, name = open_results(results), str(results)
+    return Results(with_axes(results, name), name)
+
+
+def open_scan(results: xr.Dataset | str | Path, name: str = "the dataset") -> Results:
+    """The results of `scan`, or of its file, with all axes, and checked; raises PoundingError for another dataset."""
+    opened = open_with_axes(results, name)
+    check_dataset(opened.dataset, opened.name)
+    return opened
+
+
 def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
     is_zarr = source.suffix.lower() == ".zarr"
     if not (source.is_dir() if is_zarr else source.is_file()):
@@ -168,51 +172,14 @@ def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
             + (f", or rename {older}, the results of before, which a crash left there" if older else "")
         )
     if is_zarr:
-        dataset = upgrade(zarr_store().opened(source, chunks), str(source), _widened)
+        dataset = zarr_store().opened(source, chunks)
     else:
         with reading(source):
-            dataset = upgrade(xr.open_dataset(source, engine="netcdf4"), str(source), _widened)
+            dataset = xr.open_dataset(source, engine="netcdf4")
     try:
+        check_version(dataset, str(source))
         check_axes(dataset, str(source))
     except PoundingError:
         dataset.close()
         raise
     return dataset
-
-
-class _Widened(BackendArray):
-    """A variable on disk with another axis of length 1 behind the others; values are read when they are used."""
-
-    def __init__(self, variable: xr.Variable):
-        self.variable, self.shape, self.dtype = variable, (*variable.shape, 1), variable.dtype
-
-    def __getitem__(self, key: indexing.ExplicitIndexer) -> np.ndarray:
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
-
-    def _read(self, key: tuple[Any, ...]) -> np.ndarray:
-        return self.variable[key[:-1]].values[..., None][..., key[-1]]
-
-
-def _widened(variable: xr.Variable, dim: str) -> xr.Variable:
-    """As `upgrade.widened`, without reading any values."""
-    if variable.chunks is not None:  # of Dask arrays
-        return widened(variable, dim)
-    lazy = indexing.LazilyIndexedArray(_Widened(variable))
-    return xr.Variable((*variable.dims, dim), lazy, variable.attrs)
-
-
-@contextmanager
-def reading(source: str | Path, kinds: tuple[type[Exception], ...] = (Exception,)) -> Iterator[None]:
-    """Turn errors of these kinds while a dataset is read into PoundingError.
-
-    All kinds by default: the libraries may raise anything for a damaged file.
-    """
-    try:
-        yield
-    except (PoundingError, MemoryError):
-        raise
-    except kinds as error:
-        kind = "Zarr store" if Path(source).suffix.lower() == ".zarr" else "netCDF file"
-        raise PoundingError(
-            f"{source}: is not a readable {kind} ({type(error).__name__}: {error}); run the scan again"
-        ) from None

@@ -19,7 +19,6 @@ import numpy as np
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.results.along import at_places
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.variables import described
@@ -366,6 +365,13 @@ def _attributes(dataset: xr.Dataset, axes: Sequence[SceneAxis], places: Sequence
         attrs["scene_sha256"] = sha256(attrs["scene_resolved"].encode()).hexdigest()
     attrs["overrides"] = as_text([*json.loads(attrs.get("overrides", "[]")), *overrides_at(axes, places)])
     return attrs
+
+
+def at_places(along: Sequence[int], values: Any, places: Sequence[int]) -> Any:
+    """A value of `along.Stack.differing`, as nested lists, at a place along every axis."""
+    for axis in along:
+        values = values[places[axis]]
+    return values
 
 
 def _set(tables: Any, path: Sequence[Any], value: Any) -> None:

@@ -24,6 +24,7 @@ from pounding_risk._common.files import discard, move_into_place, not_written, p
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import NETCDF, RESULTS, check_target, netcdf_encoding, zarr_store
 from pounding_risk.results.layout import Template, blocks, place
+from pounding_risk.results.zarr_metadata import ZARR_MARK
 
 AGAIN = "free space and run the same command again, without --new: the chunks are kept"
 
@@ -298,9 +299,65 @@ class Netcdf(OnDisk):
                 self._file.close()
 
 
+class Zarr(OnDisk):
+    """A Zarr store: a folder with one file per block and variable. Raises PoundingError where it cannot be written.
+
+    The second format of Zarr is used, which every reader knows and in which texts have a fixed representation. Every
+    chunk is written, empty or not, so that a lost one is found missing instead of being read as fill values. An older
+    store of the same name is replaced in two steps, see `_common.files`.
+    """
+
+    _group: Any = None
+
+    def _begin(self) -> None:
+        import dask.array
+        import zarr
+
+        fixed_texts = zarr_store().fixed_texts
+        template = self.template
+        block = {axis: part.stop for axis, part in place(template, self._blocks[0]).items()} if template.cases else {}
+        skeleton = template.skeleton.drop_encoding()
+        dataset, encoding = skeleton, {}
+        for name, variable in template.cases.items():
+            dims = (*template.dims, *variable.dims)
+            chunk = tuple(block.get(dim, skeleton.sizes[dim]) for dim in dims)
+            empty = dask.array.zeros(tuple(skeleton.sizes[dim] for dim in dims), dtype=variable.dtype, chunks=chunk)
+            dataset = dataset.assign({name: (dims, empty, dict(variable.attrs))})
+            encoding[name] = {"chunks": chunk}
+        dataset = fixed_texts(dataset).assign_attrs({ZARR_MARK: [str(name) for name in dataset.variables]})
+        with zarr.config.set({"array.write_empty_chunks": True}):
+            # Metadata and the skeleton; the cases' own values come block by block.
+            dataset.to_zarr(self.partial, mode="w", compute=False, encoding=encoding, zarr_format=2, consolidated=True)
+            self._group = zarr.open_group(self.partial, mode="r+", zarr_format=2)
+            self._arrays = {name: self._group[name] for name in template.cases}
+
+    def _put(self, block: range, name: str, values: np.ndarray) -> None:
+        slices, sizes = self._where(block, name)
+        self._arrays[name][slices] = values.reshape(sizes)
+
+    def _get(self, block: range, name: str) -> np.ndarray:
+        slices, _ = self._where(block, name)
+        return np.asarray(self._arrays[name][slices]).reshape(
+            len(block), self.template.width, *self.template.extra(name)
+        )
+
+    def _complete(self, attrs: Mapping[str, Any]) -> None:
+        import zarr
+
+        arrays = (np.ndarray, np.generic)  # JSON has none
+        plain = {name: value.tolist() if isinstance(value, arrays) else value for name, value in attrs.items()}
+        self._group.attrs.update(plain)
+        zarr.consolidate_metadata(self.partial, zarr_format=2)
+        move_into_place(self.partial, self.target)
+
+    def _remove(self) -> None:
+        discard(self.partial)
+
+
 def store_of(template: Template, target: str | Path, repair: str = AGAIN) -> OnDisk:
     """The store of a target by its suffix, ``.nc`` or ``.zarr``; raises PoundingError as `check_target`."""
     path = check_target(target, RESULTS)
-    return (
-        zarr_store().Zarr(template, path, repair) if path.suffix.lower() == ".zarr" else Netcdf(template, path, repair)
-    )
+    if path.suffix.lower() == ".zarr":
+        zarr_store()  # refused here where a library is not installed
+        return Zarr(template, path, repair)
+    return Netcdf(template, path, repair)

@@ -1,75 +1,20 @@
-"""Datasets as Zarr: a folder with one file per block and variable, for larger than memory. Needs the extra ``cluster``.
-
-The second format of Zarr is used, which every reader knows and in which texts have a fixed representation. Every chunk
-is written, empty or not, so that a lost one is found missing instead of being read as fill values.
-"""
+"""Zarr stores that `store` wrote, as datasets. Needs the extra ``cluster``."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import dask.array
+import dask.array  # noqa: F401  of chunked variables: missing, it is named at once
 import numpy as np
 import xarray as xr
 import zarr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from pounding_risk._common.files import discard, move_into_place
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import reading
-from pounding_risk.results.layout import place
-from pounding_risk.results.store import OnDisk
+from pounding_risk.results.check import reading
 from pounding_risk.results.zarr_metadata import ZARR_MARK, check_store
-
-EVERY_CHUNK = {"array.write_empty_chunks": True}
-
-
-class Zarr(OnDisk):
-    """A Zarr store. Raises PoundingError where it cannot be written.
-
-    An older store of the same name is replaced in two steps, see `_common.files`.
-    """
-
-    _group: Any = None
-
-    def _begin(self) -> None:
-        template = self.template
-        block = {axis: part.stop for axis, part in place(template, self._blocks[0]).items()} if template.cases else {}
-        skeleton = template.skeleton.drop_encoding()
-        dataset, encoding = skeleton, {}
-        for name, variable in template.cases.items():
-            dims = (*template.dims, *variable.dims)
-            chunk = tuple(block.get(dim, skeleton.sizes[dim]) for dim in dims)
-            empty = dask.array.zeros(tuple(skeleton.sizes[dim] for dim in dims), dtype=variable.dtype, chunks=chunk)
-            dataset = dataset.assign({name: (dims, empty, dict(variable.attrs))})
-            encoding[name] = {"chunks": chunk}
-        dataset = fixed_texts(dataset).assign_attrs({ZARR_MARK: [str(name) for name in dataset.variables]})
-        with zarr.config.set(EVERY_CHUNK):
-            # Metadata and the skeleton; the cases' own values come block by block.
-            dataset.to_zarr(self.partial, mode="w", compute=False, encoding=encoding, zarr_format=2, consolidated=True)
-            self._group = zarr.open_group(self.partial, mode="r+", zarr_format=2)
-            self._arrays = {name: self._group[name] for name in template.cases}
-
-    def _put(self, block: range, name: str, values: np.ndarray) -> None:
-        slices, sizes = self._where(block, name)
-        self._arrays[name][slices] = values.reshape(sizes)
-
-    def _get(self, block: range, name: str) -> np.ndarray:
-        slices, _ = self._where(block, name)
-        return np.asarray(self._arrays[name][slices]).reshape(
-            len(block), self.template.width, *self.template.extra(name)
-        )
-
-    def _complete(self, attrs: Mapping[str, Any]) -> None:
-        self._group.attrs.update({name: _plain(value) for name, value in attrs.items()})
-        zarr.consolidate_metadata(self.partial, zarr_format=2)
-        move_into_place(self.partial, self.target)
-
-    def _remove(self) -> None:
-        discard(self.partial)
 
 
 def fixed_texts(dataset: xr.Dataset) -> xr.Dataset:
@@ -77,11 +22,6 @@ def fixed_texts(dataset: xr.Dataset) -> xr.Dataset:
     texts = {name: variable.astype(str) for name, variable in dataset.variables.items() if variable.dtype.kind in "OT"}
     coords = {name: text for name, text in texts.items() if name in dataset.coords}
     return dataset.assign_coords(coords).assign({name: text for name, text in texts.items() if name not in coords})
-
-
-def _plain(value: Any) -> Any:
-    """An attribute as a type that JSON has."""
-    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
 def opened(path: Path, chunks: dict[str, int] | None) -> xr.Dataset:

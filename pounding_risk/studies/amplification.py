@@ -25,9 +25,9 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import RecordRequest
-from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.labels import measure_attributes
+from pounding_risk.results.opened import Results
 from pounding_risk.results.variables import described
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.records import Records, records_of
@@ -299,7 +299,7 @@ def amplification_dataset(
     dataset = xr.Dataset(variables, _coordinates(study, shaking, chart, percentiles), _attributes(study, shaking))
     dataset.attrs["failed_runs"] = int(peaks.failed.sum())
     if "amplitude" not in dataset.attrs:
-        dataset.attrs["amplitude"] = amplitude_words(dataset)
+        dataset.attrs["amplitude"] = Results(dataset).amplitude_words()
     return dataset
 
 

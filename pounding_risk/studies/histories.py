@@ -28,8 +28,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PEAK, PGA_AXIS, driven
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.results.check import check_scan
-from pounding_risk.results.files import RESULTS, check_target, open_results, reading
+from pounding_risk.results.check import check_scan, reading
+from pounding_risk.results.files import RESULTS, check_target, open_results
 from pounding_risk.results.grid_values import axis_words, place_of
 from pounding_risk.results.labels import (
     CONVENTIONS,
@@ -41,10 +41,10 @@ from pounding_risk.results.labels import (
     places_of,
 )
 from pounding_risk.results.layout import AMPLITUDE, AXES, CaseVariable, Template, axes_by, axes_of_cases, blocks
+from pounding_risk.results.opened import with_axes
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.results.run_labels import Case
 from pounding_risk.results.scene_axes import selected, settled
-from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.store import store_of
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import read_scene

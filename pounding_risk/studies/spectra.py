@@ -30,11 +30,11 @@ from pounding_risk.motions.intensity import LEAST_PERIOD
 from pounding_risk.motions.levels import Level, driven
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import AS_RECORDED, POLARITIES, RecordRequest
-from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.attributes import as_text, versions
+from pounding_risk.results.check import DATASET_VERSION, VERSION
 from pounding_risk.results.labels import CONVENTIONS, measure_attributes
+from pounding_risk.results.opened import Results
 from pounding_risk.results.provenance import text_digest
-from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
 from pounding_risk.results.variables import described
 from pounding_risk.scene.motions import for_periods, gathered
 from pounding_risk.scene.reader import as_scene
@@ -341,7 +341,7 @@ def gap_dataset(
         coords[level.measure.axis] = ((), level.value, measure_attributes(level.measure))
     dataset = xr.Dataset(variables, coords, spectra_attributes(shaking))
     if "amplitude" not in dataset.attrs:
-        dataset.attrs["amplitude"] = amplitude_words(dataset)
+        dataset.attrs["amplitude"] = Results(dataset).amplitude_words()
     return dataset
 
 

@@ -30,7 +30,7 @@ from pounding_risk.questions.assess import sheet
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.files import save
-from pounding_risk.results.places import place_coordinates
+from pounding_risk.results.labels import place_coordinates
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.units import rounded
 

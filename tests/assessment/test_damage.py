@@ -19,7 +19,7 @@ from pounding_risk.assessment.damage_words import damage_rows, damage_table, fin
 from pounding_risk.assessment.fragility import fit_capacities
 from pounding_risk.assessment.hazard import Hazard, annual_rate
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.check import kind_of
 from pounding_risk.units import STANDARD_GRAVITY
 
 G = STANDARD_GRAVITY

@@ -20,7 +20,7 @@ from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import at_contact, code_table
 from pounding_risk.questions.assess import sheet
 from pounding_risk.render.terminal import print_sheet
-from pounding_risk.results.own_case import scene_force
+from pounding_risk.results.opened import Results
 
 G = 9.80665
 NAMES = [f"{one.name} | {other.name}" for one, other in pairwise(STREET)]
@@ -161,7 +161,7 @@ def test_only_linear_buildings_have_capacities_by_scaling(effects, method):
 def test_struck_columns_come_first_with_their_counts(results):
     """Counted on the arrays: the column whose strength is reached most often, of those that are struck most."""
     found, kinds = assess(results), results["contact_point_kind"].values
-    force = results["yield_force"].values.tolist().index(scene_force(results))
+    force = results["yield_force"].values.tolist().index(Results(results).scene_force)
     case = {"pga": 1, "contact_model": 0, "gap": 1, "yield_force": force}
     for at, one in enumerate(found.interfaces):
         places = np.flatnonzero((results["contact_point_interface"].values == at) & (kinds == "column"))

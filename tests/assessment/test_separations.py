@@ -38,7 +38,7 @@ from pounding_risk.figures.style import MEANING
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.results.files import save
-from pounding_risk.results.places import place_coordinates
+from pounding_risk.results.labels import place_coordinates
 
 PERIODS = st.floats(0.05, 5.0)
 DAMPINGS = st.floats(0.005, 0.5)

@@ -13,7 +13,7 @@ from pounding_risk.ensemble.plan.plan import plan as scan_plan
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import Measure
 from pounding_risk.motions.read import read_motion
-from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of, measure_of, usual_intensity
+from pounding_risk.results.opened import Results
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.rerun import rerun
 
@@ -84,7 +84,7 @@ def test_factors_are_a_loop_of_scans(scanned, place):
 @pytest.mark.parametrize("name", ["pgv", "sa_avg"])
 def test_levels_of_other_measures_are_scans_times_their_factors(scanned, name):
     """Each record scaled alone by level over value; the product of the factor may round otherwise."""
-    measure, levels = amplitudes_of(scanned[name])[1:]
+    measure, levels = Results(scanned[name]).amplitudes[1:]
     for record in RECORDS["names"]:
         value = measure.of([read_motion(record).cut("0 s", "8 s")])[0]
         one = pr.scan(scene(names=[record], scale=float(levels[1] / value)), check_fraction=0.0)
@@ -115,7 +115,7 @@ def test_the_dataset_says_what_its_levels_are(scanned):
         assert dataset["peak_closing_free"].dims == ("record", "polarity", "intensity", "interface")
         assert dataset["impact_count"].dims[:4] == ("record", "polarity", "intensity", "contact_model")
         assert "pga" not in dataset.coords
-        assert measure_of(dataset).name == name
+        assert Results(dataset).measure.name == name
     about = scanned["sa_avg"]["intensity"].attrs
     assert about["units"] == "m/s2"
     assert about["long_name"].startswith(
@@ -154,16 +154,16 @@ def test_a_file_keeps_the_measure(scanned, tmp_path):
     for name, dataset in scanned.items():
         pr.save(dataset, tmp_path / f"{name}.nc")
         again = pr.open_results(tmp_path / f"{name}.nc")
-        assert measure_of(again) == measure_of(dataset)
-        assert usual_intensity(again) == usual_intensity(dataset)
+        assert Results(again).measure == Results(dataset).measure
+        assert Results(again).usual_intensity == Results(dataset).usual_intensity
     again = rerun(tmp_path / "pgv.nc")
     assert again.differences == ()
 
 
 def test_amplitudes_in_words(scanned):
-    assert amplitude_words(scanned["sa"]) == "at Sa(0.5 s) = 0.1 g to 0.4 g"
-    assert amplitude_words(scanned["pgv"].isel(intensity=1)) == "at PGV = 40 cm/s"
-    assert amplitude_words(scanned["scale"]) == "times 0.5 to 4.5"
+    assert Results(scanned["sa"]).amplitude_words() == "at Sa(0.5 s) = 0.1 g to 0.4 g"
+    assert Results(scanned["pgv"].isel(intensity=1)).amplitude_words() == "at PGV = 40 cm/s"
+    assert Results(scanned["scale"]).amplitude_words() == "times 0.5 to 4.5"
 
 
 @pytest.mark.parametrize("name", MEASURES)
@@ -172,7 +172,7 @@ def test_intensities_are_the_levels(scanned, name):
     dataset = scanned[name]
     levels = dataset["intensity"].values
     asked = intensities_of(dataset, "scale" if name == "scale" else None)
-    assert asked.intensity == measure_of(dataset).intensity
+    assert asked.intensity == Results(dataset).measure.intensity
     assert asked.unit == dataset["intensity"].attrs["units"]
     np.testing.assert_array_equal(asked.values, np.tile(levels, (4, 1)))
     for other in ("pga", "pgv", "sa(0.4 s)", "sa_avg(0.2-1.5 s)", "sa(left)"):

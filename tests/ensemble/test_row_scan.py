@@ -14,7 +14,7 @@ from pounding_risk.ensemble import row_job
 from pounding_risk.ensemble import scan as ensemble
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.results.files import open_results
-from pounding_risk.results.places import positions
+from pounding_risk.results.labels import positions
 from pounding_risk.results.summary import counted
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.pair.outputs import RUN

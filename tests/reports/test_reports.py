@@ -39,7 +39,7 @@ from pounding_risk.reports.data import ReportData, companions
 from pounding_risk.reports.sections import provenance
 from pounding_risk.reports.sections.adequacy import draw_contact
 from pounding_risk.results.files import save
-from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.results.opened import with_axes
 from pounding_risk.units import SHOWN, rounded
 
 G = 9.80665

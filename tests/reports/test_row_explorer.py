@@ -10,7 +10,7 @@ from made_row import made_row
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports import explorer
-from pounding_risk.results.own_case import own_case
+from pounding_risk.results.opened import Results
 
 pytest.importorskip("plotly")
 
@@ -77,7 +77,7 @@ def test_an_interface_is_chosen_and_its_buildings_are_shown(driver, results, wri
     reader = Reader(driver, written)
     reader.pick(record="MADE-02", polarity="reversed", interface="Theatre | Tower")
     seen = reader.column(1)
-    one = results.isel(record=1, polarity=1, **own_case(results))
+    one = results.isel(record=1, polarity=1, **Results(results).scene_case)
     force, drift = one["peak_contact_force"].isel(interface=2), one["peak_drift"]
     assert number(seen["peak_contact_force"]) == pytest.approx(float(force) / 1e3, rel=5e-4)  # four digits
     for side, name in (("left", "Theatre"), ("right", "Tower")):

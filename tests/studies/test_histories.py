@@ -14,7 +14,7 @@ import pounding_risk as pr
 from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
 from pounding_risk.results import layout
-from pounding_risk.results.run_variables import GROUNDS
+from pounding_risk.results.run_labels import GROUNDS
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.counters import STATUS, STATUS_SENTENCES

@@ -46,10 +46,8 @@ from pounding_risk.assessment.separations.rules import (
     Site,
 )
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of
 from pounding_risk.results.attributes import has_own_grounds, tables_of
-from pounding_risk.results.own_case import at_level
-from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.results.opened import Results, with_axes
 from pounding_risk.units import GAP, Quantity, say, si
 
 if TYPE_CHECKING:
@@ -281,7 +279,7 @@ def code_table(
     percentile = percentile_of(percentile)
     results = with_axes(results)
     part = results if interface is None else _between(results, interface)
-    shown = at_level(_complete(part)).isel(interface=0, missing_dims="ignore")
+    shown = Results(_complete(part)).at_level().isel(interface=0, missing_dims="ignore")
     left, right = (by_motion(at_contact(shown, side)).astype(float) for side in (0, 1))
     site = _known_site(shown, site)
     closing = by_motion(shown["peak_closing_free"]).astype(float)
@@ -299,11 +297,11 @@ def code_table(
     rows = separations(buildings, medians, periods, dampings, site)
     if has_own_grounds(tables_of(str(shown.attrs.get("scene_resolved", "")))):
         rows = tuple(replace(row, note="; ".join(filter(None, (row.note, ONE_GROUND)))) for row in rows)
-    amplitude = amplitudes_of(shown).values[0]
+    amplitude = Results(shown).amplitudes.values[0]
     return CodeTable(
         buildings=(buildings[0], buildings[1]),
         amplitude=amplitude if amplitude is not None and isfinite(amplitude) else None,
-        at=amplitude_words(shown),
+        at=Results(shown).amplitude_words(),
         percentile=percentile,
         motions=int(moved.sum()),
         without=int((known & ~moved).sum()),

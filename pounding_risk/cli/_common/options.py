@@ -139,9 +139,8 @@ def opened_results(results: Path, select: list[str]) -> Any:
 
 def _checked(results: Path) -> Any:
     """The dataset of a file, checked where it is that of a scan: what is handed on does not know its file's name."""
-    from pounding_risk.results.check import check_scan
+    from pounding_risk.results.check import check_scan, kind_of
     from pounding_risk.results.files import open_results
-    from pounding_risk.results.kinds import kind_of
 
     dataset = open_results(results)
     if kind_of(dataset) == "scan":

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.run_variables import CONTACTS, HISTORIES
+from pounding_risk.results.run_labels import CONTACTS, HISTORIES
 from pounding_risk.results.variables import VARIABLES, own_dims
 from pounding_risk.units import GAP, say
 

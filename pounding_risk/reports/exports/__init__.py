@@ -16,11 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 from pounding_risk._common.plugins import Registry
 from pounding_risk._common.words import nearest
-from pounding_risk.assessment.demands import check_dataset, open_dataset
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._written import Asked, Written, write_file
-from pounding_risk.results.files import RESULTS
-from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.check import check_dataset, kind_of
+from pounding_risk.results.files import RESULTS, open_with_axes
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.units import GAP, PGA, shown, si
 
@@ -171,10 +170,10 @@ def _opened(source: Any, to: str, module: Any) -> Any:
             f"{to} is written from results, which {scene} does not hold; `pounding-risk scan {scene} -o results.nc` "
             "writes them"
         )
-    results, whose = open_dataset(source)
-    if kind_of(results) != "damage" or not getattr(module, "OF_DAMAGE", False):
-        check_dataset(results, whose)
-    return results
+    opened = open_with_axes(source)
+    if kind_of(opened.dataset) != "damage" or not getattr(module, "OF_DAMAGE", False):
+        check_dataset(opened.dataset, opened.name)
+    return opened.dataset
 
 
 def _named(source: Any) -> str:

@@ -29,7 +29,7 @@ from pounding_risk.reports.exports._curves import (
 )
 from pounding_risk.reports.exports._written import Asked
 from pounding_risk.results.attributes import tables_of
-from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.check import kind_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -21,7 +21,7 @@ from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._outlines import Places, nominal_places, street_places
 from pounding_risk.reports.exports._written import Asked
-from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.results.opened import Results
 from pounding_risk.units import GAP, say
 
 if TYPE_CHECKING:
@@ -183,7 +183,7 @@ def _building(row: Row, at: int) -> dict[str, Any]:
         *_share(yields if is_run and isfinite(_force(row)) else np.empty(0), weight, row.assessment.confidence),
         *(_raised(row, at, names) if is_run else nan for names in (DRIFTS, ACCELERATIONS)),
         int(np.isfinite(closes).sum()),
-        amplitude_words(row.case.results),
+        Results(row.case.results).amplitude_words(),
     ]
     return dict(zip(BUILDING, values, strict=True))
 
@@ -241,7 +241,7 @@ def _told(row: Row) -> list[str]:
     """Sentences on the case of a row."""
     of = row.assessment
     told = [
-        f"motions {amplitude_words(row.case.results)}; {of.asked[0].lower()}{of.asked[1:]}".rstrip("."),
+        f"motions {Results(row.case.results).amplitude_words()}; {of.asked[0].lower()}{of.asked[1:]}".rstrip("."),
         "probabilities are shares of the motions of the scan, of no hazard and no period of time",
     ]
     failed = row.case.motions - min(touch.runs for touch in row.case.touches)

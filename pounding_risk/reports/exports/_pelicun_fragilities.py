@@ -18,7 +18,7 @@ from pounding_risk.reports.exports._curves import KINDS, Fragilities, Function, 
 from pounding_risk.reports.exports._damage import fragilities_of
 from pounding_risk.reports.exports._written import Asked
 from pounding_risk.results.attributes import tables_of
-from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.check import kind_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -28,9 +28,9 @@ from pounding_risk.reports.exports._pelicun_fragilities import (
     fragility_words,
 )
 from pounding_risk.reports.exports._written import Asked, Written, write_folder
-from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.check import kind_of
 from pounding_risk.results.layout import amplitude_axis
-from pounding_risk.results.one_case import one_case
+from pounding_risk.results.opened import one_case
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,8 +11,8 @@ from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE,
 from pounding_risk.motions.levels import PEAK
 from pounding_risk.render.sheet import MISSING, Block, facts, head, heading, listing, number, paragraph, source, table
 from pounding_risk.reports.data import ReportData
-from pounding_risk.results.amplitudes import amplitudes_of, intensity_unit, intensity_words, usual_intensity
-from pounding_risk.results.own_case import own_level, scene_gap
+from pounding_risk.results.amplitudes import intensity_unit, intensity_words
+from pounding_risk.results.opened import Results
 from pounding_risk.units import GAP, exact
 
 TITLE = "Provenance"
@@ -88,7 +88,7 @@ def _asked(data: ReportData) -> list[str]:
     """Options of the report that differ from the defaults."""
     assessment, interface = data.assessment, data.assessment.interfaces[0]
     options = []
-    if interface.gap != scene_gap(data.results, 0):
+    if interface.gap != Results(data.results).scene_gap(0):
         options += ["--gap", str(exact(interface.gap, GAP))]
     if assessment.percentile != USUAL_PERCENTILE:
         options += ["--percentile", f"{assessment.percentile:.15g}"]
@@ -96,10 +96,10 @@ def _asked(data: ReportData) -> list[str]:
         options += ["--confidence", repr(assessment.confidence)]
     if assessment.target != target_left_by(assessment.percentile):
         options += ["--target", repr(assessment.target)]
-    if assessment.intensity != usual_intensity(data.results):
+    if assessment.intensity != Results(data.results).usual_intensity:
         options += ["--intensity", assessment.intensity]
-    amplitudes = amplitudes_of(data.results)
-    if len(amplitudes.values) > 1 and interface.amplitude != amplitudes.values[own_level(data.results)]:
+    amplitudes = Results(data.results).amplitudes
+    if len(amplitudes.values) > 1 and interface.amplitude != amplitudes.values[Results(data.results).scene_level]:
         option = "--pga" if amplitudes.measure == PEAK else "--intensity-level"
         options += [option, str(exact(interface.amplitude or 0.0, amplitudes.measure.quantity))]
     for name, words in data.signature.lines:

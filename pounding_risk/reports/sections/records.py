@@ -24,7 +24,7 @@ from pounding_risk.render.sheet import (
     table,
 )
 from pounding_risk.reports.data import ReportData, at_amplitude
-from pounding_risk.results.amplitudes import amplitudes_of
+from pounding_risk.results.opened import Results
 from pounding_risk.units import STANDARD_GRAVITY, rounded
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def _as_felt(data: ReportData) -> str:
     """The amplitude at which records are shown, in words."""
     if not _is_felt_known(data):
         return "of the records before the grid's amplitude"
-    amplitude, amplitudes = data.assessment.interfaces[0].amplitude, amplitudes_of(data.results)
+    amplitude, amplitudes = data.assessment.interfaces[0].amplitude, Results(data.results).amplitudes
     measure = "a PGA" if amplitudes.measure == PEAK else amplitudes.measure.words
     at = "" if amplitude is None else f", scaled to {measure} of {amount(amplitude, amplitudes.measure.unit)['text']}"
     if amplitude is not None and amplitudes.measure.name == FACTOR:
@@ -139,7 +139,7 @@ def _records_table(data: ReportData) -> Block:
     needed = needed.max("interface")
     widest_of = "; of a row the widest that any two neighbours need" if data.several else ""
     at = ""
-    amplitudes = amplitudes_of(results)
+    amplitudes = Results(results).amplitudes
     if amplitudes.axis in needed.dims:
         needed = at_amplitude(needed, data.assessment.interfaces[0].amplitude)
         measured = "" if amplitudes.measure == PEAK else f"{amplitudes.measure.words} of "

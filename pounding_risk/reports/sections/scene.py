@@ -21,8 +21,8 @@ from pounding_risk.render.sheet import (
     table,
 )
 from pounding_risk.reports.data import ReportData
-from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of
 from pounding_risk.results.attributes import has_own_grounds
+from pounding_risk.results.opened import Results
 from pounding_risk.units import rounded
 
 TITLE = "Scene and assumptions"
@@ -114,9 +114,9 @@ def _grid(data: ReportData) -> list[tuple[str, Cell | str]]:
     rows: list[tuple[str, Cell | str]] = [("cases", count(results["status"].size))]
     rows.append(("records", count(results.sizes["record"])))
     rows.append(("polarity", ", ".join(map(str, results["polarity"].values))))
-    amplitudes = amplitudes_of(results)
+    amplitudes = Results(results).amplitudes
     if amplitudes.axis not in results.coords:
-        rows.append(("amplitude", amplitude_words(results)))
+        rows.append(("amplitude", Results(results).amplitude_words()))
     whose = "gap of the interface that varies, or of the first" if "interface_gap" in results.variables else "gap"
     amplitude = amplitudes.axis, f"amplitude ({amplitudes.measure.words})", amplitudes.measure.unit
     for name, words, unit in (amplitude, ("gap", whose, "m"), ("yield_force", "F_E", "N")):

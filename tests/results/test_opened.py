@@ -1,10 +1,11 @@
-"""A dataset of which one value along an axis was selected is read as one in which that axis has one value.
+"""Results opened: the axes that a selection took away, the version of the dataset, and the scene's own case.
 
-xarray itself is the oracle: ``isel(gap=[0])`` keeps the axis that ``isel(gap=0)`` takes away.
+xarray itself is the oracle of axes: ``isel(gap=[0])`` keeps the axis that ``isel(gap=0)`` takes away.
 """
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import xarray as xr
 from scenes import BOTH, scene_text, single
@@ -16,7 +17,9 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.reports import report
 from pounding_risk.reports.drawings import draw
 from pounding_risk.reports.explorer import view
-from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.results.check import DATASET_VERSION, VERSION
+from pounding_risk.results.files import open_results, open_scan, save
+from pounding_risk.results.opened import Results, with_axes
 from pounding_risk.results.summary import summary
 from pounding_risk.scene.reader import parse_scene
 
@@ -109,3 +112,77 @@ def test_what_cannot_come_back_is_named(dataset):
     if dataset.sizes["interface"] > 1:
         with pytest.raises(PoundingError, match="3 buildings and 1 of the 2 interfaces"):
             assess(dataset.isel(interface=1))
+
+
+@pytest.mark.parametrize(
+    ("version", "words"),
+    [
+        (3, "is a dataset of version 3, and this version of pounding-risk reads version 2; run: pip install"),
+        (1, "is a dataset of version 1, written before the first release, .* run the scan again"),
+        (None, "is a dataset of version 1"),  # which had no such attribute
+        ("two", 'the attribute dataset_version is "two", not a whole number from 1 on'),
+        (0, "the attribute dataset_version is 0, not a whole number"),
+    ],
+)
+def test_a_dataset_of_another_version_is_refused(dataset, tmp_path, version, words):
+    """In memory and on disk, as netCDF and lazily."""
+    other = dataset.assign_attrs({VERSION: version})
+    if version is None:
+        del other.attrs[VERSION]
+    with pytest.raises(PoundingError, match=f"the dataset: {words}"):
+        open_scan(other)
+    file = save(other, tmp_path / "other.nc")
+    for read in (open_results, assess, summary, lambda path: open_results(path, lazy=True)):
+        with pytest.raises(PoundingError, match=rf"other\.nc: {words}"):
+            read(file)
+
+
+def test_datasets_of_other_commands_have_no_version(tmp_path):
+    made = xr.Dataset({"median_ratio": ("building", [1.2, 0.8])})
+    xr.testing.assert_identical(open_results(save(made, tmp_path / "damage.nc")), made)
+
+
+def test_results_have_their_scene_and_version(dataset, tmp_path):
+    opened = open_scan(save(dataset, tmp_path / "results.nc"))
+    assert (opened.name, opened.dataset.attrs[VERSION]) == (str(tmp_path / "results.nc"), DATASET_VERSION)
+    assert [table["name"] for table in opened.scene["building"]] == dataset["building"].values.tolist()
+
+
+SCENE = """
+[[interface]]
+gap = "{gap}"
+contact_model = "jankowski"
+yield_force = "{force}"
+[records]
+{pga}
+"""
+
+
+def grid(gap: str, force: str, pga: str) -> xr.Dataset:
+    axes = {
+        "contact_model": ["hertz", "jankowski"],
+        "gap": [0.0, 0.01, 0.02],
+        "yield_force": [2e5, 4.5e5, np.inf],
+        "pga": [1.0, 2.0, 3.0],
+    }
+    return xr.Dataset(coords=axes, attrs={"scene_resolved": SCENE.format(gap=gap, force=force, pga=pga)})
+
+
+@pytest.mark.parametrize(
+    ("gap", "force", "pga", "places"),
+    [
+        ("0.01 m", "450000.0 N", 'pga = "2.0 m/s^2"', (1, 1, 1)),
+        ("20 mm", "inf", "", (2, 2, 2)),  # no amplitude of its own: the largest
+        ("19 mm", "460 kN", 'pga = "1.5 m/s^2"', (2, 1, 2)),  # not on the grid: the nearest gap and force
+    ],
+)
+def test_the_scenes_own_case_is_found(gap, force, pga, places):
+    place = Results(grid(gap, force, pga)).scene_case
+    assert (place["gap"], place["yield_force"], place["pga"]) == places
+    assert place["contact_model"] == 1
+
+
+def test_an_amplitude_that_the_grid_has_not_is_none():
+    assert Results(grid("0 mm", "inf", 'pga = "2.0 m/s^2"')).scene_amplitude == 2.0
+    assert Results(grid("0 mm", "inf", 'pga = "2.5 m/s^2"')).scene_amplitude is None
+    assert Results(grid("0 mm", "inf", "")).scene_amplitude is None

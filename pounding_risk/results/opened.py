@@ -1,0 +1,478 @@
+"""Results of `scan` as statistics take them: a dataset with all its axes, and what its scene says of it.
+
+``dataset.sel(polarity="reversed")`` leaves the polarity as a label without an axis, and ``dataset.squeeze()`` the
+interface of two buildings; `with_axes` gives the axes back. `Results` has what the attributes of such a dataset say:
+the tables of its scene, the case of the grid that the scene itself describes, and the amplitudes of the motions.
+`files.open_scan` opens, checks and makes one.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import isclose, isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import DIGITS, FACTOR, LEVEL_AXIS, PEAK, PGA_AXIS, USUAL_DAMPING, Measure
+from pounding_risk.results.amplitudes import SAME, Amplitudes, Spectral, own, spectral_of
+from pounding_risk.results.attributes import tables_of
+from pounding_risk.results.check import check_scene, check_version, has_cases, kind_of
+from pounding_risk.results.grid_values import axis_words, listed_values, place_of, quantity_of
+from pounding_risk.results.layout import AXES, amplitude_axis, axes_of_cases
+from pounding_risk.results.scene_axes import settled
+from pounding_risk.results.variables import COORDINATES, PLACES, VARIABLES
+from pounding_risk.units import GAP, PGA, SCALE, YIELD_FORCE, parse, shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MAY_LACK = (PGA_AXIS, LEVEL_AXIS)  # a scan of one amplitude has no such axis
+WITH_CASES = ("scan", "compare", "effects", "histories")
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """A dataset of `scan`, or a part of one, with the scene in its attributes.
+
+    A part, such as that of one interface, is `Results` of its own; the text of its scene is parsed once for all parts.
+    """
+
+    dataset: xr.Dataset
+    name: str = "the dataset"  # in sentences
+
+    @cached_property
+    def scene(self) -> dict[str, Any]:
+        """The tables of the scene, every value stated; none where the dataset has lost them."""
+        return tables_of(str(self.dataset.attrs.get("scene_resolved", "")))
+
+    # ------------------------------------------------------------------------ the scene's own case
+
+    @property
+    def gaps(self) -> xr.DataArray:
+        """Gaps (gap, interface) [m] of a row: a grid may vary the gap of one interface only."""
+        if "interface_gap" in self.dataset.variables:
+            return self.dataset["interface_gap"].transpose("gap", "interface")
+        labels = self.dataset["interface"].values
+        return self.dataset["gap"].expand_dims(interface=labels).transpose("gap", "interface")
+
+    @property
+    def varied_interface(self) -> int:
+        """The first interface whose gap the grid varies; the first of all where it varies none."""
+        if "interface" not in self.dataset.dims or "gap" not in self.dataset.dims:
+            return 0
+        return int((np.ptp(self.gaps.values, axis=0) > 0.0).argmax())
+
+    def scene_gap(self, interface: int) -> float:
+        """The scene's own gap [m] at an interface; `[[interface]]` stands once for all or once for each."""
+        tables = self.scene["interface"]
+        return parse(tables[min(interface, len(tables) - 1)]["gap"], GAP)
+
+    @property
+    def scene_place(self) -> int:
+        """Index of the gap of the grid that is nearest to the scene's own, at the interface whose gap varies."""
+        at = self.varied_interface
+        gaps = self.gaps.values[:, at] if "interface" in self.dataset.dims else self.dataset["gap"].values
+        return int(np.abs(gaps - self.scene_gap(at)).argmin())
+
+    @property
+    def scene_force(self) -> float:
+        """The yield force of the grid that is nearest to the scene's own [N]; inf where that never yields."""
+        forces = self.dataset["yield_force"].values
+        stated = parse(self.scene["interface"][0].get("yield_force", "inf"), YIELD_FORCE)
+        return float(forces.max() if np.isinf(stated) else forces[np.abs(forces - stated).argmin()])
+
+    @property
+    def scene_model(self) -> str:
+        """The scene's own contact model where the grid has it, or the grid's first."""
+        stated = str(self.scene["interface"][0].get("contact_model", ""))
+        known = list(map(str, self.dataset["contact_model"].values))
+        return stated if stated in known else known[0]
+
+    @property
+    def scene_amplitude(self) -> float | None:
+        """The scene's own peak ground acceleration [m/s²] where the grid has it; None where it has not.
+
+        So it is where the grid has levels of another measure.
+        """
+        stated = self.scene.get("records", {}).get("pga")
+        if stated is None or "pga" not in self.dataset.coords:
+            return None
+        wanted = parse(stated, PGA)
+        amplitudes = np.atleast_1d(self.dataset["pga"].values)
+        return next((float(pga) for pga in amplitudes if abs(pga - wanted) <= SAME * wanted), None)
+
+    @property
+    def scene_level(self) -> int:
+        """Index of the amplitude that is assessed unless an option names one: the scene's own, or the largest."""
+        axis = amplitude_axis(self.dataset)
+        if axis not in self.dataset.coords:
+            return 0
+        amplitudes, stated = np.atleast_1d(self.dataset[axis].values), self.scene_amplitude
+        return int(np.argmax(amplitudes) if stated is None else np.argmin(np.abs(amplitudes - stated)))
+
+    @property
+    def scene_case(self) -> dict[str, int]:
+        """Index of the scene's own case along each axis, or of the nearest value where the grid does not have it.
+
+        Empty for a dataset without the text of its scene.
+        """
+        if not self.scene.get("interface"):
+            return {}
+        axis, dataset = amplitude_axis(self.dataset), self.dataset
+        index: dict[str, int] = {}
+        if "gap" in dataset.dims:
+            index["gap"] = self.scene_place
+        if "yield_force" in dataset.dims:
+            index["yield_force"] = int(np.flatnonzero(dataset["yield_force"].values == self.scene_force)[0])
+        if "contact_model" in dataset.dims:
+            index["contact_model"] = list(map(str, dataset["contact_model"].values)).index(self.scene_model)
+        if axis in dataset.dims:
+            index[axis] = self.scene_level
+        return index
+
+    @property
+    def scene_values(self) -> dict[str, Any]:
+        """The scene's own gap [m], yield force [N], contact model and amplitude [m/s²], as far as its text has them."""
+        if not self.scene.get("interface"):
+            return {}
+        first, pga = self.scene["interface"][0], self.scene.get("records", {}).get("pga")
+        values = {
+            "gap": self.scene_gap(self.varied_interface),
+            "yield_force": parse(first.get("yield_force", "inf"), YIELD_FORCE),
+            "contact_model": first.get("contact_model"),
+            "pga": None if pga is None else parse(pga, PGA),
+        }
+        return {axis: value for axis, value in values.items() if value is not None}
+
+    def at_level(self, level: int | None = None) -> xr.Dataset:
+        """The dataset at one of its amplitudes, by default the scene's own; one without an axis of them as it is."""
+        axis, dataset = amplitude_axis(self.dataset), self.dataset
+        place = self.scene_level if level is None else level
+        return dataset.isel({axis: place}) if axis in dataset.dims else dataset
+
+    # ------------------------------------------------------------------------ amplitudes of the motions
+
+    @property
+    def measure(self) -> Measure:
+        """The measure of the amplitudes."""
+        if LEVEL_AXIS not in self.dataset.variables:
+            return PEAK
+        about = self.dataset[LEVEL_AXIS].attrs
+        periods = tuple(float(period) for period in np.atleast_1d(about.get("periods", ())))
+        return Measure(str(about["measure"]), periods, float(about.get("damping", USUAL_DAMPING)))
+
+    @property
+    def amplitudes(self) -> Amplitudes:
+        """The amplitudes: one that was selected or scanned alone counts too."""
+        axis = amplitude_axis(self.dataset)
+        if axis not in self.dataset.coords:
+            return Amplitudes(axis, PEAK, (None,))
+        return Amplitudes(axis, self.measure, tuple(map(float, np.atleast_1d(self.dataset[axis].values))))
+
+    def level(self, pga: float | str | None = None, intensity_level: float | str | None = None) -> int | None:
+        """Index of the amplitude that a call names by one of its two options; None where it names none.
+
+        ``intensity_level`` is a value of whatever measure the dataset has, PGA too. Raises PoundingError where both
+        are given, for ``pga`` of a dataset of another measure, and for a value that the dataset has not.
+        """
+        amplitudes = self.amplitudes
+        if pga is not None and intensity_level is not None:
+            raise PoundingError("pga and intensity_level both name the amplitude; give one of them")
+        if pga is not None and amplitudes.axis != PGA_AXIS:
+            known = ", ".join(amplitudes.words(value) for value in amplitudes.values if value is not None)
+            raise PoundingError(
+                f"pga: the motions of the dataset are scaled to {amplitudes.measure.words}; choose one of its levels, "
+                f"{known}, by intensity_level (--intensity-level)"
+            )
+        return amplitudes.place(pga if pga is not None else intensity_level)
+
+    def amplitude_words(self, level: float | None = None) -> str:
+        """The amplitude in words that follow "motions": "as recorded", "at Sa(0.62 s) = 0.7 g", "times 1.5".
+
+        ``level`` is one amplitude of a grid that has several [SI]; all of them by default.
+        """
+        amplitudes = self.amplitudes
+        measure, known = amplitudes.measure, [value for value in amplitudes.values if value is not None]
+        values = [value for value in (known if level is None else [level]) if isfinite(value)]
+        ends = " to ".join(dict.fromkeys(amplitudes.words(end) for end in (min(values), max(values)))) if values else ""
+        if ends and measure.name != FACTOR:
+            return f"at PGA {ends}" if measure == PEAK else f"at {measure.words} = {ends}"
+        records = self.scene.get("records", {})
+        factor = f"times {parse(records['scale'], SCALE):.{DIGITS}g}" if records.get("scale") is not None else ""
+        factor = f"times {ends}" if ends else factor
+        return " ".join(filter(None, (_aim(records), factor))) or "as recorded"
+
+    @property
+    def scaled_to(self) -> Spectral | None:
+        """The spectral acceleration that every motion has; None where motions are not scaled to one."""
+        records = self.scene.get("records", {})
+        if "pga" in self.dataset.coords or "sa" not in records:
+            return None
+        one = spectral_of(records["sa"])
+        return one._replace(value=(one.value or 0.0) * parse(records.get("scale", 1.0), SCALE))
+
+    @property
+    def usual_intensity(self) -> str:
+        """The intensity that the motions are scaled to: the default intensity of fragilities.
+
+        It is the measure of the levels where they are no factors; Sa at a period where the scene scales to it, or to
+        the ensemble's median of it and the dataset has such a spectrum; PGA elsewhere.
+        """
+        if self.measure.name != FACTOR and self.measure != PEAK:
+            return self.measure.intensity
+        one = self.scaled_to
+        if one is not None:
+            return one.intensity
+        measure = self.scene.get("records", {}).get("to_median")
+        if not isinstance(measure, dict) or "pga" in self.dataset.coords:
+            return "pga"
+        one = spectral_of(measure)
+        return one.intensity if self.has_spectrum_at(one) else "pga"
+
+    @property
+    def spectral_range(self) -> tuple[float, float] | None:
+        """The range of periods [s] in which the dataset has Sa of every record; None where there is none."""
+        if "record_spectral_acceleration" not in self.dataset:
+            return None
+        spectra = self.dataset["record_spectral_acceleration"].transpose("record", "period").values
+        known = self.dataset["period"].values[(spectra > 0.0).all(axis=0)]
+        return (float(known[0]), float(known[-1])) if known.size else None
+
+    def has_spectrum_at(self, intensity: Spectral) -> bool:
+        """True where the spectra of the dataset, which have 5 % damping, include this period and damping."""
+        span = self.spectral_range
+        usual = isclose(intensity.damping, USUAL_DAMPING, rel_tol=SAME)
+        return span is not None and usual and span[0] <= intensity.period <= span[1]
+
+    # ------------------------------------------------------------------------ values along axes
+
+    def axis_name(self, axis: str) -> str:
+        """An axis of cases as sentences and readers of values take it: that of levels by the word of its measure."""
+        return self.measure.intensity if axis == LEVEL_AXIS else axis
+
+    def values_along(self, axis: str) -> tuple[Any, ...]:
+        """The values of an axis of cases, one where it was selected: floats of a quantity, else names."""
+        kind = str if quantity_of(self.axis_name(axis)) is None else float
+        return tuple(map(kind, np.atleast_1d(self.dataset[axis].values)))
+
+    def place(self, axis: str, value: Any) -> int:
+        """Index along an axis of a value as a user writes it, or of the scene's own where it is None.
+
+        Of records and polarities, which a scene has several of, it is then the first. Raises PoundingError for a value
+        that the grid has not.
+        """
+        name = self.axis_name(axis)
+        if axis not in self.dataset.coords:
+            return 0 if value is None else place_of(name, (None,), value)
+        if self.dataset[axis].dims not in ((), (axis,)):
+            if value is None:
+                return 0
+            raise PoundingError(f"{axis_words(name)}: of each contact model there is one case; select by contact_model")
+        known = self.values_along(axis)
+        if value is not None:
+            return place_of(name, known, value)
+        if len(known) == 1 or axis in ("record", "polarity"):
+            return 0
+        stated = self.scene_values
+        if axis not in stated:
+            has = listed_values(name, known)
+            raise PoundingError(f"{axis}: the scene has none of its own, and the grid has {has}; name one")
+        try:
+            return place_of(name, known, stated[axis])
+        except PoundingError as error:
+            raise PoundingError(f"{axis}: none is named, and the scene's own is not there: {error}; name one") from None
+
+
+def _aim(records: dict[str, Any]) -> str:
+    """What a table [records] scales the motions to; "" where they are not scaled."""
+    if "manifest" in records:
+        return f"with the factors of {records['manifest']}"
+    if "to_median" in records:
+        measure = records["to_median"]
+        words = spectral_of(measure).words if isinstance(measure, dict) else measure.upper()
+        return f"at the ensemble's median {words}"
+    if "sa" in records:
+        one = spectral_of(records["sa"])
+        return f"at {one.words} = {own(one.value or 0.0, PGA)}"
+    return f"at PGA {own(parse(records['pga'], PGA), PGA)}" if "pga" in records else ""
+
+
+def one_case(
+    results: xr.Dataset,
+    *,
+    record: str | None = None,
+    polarity: str | None = None,
+    pga: float | str | None = None,
+    intensity_level: float | str | None = None,
+    contact_model: str | None = None,
+    gap: float | str | None = None,
+    yield_force: float | str | None = None,
+) -> xr.Dataset:
+    """Select one case of the grid by its values, which must be values of the grid.
+
+    Of what is left out the scene's own value is taken, and of records and polarities the first, as in `simulate`. The
+    values stay in the dataset as coordinates.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A dataset of `scan`, `compare`, `effects` or `histories`.
+    record : str, optional
+        Name of a record.
+    polarity : str, optional
+        Name of a polarity.
+    pga : float or str, optional
+        Amplitude of the grid [m/s2, or text with a unit].
+    intensity_level : float or str, optional
+        Amplitude of the grid in its own measure [SI, or text with a unit], where that may be another than PGA.
+    contact_model : str, optional
+        Name of a contact model.
+    gap : float or str, optional
+        Gap [m, or text with a unit].
+    yield_force : float or str, optional
+        Yield force F_E [N, or text with a unit].
+
+    Returns
+    -------
+    xarray.Dataset
+        The part of the dataset that belongs to the case, with all its attributes.
+
+    Raises
+    ------
+    PoundingError
+        For a value that the grid has not, with those that it has; for several values along an axis of another number
+        of the scene; where several values are left and none is the
+        scene's own; and for a dataset without a grid.
+    """
+    results = settled(results)
+    kind, opened = kind_of(results), Results(results)
+    if kind not in WITH_CASES:
+        why = "is one case as it is" if kind == "simulate" else "has no grid of cases"
+        raise PoundingError(f"the dataset of {kind or 'another program'} {why}; a case is selected from that of a scan")
+    if pga is not None and (intensity_level is not None or opened.measure != PEAK):
+        raise PoundingError(f"pga: the amplitude is named by intensity_level, of {opened.measure.words}; leave pga out")
+    check_scene(results)
+    given = (record, polarity, intensity_level if pga is None else pga, contact_model, gap, yield_force)
+    where = {axis: opened.place(axis, value) for axis, value in zip(axes_of_cases(results), given, strict=True)}
+    return results.isel({axis: place for axis, place in where.items() if axis in results.dims})
+
+
+def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
+    """The dataset with every axis of its cases and places; unchanged where none is missing, or it is not of `scan`.
+
+    At one value along each axis of another number of the scene it is that of the scene which has these values.
+
+    Where some interfaces of a row were selected, the contact points are those of these alone.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A dataset of `scan`, or what ``sel`` or ``isel`` left of one.
+    source : str
+        The name of the dataset in error messages.
+
+    Returns
+    -------
+    xarray.Dataset
+        With axes of length 1 where values were selected.
+
+    Raises
+    ------
+    PoundingError
+        Where the label of an axis is lost (``drop=True``), where there are several values along an axis of another
+        number of the scene, where the buildings or interfaces that are left do not stand side by side, and for a
+        dataset of another version.
+    """
+    if not hasattr(dataset, "data_vars"):
+        raise PoundingError(
+            f"{shown(dataset)} is neither a dataset nor a file of one; name what `scan` returned or wrote"
+        )
+    if not has_cases(dataset):
+        return dataset
+    check_version(dataset, source)
+    dataset = settled(dataset, source)
+    _check_buildings(dataset, source)
+    if "interface" not in {*dataset.dims, *dataset.coords} and dataset.sizes.get("building") == 2:
+        dataset = dataset.assign_coords(interface=" | ".join(map(str, dataset["building"].values)))
+    axes = axes_of_cases(dataset)
+    lost = [axis for axis in axes if axis not in {*dataset.dims, *dataset.coords} and axis not in MAY_LACK]
+    if lost:
+        raise PoundingError(
+            f"{source}: has lost its {' and '.join(lost)}: select with a list, such as {lost[0]}=[...], or without "
+            "drop=True, so that it is known what was selected"
+        )
+    missing = [dim for dim in (*axes, *PLACES) if dim not in dataset.dims and dim in dataset.coords]
+    missing = [dim for dim in missing if dim not in MAY_LACK]
+    if not missing:
+        return _with_own_points(dataset)
+    if elsewhere := [axis for axis in missing if dataset[axis].ndim]:
+        raise PoundingError(
+            f"{source}: the labels of {', '.join(elsewhere)} lie along another dimension; run the scan again"
+        )
+    bare = dataset.drop_vars(missing)
+    changed: dict[Any, Any] = {
+        name: _expanded(
+            variable, [dim for dim in missing if dim in _dims_of(str(name), name in bare.coords)], (*axes, *PLACES)
+        )
+        for name, variable in bare.variables.items()
+    }
+    coords: dict[Any, Any] = {name: changed[name] for name in bare.coords if name not in bare.dims}
+    coords |= {axis: dataset[axis].variable.set_dims({axis: 1}) for axis in missing}
+    return _with_own_points(bare.assign({name: changed[name] for name in bare.data_vars}).assign_coords(coords))
+
+
+def _dims_of(name: str, is_coordinate: bool) -> tuple[str, ...]:
+    """The dimensions of a variable of this name; those of one that is not declared are axes of cases."""
+    declared = (VARIABLES | COORDINATES).get(name)
+    if declared is not None:
+        return declared.dims
+    if is_coordinate:
+        return ()
+    return AXES[:3] if name.endswith("_free") else AXES
+
+
+def _expanded(variable: xr.Variable, axes: list[str], order: Sequence[str]) -> xr.Variable:
+    """The variable with these axes added, of length 1, and all axes in this order."""
+    sizes: dict[Any, int] = dict.fromkeys(axes, 1) | dict(variable.sizes)
+    ordered = [dim for dim in order if dim in sizes]
+    other = [dim for dim in variable.dims if dim not in ordered]
+    return variable.set_dims({dim: sizes[dim] for dim in (*ordered, *other)}) if axes else variable
+
+
+def _with_own_points(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset without the contact points of other interfaces, where neighbours were selected from a row."""
+    try:
+        names = [str(table.get("name")) for table in tables_of(dataset.attrs["scene_resolved"])["building"]]
+    except (KeyError, TypeError, AttributeError, tomllib.TOMLDecodeError, RecursionError):
+        return dataset  # `check_scan` reports it
+    count, first = dataset.sizes.get("interface", 0), str(dataset["building"].values[0])
+    if not {"interface", "contact_point"} <= set(dataset.dims) or first not in names or count >= len(names) - 1:
+        return dataset
+    places, start = dataset["contact_point_interface"], names.index(first)
+    if places.values.max(initial=0) < count:  # they were selected
+        return dataset
+    mine = np.flatnonzero((places.values >= start) & (places.values < start + count))
+    return dataset.isel(contact_point=mine).assign_coords(
+        contact_point_interface=("contact_point", places.values[mine] - start, places.attrs)
+    )
+
+
+def _check_buildings(dataset: xr.Dataset, source: str) -> None:
+    """Refuse a selection of buildings and interfaces that do not stand side by side."""
+    count = dataset.sizes.get("building", 1)
+    if count < 2:
+        raise PoundingError(
+            f"{source}: has one building left, and a gap is between two: select two neighbours, such as "
+            "building=slice(0, 2)"
+        )
+    interfaces = dataset.sizes.get("interface", 1 if "interface" in dataset.coords else count - 1)
+    if interfaces != count - 1:
+        raise PoundingError(
+            f"{source}: has {count} buildings and {interfaces} of the {count - 1} interfaces between them: select the "
+            "buildings on both sides of each interface too, such as building=slice(0, 2) with interface=[0]"
+        )
