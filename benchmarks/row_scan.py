@@ -31,7 +31,7 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.record_sets import members
-from pounding_risk.results.attributes import told
+from pounding_risk.results.attributes import read_attribute
 from pounding_risk.results.summary import counted
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COUNT
@@ -100,7 +100,7 @@ def time_block(count: int) -> None:
     wall, cpu = time.perf_counter() - begin, time.process_time() - spent
     counts = counted(dataset)
     failed = int((dataset["status"].values != 0).sum())
-    parts = told(dataset, "parts", {})
+    parts = read_attribute(dataset, "parts", {})
     print(f"{count} buildings, {dataset.sizes['contact_point']} contact points, under {words}:")
     print(f"  {counts['cases']} cases, {counts['simulated']} with a run of their own, {failed} failed")
     print(f"  {int(dataset['impact_count'].sum())} contacts; parts: {parts}")

@@ -1,9 +1,12 @@
-"""Helpers of tests that start Python: the package's folder, and an environment that names no cache."""
+"""Helpers of tests that start Python: processes with this very package, and an environment that names no cache."""
 
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -18,3 +21,19 @@ def bare_environment(**more: str) -> dict[str, str]:
     steering = ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT", "XDG_CACHE_HOME", "HOME", "TMPDIR", "TEMP", "TMP")
     kept = {key: value for key, value in os.environ.items() if key not in steering}
     return {**kept, "PYTHONDONTWRITEBYTECODE": "1", **more}
+
+
+def python(*words: object, **options: Any) -> subprocess.Popen[str]:
+    """A process of Python with this package and the helpers of its tests, whose ends are open."""
+    folders = os.pathsep.join(map(str, (PACKAGE.parent, Path(__file__).parent)))
+    ends = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
+    command, environment = [sys.executable, *map(str, words)], {**os.environ, "PYTHONPATH": folders}
+    return subprocess.Popen(command, env=environment, text=True, **(ends | options))
+
+
+def output(*words: object, timeout: float = 120.0, **options: Any) -> str:
+    """What such a process prints, which must succeed."""
+    process = python(*words, **options)
+    out, errors = process.communicate(timeout=timeout)
+    assert process.returncode == 0, errors
+    return out

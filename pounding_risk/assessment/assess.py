@@ -47,7 +47,7 @@ from pounding_risk.assessment.verdict import AssessedGap, Observations, Verdict,
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import read_measure
 from pounding_risk.results.amplitudes import intensity_quantity, intensity_words, spectral
-from pounding_risk.results.attributes import told
+from pounding_risk.results.attributes import read_attribute
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import open_scan
 from pounding_risk.results.opened import Results
@@ -315,7 +315,7 @@ def assess(
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
         interfaces=assessed,
         notes=of_results(results),
-        unused_keys=tuple(map(str, data.told(results, "unused_keys", []))),
+        unused_keys=tuple(map(str, read_attribute(results, "unused_keys", []))),
         hazard_reading=reading,
         target_rate=rate.rate if rate else None,
         target_rate_words=rate.words if rate else "",
@@ -522,7 +522,10 @@ def _with_notes(
     verdict: Verdict, results: xr.Dataset, name: str, asked: int | None, columns: tuple[str, ...]
 ) -> Verdict:
     """The verdict, with struck columns first in its conclusion, its amplitude, and the notes on this interface."""
-    notes = [_amplitude_note(results) if asked is None else "", told(results, "level_notes", {}).get(name, "")]
+    notes = [
+        _amplitude_note(results) if asked is None else "",
+        read_attribute(results, "level_notes", {}).get(name, ""),
+    ]
     return replace(
         verdict,
         conclusion=(*columns, *verdict.conclusion),

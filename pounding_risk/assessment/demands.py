@@ -20,7 +20,7 @@ from pounding_risk.motions.processing.signals import LEAST_SHAKING
 from pounding_risk.motions.record import recording
 from pounding_risk.motions.scaling import mean_periods
 from pounding_risk.results.amplitudes import Spectral, intensity_unit, intensity_words, spectral
-from pounding_risk.results.attributes import tables_of, told
+from pounding_risk.results.attributes import read_attribute, tables_of
 from pounding_risk.results.opened import Results
 
 if TYPE_CHECKING:
@@ -97,9 +97,9 @@ def motions_of(results: xr.Dataset) -> Motions:
 
 def numbered_recordings(results: xr.Dataset, records: Sequence[str]) -> NDArray[np.int64]:
     """The number of each record's recording; records whose motion is the same to the last bit are of one."""
-    facts = {entry.get("name"): entry for entry in told(results, "records", [])}
+    facts = {entry.get("name"): entry for entry in read_attribute(results, "records", [])}
     shared = [_hashable(recording(facts.get(name, {}), name)) for name in records]
-    digests = told(results, "motions_sha256", {})
+    digests = read_attribute(results, "motions_sha256", {})
     first: dict[Any, Any] = {}
     for index, name in enumerate(records):
         key, original = shared[index], first.setdefault(digests.get(name, name), shared[index])
@@ -111,7 +111,7 @@ def numbered_recordings(results: xr.Dataset, records: Sequence[str]) -> NDArray[
 
 def record_doubts(results: xr.Dataset) -> tuple[str, ...]:
     """A sentence for each record that is a copy of another, as `scan` found it, is here twice, or holds no motion."""
-    digests = told(results, "motions_sha256", {})
+    digests = read_attribute(results, "motions_sha256", {})
     names = list(map(str, results["record"].values))
     first: dict[str, str] = {}
     twice = []
@@ -121,7 +121,7 @@ def record_doubts(results: xr.Dataset) -> tuple[str, ...]:
             twice.append(f"{name} holds the same motion as {original}: it counts twice in the shares, scan again")
     dead = [name for name, shakes in zip(names, is_shaking(results), strict=True) if not shakes]
     still = [f"{name} holds no motion: it counts against the verdict, scan again without it" for name in dead]
-    return (*told(results, "copies", []), *twice, *still)
+    return (*read_attribute(results, "copies", []), *twice, *still)
 
 
 def is_shaking(results: xr.Dataset) -> NDArray[np.bool_]:

@@ -6,12 +6,14 @@ Chunks may have any boundaries and may overlap, as the results of a batch are th
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pounding_risk.errors import PoundingError
 
 Chunk = dict[str, NDArray[Any]]  # arrays of plain numbers; the first axis of each is the batches'
 RAGGED = "_ragged"  # ends the name of an array whose other axes may be longer in one chunk than in another
@@ -94,6 +96,31 @@ def _joined(name: str, arrays: list[NDArray[Any]]) -> NDArray[Any]:
     return whole
 
 
+def assembled(
+    blocks: Iterable[range], chunks: Iterable[range], read: Callable[[range], Chunk], where: object
+) -> Iterator[Chunk]:
+    """The arrays of the batches of each block, in order, from chunks that are read one after the other.
+
+    Memory is bounded by a block and a chunk. Raises PoundingError, which says ``where``, for batches without a chunk.
+    """
+    choice = chosen(chunks)
+    home, whole = range(0), Chunk()
+    for block in blocks:
+        pieces, end = [], block.start
+        for batches, source in pieces_of(block, choice):
+            if batches.start != end:
+                break
+            if source != home:
+                home, whole = source, read(source)
+            inside = slice(batches.start - home.start, batches.stop - home.start)
+            # Copied, as a view would keep the whole chunk in memory.
+            pieces.append({name: array[inside].copy() for name, array in whole.items()})
+            end = batches.stop
+        if end < block.stop:
+            raise PoundingError(f"{where}: of the batches from {end} on there is no chunk; run the same command again")
+        yield joined(pieces)
+
+
 class ChunksInMemory:
     """The chunks of a scan that writes no file."""
 
@@ -106,12 +133,4 @@ class ChunksInMemory:
 
     def chunks(self, blocks: Iterable[range]) -> Iterator[Chunk]:
         """The arrays of the batches of each block, in order."""
-        choice = chosen(self._chunks)
-        for block in blocks:
-            yield joined(
-                [
-                    {name: array[piece.start - home.start : piece.stop - home.start] for name, array in whole.items()}
-                    for piece, home in pieces_of(block, choice)
-                    for whole in (self._chunks[home],)
-                ]
-            )
+        return assembled(blocks, self._chunks, self._chunks.__getitem__, "memory")

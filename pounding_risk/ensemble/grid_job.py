@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.once import Shared
 from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.job import Job, ScanInput, never
-from pounding_risk.ensemble.tolerance_check import check_variables, drawn, made_again, not_made_again
+from pounding_risk.ensemble.tolerance_check import check_variables, drawn, not_recomputed, recomputed
 from pounding_risk.models.ground import accelerations
 from pounding_risk.motions.levels import driven
 from pounding_risk.motions.motion import Motion
@@ -26,7 +26,7 @@ from pounding_risk.results.labels import (
     OUTCOME,
     attributes,
     case_variable,
-    grounds_apart,
+    ground_widenings,
     numbers_of,
     places_of,
     skeleton,
@@ -185,14 +185,14 @@ class GridJob(Job):
     ) -> Chunk | None:
         """Repeat the runs at ``places`` (batches, yield forces) at the tighter tolerance, without screening."""
         if not places.any():
-            return not_made_again((len(batches), self.width))
+            return not_recomputed((len(batches), self.width))
         second, rtol = [], self.study.rtol
         for batch, strength in np.argwhere(places):
             if stop():
                 return None
             (slab,) = slabs(range(batches.start + batch, batches.start + batch + 1), self.shape, 1)
             second.append(self.repeated(slab, int(strength), tighter(rtol)))
-        return made_again(places, self.moves(chunk, places, second), rtol)
+        return recomputed(places, self.moves(chunk, places, second), rtol)
 
     own_kernels = False  # whether contact laws get kernels with their own code
 
@@ -203,13 +203,13 @@ class GridJob(Job):
     def coordinates(self, whole: bool = False) -> dict[str, Any]:
         """Interfaces, contact points, buildings and storeys, with facts on each; as `labels.places_of`."""
         places = places_of(self.study, *self._places, whole=whole)
-        return places | self._grounds_apart() if whole else places
+        return places | self._ground_widenings() if whole else places
 
-    def _grounds_apart(self) -> dict[str, Any]:
-        """How far the grounds part, found once for all scenes with equal grounds."""
+    def _ground_widenings(self) -> dict[str, Any]:
+        """How far the grounds part, computed once for all scenes with equal grounds."""
         key = "apart", self.study.supports
         if key not in self.peaks:
-            self.peaks[key] = grounds_apart(self.study, self.scan_input.motions)
+            self.peaks[key] = ground_widenings(self.study, self.scan_input.motions)
         return self.peaks[key]
 
     def numbers(self) -> dict[str, str]:

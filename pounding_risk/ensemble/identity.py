@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pounding_risk.results.along import leaves_of
 from pounding_risk.results.attributes import versions
 from pounding_risk.scene.overrides import WITHOUT_RUNS
 
@@ -73,18 +74,10 @@ def flattened(tables: Mapping[str, Any]) -> dict[str, Any]:
     >>> flattened({"interface": [{"gap": "20 mm"}], "grid": {"gap": ["0 mm", "5 mm"]}})
     {'interface[0].gap': '20 mm', 'grid.gap': ['0 mm', '5 mm']}
     """
-    return dict(_leaves("", tables))
-
-
-def _leaves(key: str, value: Any) -> Iterator[tuple[str, Any]]:
-    if isinstance(value, Mapping) and value:
-        for name, inner in value.items():
-            yield from _leaves(f"{key}.{name}" if key else str(name), inner)
-    elif isinstance(value, list | tuple) and any(isinstance(inner, Mapping) for inner in value):
-        for place, inner in enumerate(value):
-            yield from _leaves(f"{key}[{place}]", inner)
-    else:
-        yield key, value
+    leaves = ((path, value) for path, value in leaves_of(tables) if path)
+    return {
+        "".join(f".{key}" if isinstance(key, str) else f"[{key}]" for key in path)[1:]: value for path, value in leaves
+    }
 
 
 def _plain(tables: Mapping[str, Any]) -> dict[str, Any]:

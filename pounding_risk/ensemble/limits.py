@@ -1,4 +1,4 @@
-"""Checks that a scan fits memory and disk, made before anything is allocated.
+"""Checks that a scan fits memory and disk, and of all scenes along its axes, before anything is allocated.
 
 A response without contact has a state at every node, that of a row at every sixteenth. There are nodes at the samples,
 and between them where the phase of the fastest mode would advance by more than `TURN` (`pair.at_rest`, `row.lay_out`).
@@ -17,11 +17,14 @@ from pathlib import Path
 
 import numpy as np
 
+from pounding_risk.ensemble.laws import check_reach
 from pounding_risk.errors import SceneError
 from pounding_risk.models.ground import arrivals_of
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.motions.motion import Motion
+from pounding_risk.scene.motions import check_arrivals
 from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.variants import Variants
 
 TURN = 2.5  # rad, largest phase between nodes
 BYTES_OF_GROUND = 6 * 8.0  # of a node and building on unlike grounds (`models.ground.arriving`)
@@ -85,6 +88,22 @@ def check_memory(study: Scene, motions: Iterable[Motion], *, histories: bool = F
                     f"{free / 1e9:.3g} GB of memory are free; check mass, period and stiffness of the buildings"
                 ],
             )
+
+
+def check_scenes(variants: Variants, motions: tuple[Motion, ...], *, every: bool = True) -> None:
+    """Raise SceneError for a place along the axes whose scene has faults, or cannot be run under these motions.
+
+    Not ``every`` combination is looked at where a plan is to be told soon: then each axis alone.
+    """
+    scenes = map(variants.scene, range(variants.count)) if every else variants.alone()
+    checked = set()  # what a response without contact depends on
+    for scene in scenes:
+        for place in range(len(scene.interfaces)):
+            check_reach(scene.at(place), scene.grid.contact_models)
+        if (scene.buildings, scene.effects) not in checked:
+            check_memory(scene, motions)
+            check_arrivals(scene, motions)
+            checked.add((scene.buildings, scene.effects))
 
 
 def check_dataset(study: Scene, cases: int, size: int) -> None:

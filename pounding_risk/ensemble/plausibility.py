@@ -17,12 +17,14 @@ from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quanti
 from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.ground import SHARED
 from pounding_risk.motions.levels import PEAK, Level, driven
+from pounding_risk.motions.record import STILL
 from pounding_risk.motions.request import AS_RECORDED
 from pounding_risk.motions.sites.places import site_of
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
 from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.scene import Axes, Scene
+from pounding_risk.scene.variants import Variants
 from pounding_risk.units import (
     FLOOR_MASS,
     GAP,
@@ -36,7 +38,6 @@ from pounding_risk.units import (
 
 if TYPE_CHECKING:
     from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.record import STILL
 
 
 class Usual(NamedTuple):
@@ -108,6 +109,13 @@ def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
     read = tuple(motions)
     of_scene = *_of_buildings(study), *_of_gaps(study), *_of_stiffnesses(study)
     return (*_of_sites(read), *of_scene, *_of_motions(study, read), *_of_grounds(study, read))
+
+
+def notes_along(study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
+    """A sentence for each unusual number of a scene, of its axes, and of its motions."""
+    scenes = Variants(study).alone() if study.axes else iter([study])
+    drawn = () if study.uncertain is None else study.uncertain.notes()
+    return tuple(dict.fromkeys([*drawn, *(note for scene in scenes for note in of_input(scene, motions))]))
 
 
 # --- the input --------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from pounding_risk.ensemble.grid_job import HOW, Array, GridJob, Place, Sizes, p
 from pounding_risk.ensemble.job import Finish, ScanInput
 from pounding_risk.ensemble.limits import response_bytes
 from pounding_risk.ensemble.row_grid import model_of, row_grid, without_jumps
-from pounding_risk.ensemble.tolerance_check import SENSITIVE, AtLeastOne, differences, not_made_again
+from pounding_risk.ensemble.tolerance_check import SENSITIVE, AtLeastOne, differences, not_recomputed
 from pounding_risk.models.effects import acts_on_law
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.attributes import as_text
@@ -228,7 +228,7 @@ class RowJob(GridJob):
 
 
 class RowWriter:
-    """Settles which cases of a row were simulated, and counts its parts; see `job.DatasetWriter`.
+    """Finds which cases of a row were simulated, and counts its parts; see `job.DatasetWriter`.
 
     A run counts for the first case that has it, in the order of the grid, largest yield force first, among the cases of
     one motion and contact model. So the count does not depend on the chunks.
@@ -249,17 +249,17 @@ class RowWriter:
             for place, batch in enumerate(batches):
                 if batch % job.shape[-2] == 0:  # the first gap of another motion or contact model
                     self._seen.clear()
-                self._settle(chunk[KEYS][place], chunk[ANSWERS][place], how[place])
+                self._count_parts(chunk[KEYS][place], chunk[ANSWERS][place], how[place])
         answers = {name: chunk[name] for name in (*variables(job.grid.frame), STATUS)} | {HOW: how}
         if job.check_names:
             own = how == SIMULATED
-            for name, none in not_made_again(how.shape).items():
+            for name, none in not_recomputed(how.shape).items():
                 # A run that an earlier batch has made may have been repeated here as well: it counts there.
                 answers[name] = np.where(own, chunk[name], none)
             self._check.see(batches, own & (chunk[STATUS] == COMPLETE), answers[SENSITIVE])
         return answers
 
-    def _settle(self, keys: NDArray[np.uint64], answers: NDArray[np.int8], how: NDArray[np.int8]) -> None:
+    def _count_parts(self, keys: NDArray[np.uint64], answers: NDArray[np.int8], how: NDArray[np.int8]) -> None:
         """Set in ``how`` which cases of a batch were simulated, and count their parts."""
         for level in reversed(range(len(how))):
             for key, answer in zip(keys[level].tolist(), answers[level].tolist(), strict=True):

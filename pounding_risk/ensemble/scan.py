@@ -17,10 +17,9 @@ from pounding_risk._common.progress import Progress
 from pounding_risk.ensemble.chunks import Chunk, ChunksInMemory, joined, merged, parted, without
 from pounding_risk.ensemble.job import DatasetWriter, ScanInput
 from pounding_risk.ensemble.job_choice import job_of
-from pounding_risk.ensemble.limits import check_dataset, check_disk, check_held, check_memory
+from pounding_risk.ensemble.limits import check_dataset, check_disk, check_held, check_memory, check_scenes
 from pounding_risk.ensemble.plan.size import grid_bytes, shape_of
 from pounding_risk.ensemble.plausibility import of_input
-from pounding_risk.ensemble.scenes import check_scenes
 from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, read_shard, shard_batches
 from pounding_risk.ensemble.variant_job import VariantJob, VariantWriter
 from pounding_risk.errors import Stopped

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -21,6 +22,7 @@ from pounding_risk.ensemble.checkpoint.folder import (
     LOG,
     SUFFIX,
     check_ours,
+    entries_of,
     folder_of,
     read_lines,
     read_study,
@@ -122,8 +124,11 @@ def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequenc
     if holders:
         speed = _speed(log, holders, study["width"])
         seconds = (total - cases) / speed if speed else 0.0
-        return Status(asked, _running(holders), cases=cases, cases_a_second=speed, seconds_left=seconds, **facts)
-    if not parts and _is_complete(log):
+        several = f"running in {len(holders)} processes"
+        state = several if len(holders) > NAMED else f"running on {' and '.join(map(str, holders))}"
+        return Status(asked, state, cases=cases, cases_a_second=speed, seconds_left=seconds, **facts)
+    events = [line["event"] for line in log if line["event"] in ("begin", "kept", "complete")]
+    if not parts and events[-1:] == ["complete"]:
         gone = f"its results are not beside {folder.name} any more: moved, or removed"
         return Status(asked, COMPLETE, cases=total, **facts, note="" if results else gone)
     note = f"{results[0].name} is of an earlier run, and whole" if results else ""
@@ -135,32 +140,12 @@ def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequenc
 def _parts(folder: Path) -> tuple[list[range], int]:
     """The batches of the chunk files, and the bytes of these; files that a run removes meanwhile do not count."""
     spans, size = [], 0
-    try:
-        entries = list(os.scandir(folder / CHUNKS))
-    except FileNotFoundError:
-        return [], 0
-    for entry in entries:
-        batches = batches_of(entry.name)
-        if batches is None:
-            continue
-        try:
-            size += entry.stat().st_size
-        except FileNotFoundError:
-            continue
-        spans.append(batches)
+    for entry in entries_of(folder / CHUNKS):
+        if (batches := batches_of(entry.name)) is not None:
+            with suppress(FileNotFoundError):
+                size += entry.stat().st_size
+                spans.append(batches)
     return spans, size
-
-
-def _is_complete(log: Sequence[dict[str, Any]]) -> bool:
-    """True where the last event, apart from opening and closing the checkpoint, was its completion."""
-    events = [line["event"] for line in log if line["event"] in ("begin", "kept", "complete")]
-    return events[-1:] == ["complete"]
-
-
-def _running(holders: Sequence[Holder]) -> str:
-    if len(holders) > NAMED:
-        return f"running in {len(holders)} processes"
-    return f"running on {' and '.join(map(str, holders))}"
 
 
 def _speed(log: Sequence[dict[str, Any]], holders: Sequence[Holder], width: int) -> float:

@@ -86,7 +86,7 @@ def check_variables(rtol: float) -> dict[str, CaseVariable]:
     return variables
 
 
-def not_made_again(shape: tuple[int, int]) -> Chunk:
+def not_recomputed(shape: tuple[int, int]) -> Chunk:
     """The variables of `check_variables` for so many (batches, yield forces), none of them repeated."""
     return {
         SENSITIVE: np.full(shape, -1, dtype=np.int8),
@@ -94,9 +94,9 @@ def not_made_again(shape: tuple[int, int]) -> Chunk:
     }
 
 
-def made_again(places: NDArray[np.bool_], moves: Mapping[str, np.ndarray], rtol: float) -> Chunk:
+def recomputed(places: NDArray[np.bool_], moves: Mapping[str, np.ndarray], rtol: float) -> Chunk:
     """The variables of `check_variables` (batches, yield forces), from the changes of the runs at ``places``."""
-    chunk = not_made_again((places.shape[0], places.shape[1]))
+    chunk = not_recomputed((places.shape[0], places.shape[1]))
     chunk[SENSITIVE][places] = is_sensitive(moves, rtol)
     for name, values in moves.items():
         chunk[f"{CHANGE}{name}"][places] = values

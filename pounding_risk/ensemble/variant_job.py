@@ -154,8 +154,8 @@ class VariantJob(Job):
         """The dataset without the values of its cases: what differs along an axis has it as a dimension."""
         base, gathered = self._first.template, self._gathered()
         names = tuple(axis.name for axis in self.variants.axes)
-        told = {} if self.study.uncertain is None else self.study.uncertain.attributes()
-        skeleton = base.skeleton.assign_coords(axis_coordinates(self.variants.axes, told))
+        about = {} if self.study.uncertain is None else self.study.uncertain.attributes()
+        skeleton = base.skeleton.assign_coords(axis_coordinates(self.variants.axes, about))
         # Where a gap is drawn its label is the stated one, and `interface_gap` says which each sample has.
         skeleton = skeleton.assign_coords(gap=base.skeleton["gap"].variable.copy(data=np.array(self.study.grid.gaps)))
         motions = axes_of_motions(self.study)
@@ -186,8 +186,8 @@ class VariantJob(Job):
             gathered.coords.add(number, {name: np.asarray(about[1]) for name, about in own.items()})
             gathered.tables.add(number, _leaves(job.study))
             notes = of_input(job.study, job.scan_input.motions)
-            told = {"notes": as_text(list(notes))} if notes else {}
-            gathered.attributes.add(number, job.numbers() | flags_of(job.study, job.scan_input.motions) | told)
+            noted = {"notes": as_text(list(notes))} if notes else {}
+            gathered.attributes.add(number, job.numbers() | flags_of(job.study, job.scan_input.motions) | noted)
             gathered.notes.update(dict.fromkeys(notes))
             for motion in job.scan_input.motions:
                 gathered.flags.setdefault(motion.name, {}).update(dict.fromkeys(motion.flags))

@@ -18,7 +18,7 @@ from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
-from pounding_risk.results.attributes import told
+from pounding_risk.results.attributes import read_attribute
 from pounding_risk.results.check import AXES_OF_CASES, check_scan, kind_of
 from pounding_risk.results.files import open_results
 from pounding_risk.results.opened import Results, with_axes
@@ -139,7 +139,7 @@ class ReportData:
 
     def facts(self, name: str, default: Any) -> Any:
         """Value of an attribute of the dataset that holds JSON."""
-        return told(self.results, name, default)
+        return read_attribute(self.results, name, default)
 
     @cached_property
     def records(self) -> dict[str, dict[str, Any]]:

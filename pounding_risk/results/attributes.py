@@ -40,7 +40,7 @@ def _version_of(package: str) -> str:
     return stated[1] if stated else metadata.version(package)
 
 
-def told(dataset: xr.Dataset, name: str, default: Any) -> Any:
+def read_attribute(dataset: xr.Dataset, name: str, default: Any) -> Any:
     """The value of an attribute that was written by `as_text`, ``default`` where there is none.
 
     Raises PoundingError where the attribute is damaged, or holds another kind of value than ``default``.

@@ -43,7 +43,6 @@ MARKS = {
     "amplification": {"period_ratio"},
     "damage": {"demand_ratio", "median_ratio"},
 }
-VERSIONED = ({"impact_count", "contact_model"}, {"displacement", "contact_force"})  # of a scan, of a run
 
 POLARITIES = ("as recorded", "reversed")
 KINDS = ("floor", "column")  # of contact points
@@ -85,18 +84,9 @@ def kind_of(dataset: xr.Dataset) -> str:
     return "scan" if {"impact_count", "record", "gap"} <= names else ""
 
 
-def has_cases(dataset: xr.Dataset) -> bool:
-    """True for a dataset of the cases of a grid, as `scan` and `compare` write it, whatever was selected from it."""
-    return VERSIONED[0] <= set(dataset.variables)
-
-
 def check_version(dataset: xr.Dataset, whose: str = "the dataset") -> None:
-    """Raise PoundingError for a dataset of another version; other commands write some without the attribute."""
-    version = dataset.attrs.get(VERSION)
-    if version is None:
-        if not any(names <= set(dataset.variables) for names in VERSIONED):
-            return
-        version = 1  # which had no such attribute
+    """Raise PoundingError for a dataset of another version; one that states none is judged by its variables alone."""
+    version = dataset.attrs.get(VERSION, DATASET_VERSION)
     if not isinstance(version, int | np.integer) or version < 1:
         raise PoundingError(
             f"{whose}: the attribute {VERSION} is {shown(version)}, not a whole number from 1 on: the file was changed "

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.table import TABULATED, beyond_end
-from pounding_risk.results.attributes import tables_of, told
+from pounding_risk.results.attributes import read_attribute, tables_of
 from pounding_risk.results.layout import streamed
 from pounding_risk.units import FLOOR_LENGTH, GAP, PERIOD, TIME, QuantityError, parse, say
 
@@ -28,6 +28,7 @@ WALL = 0.11  # s; 0.0488 h^0.75 of one storey of 3 m (ASCE 7-16, equation 12.8-7
 LONGEST_CONTACT = 0.5  # of the period of a building, by when its own stiffness reverses it
 CRUSHED = 0.0035  # strain at which concrete crushes (EN 1992-1-1, table 3.1, to C50/60)
 USUAL_FLOOR = 15.0  # m, of a floor whose length is not given
+ANY_LENGTH = FLOOR_LENGTH._replace(open_low=False)
 PUSHING = "floors push rather than collide; a stiffness too small?"
 
 
@@ -36,16 +37,18 @@ def of_results(results: xr.Dataset) -> tuple[str, ...]:
 
     Raises PoundingError where the attributes with these notes, or with the scene, are damaged.
     """
-    notes = told(results, "notes", [])
-    if not isinstance(notes, list):
-        raise _damaged("notes")
-    return (*map(str, notes), *_of_contacts(results))
-
-
-def _damaged(attribute: str) -> PoundingError:
-    return PoundingError(
-        f'the attribute "{attribute}" of the results cannot be read: the file was changed since; run the scan again'
-    )
+    notes = map(str, read_attribute(results, "notes", []))
+    try:
+        scene = tables_of(results.attrs.get("scene_resolved", ""))
+        tables = [scene.get(section, []) for section in ("building", "interface")]
+        lengths = [parse(table.get("floor_length", "0 m"), ANY_LENGTH) for table in tables[0]]
+        tabulated = {place: table for place, table in enumerate(tables[1]) if "table" in table}
+    except (tomllib.TOMLDecodeError, AttributeError, TypeError, QuantityError):
+        raise PoundingError(
+            'the attribute "scene_resolved" of the results cannot be read: the file was changed since; run the scan '
+            "again"
+        ) from None
+    return (*notes, *_of_contacts(results, lengths, tabulated))
 
 
 def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
@@ -74,8 +77,12 @@ def _durations(run: xr.Dataset) -> list[Array]:
     return [durations[interface == number] for number in range(run.sizes["interface"])]
 
 
-def _of_contacts(results: xr.Dataset) -> Iterator[str]:
-    """Notes on the deepest contact of a scan, and on contacts that mostly last half of a period."""
+def _of_contacts(results: xr.Dataset, lengths: list[float], tabulated: dict[int, Any]) -> Iterator[str]:
+    """Notes on the deepest contact of a scan, and on contacts that mostly last half of a period.
+
+    ``lengths`` are those of the floors of each building [m], 0 where the scene gives none; ``tabulated`` the tables of
+    the interfaces with a table of forces.
+    """
     names = ("peak_penetration", "contact_time", "impact_count", "building_period")
     if any(name not in results.variables for name in names) or "interface" not in results.dims:
         return
@@ -86,16 +93,15 @@ def _of_contacts(results: xr.Dataset) -> Iterator[str]:
         depth = max(depth, float(np.nanmax(piece["peak_penetration"], initial=0.0)))
         if lasting is not None:
             lasting.add(piece["contact_time"], piece["impact_count"])
-    if words := _depth_words(depth, _floor_lengths(results)):
+    if words := _depth_words(depth, lengths):
         yield words
-    yield from _beyond_tables(results)
+    yield from _beyond_tables(results, tabulated)
     if lasting is not None:
         yield from lasting.words()
 
 
-def _beyond_tables(results: xr.Dataset) -> Iterator[str]:
+def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[str]:
     """A note for each interface at which cases go deeper than the last point of its table of forces."""
-    tabulated = {place: one for place, one in enumerate(_resolved(results, "interface")) if "table" in one}
     if not tabulated or "peak_closing" not in results.variables:
         return
     from pounding_risk.scene.scene import OF_EACH_INTERFACE
@@ -121,24 +127,6 @@ def _gaps(results: xr.Dataset, place: int) -> Array:
         gaps: Array = results["interface_gap"].isel(interface=place).values
         return gaps
     return np.asarray(results["gap"].values, dtype=np.float64)
-
-
-def _floor_lengths(results: xr.Dataset) -> list[float]:
-    """Length of the floors of each building [m]; 0 where the scene gives none."""
-    try:
-        tables = _resolved(results, "building")
-        return [parse(table.get("floor_length", "0 m"), FLOOR_LENGTH._replace(open_low=False)) for table in tables]
-    except (AttributeError, TypeError, QuantityError):
-        raise _damaged("scene_resolved") from None
-
-
-def _resolved(results: xr.Dataset, section: str) -> list[dict[str, Any]]:
-    """The tables of a section of the dataset's scene, every value stated."""
-    try:
-        tables: list[dict[str, Any]] = tables_of(results.attrs.get("scene_resolved", "")).get(section, [])
-        return tables
-    except (tomllib.TOMLDecodeError, AttributeError, TypeError):
-        raise _damaged("scene_resolved") from None
 
 
 def _depth_words(depth: float, lengths: Iterable[float]) -> str:

@@ -42,7 +42,7 @@ def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path
 def zarr_store() -> Any:
     """The module that reads and writes Zarr; raises PoundingError where a library that it needs is not installed."""
     try:
-        from pounding_risk.results import zarr
+        import pounding_risk.results.zarr as zarr
     except ModuleNotFoundError as error:
         raise PoundingError(
             f'Zarr needs {error.name}, which is not installed; run: pip install "pounding-risk[cluster]"'

@@ -287,7 +287,7 @@ def case_coordinates(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
         "record_sha256": ("record", about("sha256"), {"long_name": "checksum of the record's file"}),
         **_known_of_records(motions),
         **_amplitudes_felt(study, motions),
-        **(grounds_apart(study, motions) if study.supports else {}),
+        **(ground_widenings(study, motions) if study.supports else {}),
     }
 
 
@@ -360,7 +360,7 @@ def _felt(study: Scene, motions: tuple[Motion, ...], peaks: Array) -> tuple[Arra
     return peaks[:, None] * grown, grown
 
 
-def grounds_apart(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
+def ground_widenings(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
     """How far the grounds part at each interface under each record, before the amplitude of the grid."""
     partings = [parting(study, motion) for motion in motions]
     before = "x_right - x_left of the grounds under neighbours, before the amplitude of the grid"

@@ -21,7 +21,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import DIGITS, FACTOR, LEVEL_AXIS, PEAK, PGA_AXIS, USUAL_DAMPING, Measure
 from pounding_risk.results.amplitudes import SAME, Amplitudes, Spectral, own, spectral_of
 from pounding_risk.results.attributes import tables_of
-from pounding_risk.results.check import check_scene, check_version, has_cases, kind_of
+from pounding_risk.results.check import check_scene, check_version, kind_of
 from pounding_risk.results.grid_values import axis_words, listed_values, place_of, quantity_of
 from pounding_risk.results.layout import AXES, amplitude_axis, axes_of_cases
 from pounding_risk.results.scene_axes import settled
@@ -392,7 +392,7 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
         raise PoundingError(
             f"{shown(dataset)} is neither a dataset nor a file of one; name what `scan` returned or wrote"
         )
-    if not has_cases(dataset):
+    if not {"impact_count", "contact_model"} <= set(dataset.variables):
         return dataset
     check_version(dataset, source)
     dataset = settled(dataset, source)

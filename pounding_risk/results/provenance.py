@@ -12,7 +12,7 @@ from pounding_risk._jit.sources import source_digest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.motions.motion import Motion
-from pounding_risk.results.attributes import as_text, told
+from pounding_risk.results.attributes import as_text, read_attribute
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.tolerance_check import check_share
@@ -83,7 +83,7 @@ def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) 
     _check_laws(raw, path)
     source = _folder(raw, attrs, path, folder) / Path(str(attrs.get("scene_file", "scene"))).name
     check_scan(results, str(path))
-    overrides = tuple(map(str, told(results, "overrides", [])))
+    overrides = tuple(map(str, read_attribute(results, "overrides", [])))
     try:
         if SCENE_AXES in attrs:  # its axes set keys of the scene as written
             return Recorded(parse_scene(str(attrs.get("scene", text)), str(source), overrides), screening, fraction)
@@ -94,7 +94,7 @@ def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) 
 
 
 def _options(results: xr.Dataset, path: Path) -> tuple[bool, float]:
-    options = told(results, "options", {})
+    options = read_attribute(results, "options", {})
     screening, fraction = (
         options.get(key) if isinstance(options, dict) else None for key in ("screening", "check_fraction")
     )
@@ -156,7 +156,7 @@ def check_records(results: xr.Dataset, motions: Sequence[Motion]) -> list[str]:
         raise PoundingError(
             "\n".join(["the records are not those of the results", *(f"  - {fault}" for fault in faults)])
         )
-    processed = told(results, "motions_sha256", {})
+    processed = read_attribute(results, "motions_sha256", {})
     return [
         f"{motion.name}: the same record, but another motion after its processing: was {digest[:SHOWN]}, is "
         f"{motion.digest[:SHOWN]}"
@@ -168,7 +168,7 @@ def check_records(results: xr.Dataset, motions: Sequence[Motion]) -> list[str]:
 def _checksums(results: xr.Dataset) -> dict[str, str]:
     """SHA-256 of the file of each record, by the name of the record."""
     try:
-        return {str(record["name"]): str(record["sha256"]) for record in told(results, "records", [])}
+        return {str(record["name"]): str(record["sha256"]) for record in read_attribute(results, "records", [])}
     except (TypeError, KeyError):
         raise PoundingError(
             "the attribute records of the results holds no names and checksums: the file was changed since; run its "

@@ -11,8 +11,10 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import deepcopy
+from functools import reduce
 from hashlib import sha256
 from math import inf, isclose
+from operator import getitem
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLES = "number of a sample of the uncertain numbers, from 0"  # what the coordinate `sample` is
-ASSESSED_APART = ("sample",)  # axes along which nothing is drawn or reported place by place
+WITHOUT_PLACES = ("sample",)  # axes along which nothing is drawn or reported place by place
 VARIANTS = "scene_variants"  # the attribute that holds what else differs along the axes
 MOTIONS_DRAWN = "motions_drawn"  # the attribute of how many motions those of the samples were drawn from
 NEAR = 1e-9  # relative: a value that was written down and read again
@@ -63,9 +65,9 @@ def axes_of(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
         ) from None
 
 
-def _axis(told: Any) -> SceneAxis:
+def _axis(entry: Any) -> SceneAxis:
     """An axis of the attribute; raises ValueError or, as what it is made of, another error where it is damaged."""
-    keys, values, dimension = told["keys"], told["values"], told.get("dimension", "")
+    keys, values, dimension = entry["keys"], entry["values"], entry.get("dimension", "")
     is_sound = (
         isinstance(dimension, str)
         and isinstance(keys, list)
@@ -176,14 +178,15 @@ def open_axes(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
 def own_places(dataset: xr.Dataset) -> dict[str, int]:
     """Along each axis with several places, the one that has the scene's own values; not of axes that have none."""
     places = {}
-    tables = tomllib.loads(str(dataset.attrs.get("scene_resolved", "")))
-    known = {section: _keys_of(value) for section, value in tables.items()}
+    tables: Any = tomllib.loads(str(dataset.attrs.get("scene_resolved", "")))
+    listed = {section: value if isinstance(value, list) else [value] for section, value in tables.items()}
+    known = {section: {key for table in among for key in table} for section, among in listed.items()}
     for axis in open_axes(dataset):
         own: dict[str, Any] = {}
         with suppress(SceneError, LookupError, TypeError):
             for key in axis.keys:
                 (path, *_) = override(deepcopy(tables), f"{key}=0", known, "")
-                own[key] = labels_of([_get(tables, path)]).values[0]
+                own[key] = labels_of([reduce(getitem, path, tables)]).values[0]
         labels = {key: _values(dataset, key) for key in own}
         for place in range(dataset.sizes[axis.name] if len(own) == len(axis.keys) else 0):
             if all(type(labels[key][place]) is type(own[key]) and _equal(labels[key][place], own[key]) for key in own):
@@ -192,35 +195,20 @@ def own_places(dataset: xr.Dataset) -> dict[str, int]:
     return places
 
 
-def _keys_of(section: Any) -> set[str]:
-    """The keys of a section, or of all its tables."""
-    return {key for table in (section if isinstance(section, list) else [section]) for key in table}
-
-
-def _get(tables: Any, path: Sequence[Any]) -> Any:
-    """A value in nested tables by its path."""
-    for key in path:
-        tables = tables[key]
-    return tables
-
-
 def without_effect(dataset: xr.Dataset) -> tuple[str, ...]:
     """The axes along which no output of any case changes, by name; other draws for the tolerance check do not count."""
     outputs = [name for name in dataset.data_vars if name not in CHECKED and not str(name).startswith("change_")]
-    return tuple(axis.name for axis in open_axes(dataset) if _is_idle(dataset, axis.name, outputs))
 
+    def changes(axis: str) -> Iterator[bool]:
+        """Read until the first that does."""
+        for name in outputs:
+            if axis in dataset[name].dims:
+                first = dataset[name].isel({axis: 0}).values
+                for place in range(1, dataset.sizes[axis]):
+                    other = dataset[name].isel({axis: place}).values
+                    yield not np.array_equal(first, other, equal_nan=first.dtype.kind == "f")
 
-def _is_idle(dataset: xr.Dataset, axis: str, outputs: Iterable[Any]) -> bool:
-    """Whether these variables are the same at all places along an axis; read until the first that is not."""
-    for name in outputs:
-        if axis not in dataset[name].dims:
-            continue
-        first = dataset[name].isel({axis: 0}).values
-        for place in range(1, dataset.sizes[axis]):
-            other = dataset[name].isel({axis: place}).values
-            if not np.array_equal(first, other, equal_nan=first.dtype.kind == "f"):
-                return False
-    return True
+    return tuple(axis.name for axis in open_axes(dataset) if not any(changes(axis.name)))
 
 
 def along_words(dataset: xr.Dataset) -> list[str]:
@@ -250,7 +238,7 @@ def has_drawn_motions(dataset: xr.Dataset) -> bool:
 def is_drawn_along(dataset: xr.Dataset) -> bool:
     """Whether there are several places along axes, none of which has an assessment of its own."""
     several = open_axes(dataset)
-    return bool(several) and not any(axis.name in ASSESSED_APART for axis in several)
+    return bool(several) and not any(axis.name in WITHOUT_PLACES for axis in several)
 
 
 def check_settled(dataset: xr.Dataset, source: str = "the dataset") -> None:
@@ -377,12 +365,11 @@ def at_places(along: Sequence[int], values: Any, places: Sequence[int]) -> Any:
 def _set(tables: Any, path: Sequence[Any], value: Any) -> None:
     """Set a value in nested tables by its path, or remove it where it is None."""
     *above, last = path
-    for key in above:
-        tables = tables[key]
+    table = reduce(getitem, above, tables)
     if value is None:
-        tables.pop(last, None)
+        table.pop(last, None)
     else:
-        tables[last] = value
+        table[last] = value
 
 
 # ------------------------------------------------------------------------------------------------ choosing

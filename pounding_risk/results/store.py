@@ -53,7 +53,7 @@ class Blockwise(ABC):
             for block in self._touched(batches):
                 part = range(max(batches.start, block.start), min(batches.stop, block.stop))
                 if block != self._block:
-                    self._settle(block)
+                    self._flush(block)
                 for name, given in values.items():
                     of_part = np.asarray(given)[part.start - batches.start : part.stop - batches.start]
                     self._take(block, part, name, of_part)
@@ -64,7 +64,7 @@ class Blockwise(ABC):
         Raises PoundingError where the disk is full, ValueError where batches were not written.
         """
         with self._guarded():
-            self._settle(range(0))
+            self._flush(range(0))
             holes = [name for name, written in self._written.items() if not written.all()]
             if holes:
                 raise ValueError(f"batches of {', '.join(holes)} were never written")
@@ -108,7 +108,7 @@ class Blockwise(ABC):
             self._held[name][part.start - block.start : part.stop - block.start] = values
         self._written[name][part.start : part.stop] = True
 
-    def _settle(self, block: range) -> None:
+    def _flush(self, block: range) -> None:
         """Write the block that is collected, before another ``block`` is."""
         for name, values in self._held.items():
             self._put(self._block, name, values)

@@ -15,7 +15,7 @@ from pounding_risk._common.progress import Progress
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.attributes import told, versions, versions_of
+from pounding_risk.results.attributes import read_attribute, versions, versions_of
 from pounding_risk.results.check import reading
 from pounding_risk.results.files import open_results
 from pounding_risk.results.layout import axes_of_cases, scene_dims
@@ -144,7 +144,7 @@ def compared(before: xr.Dataset, after: xr.Dataset, notes: list[str]) -> Rerun:
 
 
 def _changed_versions(before: xr.Dataset) -> dict[str, tuple[str, str]]:
-    was: Any = told(before, "versions", {})
+    was: Any = read_attribute(before, "versions", {})
     if not isinstance(was, Mapping):
         raise PoundingError(
             'the attribute "versions" of the results holds no table: the file was changed since; run its scene with '

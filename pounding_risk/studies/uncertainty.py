@@ -33,7 +33,7 @@ from pounding_risk.motions.intensity import LEAST_PERIOD
 from pounding_risk.motions.levels import driven
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import AS_RECORDED, POLARITIES
-from pounding_risk.results.attributes import as_text, told
+from pounding_risk.results.attributes import as_text, read_attribute
 from pounding_risk.results.labels import (
     CONVENTIONS,
     NEEDED,
@@ -133,7 +133,7 @@ def free_motion(
     if points is not None:
         return free_along(study, sample_axis(study.uncertain, points), workers, progress, points)
     dataset = free_along(study, study.uncertain.axis, workers, progress, study.uncertain.points())
-    notes = [*study.uncertain.notes(), *told(dataset, "notes", [])]
+    notes = [*study.uncertain.notes(), *read_attribute(dataset, "notes", [])]
     return dataset.assign_attrs(notes=as_text(notes))
 
 

@@ -75,6 +75,9 @@ def made_up(closing: np.ndarray, *, gap: float = 0.02, yields: np.ndarray | None
         "simulated": (cases, np.ones(shape, dtype=np.int8)),
         status[0]: (cases, np.zeros(shape, dtype=np.int8), status[1]),
     }
+    sides = [Building("A", 1e5, 0.5, 0.05), Building.rigid("B")]
+    places = place_coordinates(sides, [Point(0, 1.0, 1.0, "floor", np.nan)], forces[:, None])
+    del places["interface"]  # which is given back where a dataset of two buildings is opened
     coordinates = {
         "record": records,
         "polarity": ["as recorded", "reversed"][: closing.shape[1]],
@@ -84,6 +87,7 @@ def made_up(closing: np.ndarray, *, gap: float = 0.02, yields: np.ndarray | None
         "building": ["A", "B"],
         "building_period": ("building", [0.5, np.nan]),
         "building_damping": ("building", [0.05, np.nan]),
+        **places,
         "record_pga": ("record", np.linspace(2.0, 4.0, len(records))),
         **({"pga": np.array([1.0, 2.0, 4.0, 8.0])[: closing.shape[-1]]} if several else {}),
         **more,
@@ -563,7 +567,8 @@ def test_a_dataset_without_its_scene_is_refused():
 def in_a_row(one: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
     """Three buildings whose interfaces have the motions of two datasets of a pair, and no run that pushes."""
     both = xr.concat([one.drop_vars("peak_displacement_free"), other.drop_vars("peak_displacement_free")], "interface")
-    both = both.drop_dims("building").assign_coords(building=["A", "B", "C"], interface=["A | B", "B | C"])
+    both = both.drop_dims(["building", "contact_point", "storey"])
+    both = both.assign_coords(building=["A", "B", "C"], interface=["A | B", "B | C"])
     both = both.assign({name: one[name] for name in ("status", "simulated")})  # of a run, not of an interface
     both["building_period"], both["building_damping"] = ("building", [0.5, 0.6, 0.7]), ("building", [0.05] * 3)
     shape = (one.sizes["record"], one.sizes["polarity"], 3)

@@ -9,7 +9,6 @@ import random
 import shutil
 import signal
 import subprocess
-import sys
 import threading
 import time
 import zipfile
@@ -23,6 +22,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from processes import python
 
 import pounding_risk
 from pounding_risk.ensemble.checkpoint.chunks import Damaged, batches_of, chunk_name, read_chunk, write_chunk
@@ -321,9 +321,7 @@ while True:
 
 def child(code: str, **names: object) -> subprocess.Popen[str]:
     """A process that runs this code with this very package."""
-    environment = {**os.environ, "PYTHONPATH": str(PACKAGE)}
-    command = [sys.executable, "-c", code.format(tests=str(Path(__file__).parents[1]), **names)]
-    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return python("-c", code.format(tests=str(Path(__file__).parents[1]), **names))
 
 
 @pytest.mark.slow
@@ -362,7 +360,7 @@ from pounding_risk.ensemble.chunks import chosen, merged, pieces_of
 from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint
 sys.path[:0] = [{tests!r}, {tests!r} + "/ensemble"]
 from test_checkpoint import ABOUT, IDENTITY, keep
-folder = Checkpoint.open(Path({path!r}), IDENTITY, ABOUT, shared={shared})
+folder = Checkpoint.open(Path("{path}"), IDENTITY, ABOUT, shared={shared})
 keep(folder, range(*{batches}))
 print("open", flush=True)
 sys.stdin.read()
@@ -381,10 +379,7 @@ def others() -> Iterator[list[subprocess.Popen[str]]]:
 
 def started(path: Path, shared: bool, batches: tuple[int, int]) -> subprocess.Popen[str]:
     """Another process that opens the folder, keeps some batches, and says so."""
-    code = OPENER.format(tests=str(Path(__file__).parents[1]), path=str(path), shared=shared, batches=batches)
-    environment = {**os.environ, "PYTHONPATH": str(PACKAGE)}
-    command = [sys.executable, "-c", code]
-    return subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    return python("-c", OPENER.format(tests=str(Path(__file__).parents[1]), path=path, shared=shared, batches=batches))
 
 
 def holder(others: list, path: Path, shared: bool, batches: tuple[int, int]) -> subprocess.Popen[str]:

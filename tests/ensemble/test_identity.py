@@ -5,17 +5,15 @@ from __future__ import annotations
 import doctest
 import json
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pytest
+from processes import output
 from scenes import FRAME, scene_text, single
 
-import pounding_risk as pr
 from pounding_risk.ensemble import identity as identities
 from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint
 from pounding_risk.ensemble.identity import difference, digest, flattened, identity
@@ -290,10 +288,7 @@ def test_a_law_of_ones_own_is_told_by_its_code():
 
 def test_a_law_of_ones_own_is_told_the_same_in_another_process():
     code = "from pounding_risk.models.contact.register import law_digest\nprint(law_digest(Cushion))"
-    line = [sys.executable, "-c", CELL.format(**PLAIN) + code]
-    package = str(Path(pr.__file__).resolve().parent.parent)
-    found = subprocess.run(line, capture_output=True, text=True, timeout=120, cwd=package, check=True)
-    assert found.stdout.strip() == law_digest(cell())
+    assert output("-c", CELL.format(**PLAIN) + code).strip() == law_digest(cell())
 
 
 def test_a_closure_counts_with_what_it_holds():

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
+from processes import python
 from scenes import scene_text, single
 
-import pounding_risk
 from pounding_risk import cli
 from pounding_risk.ensemble.status import status
 
@@ -36,16 +34,8 @@ SCENE = scene_text(
 
 
 def started(folder: Path) -> subprocess.Popen[str]:
-    environment = {**os.environ, "PYTHONPATH": str(Path(pounding_risk.__file__).parent.parent)}
-    command = [sys.executable, "-m", "pounding_risk", "scan", "scene.toml", "-o", "r.nc", "--no-screening"]
-    return subprocess.Popen(
-        [*command, "--workers", "2"],
-        cwd=folder,
-        env=environment,
-        stderr=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
+    command = ["-m", "pounding_risk", "scan", "scene.toml", "-o", "r.nc", "--no-screening", "--workers", "2"]
+    return python(*command, cwd=folder)
 
 
 def events(folder: Path) -> list[str]:

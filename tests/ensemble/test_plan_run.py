@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from processes import PACKAGE, compiled
+from processes import compiled, output
 from scenes import BOTH, FOUR_IN_A_ROW, FRAME, rigid, scene_text
 
 from pounding_risk.ensemble.pair_job import PairJob
@@ -186,9 +183,5 @@ def test_the_memory_of_a_plan_is_that_of_the_run(tmp_path):
     """Within a third: of some 300 MB two thirds are libraries, which a system may load in whole or in part."""
     plan(parse_scene(PAIR))  # compiles, where the child finds it
     (tmp_path / "scene.toml").write_text(PAIR, encoding="utf-8")
-    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
-    command = [sys.executable, "-c", MEMORY]
-    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    told, peak = json.loads(done.stdout)
+    told, peak = json.loads(output("-c", MEMORY, cwd=tmp_path))
     assert 0.75 * peak < told < 1.33 * peak

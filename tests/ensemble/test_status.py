@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import os
 import re
-import subprocess
-import sys
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import output
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -90,10 +89,8 @@ def test_a_running_study_can_be_asked_and_goes_on(folder):
         "print(found.state, found.cases)\n"
         "print([name for name in ('numba', 'xarray', 'netCDF4', 'obspy', 'scipy') if name in sys.modules])"
     )
-    environment = {**os.environ, "PYTHONPATH": str(PACKAGE)}
     with begun() as study:
-        run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60)
-        assert run.stdout.splitlines() == [f"running on {host()} (pid {os.getpid()}) 90", "[]"], run.stderr
+        assert output("-c", code).splitlines() == [f"running on {host()} (pid {os.getpid()}) 90", "[]"]
         study.keep(range(20, 30), {"raw": np.zeros((10, 3))}, 0.1)
         assert pr.status("results.nc").go_on == ""
     assert pr.status("results.nc").state == STOPPED

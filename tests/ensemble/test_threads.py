@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
 from chunked_work import SCENE, Kept, Numbers, ScanInput, scanned
 from hypothesis import given
 from hypothesis import strategies as st
+from processes import python
 
-import pounding_risk
 from pounding_risk.ensemble import scan as ensemble
 from pounding_risk.ensemble import threads
 from pounding_risk.ensemble.scan import scan_shard
@@ -357,16 +353,9 @@ except KeyboardInterrupt:
 """
 
 
-def child(code):
-    environment = {**os.environ, "PYTHONPATH": str(Path(pounding_risk.__file__).parent.parent)}
-    return subprocess.Popen(
-        [sys.executable, "-c", code], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-
-
 def test_an_interrupt_does_not_wait_for_a_kernel():
     """A process with minutes of work in two kernels is gone at Ctrl-C, in good order."""
-    process = child(IN_A_KERNEL)
+    process = python("-c", IN_A_KERNEL)
     try:
         assert process.stdout.readline() == "in\n"
         time.sleep(0.3)  # from there into the kernel

@@ -122,7 +122,7 @@ def test_the_interface_of_a_row_is_told_and_may_be_chosen():
 
 def test_an_axis_with_an_assessment_of_its_own_is_not_drawn_or_reported(whole, monkeypatch, tmp_path):
     """As of samples of uncertain numbers: which place is meant must be chosen."""
-    monkeypatch.setattr(scene_axes, "ASSESSED_APART", (DAMPING,))
+    monkeypatch.setattr(scene_axes, "WITHOUT_PLACES", (DAMPING,))
     few = whole.isel({PERIOD: [0, 2]})
     for call in (few.pounding.figure, lambda: pr.report(few, tmp_path / "r.html")):
         with pytest.raises(PoundingError, match="this is of one value of each: choose with --select"):

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import subprocess
-import sys
 import tomllib
 import xml.etree.ElementTree as ElementTree
 from math import inf
@@ -13,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from figure_words import words_of
+from processes import output
 from scenes import BOTH, scene_text, single
 
 import pounding_risk as pr
@@ -68,7 +67,7 @@ def run() -> xr.Dataset:
 def test_a_dataset_that_is_opened_has_it_without_another_import(results, tmp_path):
     path = pr.save(results, tmp_path / "results.nc")
     code = f"import pounding_risk as pr; print(pr.open_results({str(path)!r}).pounding)"
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    told = output("-c", code)
     assert told.startswith("<results of scan>\n") and NAME in told
 
 

@@ -270,7 +270,7 @@ def test_damaged_zarr_stores_are_a_sentence_or_do_no_harm(sound, tmp_path):
         damaged.attrs = {
             name: getattr(value, "tolist", lambda value=value: value)() for name, value in damaged.attrs.items()
         }
-        with results_zarr.zarr.config.set(results_zarr.EVERY_CHUNK):
+        with results_zarr.zarr.config.set({"array.write_empty_chunks": True}):
             damaged.to_zarr(store, zarr_format=2, consolidated=True)
         try:
             summary(store)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from processes import output
 from scenes import two_records
 from scipy.integrate import solve_ivp
 
@@ -122,7 +121,7 @@ def test_a_rigid_building_has_no_period():
 def test_the_command_line_stays_with_the_results(tmp_path):
     (tmp_path / "s.toml").write_text(SCENE)
     words = ["scan", "s.toml", "-o", "r.nc", "--set", "interface.gap=30 mm"]
-    subprocess.run([sys.executable, "-m", "pounding_risk", *words], cwd=tmp_path, check=True, capture_output=True)
+    output("-m", "pounding_risk", *words, cwd=tmp_path)
     told = open_results(tmp_path / "r.nc").attrs["command"]
     assert told == "pounding-risk scan s.toml -o r.nc --set 'interface.gap=30 mm'"
 
@@ -136,5 +135,4 @@ print([name for name in sys.modules if name.startswith("pounding_risk.solver.row
 
 def test_a_pair_loads_no_solver_of_rows():
     """Its import alone takes as long as the rest of a short scan."""
-    done = subprocess.run([sys.executable, "-c", PAIR_ALONE], check=True, capture_output=True, text=True)
-    assert done.stdout.strip() == "[]"
+    assert output("-c", PAIR_ALONE).strip() == "[]"

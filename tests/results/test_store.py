@@ -9,7 +9,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import netCDF4
 import numpy as np
@@ -18,6 +17,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_forms import SHAPE, made_template, pieces, values_of
+from processes import output, python
 from scenes import two_records
 
 from pounding_risk._common.files import checksum, host, not_written, partial_of, remove_leftovers
@@ -111,7 +111,8 @@ def test_a_link_is_written_through_and_stays(tmp_path, suffix):
     near.mkdir()
     link = near / f"results{suffix}"
     link.symlink_to(far / f"data{suffix}")
-    for _ in range(2):  # new, and in place of an older one
+    write(store_of(made_template((1, 1, 1, 1, 2, 1)), link), made_template((1, 1, 1, 1, 2, 1)))
+    for _ in range(2):  # in place of an older one of another size, and of its like
         write(store_of(template, link), template)
         assert link.is_symlink() and names(near) == [link.name] and names(far) == [f"data{suffix}"]
         xr.testing.assert_identical(open_results(link), in_memory(template))
@@ -188,20 +189,6 @@ store.finish({"later": 1})
 """
 
 
-def child(target, **more):
-    here = Path(__file__).resolve().parents[1]
-    environment = {**os.environ, "PYTHONPATH": f"{here.parent}{os.pathsep}{here}"}
-    return subprocess.Popen(
-        [sys.executable, "-c", WRITE, str(target)],
-        env=environment,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        **more,
-    )
-
-
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_bytes_follow_from_the_values_alone(tmp_path, suffix):
     """Two processes, at another second: no time and no name is in the bytes."""
@@ -212,7 +199,7 @@ def test_bytes_follow_from_the_values_alone(tmp_path, suffix):
     store.finish({"later": 1})
     while int(time.time()) == start:  # times in such files have whole seconds
         time.sleep(0.02)
-    run = child(tmp_path / f"other{suffix}")
+    run = python("-c", WRITE, tmp_path / f"other{suffix}")
     _, errors = run.communicate("\n\n\n", timeout=60)
     assert run.returncode == 0, errors
     assert checksum(tmp_path / f"one{suffix}") == checksum(tmp_path / f"other{suffix}")
@@ -225,7 +212,7 @@ def test_a_killed_run_leaves_the_older_results_or_none(tmp_path, suffix, older):
     if older:
         write(store_of(template, target), template)
         before = checksum(target)
-    run = child(target)
+    run = python("-c", WRITE, target)
     assert run.stdout.readline() == "0\n"
     run.stdin.write("\n")
     run.stdin.flush()
@@ -352,12 +339,7 @@ def test_a_file_that_may_not_grow_is_told(tmp_path):
         "        store.write(*piece)\n"
         "    store.finish({})\nexcept PoundingError as error:\n    print(error)\n"
     )
-    here = Path(__file__).resolve().parents[1]
-    environment = {**os.environ, "PYTHONPATH": f"{here.parent}{os.pathsep}{here}"}
-    command = [sys.executable, "-c", limited, str(tmp_path / "results.nc")]
-    run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
-    assert run.returncode == 0, run.stderr
-    assert "cannot be written" in run.stdout
+    assert "cannot be written" in output("-c", limited, tmp_path / "results.nc")
     assert names(tmp_path) == []
 
 
@@ -408,17 +390,6 @@ def test_only_what_was_left_of_the_target_itself_is_removed(tmp_path):
         (tmp_path / name).write_bytes(b"half")
     assert [path.name for path in remove_leftovers(tmp_path / "[ab].nc")] == [".[ab].nc.node1.4711.partial"]
     assert names(tmp_path) == sorted(theirs)
-
-
-@pytest.mark.skipif(os.name != "posix", reason="links need a right of their own elsewhere")
-def test_a_link_to_a_store_stays_and_the_store_is_replaced(tmp_path):
-    template, real, link = made_template(), tmp_path / "real.zarr", tmp_path / "link.zarr"
-    write(store_of(template, real), template)
-    link.symlink_to(real)
-    write(store_of(made_template((2, 1, 1, 1, 2, 2)), link), made_template((2, 1, 1, 1, 2, 2)))
-    assert open_results(link).sizes["record"] == 2
-    assert link.is_symlink() and open_results(real).sizes["record"] == 2
-    assert names(tmp_path) == ["link.zarr", "real.zarr"]
 
 
 def test_a_crash_between_two_names_is_told(tmp_path):
@@ -479,16 +450,11 @@ def test_without_the_extra_it_is_named(tmp_path):
         "    try:\n        act()\n    except PoundingError as error:\n        print(error)\n"
     )
     (tmp_path / "results.zarr").mkdir()
-    here = Path(__file__).resolve().parents[1]
-    environment = {**os.environ, "PYTHONPATH": f"{here.parent}{os.pathsep}{here}"}
-    command = [sys.executable, "-c", code, str(tmp_path / "results.zarr")]
-    run = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=60)
-    assert run.stdout.count('pip install "pounding-risk[cluster]"') == 2, run.stderr
+    told = output("-c", code, tmp_path / "results.zarr", cwd=tmp_path)
+    assert told.count('pip install "pounding-risk[cluster]"') == 2
 
 
 THREADS = """
-import sys
-sys.path.insert(0, {tests!r})
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from made_forms import made_template, pieces
@@ -499,13 +465,13 @@ template = made_template()
 written = list(pieces(template))
 
 def write(number):
-    target = Path(f"{{number}}.nc")
+    target = Path(f"{number}.nc")
     with Netcdf(template, target) as store:
         for block, values in written:
             store.write(block, values)
-        store.finish({{}})
-    save(open_results(target), f"{{number}}-copy.nc")
-    return open_results(f"{{number}}-copy.nc")
+        store.finish({})
+    save(open_results(target), f"{number}-copy.nc")
+    return open_results(f"{number}-copy.nc")
 
 with ThreadPoolExecutor(8) as threads:
     found = list(threads.map(write, range(16)))
@@ -515,10 +481,7 @@ assert all(each.identical(found[0]) for each in found)
 
 def test_threads_of_a_user_take_turns_at_netcdf(tmp_path):
     """Without turns the process ends by a signal: of the first run of three threads, each with a scan of its own."""
-    code = THREADS.format(tests=str(Path(__file__).parents[1]))
-    environment = {**os.environ, "PYTHONPATH": str(Path(layout.__file__).parents[2])}
-    ended = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert ended.returncode == 0, ended.stderr
+    output("-c", THREADS, cwd=tmp_path)
 
 
 @pytest.mark.parametrize("call", [scan, lambda scene, out: scan_shard(scene, out, "1/2")])

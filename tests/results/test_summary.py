@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
 from made_row import made_row
+from processes import output
 from scenes import two_records
 from typer.testing import CliRunner
 
@@ -188,7 +184,4 @@ def test_results_are_summed_up_without_a_solver(files):
         "import sys\nsys.modules['numba'] = None\nfrom pounding_risk.results.summary import summary\n"
         "print(summary(sys.argv[1]).counts['cases'])"
     )
-    environment = {**os.environ, "PYTHONPATH": str(Path(pounding_risk.__file__).parent.parent)}
-    command = [sys.executable, "-c", code, files / "pair.nc"]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
-    assert done.stdout.strip() == str(open_results(files / "pair.nc")["status"].size), done.stderr
+    assert output("-c", code, files / "pair.nc").strip() == str(open_results(files / "pair.nc")["status"].size)

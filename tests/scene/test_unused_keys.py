@@ -19,7 +19,7 @@ from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.reports import report
-from pounding_risk.results.attributes import told
+from pounding_risk.results.attributes import read_attribute
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of
@@ -275,7 +275,7 @@ def test_an_axis_that_does_not_reach_columns_says_so():
     dataset = scan(study, check_fraction=0.0)
     forces = dataset["peak_contact_force"].values
     assert (forces == forces[..., :1, :]).all()  # along the yield force
-    assert told(dataset, "unused_keys", []) == [sentence]
+    assert read_attribute(dataset, "unused_keys", []) == [sentence]
     assert assess(dataset).unused_keys == (sentence,)
     with pytest.raises(PoundingError, match="floors meet columns only"):
         simulate(study, yield_force=2e5)
@@ -291,7 +291,7 @@ def test_the_plan_and_a_single_run_tell_it():
     study = parse_scene(PAIR, "scene.toml", [HERTZ])
     plan = validate(study)
     assert ("unused", "interface.restitution: no effect: hertz takes no restitution") in plan.summary()
-    assert told(simulate(study), "unused_keys", []) == list(plan.unused)
+    assert read_attribute(simulate(study), "unused_keys", []) == list(plan.unused)
 
 
 def test_yield_shears_are_not_called_acting_where_they_do_not():

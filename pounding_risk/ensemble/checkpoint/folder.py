@@ -33,7 +33,7 @@ from pounding_risk._common.files import (
 )
 from pounding_risk.ensemble.checkpoint.chunks import CHUNK, Damaged, batches_of, chunk_name, read_chunk, write_chunk
 from pounding_risk.ensemble.checkpoint.lock import Held, Lock
-from pounding_risk.ensemble.chunks import Chunk, chosen, joined, merged, pieces_of
+from pounding_risk.ensemble.chunks import Chunk, assembled, merged
 from pounding_risk.ensemble.identity import difference, digest
 from pounding_risk.errors import PoundingError
 
@@ -217,24 +217,7 @@ class Checkpoint:
         Only batches that the last `done` has returned, or that were kept since, are available. Memory is bounded by a
         block and a chunk. Raises PoundingError for batches without a chunk, and for a chunk that was damaged since.
         """
-        choice = chosen(self._sound)
-        home, whole = range(0), Chunk()
-        for block in blocks:
-            pieces, end = [], block.start
-            for batches, source in pieces_of(block, choice):
-                if batches.start != end:
-                    break
-                if source != home:
-                    home, whole = source, self._read(source)
-                inside = slice(batches.start - home.start, batches.stop - home.start)
-                # Copied, as a view would keep the whole chunk in memory.
-                pieces.append({name: array[inside].copy() for name, array in whole.items()})
-                end = batches.stop
-            if end < block.stop:
-                raise PoundingError(
-                    f"{self.path}: of the batches from {end} on there is no chunk; run the same command again"
-                )
-            yield joined(pieces)
+        return assembled(blocks, self._sound, self._read, self.path)
 
     def log(self, event: str, **facts: Any) -> None:
         """Add a line to the log; a full disk loses the line and nothing else."""
@@ -253,7 +236,7 @@ class Checkpoint:
 
     def _files(self) -> list[range]:
         """The batches of every chunk file, from its name."""
-        names = [entry.name for entry in _entries(self.path / CHUNKS)]
+        names = [entry.name for entry in entries_of(self.path / CHUNKS)]
         return [batches for name in names if (batches := batches_of(name)) is not None]
 
     def _file(self, batches: range) -> Path:
@@ -293,7 +276,7 @@ class Checkpoint:
     def _remove_leftovers(self) -> None:
         """Remove files that killed processes left aside."""
         for folder, pattern in ((self.path, r"study\.json"), (self.path / CHUNKS, CHUNK)):
-            for entry in _entries(folder):
+            for entry in entries_of(folder):
                 if is_partial_of(entry.name, pattern):
                     self._remove(Path(entry.path), "a process was killed while it wrote this file")
 
@@ -325,14 +308,15 @@ def is_begun(folder: Path, identity: Mapping[str, Any]) -> bool:
     study = read_study(folder)
     if study is None or digest(study["identity"]) != digest(identity):
         return False
-    return any(batches_of(entry.name) is not None for entry in _entries(folder / CHUNKS))
+    return any(batches_of(entry.name) is not None for entry in entries_of(folder / CHUNKS))
 
 
 def _cases(chunks: Iterable[range], width: int) -> int:
     return sum(map(len, merged(chunks))) * width
 
 
-def _entries(folder: Path) -> list[os.DirEntry[str]]:
+def entries_of(folder: Path) -> list[os.DirEntry[str]]:
+    """The entries of a folder by name; none of one that is not there."""
     try:
         return sorted(os.scandir(folder), key=lambda entry: entry.name)
     except FileNotFoundError:
@@ -347,7 +331,7 @@ def check_ours(folder: Path) -> None:
         raise PoundingError(
             f"{folder}: is a file; a study is kept in a folder of that name: move it away, or choose another -o"
         )
-    entries = _entries(folder)
+    entries = entries_of(folder)
     names = {entry.name for entry in entries}
     if links := [entry.name for entry in entries if entry.name in OWN and entry.is_symlink()]:
         raise PoundingError(

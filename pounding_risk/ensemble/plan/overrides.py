@@ -25,7 +25,7 @@ def changes(before: Scene, after: Scene) -> tuple[str, ...]:
     return tuple(f"{key}: {_from_to(was, now)}" for key, was, now in pairs if was != now)
 
 
-def told_as_idle(changes: tuple[str, ...]) -> tuple[str, ...]:
+def marked_as_idle(changes: tuple[str, ...]) -> tuple[str, ...]:
     """The lines of `changes` for equal motions: keys that act on motions alone are marked as without effect."""
     return tuple(
         f"{line} (without effect: every motion stays the same)" if line.startswith(OF_MOTIONS) else line

@@ -161,9 +161,9 @@ def plan(scene: Scene | str | Path, overrides: Sequence[str] = (), *, workers: i
 def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int | None) -> tuple[Plan, MotionEnsemble]:
     """The plan without what takes the compiled solver to know, and the motions; raises as `plan`."""
     from pounding_risk.ensemble.laws import check_reach
-    from pounding_risk.ensemble.limits import check_dataset, check_memory
+    from pounding_risk.ensemble.limits import check_dataset, check_memory, check_scenes
     from pounding_risk.ensemble.plan.size import shape_of, sizes
-    from pounding_risk.ensemble.scenes import check_scenes, notes_along
+    from pounding_risk.ensemble.plausibility import notes_along
     from pounding_risk.scene.motions import gathered
     from pounding_risk.scene.variants import Variants
 
@@ -212,7 +212,7 @@ def _read(scene: Scene | str | Path, overrides: Sequence[str]) -> tuple[Scene | 
 
 def _changes(before: Scene | None, study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
     """What the overrides change, which of them change no motion, and how the number of cases changes."""
-    from pounding_risk.ensemble.plan.overrides import changes, told_as_idle
+    from pounding_risk.ensemble.plan.overrides import changes, marked_as_idle
     from pounding_risk.ensemble.plan.size import shape_of
 
     if before is None:
@@ -222,7 +222,7 @@ def _changes(before: Scene | None, study: Scene, motions: tuple[Motion, ...]) ->
     if were is None:
         return sentences
     if before.records != study.records and [motion.digest for motion in were] == [motion.digest for motion in motions]:
-        sentences = told_as_idle(sentences)
+        sentences = marked_as_idle(sentences)
     old, new = (prod(shape_of(one, count).values()) for one, count in ((before, len(were)), (study, len(motions))))
     return (*sentences, f"cases: {old} -> {new}") if old != new else sentences
 
@@ -296,48 +296,37 @@ def _planned(motion: Motion) -> PlannedRecord:
 
 def _run_words(plan: Plan) -> Iterator[tuple[str, str]]:
     """What is to be run and what that takes: (what, words)."""
-    yield "cases", _cases(plan)
-    yield "batches", _batches(plan)
-    yield "dataset", f"{_bytes(plan.bytes)} before compression{_room(plan)}"
-    if plan.memory is not None:
-        yield "memory", f"about {_bytes(plan.memory)}"
-    yield "time", _time(plan)
-    yield from (("changed", sentence) for sentence in plan.changes)
-    yield from (("unused", sentence) for sentence in plan.unused)
-
-
-def _room(plan: Plan) -> str:
-    """The free space beside the scene, where the dataset may need more."""
-    folder = plan.study.folder if plan.study.folder.is_dir() else Path()
-    free = disk_usage(folder).free
-    return "" if plan.bytes <= free else f", more than the {_bytes(free)} that are free in {folder.resolve()}"
-
-
-def _cases(plan: Plan) -> str:
-    levels = f"levels of {plan.study.grid.measure.words}"
-    names = {axis: f"{axis.replace('_', ' ')}s" for axis in AXES} | {LEVEL_AXIS: levels}
+    names = {axis: f"{axis.replace('_', ' ')}s" for axis in AXES}
+    names |= {"polarity": "polarities", LEVEL_AXIS: f"levels of {plan.study.grid.measure.words}"}
     factors = [f"{count} {names.get(name, f'of {name}')}" for name, count in plan.shape.items() if count > 1]
-    factors = [factor.replace("polaritys", "polarities") for factor in factors]
-    return f"{plan.cases} = {' × '.join(factors)}" if len(factors) > 1 else str(plan.cases)
+    yield "cases", f"{plan.cases} = {' × '.join(factors)}" if len(factors) > 1 else str(plan.cases)
 
-
-def _batches(plan: Plan) -> str:
     width = plan.shape["yield_force"]
     words = f"{plan.batches}, each a motion, a contact model and a gap" + (f" with {width} yield forces" * (width > 1))
     if plan.screened is None:
-        return f"{words}; how many of them touch is not known yet, {HERE} finds it"
-    share = 100.0 * plan.screened / plan.batches
-    about = "" if plan.share == 1.0 else "about "
-    return f"{words}; {about}{plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
+        words += f"; how many of them touch is not known yet, {HERE} finds it"
+    else:
+        share = 100.0 * plan.screened / plan.batches
+        about = "" if plan.share == 1.0 else "about "
+        words += f"; {about}{plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
+    yield "batches", words
 
-
-def _time(plan: Plan) -> str:
+    folder = plan.study.folder if plan.study.folder.is_dir() else Path()
+    free = disk_usage(folder).free
+    room = "" if plan.bytes <= free else f", more than the {_bytes(free)} that are free in {folder.resolve()}"
+    yield "dataset", f"{_bytes(plan.bytes)} before compression{room}"
+    if plan.memory is not None:
+        yield "memory", f"about {_bytes(plan.memory)}"
     if plan.seconds is None:
-        return f"not known, since nothing is run; {HERE} times a sample, and tells the memory"
-    return (
-        f"about {duration(plan.seconds)} on {counted(plan.threads, 'thread')}, ± {duration(plan.error or 0.0)}: from "
-        f"{counted(plan.sampled, 'batch', 'batches')} solved here; without compiling and writing"
-    )
+        yield "time", f"not known, since nothing is run; {HERE} times a sample, and tells the memory"
+    else:
+        yield (
+            "time",
+            f"about {duration(plan.seconds)} on {counted(plan.threads, 'thread')}, ± {duration(plan.error or 0.0)}: "
+            f"from {counted(plan.sampled, 'batch', 'batches')} solved here; without compiling and writing",
+        )
+    yield from (("changed", sentence) for sentence in plan.changes)
+    yield from (("unused", sentence) for sentence in plan.unused)
 
 
 def duration(seconds: float) -> str:
