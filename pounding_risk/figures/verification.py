@@ -142,6 +142,22 @@ def _finding(checks: list[Any]) -> str:
     return f"our values change by {most} at most: none of the {len(apart)} differences is our solver's"
 
 
+def outcome_figure(outcome: Any) -> Figure:
+    """The differences of all published values; of an outcome with properties alone its first property.
+
+    Parameters
+    ----------
+    outcome : Verification
+        As `verify` gives it.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        As `verification_differences_figure` or `property_figure` draws it.
+    """
+    return verification_differences_figure(outcome) if outcome.checks else property_figure(outcome.properties[0])
+
+
 def property_figure(one: Any) -> Figure:
     """A published relation and ours, as its panels say.
 

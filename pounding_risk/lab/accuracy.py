@@ -85,7 +85,7 @@ def accuracy(
     new: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Error and computing time of many settings of many methods on the cases of a scene.
+    """Error and computing time of each setting of each method.
 
     The event-driven solver from loose to tight tolerances, three fixed-step methods, OpenSees where openseespy is
     installed and has the scene's law, and two methods of SciPy are set against the event-driven solver at rtol 1e-12. A

@@ -40,7 +40,7 @@ def effects(
     new: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Run a scene's grid without effects, with each effect alone and with all of them.
+    """What each effect changes in a scene, and what it costs.
 
     The effects are those of the scene. Where it names none, they are all that act on the ground, or in a row on its
     buildings, or on one of its contact models, with the options of their examples; the attribute ``left_out`` says why

@@ -47,7 +47,7 @@ def stability(
     *,
     rows: bool = False,
 ) -> list[Row]:
-    """Run the hard cases of pounding at one tolerance and say which keep their bounds.
+    """Run the hard cases, and by how much their bounds hold.
 
     Parameters
     ----------

@@ -218,7 +218,7 @@ def share(value: float) -> str:
 
 
 def verify(cases: str | Path | Iterable[str | Path] | None = None, *, progress: Progress | None = None) -> Verification:
-    """Run published cases and compare each published value with ours, and check published properties.
+    """Published cases and properties beside ours.
 
     The words are those of CSI's verification manuals: "exact" where ours agrees to the digits printed (six at most),
     "acceptable" up to 5 % of the published value, 25 % of an experiment's, or within the stated uncertainty, and

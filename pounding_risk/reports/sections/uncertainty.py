@@ -12,4 +12,4 @@ ORDER = 48
 
 def write(data: ReportData) -> list[Block]:
     """The sheet of `uncertainty`; nothing without a dataset of it."""
-    return sheet(data.others["uncertainty"]) if "uncertainty" in data.others else []
+    return sheet(data.others["uncertainty"], tornado=True) if "uncertainty" in data.others else []
