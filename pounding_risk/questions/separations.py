@@ -143,7 +143,8 @@ def check(given: Mapping[str, Any]) -> None:
 
     if "percentile" in given:
         percentile_of(given["percentile"])
-    _site(*(given.get(name) or () for name in ("height", "behaviour_factor", "factor")), given.get("ground"))
+    height, behaviour, factor = (given.get(name) or () for name in ("height", "behaviour_factor", "factor"))
+    _site(height, behaviour, factor, given.get("ground"))
     if given.get("results") is None:
         if "figure" in given:
             raise PoundingError("figure: needs a dataset to draw; name one, such as results.nc")
