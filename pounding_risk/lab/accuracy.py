@@ -21,10 +21,9 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._common.dates import created
-from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.errors import PoundingError
-from pounding_risk.lab.accuracy_bench import FIXED, REFERENCE, Bench, Outcome
+from pounding_risk.lab.accuracy_bench import FIXED, REFERENCE, Bench, Outcome, bench_of
 from pounding_risk.lab.accuracy_findings import (
     COUNT,
     EVENT,
@@ -39,8 +38,6 @@ from pounding_risk.lab.accuracy_findings import (
     times_to_reach,
 )
 from pounding_risk.lab.accuracy_opensees import hindrance, opensees_outcome
-from pounding_risk.lab.accuracy_pair import pair_bench
-from pounding_risk.lab.accuracy_row import RowBench
 from pounding_risk.lab.baselines.solve_ivp import GaveUp
 from pounding_risk.results.attributes import as_text, versions
 from pounding_risk.results.files import check_target, save
@@ -49,7 +46,6 @@ from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.variants import check_one_scene
 
-BENCHES: dict[str, Callable[[Scene, int], Bench]] = {"pair": pair_bench, "row": RowBench}  # by solver
 GENERAL = {"SciPy DOP853": "DOP853", "SciPy Radau": "Radau"}
 OPENSEES = "OpenSees"
 STEPPED = (*FIXED, OPENSEES)  # methods whose settings are steps
@@ -156,11 +152,6 @@ def accuracy(
     return dataset
 
 
-def bench_of(study: Scene, cases: int) -> Bench:
-    """The scene's cases with the solver that runs it: as many gaps and yield forces as fit, evenly spaced."""
-    return BENCHES[job_kind(study).solver](study, cases)
-
-
 def run_settings(
     bench: Bench, budget: float, optional: set[str], left_out: list[str], progress: Callable[[int, int], None]
 ) -> dict[Setting, Outcome]:
@@ -263,7 +254,7 @@ def _errors(bench: Bench, setting: Setting, outcome: Outcome, reference: np.ndar
     if setting.method in GENERAL:
         # SciPy runs some cases only: what was not run has no error.
         errors[np.isnan(outcome.values[..., REACH])] = nan
-    errors[..., [output for output in range(len(OUTPUTS)) if output not in outcome.told]] = nan
+    errors[..., [output for output in range(len(OUTPUTS)) if output not in outcome.outputs]] = nan
     # Where the gap is closed at rest, the moment of the first touch is rounding; no method can have it right.
     errors[bench.closed_at_rest, FIRST] = nan
     errors[_capped(bench, reference), FORCE] = nan

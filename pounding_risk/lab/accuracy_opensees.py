@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from pounding_risk.errors import PoundingError
 from pounding_risk.lab.accuracy_bench import Bench, Outcome
 from pounding_risk.lab.accuracy_findings import FORCE, GAP, OUTPUTS, REACH, YIELDS
-from pounding_risk.lab.baselines.row import RowMatrices, row_matrices
+from pounding_risk.lab.baselines.matrices import Array
 from pounding_risk.models.contact.law import SLOWEST_TOUCH, snake_case
 from pounding_risk.models.contact.laws import HertzDamp, Jankowski, KelvinVoigt
 from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
@@ -33,7 +33,6 @@ from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.mdof import Chain
 
-Array = NDArray[np.float64]
 NEAREST = 1e-12  # m: the impact materials refuse a gap of zero
 OPEN = 1e3  # m, a gap that no motion closes
 TEST, ITERATIONS = 1e-12, 100  # m, and per step
@@ -149,11 +148,6 @@ def power_law(law: Any, e: float, mass: float, yield_force: float) -> PowerLaw |
         if abs(found.force(touch, delta, rate) - force) > 1e-9 * abs(force):
             return None
     return found
-
-
-def matrices_of(bench: Bench) -> RowMatrices:
-    """The matrices of the buildings of a bench, and the shares of their masses in each contact point."""
-    return row_matrices(bench.chains, bench.points)
 
 
 def name_of(law: Any) -> str:
@@ -312,17 +306,15 @@ def opensees_outcome(bench: Bench, dt: float) -> Outcome:
 
     It has neither counts nor the moment of the first touch. Raises PoundingError as `OpenSeesRow`.
     """
-    interfaces = np.array([point.interface for point in bench.points])
-    starts = np.flatnonzero(np.diff(interfaces, prepend=-1))
     cases, required, free_seconds = list(bench.point_cases()), [], 0.0
     steps = [motion.dt / max(1, round(motion.dt / dt)) for motion in bench.motions]
     for number, (motion, h) in enumerate(zip(bench.motions, steps, strict=True)):
         laws, rules = next((case.laws, case.rules) for case in cases if case.motion == number)
-        apart = Contacts(np.full(interfaces.size, OPEN), laws, rules)
-        free = OpenSeesRow(bench.chains, bench.points, apart).solve(motion.acceleration, motion.dt, h)
-        required.append(np.maximum.reduceat(free.closing, starts))
+        far = Contacts(np.full(len(bench.points), OPEN), laws, rules)
+        free = OpenSeesRow(bench.chains, bench.points, far).solve(motion.acceleration, motion.dt, h)
+        required.append(bench.of_interfaces(np.maximum, free.closing))
         free_seconds += free.seconds
-    values, seconds = np.full((len(cases), starts.size, len(OUTPUTS)), np.nan), 0.0
+    values, seconds = np.full((len(cases), len(required[0]), len(OUTPUTS)), np.nan), 0.0
     for number, case in enumerate(cases):
         row = OpenSeesRow(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules))
         motion = bench.motions[case.motion]
@@ -333,10 +325,10 @@ def opensees_outcome(bench: Bench, dt: float) -> Outcome:
             (FORCE, peaks.contact_force),
             (YIELDS, peaks.contact_force >= case.yield_forces),
         ):
-            values[number, :, output] = np.maximum.reduceat(points, starts)
+            values[number, :, output] = bench.of_interfaces(np.maximum, points)
         values[number, :, GAP] = required[case.motion]
     times = seconds / len(cases), free_seconds / len(bench.motions)
-    return Outcome(values, np.nan, np.nan, *times, told=(REACH, FORCE, YIELDS, GAP))
+    return Outcome(values, np.nan, np.nan, *times, outputs=(REACH, FORCE, YIELDS, GAP))
 
 
 @contextmanager

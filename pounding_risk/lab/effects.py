@@ -15,7 +15,7 @@ from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.replacing import check_replaceable
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.lab.accuracy import bench_of
+from pounding_risk.lab.accuracy_bench import bench_of
 from pounding_risk.lab.effects_findings import ALL, COMPARED, NONE, finding
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
 from pounding_risk.models.structures.mdof import chain_of

@@ -12,10 +12,7 @@ import pytest
 from scipy.linalg import expm
 
 from pounding_risk.lab.baselines import fixed_step as fixed
-from pounding_risk.lab.baselines.central_difference import CentralDifference
-from pounding_risk.lab.baselines.force import Contact, contact_force
-from pounding_risk.lab.baselines.newmark import Newmark, solve_force
-from pounding_risk.lab.baselines.rk4 import Rk4
+from pounding_risk.lab.baselines.steppers import CentralDifference, Contact, Newmark, Rk4, contact_force, solve_force
 from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.restitution import constant

@@ -11,9 +11,9 @@ from oracle_rows import Answer, Row, integrate
 from row_cases import CASES, SOIL, Shaking, jankowski, meeting, points_of, single, storeys
 
 from pounding_risk.lab.baselines import fixed_step as fixed
-from pounding_risk.lab.baselines.row import row_matrices
+from pounding_risk.lab.baselines.matrices import row_matrices
 from pounding_risk.lab.baselines.row_fixed_step import METHODS, solve_fixed_row
-from pounding_risk.lab.baselines.row_solve_ivp import RowContacts, solve_general_row
+from pounding_risk.lab.baselines.solve_ivp import Contacts, solve_general
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.mdof import chain_of
@@ -102,8 +102,8 @@ def test_a_step_beyond_the_stability_limit_is_unstable(ground):
 @pytest.mark.parametrize(("solver", "rtol", "error"), [("DOP853", 1e-10, 1e-7), ("Radau", 1e-6, 1e-4)])
 def test_scipy_agrees_with_the_integrator_of_the_tests(solver, rtol, error, ground, truth):
     """Another search for events: errors add up over the contacts, force crests are those of SciPy's interpolant."""
-    there = RowContacts(GAPS, LAWS_THERE, RULES, np.full(3, inf))
-    found = solve_general_row(solver, row_matrices(CHAINS, points_of(MEETINGS)), there, ground, rtol)
+    there = Contacts(GAPS, LAWS_THERE, RULES, np.full(3, inf))
+    found = solve_general(solver, row_matrices(CHAINS, points_of(MEETINGS)), there, ground, rtol)
     assert np.array_equal(found.impact_count, truth.points["impact_count"])
     for name in ("peak_closing", "peak_contact_force", "first_impact_time"):
         assert getattr(found, name) == pytest.approx(truth.points[name], rel=error), name
@@ -113,6 +113,6 @@ def test_scipy_agrees_with_the_integrator_of_the_tests(solver, rtol, error, grou
 def test_a_ground_motion_that_is_not_finite_is_refused(ground):
     a = ground[0].copy()
     a[20] = np.nan
-    there = RowContacts(GAPS, LAWS_THERE, RULES, np.full(3, inf))
+    there = Contacts(GAPS, LAWS_THERE, RULES, np.full(3, inf))
     with pytest.raises(ValueError, match="sample 20 of the ground motion is not finite"):
-        solve_general_row("DOP853", row_matrices(CHAINS, points_of(MEETINGS)), there, (a, ground[1]), 1e-6)
+        solve_general("DOP853", row_matrices(CHAINS, points_of(MEETINGS)), there, (a, ground[1]), 1e-6)

@@ -20,7 +20,7 @@ from pounding_risk.reports.exports._written import Asked, Written, write_file
 if TYPE_CHECKING:
     from pounding_risk.lab.accuracy_bench import Bench, PointCase
     from pounding_risk.lab.accuracy_opensees import PowerLaw
-    from pounding_risk.lab.baselines.row import RowMatrices
+    from pounding_risk.lab.baselines.matrices import RowMatrices
     from pounding_risk.scene.scene import Scene
 
 WORDS = "a scene as an OpenSeesPy script"
@@ -190,7 +190,7 @@ class Lines(NamedTuple):
 
 def write(study: Scene, target: Path, asked: Asked) -> Written:
     """Write the case of the scene's own gap under its first motion; raises SceneError for what OpenSees cannot say."""
-    from pounding_risk.lab.accuracy import bench_of
+    from pounding_risk.lab.accuracy_bench import bench_of
     from pounding_risk.lab.accuracy_opensees import SLOWEST_TOUCH
 
     grid = study.grid
@@ -274,7 +274,7 @@ class Script(NamedTuple):
 
 def _script(study: Scene, bench: Bench) -> Script:
     """The first case; raises SceneError for what OpenSees cannot say, and a script cannot compute."""
-    from pounding_risk.lab.accuracy_opensees import FALLS, ON_SPRINGS, has_constant_restitution, matrices_of
+    from pounding_risk.lab.accuracy_opensees import FALLS, ON_SPRINGS, has_constant_restitution
 
     case = next(bench.point_cases())
     why = f"it knows no {bench.event_only}" if bench.event_only else ""
@@ -282,7 +282,7 @@ def _script(study: Scene, bench: Bench) -> Script:
     why = why or ("" if has_constant_restitution(case.rules) else FALLS)
     if not why:
         names = [building.name for building in study.buildings]
-        found = Script(bench, case, matrices_of(bench), names)
+        found = Script(bench, case, bench.matrices, names)
         try:
             assert found.computed is not None
         except PoundingError as error:
