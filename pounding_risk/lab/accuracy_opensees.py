@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.lab.accuracy_bench import Bench, Outcome
+from pounding_risk.lab.accuracy_bench import OPEN, Bench, Outcome, PointCase
 from pounding_risk.lab.accuracy_findings import FORCE, GAP, OUTPUTS, REACH, YIELDS
 from pounding_risk.lab.baselines.matrices import Array
 from pounding_risk.models.contact.law import SLOWEST_TOUCH, snake_case
@@ -34,22 +34,11 @@ from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.mdof import Chain
 
 NEAREST = 1e-12  # m: the impact materials refuse a gap of zero
-OPEN = 1e3  # m, a gap that no motion closes
 TEST, ITERATIONS = 1e-12, 100  # m, and per step
 GROUND = 1  # node; mass i is node i + 2
-
-
 MATERIALS = tuple(law.__name__ for law in (Jankowski, HertzDamp, KelvinVoigt))  # laws that OpenSees has
 FALLS = "it takes one e for every impact of a contact, not one that falls with the speed"
 ON_SPRINGS = "a building on a foundation that rotates or slides is not built here"
-
-
-class Contacts(NamedTuple):
-    """Gap [m], law and restitution of every contact point."""
-
-    gaps: Array
-    laws: Sequence[Any]
-    rules: Sequence[Any]
 
 
 class Peaks(NamedTuple):
@@ -73,12 +62,12 @@ def load() -> Any:
     return ops
 
 
-def unsaid(chains: Sequence[Chain], points: Sequence[Point], contacts: Contacts) -> str:
+def unsaid(chains: Sequence[Chain], points: Sequence[Point], case: PointCase) -> str:
     """What of a row OpenSees cannot say; "" where it says the same."""
-    kinds = {type(law).__name__ for law in contacts.laws} - set(MATERIALS)
+    kinds = {type(law).__name__ for law in case.laws} - set(MATERIALS)
     if kinds:
         return f"it has no material for {', '.join(sorted(kinds))}; it has Jankowski, HertzDamp and KelvinVoigt"
-    if not has_constant_restitution(contacts.rules):
+    if not has_constant_restitution(case.rules):
         return FALLS
     if any(floor != int(floor) for point in points for _, floor in sides_of(chains, point)):
         return "in one dimension it has no contact part-way up a column"
@@ -201,11 +190,11 @@ def impact_material(chains: Sequence[Chain], point: Point, contact: tuple[float,
 class OpenSeesRow:
     """A row in OpenSees; raises PoundingError where openseespy cannot be loaded or cannot say the same."""
 
-    def __init__(self, chains: Sequence[Chain], points: Sequence[Point], contacts: Contacts):
-        if why := unsaid(chains, points, contacts):
+    def __init__(self, chains: Sequence[Chain], points: Sequence[Point], case: PointCase):
+        if why := unsaid(chains, points, case):
             raise PoundingError(why)
         self.ops = load()
-        self.chains, self.points, self.contacts = chains, points, contacts
+        self.chains, self.points, self.case = chains, points, case
         self.first = [0, *np.cumsum([chain.mass.size for chain in chains]).tolist()]
 
     def _node(self, building: int, floor: float) -> int:
@@ -236,7 +225,7 @@ class OpenSeesRow:
         elements = []
         for k, point in enumerate(self.points):
             tag += 1
-            contact = self.contacts.gaps[k], self.contacts.laws[k], self.contacts.rules[k]
+            contact = self.case.gaps[k], self.case.laws[k], self.case.rules[k]
             material, *numbers = impact_material(self.chains, point, contact)
             ops.uniaxialMaterial(material, tag, *numbers)
             sides = self._node(point.interface, point.left_floor), self._node(point.interface + 1, point.right_floor)
@@ -280,20 +269,13 @@ class OpenSeesRow:
         return Peaks(np.abs(reach).max(axis=0), np.maximum(-reach[0], 0.0), -force[0], seconds)
 
 
-def unsaid_case(bench: Bench) -> str:
-    """What of the cases of a bench OpenSees cannot say; "" where it says the same."""
+def hindrance(bench: Bench) -> str:
+    """Why OpenSees cannot run the cases of a bench; "" where it can."""
     if bench.event_only:
         return f"it knows no {bench.event_only}"
     for case in bench.point_cases():
-        if why := unsaid(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules)):
+        if why := unsaid(bench.chains, bench.points, case):
             return why
-    return ""
-
-
-def hindrance(bench: Bench) -> str:
-    """Why OpenSees cannot run the cases of a bench; "" where it can."""
-    if why := unsaid_case(bench):
-        return why
     try:
         load()
     except PoundingError as error:
@@ -308,15 +290,14 @@ def opensees_outcome(bench: Bench, dt: float) -> Outcome:
     """
     cases, required, free_seconds = list(bench.point_cases()), [], 0.0
     steps = [motion.dt / max(1, round(motion.dt / dt)) for motion in bench.motions]
-    for number, (motion, h) in enumerate(zip(bench.motions, steps, strict=True)):
-        laws, rules = next((case.laws, case.rules) for case in cases if case.motion == number)
-        far = Contacts(np.full(len(bench.points), OPEN), laws, rules)
+    for motion, h in zip(bench.motions, steps, strict=True):
+        far = cases[0]._replace(gaps=np.full(len(bench.points), OPEN))
         free = OpenSeesRow(bench.chains, bench.points, far).solve(motion.acceleration, motion.dt, h)
         required.append(bench.of_interfaces(np.maximum, free.closing))
         free_seconds += free.seconds
     values, seconds = np.full((len(cases), len(required[0]), len(OUTPUTS)), np.nan), 0.0
     for number, case in enumerate(cases):
-        row = OpenSeesRow(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules))
+        row = OpenSeesRow(bench.chains, bench.points, case)
         motion = bench.motions[case.motion]
         peaks = row.solve(motion.acceleration, motion.dt, steps[case.motion])
         seconds += peaks.seconds

@@ -30,7 +30,7 @@ from pounding_risk.lab.accuracy_findings import (
     holds_digits,
     times_to_reach,
 )
-from pounding_risk.lab.accuracy_opensees import Contacts, opensees_outcome, unsaid
+from pounding_risk.lab.accuracy_opensees import opensees_outcome, unsaid
 from pounding_risk.lab.baselines.solve_ivp import GaveUp
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies import demo
@@ -350,11 +350,9 @@ def test_what_opensees_cannot_say_is_told():
     ):
         assert change[0] in ROW
         bench = bench_of(parse_scene(ROW.replace(*change)), 1)
-        case = next(bench.point_cases())
-        assert words in unsaid(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules)), change
+        assert words in unsaid(bench.chains, bench.points, next(bench.point_cases())), change
     bench = bench_of(parse_scene(ROW), 1)
-    case = next(bench.point_cases())
-    assert unsaid(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules)) == ""
+    assert unsaid(bench.chains, bench.points, next(bench.point_cases())) == ""
 
 
 def test_what_only_the_solver_of_rows_knows_is_told():

@@ -1,7 +1,7 @@
 """Files for the tools around this one, written from results or scenes: a module of this folder for each format.
 
 A module states ``WORDS`` (what the file is), the ``ENDINGS`` of its name, its ``SOURCE`` ("results" or "scene") and
-which options it ``TAKES``, and has ``write(source, target, asked)``, which returns the files that it wrote, and
+which options it ``TAKES``, and has ``write(source, target, options)``, which returns the files that it wrote, and
 sentences on what they do not hold. One with ``SEVERAL`` gets a list of sources, one with ``OF_DAMAGE`` datasets of
 `damage` too. The module's name is that of the format.
 """
@@ -18,13 +18,13 @@ from pounding_risk._common.plugins import Registry
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.demands import check_dataset, open_dataset
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.exports._written import Asked, Written, write_file
+from pounding_risk.reports.exports._written import Options, Written, write_file
 from pounding_risk.results.files import RESULTS
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.units import GAP, PGA, shown, si
 
-__all__ = ["Asked", "Written", "export", "formats", "known_format", "write_file"]
+__all__ = ["Options", "Written", "export", "formats", "known_format", "write_file"]
 FACTS = ("WORDS", "ENDINGS", "SOURCE", "TAKES", "write")  # that a format has
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def export(
     """
     module = known_format(to)
     file = _target(Path(target), to, module)
-    asked = Asked(
+    options = Options(
         of,
         None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
         None if pga is None else si(pga, PGA, "pga"),
@@ -130,10 +130,10 @@ def export(
         None if inventory is None else Path(inventory),
         method,
     )
-    given = [name for name, value in asked._asdict().items() if value not in (None, False)]
+    given = [name for name, value in options._asdict().items() if value not in (None, False)]
     if refused := [name for name in given if name not in module.TAKES]:
         raise PoundingError(f"--{refused[0].replace('_', '-')}: has no effect on {to} ({module.WORDS}); leave it out")
-    written: Written = module.write(_all_opened(source, to, module), file, asked)
+    written: Written = module.write(_all_opened(source, to, module), file, options)
     return written
 
 
