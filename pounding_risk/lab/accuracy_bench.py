@@ -88,6 +88,7 @@ class Runs(NamedTuple):
     """Runs of some cases under one motion and one law."""
 
     values: Array  # (cases, interfaces, NAMES)
+    contacts: float
     steps: float  # in contact, of all
     residual: float
     seconds: float  # of all
@@ -221,7 +222,7 @@ class Bench:
             }
             values = self._gathered(by_name)
             values[(raw[..., fixed_step.UNSTABLE] != 0.0).any(axis=1)] = nan
-            return Runs(values, float(raw[..., fixed_step.TOUCHING].sum()), nan, seconds)
+            return Runs(values, *raw[..., [fixed_step.COUNT, fixed_step.TOUCHING]].sum(axis=(0, 1)), nan, seconds)
 
         return self._all(required, runs)
 
@@ -259,7 +260,7 @@ class Bench:
     def _all(self, free: Callable[[Driven], tuple[Array, float]], runs: Callable[[Driven, int], Runs]) -> Outcome:
         """The outcome of all batches, each motion without contact once, before its runs."""
         required: dict[tuple[int, int, int], Array] = {}
-        values, steps, residual, seconds, free_seconds = [], 0.0, nan, 0.0, 0.0
+        values, contacts, steps, residual, seconds, free_seconds = [], 0.0, 0.0, nan, 0.0, 0.0
         for each, law in self.batches:
             if each.place not in required:
                 required[each.place], own_seconds = free(each)
@@ -268,11 +269,10 @@ class Bench:
             gaps = np.broadcast_to(required[each.place], found.values.shape[:2])[..., None]
             failed = np.isnan(found.values[..., :1])
             values.append(np.concatenate([found.values, np.where(failed, nan, gaps)], axis=-1))
-            steps, seconds = steps + found.steps, seconds + found.seconds
+            contacts, steps, seconds = contacts + found.contacts, steps + found.steps, seconds + found.seconds
             residual = float(np.fmax(residual, found.residual))
-        table = np.concatenate(values)
-        contacts = max(float(np.nansum(table[:, :, NAMES.index("impact_count")])), 1.0)
-        return Outcome(table, steps / contacts, residual, seconds / self.size, free_seconds / len(self.motions))
+        times = seconds / self.size, free_seconds / len(self.motions)
+        return Outcome(np.concatenate(values), float(steps / max(contacts, 1.0)), residual, *times)
 
 
 class PairBench(Bench):
@@ -324,8 +324,8 @@ class PairBench(Bench):
         residual = np.abs(raw[..., tally.RESIDUAL]) / np.where(
             raw[..., tally.ENERGY] > 0.0, raw[..., tally.ENERGY], 1.0
         )
-        steps = float(raw[..., tally.STEPS].sum())
-        return Runs(values.reshape(-1, 1, len(NAMES)), steps, float(residual.max()), seconds)
+        contacts, steps = raw[..., tally.COUNT].sum(), raw[..., tally.STEPS].sum()
+        return Runs(values.reshape(-1, 1, len(NAMES)), contacts, steps, float(residual.max()), seconds)
 
     def run_fixed(
         self, method: str, driven: Driven, law: int, limits: Sequence[Limits], dt: float
@@ -371,7 +371,8 @@ class RowBench(Bench):
             values.append(np.column_stack([found[name] for name in NAMES]))
             values[-1][run.status != tally.COMPLETE] = nan
             residual, steps = max(residual, float(np.nanmax(found["energy_residual"]))), steps + run.steps
-        return Runs(np.array(values), steps, residual, seconds)
+        contacts = float(np.nansum(np.array(values)[..., NAMES.index("impact_count")]))
+        return Runs(np.array(values), contacts, steps, residual, seconds)
 
     def run_fixed(
         self, method: str, driven: Driven, law: int, limits: Sequence[Limits], dt: float

@@ -108,10 +108,10 @@ def _write(file: Path, layers: Iterable[Layer], crs: str | None, notes: Iterable
             about,
         )
         for layer in layers:
-            units = {
-                name: f" [{each.unit}]" if each.unit not in ("", "1") else "" for name, each in layer.columns.items()
-            }
-            columns = [(layer.name, name, each.words + units[name]) for name, each in layer.columns.items()]
+            columns = []
+            for name, column in layer.columns.items():
+                unit = f" [{column.unit}]" if column.unit not in ("", "1") else ""
+                columns.append((layer.name, name, column.words + unit))
             connection.executemany(
                 "INSERT INTO gpkg_data_columns (table_name, column_name, description) VALUES (?, ?, ?)", columns
             )
