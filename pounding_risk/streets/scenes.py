@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from math import isnan
@@ -11,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk._common.files import write_whole
-from pounding_risk._common.letters import cell
+from pounding_risk._common.letters import cell, csv_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.request import SOURCES
 from pounding_risk.scene.toml import write_toml
@@ -95,11 +93,7 @@ def shares(filled: Iterable[Filled]) -> list[Share]:
 
 def filled_csv(filled: Iterable[Filled]) -> str:
     """Every filled value as CSV: street, building, column, value, rule."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("street", "building", "column", "value", "rule"))
-    writer.writerows([*map(cell, row)] for row in filled)
-    return text.getvalue()
+    return csv_text([("street", "building", "column", "value", "rule"), *([*map(cell, row)] for row in filled)])
 
 
 def write_text(target: Path, text: str) -> None:

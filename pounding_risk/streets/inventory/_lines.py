@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import refused
+from pounding_risk.streets.hazus import FAMILIES
 from pounding_risk.streets.table import COLUMNS, NOT_KNOWN, Derived, cell_value, csv_rows
 from pounding_risk.units import shown
 
@@ -83,6 +84,11 @@ class Kind(NamedTuple):
     hazus: str
     typology: str
     words: str
+
+    @classmethod
+    def of_hazus(cls, family: str) -> Kind:
+        """That of a family of Hazus."""
+        return cls(family, FAMILIES[family].typology, FAMILIES[family].words)
 
 
 class Notes:

@@ -9,10 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from types import MappingProxyType
-from typing import Any
 
 from pounding_risk.models.structures.storeys import MOST_STOREYS
-from pounding_risk.streets.hazus import FAMILIES
 from pounding_risk.streets.inventory._lines import Building, Draft, Kind, Notes, Sheet, own_name, tell_unread
 from pounding_risk.streets.inventory.gem import put_taxonomy
 
@@ -89,8 +87,9 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         _size(draft)
         _kind(draft)
         draft.single("NumberOfBuildings", unknown=(0.0,))
-        year = draft.year("YearBuilt", unknown=(0,))
-        taxonomy = _taxonomy(draft)
+        year, taxonomy = draft.year("YearBuilt", unknown=(0,)), ""
+        if draft.text("OrgConstructionScheme").upper().startswith("GEM") and draft.text("OrgConstructionCode"):
+            taxonomy = put_taxonomy(draft, draft.text("OrgConstructionCode"), "OrgConstructionCode")
         draft.own_columns(own)
         geometry = draft.wkt("Geom")
         if geometry is None and len(line.cells.get("geom", "")) >= LONGEST_GEOM:
@@ -144,15 +143,5 @@ def _kind(draft: Draft) -> None:
     if not FIRST_CODE <= code <= LAST_CODE:
         draft.fault("ConstructionCode", f"{code} is no code of OED, {FIRST_CODE} to {LAST_CODE}; correct it")
         return
-    family = CODES.get(code, "")
-    named = Kind(family, FAMILIES[family].typology, FAMILIES[family].words) if family else None
-    kind = named or OTHERS.get(code, Kind("", "", "a code that is not among those read"))
-    draft.kind(kind, f"ConstructionCode {code}")
-
-
-def _taxonomy(draft: Draft) -> str:
-    """The GEM string that stands as the original construction code, of a scheme that starts with GEM."""
-    if not draft.text("OrgConstructionScheme").upper().startswith("GEM"):
-        return ""
-    text: Any = draft.text("OrgConstructionCode")
-    return put_taxonomy(draft, str(text), "OrgConstructionCode") if text else ""
+    unread = OTHERS.get(code, Kind("", "", "a code that is not among those read"))
+    draft.kind(Kind.of_hazus(CODES[code]) if code in CODES else unread, f"ConstructionCode {code}")
