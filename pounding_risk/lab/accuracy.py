@@ -177,7 +177,11 @@ def run_settings(
         for setting in brief:
             outcomes[setting].append(runs[setting]())
     progress(len(runs), len(runs))
-    return {setting: _middle(repeated) for setting, repeated in outcomes.items()}
+    middle = {}
+    for setting, repeated in outcomes.items():
+        times = {key: median(getattr(outcome, key) for outcome in repeated) for key in ("seconds", "free_seconds")}
+        middle[setting] = repeated[0]._replace(**times)
+    return middle
 
 
 def _settings(bench: Bench, optional: set[str]) -> Iterator[tuple[Setting, Callable[[], Outcome]]]:
@@ -196,11 +200,6 @@ def _settings(bench: Bench, optional: set[str]) -> Iterator[tuple[Setting, Calla
     for name, method in GENERAL.items():
         for rtol in GENERAL_RTOLS[name] if name in optional else ():
             yield Setting(name, rtol), partial(bench.general, method, rtol)
-
-
-def _middle(outcomes: list[Outcome]) -> Outcome:
-    times = {key: median(getattr(outcome, key) for outcome in outcomes) for key in ("seconds", "free_seconds")}
-    return outcomes[0]._replace(**times)
 
 
 def _dataset(study: Scene, bench: Bench, by_setting: dict[Setting, Outcome], reference: np.ndarray) -> xr.Dataset:

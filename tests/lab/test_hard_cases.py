@@ -15,9 +15,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.lab.stability import CASES, Bound, Case, Row, stability
 from pounding_risk.lab.stability.case import ENERGY, ONE
 from pounding_risk.lab.stability.cases.chains import MASSES, VELOCITIES, struck
-from pounding_risk.lab.stability.row_trial import SIDES, RowTrial
 from pounding_risk.lab.stability.run import measured
-from pounding_risk.lab.stability.trial import Trial, TrialScene
+from pounding_risk.lab.stability.trial import SIDES, RowTrial, Trial, TrialScene, largest_difference
 from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
@@ -154,8 +153,6 @@ def test_a_case_that_fails_is_told(capsys: pytest.CaptureFixture[str]):
 
 def test_a_trial_notices_a_broken_run():
     """Each thing that `unsound` watches, broken by hand in the outputs of a run that is sound."""
-    from pounding_risk.lab.stability.trial import largest_difference
-
     trial = Trial("jankowski", 1e-6)
     found = trial.solve(TrialScene())
     assert 0.0 < trial.unsound(found) < 1e-6
