@@ -27,6 +27,8 @@ class Facing(NamedTuple):
     left: int
     right: int
     gap: float  # negative where they overlap
+    faced: float = nan  # m, across the street
+    share: float = nan  # of the shorter front
 
 
 class Outline(NamedTuple):
@@ -36,13 +38,6 @@ class Outline(NamedTuple):
     ends: Array
     low: Array
     high: Array
-
-
-class ClosePairs(NamedTuple):
-    """Pairs of footprints in the order of their places, and the distance of each in any direction [m]."""
-
-    pairs: Pairs
-    distances: Array  # 0 where two touch or overlap
 
 
 def rings(footprint: Geometry) -> tuple[Array, ...]:
@@ -61,15 +56,15 @@ def outline_of(footprint: Geometry) -> Outline:
     return Outline(starts, ends, starts.min(axis=0), starts.max(axis=0))
 
 
-def close_pairs(footprints: Sequence[Geometry], reach: float) -> ClosePairs:
-    """All pairs of footprints with a clear distance up to ``reach`` [m], in any direction."""
+def close_pairs(footprints: Sequence[Geometry], reach: float) -> tuple[Pairs, Array]:
+    """All pairs of footprints with a clear distance up to ``reach`` [m], in the order of their places, and it."""
     import shapely
 
     shapes = np.array(footprints, dtype=object)
     first, second = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=reach)
     pairs = np.column_stack([first, second])[first < second]
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
-    return ClosePairs(pairs, shapely.distance(shapes[pairs[:, 0]], shapes[pairs[:, 1]]))
+    return pairs, shapely.distance(shapes[pairs[:, 0]], shapes[pairs[:, 1]])
 
 
 def groups(count: int, pairs: Pairs) -> list[Pairs]:

@@ -198,14 +198,6 @@ class LinedUp(NamedTuple):
     sides: list[int]  # of each building, how many have another one closer than the limit; empty without footprints
 
 
-class Beside(NamedTuple):
-    """Two buildings of a street, by index, that face each other along it."""
-
-    pair: Facing
-    faced: float = nan  # m, across the street
-    share: float = nan  # of the shorter front
-
-
 class View(NamedTuple):
     """Buildings that stand close to each other, seen along and across their axis."""
 
@@ -236,15 +228,12 @@ class Street(NamedTuple):
             order: Iterable[int] = range(len(walls))
             if not any(isnan(left) for left, _ in walls):
                 order = sorted(order, key=lambda number: walls[number][0])
-            beside = [Beside(Facing(left, right, walls[right][0] - walls[left][1])) for left, right in pairwise(order)]
+            beside = [Facing(left, right, walls[right][0] - walls[left][1]) for left, right in pairwise(order)]
             return LinedUp(list(self._rows(self._held(beside, {}), {})), [], [])  # without footprints no more is known
         # Each group of close buildings has an axis of its own, unless one is stated.
-        near = close_pairs(shapes, self._reach)
-        distances = {
-            (int(one), int(other)): float(distance)
-            for (one, other), distance in zip(near.pairs, near.distances, strict=True)
-        }
-        views = [self._view(shapes, pairs) for pairs in groups(len(shapes), near.pairs)]
+        near, clear = close_pairs(shapes, self._reach)
+        distances = dict(zip(map(tuple, near.tolist()), clear.tolist(), strict=True))
+        views = [self._view(shapes, pairs) for pairs in groups(len(shapes), near)]
         outlines = {number: outline for view in views for number, outline in view.outlines.items()}
         directions = {number: azimuth(view.axis) for view in views for number in view.outlines}
         reasons: dict[frozenset[int], str] = {}
@@ -252,7 +241,7 @@ class Street(NamedTuple):
         adjacent = self._held(self._beside(along, outlines, distances, reasons), reasons)
         rows = list(self._rows(adjacent, directions))
         self._note_partial([each for row in rows for each in row.pairs if each.is_partial])
-        neighbours, close = {frozenset(neighbour.pair[:2]) for neighbour in adjacent}, []
+        neighbours, close = {frozenset(neighbour[:2]) for neighbour in adjacent}, []
         for (first, second), distance in distances.items():
             key = frozenset((first, second))
             if distance < self.rules.limit and key not in neighbours:
@@ -280,7 +269,11 @@ class Street(NamedTuple):
         own = [shapes[member] for member in members]
         stated = self.rules.axis
         plain = [outline_of(shape) for shape in own]
-        both = axes(own, plain) if stated is None else _square(radians(stated))
+        if stated is None:
+            both = axes(own, plain)
+        else:
+            along = np.array([sin(radians(stated)), cos(radians(stated))])  # east, north
+            both = along, np.array([-along[1], along[0]])
         outlines = [[turned(outline, axis) for outline in plain] for axis in both]
         met = [
             [
@@ -297,7 +290,7 @@ class Street(NamedTuple):
         sides: set[tuple[int, str]] = set()
         for view in views:
             for way, pairs in (("along", view.along), ("across", view.across)):
-                for left, right, gap in pairs:
+                for left, right, gap, *_ in pairs:
                     if -self._overlap <= gap < self.rules.limit:
                         sides |= {(left, f"{way} +"), (right, f"{way} -")}
         counts = Counter(number for number, _ in sides)
@@ -307,49 +300,43 @@ class Street(NamedTuple):
         self,
         pairs: Iterable[Facing],
         outlines: Mapping[int, Outline],
-        distances: Mapping[tuple[int, int], float],
+        distances: Mapping[tuple[int, ...], float],
         reasons: dict[frozenset[int], str],
-    ) -> Iterator[Beside]:
+    ) -> Iterator[Facing]:
         """The pairs that may be neighbours in a row; the reason is noted for those that may not."""
         for pair in pairs:
             length, share = faced(outlines[pair.left], outlines[pair.right], self._reach)
-            key = frozenset((pair.left, pair.right))
-            if pair.gap < -self._overlap:
-                if distances[min(key), max(key)] == 0.0:
-                    yield Beside(pair, length, share)  # a fault
-                else:
-                    reasons[key] = ACROSS  # one stands in the other's corner, or a street bends: nothing overlaps
-            elif share < self.rules.least_facing:
+            key, is_overlap = frozenset((pair.left, pair.right)), pair.gap < -self._overlap
+            if is_overlap and distances[min(key), max(key)] > 0.0:
+                reasons[key] = ACROSS  # one stands in the other's corner, or a street bends: nothing overlaps
+            elif not is_overlap and share < self.rules.least_facing:
                 reasons[key] = f"facing each other over {say(length, GAP, 2)} only ({percent(share)})"
             else:
-                yield Beside(pair, length, share)
+                yield pair._replace(faced=length, share=share)
 
-    def _held(self, beside: Iterable[Beside], reasons: dict[frozenset[int], str]) -> list[Beside]:
+    def _held(self, beside: Iterable[Facing], reasons: dict[frozenset[int], str]) -> list[Facing]:
         """The pairs that are neighbours: at most one on each side of a building, with the gap that holds."""
         limit, adjacent = self.rules.limit, []
         # A wall that is a rounding error beyond another does not overlap it.
-        rounded = [
-            candidate._replace(pair=candidate.pair._replace(gap=round(candidate.pair.gap, FINEST_GAP) + 0.0))
-            for candidate in beside
-        ]
-        for left, right, gap in (candidate.pair for candidate in rounded):
+        rounded = [pair._replace(gap=round(pair.gap, FINEST_GAP) + 0.0) for pair in beside]
+        for left, right, gap, *_ in rounded:
             if gap < -self._overlap:
                 self.notes.faults.append(
                     f"{self._named(left)} and {self._named(right)}: overlap by {say(-gap, GAP, 3)} along the street, "
                     f"{say(self._overlap, GAP)} are allowed to the survey; correct the walls, state the direction of "
                     "the street (--axis), or give a building behind the others a street of its own"
                 )
-        for candidate in _in_line(rounded, limit):
-            gap = self._gap(candidate.pair)
+        for pair in _in_line(rounded, limit):
+            gap = self._gap(pair)
             if gap < limit:
-                adjacent.append(candidate._replace(pair=candidate.pair._replace(gap=gap)))
+                adjacent.append(pair._replace(gap=gap))
             else:
-                is_given = isfinite(self.houses[candidate.pair.left].gap)
+                is_given = isfinite(self.houses[pair.left].gap)
                 words = f"{say(gap, GAP)} apart along the street"
-                reasons[frozenset(candidate.pair[:2])] = f"{words}, as given" if is_given else words
-        onward = {candidate.pair.left: candidate.pair.right for candidate in adjacent}
+                reasons[frozenset(pair[:2])] = f"{words}, as given" if is_given else words
+        onward = {pair.left: pair.right for pair in adjacent}
         before = {right: left for left, right in onward.items()}
-        for left, right, _ in (candidate.pair for candidate in rounded):
+        for left, right, *_ in rounded:
             if onward.get(left) == right:
                 continue
             reason = "in a ring of buildings, which is no line"
@@ -367,12 +354,12 @@ class Street(NamedTuple):
                 )
         return adjacent
 
-    def _rows(self, adjacent: Sequence[Beside], directions: Mapping[int, float]) -> Iterator[BlockRow]:
-        after = {neighbour.pair.left: neighbour for neighbour in adjacent}
-        for first in sorted(set(range(len(self.houses))) - {neighbour.pair.right for neighbour in adjacent}):
+    def _rows(self, adjacent: Sequence[Facing], directions: Mapping[int, float]) -> Iterator[BlockRow]:
+        after = {pair.left: pair for pair in adjacent}
+        for first in sorted(set(range(len(self.houses))) - {pair.right for pair in adjacent}):
             pairs, last = [], first
             while last in after:
-                (left, right, gap), length, share = after[last]
+                left, right, gap, length, share = after[last]
                 one, other = self.houses[left], self.houses[right]
                 has_walls = one.footprint is not None or not isnan(other.walls[0] - one.walls[1])
                 resolution = self.resolution if has_walls and isnan(one.gap) else nan
@@ -421,29 +408,16 @@ class Street(NamedTuple):
         return pair.gap
 
 
-def _in_line(beside: Iterable[Beside], limit: float) -> list[Beside]:
+def _in_line(pairs: Iterable[Facing], limit: float) -> list[Facing]:
     """The pairs that make lines: one neighbour on each side, the one with the longest faced length within the limit."""
     onward: dict[int, int] = {}
     before: dict[int, int] = {}
     lined = []
-    for candidate in sorted(
-        beside, key=lambda candidate: (candidate.pair.gap >= limit, -candidate.faced, candidate.pair.gap)
-    ):
-        left, right, _ = candidate.pair
-        if left not in onward and right not in before and not _leads(onward, right, left):
-            onward[left], before[right] = right, left
-            lined.append(candidate)
-    return sorted(lined, key=lambda candidate: candidate.pair[:2])
-
-
-def _leads(onward: Mapping[int, int], start: int, goal: int) -> bool:
-    """True where the line from ``start`` reaches ``goal``, so that one more pair would close a ring."""
-    while start != goal and start in onward:
-        start = onward[start]
-    return start == goal
-
-
-def _square(direction: float) -> tuple[Array, Array]:
-    """Unit vectors (east, north) in a direction from north [rad], and to the left of it."""
-    along = np.array([sin(direction), cos(direction)])
-    return along, np.array([-along[1], along[0]])
+    for pair in sorted(pairs, key=lambda pair: (pair.gap >= limit, -pair.faced, pair.gap)):
+        end = pair.right  # of the line that this pair would lengthen, or close to a ring
+        while end != pair.left and end in onward:
+            end = onward[end]
+        if pair.left not in onward and pair.right not in before and end != pair.left:
+            onward[pair.left], before[pair.right] = pair.right, pair.left
+            lined.append(pair)
+    return sorted(lined, key=lambda pair: pair[:2])

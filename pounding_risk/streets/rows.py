@@ -518,13 +518,14 @@ def _between_streets(every: Sequence[House], rules: Rules, resolution: Resolutio
     """Pairs of buildings of two streets that stand closer than the limit."""
     houses = [house for house in every if house.footprint is not None]
     shapes = [house.footprint for house in houses]
-    near = close_pairs(shapes, rules.limit) if shapes else None
+    if not shapes:
+        return []
     return [
         ClosePair(
-            *(houses[one], houses[other], round(float(distance), FINEST_GAP), STREETS),
+            *(houses[one], houses[other], round(distance, FINEST_GAP), STREETS),
             *shared_face(shapes[one], shapes[other], rules.limit + rules.survey),
             resolution.size,
         )
-        for (one, other), distance in (zip(near.pairs, near.distances, strict=True) if near else ())
+        for (one, other), distance in zip(*(each.tolist() for each in close_pairs(shapes, rules.limit)), strict=True)
         if houses[one].street != houses[other].street and distance < rules.limit
     ]

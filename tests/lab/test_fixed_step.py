@@ -107,8 +107,6 @@ def test_the_stability_limit_of_the_explicit_methods():
             name: run(stepper, interface("linear", gap=1e300), motion, pair) for name, stepper in fixed.STEPPERS.items()
         }
         assert {name for name, row in rows.items() if row[fixed.UNSTABLE] or row[fixed.REACH] > 10.0} == unstable
-    found = fixed.solve_fixed("rk4", pair, interface("linear", gap=1e300), motion)
-    assert all(isnan(value) for value in found.values())
 
 
 # ------------------------------------------------------------------------------------------------- in contact

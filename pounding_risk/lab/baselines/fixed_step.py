@@ -15,7 +15,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pounding_risk._jit.compile import kernel, lowered, speaks
+from pounding_risk._jit.compile import kernel, speaks
 from pounding_risk.lab.baselines.steppers import (
     CentralDifference,
     Contact,
@@ -120,17 +120,3 @@ def sweep_fixed(stepper, pair, law, grid, ground, out):
 def divided(acceleration: np.ndarray, dt: float, h: float) -> Ground:
     """A ground motion [m/s²] sampled every ``dt`` [s], in steps of about ``h`` [s], a whole number of them a sample."""
     return Ground(np.ascontiguousarray(acceleration, dtype=np.float64), float(dt), max(1, round(dt / h)))
-
-
-def solve_fixed(method: str, pair, interface, ground: Ground) -> dict[str, float]:
-    """One run by a method of `STEPPERS`: peaks and counts in SI units; NaN where the motion is not finite."""
-    out = np.zeros(COLUMNS)
-    limits = (float(interface.gap), float(interface.yield_force), interface.restitution)
-    march_fixed(STEPPERS[method], pair, lowered(interface.law), limits, ground, out)
-    columns = {
-        "peak_relative_displacement": REACH,
-        "peak_contact_force": FORCE,
-        "impact_count": COUNT,
-        "first_impact_time": FIRST,
-    }
-    return {name: nan if out[UNSTABLE] else float(out[column]) for name, column in columns.items()}
