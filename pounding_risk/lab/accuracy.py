@@ -284,10 +284,10 @@ def _reference_words(dataset: xr.Dataset) -> str:
             found.append((float(np.nanmax(errors[run][:, [REACH, FORCE]])), name, int(run.sum()), counts))
     if not found:
         return words
-    apart, name, runs, counts = found[0]
-    words += f"; {name} differs from it by {apart:.0e} at most in displacement and force ({runs} runs)"
+    difference, name, runs, counts = found[0]
+    words += f"; {name} differs from it by {difference:.0e} at most in displacement and force ({runs} runs)"
     nearest = min(found)
-    if nearest[0] < NEARER * apart and apart > VISIBLE:
+    if nearest[0] < NEARER * difference and difference > VISIBLE:
         why = f"it counts other impacts in {counts} of them" if counts else "with the same impacts"
         words += f": {why}, and {nearest[1]} differs by {nearest[0]:.0e}, so that the former is SciPy's own error"
     return words

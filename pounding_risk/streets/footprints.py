@@ -133,12 +133,12 @@ def facing(outlines: Sequence[Outline], pairs: Pairs, farthest: float, tolerance
     low, high = (np.array([outline[end] for outline in outlines]) for end in (2, 3))  # (n, 2 of u and v)
     first, second = pairs.T
     over = np.minimum(high[first, 1], high[second, 1]) - np.maximum(low[first, 1], low[second, 1])
-    apart = low[second, 0] - high[first, 0], low[first, 0] - high[second, 0]  # from one to the next at larger u
+    ahead = low[second, 0] - high[first, 0], low[first, 0] - high[second, 0]  # from one to the next at larger u
     pairs_facing = []
-    for at in np.flatnonzero((over > tolerance) & (np.maximum(*apart) < farthest)):
+    for at in np.flatnonzero((over > tolerance) & (np.maximum(*ahead) < farthest)):
         one, other = int(first[at]), int(second[at])
         # Where one lies wholly before the other along u, the order is known.
-        orders = [order for order, gap in zip(((one, other), (other, one)), apart, strict=True) if gap[at] >= 0.0]
+        orders = [order for order, gap in zip(((one, other), (other, one)), ahead, strict=True) if gap[at] >= 0.0]
         nearest = [
             Facing(*order, clear_distance(outlines[order[0]], outlines[order[1]]))
             for order in orders or ((one, other), (other, one))
@@ -191,9 +191,9 @@ def faced(left: Outline, right: Outline, farthest: float) -> tuple[float, float]
     levels = np.unique(np.concatenate([left.starts[:, 1], right.starts[:, 1]]))
     steps = np.diff(levels)
     inner = (levels[:-1] + 0.25 * steps, levels[:-1] + 0.75 * steps)
-    apart = np.array([reaches(right, level, -1.0) - reaches(left, level, 1.0) for level in inner])
-    both = np.isfinite(apart).all(axis=0)  # inf where one of them does not reach
-    low, high = np.sort(apart[:, both], axis=0)
+    clear = np.array([reaches(right, level, -1.0) - reaches(left, level, 1.0) for level in inner])
+    both = np.isfinite(clear).all(axis=0)  # inf where one of them does not reach
+    low, high = np.sort(clear[:, both], axis=0)
     spread = high - low  # over half of the interval
     start, whole = low - 0.5 * spread, 2.0 * spread
     share = np.clip((farthest - start) / np.where(spread > 0.0, whole, 1.0), 0.0, 1.0)

@@ -189,7 +189,7 @@ def test_the_bounds_tell_other_dampings_apart(outcome, monkeypatch):
 
 def test_restitutions_in_closed_form():
     known = contacts.restitutions()
-    e = contacts.ASKED
+    e = contacts.SPECIFIED
     assert known["kelvin_voigt_tension_cut"] == pytest.approx(
         closed_forms.kelvin_voigt_cut_restitution(closed_forms.kelvin_voigt_ratio(e)), rel=1e-13
     )

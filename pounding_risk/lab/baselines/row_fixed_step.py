@@ -86,7 +86,7 @@ def stepping(row: RowMatrices, method: str, h: float) -> Stepping:
 
 
 @small
-def lent(row):
+def by_address(row):
     """The arrays of a row without counted references; the caller holds them."""
     return Stepping(
         borrowed(row.first),
@@ -308,7 +308,7 @@ def march_row(method, row, laws, rules, limits, ground, out):
 
     A motion that is not finite ends the run, which is then UNSTABLE.
     """
-    row = lent(row)
+    row = by_address(row)
     gaps, yield_forces = limits
     a_g, dt, parts = ground
     h, share = dt / parts, 1.0 / parts

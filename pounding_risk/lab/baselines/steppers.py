@@ -17,12 +17,12 @@ class Contact(NamedTuple):
     gap: float  # m
     strength: float  # force at which the law yields, inf without a cap [N]
     least: float  # smallest force, −inf where tension is not cut [N]
-    memory: float  # damping constant of this contact; NaN while the buildings are apart
+    memory: float  # damping constant of this contact; NaN while it is open
 
 
 @small
 def uncapped_force(law, contact, delta, rate):
-    """The law's force without cap or cut [N]; nothing when apart."""
+    """The law's force without cap or cut [N]; nothing while open."""
     return law.force(contact.memory, delta, rate, rate > 0.0) if delta > 0.0 else 0.0
 
 

@@ -57,7 +57,7 @@ def stability(
     progress : callable, optional
         Called after each case with the number of rows done and of all rows.
     rows : bool
-        Run each case also by the solver of rows, as a row of two single masses, where that has what the case asks for.
+        Run each case also by the solver of rows, as a row of two single masses, where that has what the case needs.
 
     Returns
     -------

@@ -57,7 +57,7 @@ def shaking(peak: float, dt: float = 0.01, duration: float = 5.0) -> Ground:
 
 
 def push(level: float, rise: float, hold: float, dt: float = 0.01, release: float = 0.0) -> Ground:
-    """a_g that rises smoothly from 0 to ``level``, stays, and falls to −``level`` over ``release`` [s] if asked to."""
+    """a_g that rises smoothly from 0 to ``level``, stays, and may fall to −``level`` over ``release`` [s]."""
     up = 0.5 * level * (1.0 - np.cos(np.linspace(0.0, np.pi, round(rise / dt) + 1)))
     parts = [up, np.full(round(hold / dt), level)]
     if release > 0.0:
@@ -167,7 +167,7 @@ class Trial:
 
 
 class RowTrial(Trial):
-    """As `Trial`, by the solver of rows; ``runs`` counts them, 0 for a case that asks for nothing that rows have."""
+    """As `Trial`, by the solver of rows; ``runs`` counts them, 0 for a case that needs nothing that rows have."""
 
     def __init__(self, name: str, rtol: float):
         super().__init__(name, rtol)

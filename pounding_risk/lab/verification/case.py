@@ -64,7 +64,7 @@ KINDS = {
     "experiment": 0.25,
     "input": 0.05,
 }
-INPUT = "input"  # what the case is given, such as the e that a law is asked for: it agrees or not, but checks no result
+INPUT = "input"  # what the case is given, such as the specified e of a law: it agrees or not, but checks no result
 IN_COUNTS = {  # one, and several
     "closed form": ("closed form", "closed forms"),
     "another program": ("result of another program", "results of other programs"),

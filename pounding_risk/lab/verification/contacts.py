@@ -30,7 +30,7 @@ TIME, FORCE = "time [s]", "contact force [kN]"
 
 # ------------------------------------------------------------------------------------------ one impact, every law
 
-STRIKER, STRUCK, SPEED, ASKED = 300e3, 500e3, 0.5, 0.65  # kg, kg, m/s, restitution
+STRIKER, STRUCK, SPEED, SPECIFIED = 300e3, 500e3, 0.5, 0.65  # kg, kg, m/s, restitution
 STIFFNESS = {"N/m": 9.35e7, "N/m^1.5": 2.75e9}
 YIELD = 0.6  # of the force without a cap, for laws that have one
 CAPPED = ("van_mier", "viscous_elastoplastic")
@@ -46,7 +46,7 @@ def impacts() -> dict[str, Any]:
             continue
         stiffness = STIFFNESS[stiffness_quantity(kind).unit]
         law = kind(stiffness, DESIGN) if "design_penetration" in kind._fields else kind(stiffness)
-        keys: dict[str, Any] = {"restitution": ASKED} if kind.needs_restitution else {}
+        keys: dict[str, Any] = {"restitution": SPECIFIED} if kind.needs_restitution else {}
         whole = impact(law, SPEED, STRIKER, STRUCK, **keys)
         capped: dict[str, Any] = {"yield_force": YIELD * whole.peak_force} if name in CAPPED else {}
         made[name] = impact(law, SPEED, STRIKER, STRUCK, **keys, **capped) if capped else whole
@@ -60,8 +60,8 @@ def instant_impacts() -> dict[str, tuple[float, float]]:
     """
     struck = {
         "stereomechanical": (
-            ASKED,
-            impact(INSTANT_LAWS["stereomechanical"](), SPEED, STRIKER, STRUCK, restitution=ASKED),
+            SPECIFIED,
+            impact(INSTANT_LAWS["stereomechanical"](), SPEED, STRIKER, STRUCK, restitution=SPECIFIED),
         ),
         "merged": (0.0, impact(INSTANT_LAWS["merged"](), SPEED, STRIKER, STRUCK)),
         "distributed_mass": (0.5, impact(INSTANT_LAWS["distributed_mass"](10.0, 20.0), SPEED, STRIKER, 2.0 * STRIKER)),
@@ -70,19 +70,19 @@ def instant_impacts() -> dict[str, tuple[float, float]]:
 
 
 def restitutions() -> dict[str, float]:
-    """Restitution in closed form, of the laws that have one, for `ASKED`."""
+    """Restitution in closed form, of the laws that have one, for `SPECIFIED`."""
     from scipy.optimize import brentq
 
-    asked = log(ASKED)
-    viscous = -asked / hypot(pi, asked)
+    decrement = log(SPECIFIED)
+    viscous = -decrement / hypot(pi, decrement)
     whole = sqrt(1.0 - viscous**2)
     turned = pi - atan2(2.0 * viscous * whole, 1.0 - 2.0 * viscous**2)
-    approach = (1.0 - ASKED**2) / (ASKED * (ASKED * (pi - 2.0) + 2.0))
+    approach = (1.0 - SPECIFIED**2) / (SPECIFIED * (SPECIFIED * (pi - 2.0) + 2.0))
     inner = sqrt(1.0 - approach**2)
-    damped = 0.75 * (1.0 - ASKED**2)
+    damped = 0.75 * (1.0 - SPECIFIED**2)
     return {
         **dict.fromkeys(("linear", "hertz", "van_mier"), 1.0),
-        **dict.fromkeys(("kelvin_voigt", "hertz_damp_exact"), ASKED),
+        **dict.fromkeys(("kelvin_voigt", "hertz_damp_exact"), SPECIFIED),
         "kelvin_voigt_tension_cut": exp(-viscous / whole * turned),
         "modified_kelvin_voigt": exp(-approach / inner * atan2(inner, approach)),
         "hertz_damp": float(brentq(lambda e: log((1.0 + damped) / (1.0 - damped * e)) - damped * (1.0 + e), 0.1, 1.0)),
@@ -115,8 +115,8 @@ def isolated_impacts() -> Property:
         "textbook relation; restitutions of the laws' authors, where their equations have a closed form, derived again",
         "whatever the law, the force takes (1 − e²) m v²/2 of the energy, with the restitution e that the law achieves",
         tuple(readings),
-        f"Asked for e = {ASKED:g}, the laws return {min(es):.2f} to {max(es):.2f}; {len(known)} of {len(made)} are "
-        "closed forms",
+        f"For a specified e = {SPECIFIED:g}, the laws return {min(es):.2f} to {max(es):.2f}; {len(known)} of "
+        f"{len(made)} are closed forms",
         "300 t against 500 t at 0.5 m/s; 9.35e7 N/m, or 2.75e9 N/m$^{1.5}$ for Hertz's power; "
         f"{' and '.join(CAPPED)} yield at {100.0 * YIELD:g} % of their force",
         (Panel("", ("time [ms]", FORCE), time), Panel("", ("penetration [mm]", FORCE), depth)),
@@ -272,7 +272,7 @@ def kelvin_voigt_laws() -> Property:
     published = points[HEIGHT_AT]
     heights = {law: -float(_displacement(run, "mass", HEIGHT_AT)) for law, run in runs.items()}
     forces = {law: run["contact_force"].squeeze(drop=True) for law, run in runs.items()}
-    apart = heights[CUT] / published - 1.0
+    difference = heights[CUT] / published - 1.0
     least = {law: float(force.min()) for law, force in forces.items()}
     cut, at = drop(True).height, f"{WHOLE}: height at {HEIGHT_AT:g} s"
     rounding = MARGIN * float(forces[CUT].max())
@@ -281,7 +281,7 @@ def kelvin_voigt_laws() -> Property:
         near(f"{CUT}{at.removeprefix(WHOLE)}", cut, heights[CUT], MARGIN * abs(cut), OF_RUNS, "m"),
         Reading(
             f"{CUT}: that height over the published one, less 1",
-            *(cut / published - 1.0, apart, -inf, -DIGITS, ""),
+            *(cut / published - 1.0, difference, -inf, -DIGITS, ""),
             "farther than the sixth digit: the published value is not that of this law",
         ),
         Reading(f"{WHOLE}: least contact force", nan, least[WHOLE], -inf, -rounding, "N", "it pulls"),
@@ -317,7 +317,7 @@ def kelvin_voigt_laws() -> Property:
         "read",
         "take-off and heights of a stop that holds on until the penetration is zero",
         tuple(readings),
-        f"The published heights are those of {WHOLE}; {CUT} is {100.0 * abs(apart):.2g} % off",
+        f"The published heights are those of {WHOLE}; {CUT} is {100.0 * abs(difference):.2g} % off",
         "1 kg, let go at 1 m/s 2 m above a stop of 100 N/m and 5 N s/m, g = 10 m/s²",
         panels,
     )
@@ -387,7 +387,7 @@ def yielding_contact() -> Property:
     readings = (
         Reading("time of the first yield", 2.4, first, 2.35, 2.45, "s", "half a unit of the digit printed"),
         Reading(
-            "farthest apart before it",
+            "largest difference before it",
             *(0.0, float(np.abs(before[0][:count] - before[1][:count]).max()), 0.0, 0.0, "m"),
             "the two graphs are identical",
         ),

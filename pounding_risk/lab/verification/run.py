@@ -47,8 +47,8 @@ from pounding_risk.units import GAP, MISSING, PERIOD, TIME, rounded, say
 
 EXACT, ACCEPTABLE, UNACCEPTABLE = "exact", "acceptable", "unacceptable"
 RUNGS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # tolerances of the solver; ours is the value at the last
-FINER = (1, 1, 1, 2, 4, 8)  # by rung: how many times as many samples a generated motion has as its case asks for
-DEFAULT_RUNG = 1e-6  # from which on the values tell how far ours has converged
+FINER = (1, 1, 1, 2, 4, 8)  # by rung: how many times as many samples a generated motion has as in its case
+DEFAULT_RUNG = 1e-6  # from which on the values show how far ours has converged
 DIGITS = 6  # of ours that tables show: what agrees in all of them is exact
 FAR = 10.0  # a difference so many times what ours changes by is not ours
 COMPLETE = "complete"  # status of a run that reached its end
@@ -118,10 +118,10 @@ class Check(NamedTuple):
     @property
     def difference(self) -> float:
         """Ours less the published value, as a share of that; of zero the difference itself over zero, ±inf."""
-        apart = self.ours - self.published
+        difference = self.ours - self.published
         if self.published:
-            return apart / abs(self.published)
-        return float(np.copysign(inf, apart)) if apart else 0.0
+            return difference / abs(self.published)
+        return float(np.copysign(inf, difference)) if difference else 0.0
 
     @property
     def change(self) -> float:
@@ -163,7 +163,7 @@ class Curve(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Verification(ShortRepr):
-    """Published cases with the values that this program gives, and how far they are apart."""
+    """Published cases with the values that this program gives, and their differences."""
 
     checks: tuple[Check, ...]
     cases: tuple[Case, ...]
@@ -188,7 +188,7 @@ class Verification(ShortRepr):
     def finding(self) -> str:
         """How many values there are, exact, acceptable or unacceptable, and of each kind; how many properties hold.
 
-        Inputs that a source prints as if they were results, such as the e that a law is asked for, are not counted
+        Inputs that a source prints as if they were results, such as the specified e of a law, are not counted
         among the values.
         """
         clauses = []
@@ -379,7 +379,7 @@ def _check(case: Case, value: Published, moved: tuple[float, ...]) -> Check:
     within = max(value.printed.half, _half_of_digit(published))
     limit = KINDS[value.kind]
     margin = max(limit * abs(published), value.uncertainty)
-    apart = abs(ours - published)
+    difference = abs(ours - published)
     return Check(
         case.name,
         case.about.title,
@@ -395,7 +395,7 @@ def _check(case: Case, value: Published, moved: tuple[float, ...]) -> Check:
         value.uncertainty,
         ours,
         moved if len(moved) > 1 else (),
-        EXACT if apart <= within else ACCEPTABLE if apart <= margin else UNACCEPTABLE,
+        EXACT if difference <= within else ACCEPTABLE if difference <= margin else UNACCEPTABLE,
         limit,
         value.note,
     )

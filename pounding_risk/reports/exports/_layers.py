@@ -1,7 +1,7 @@
 """Buildings and interfaces of rows as layers of a map: what is known of each, and where it is.
 
 Names of columns end in their unit, ``_m`` or ``_N``; shares and ratios have none. `BUILDING` and `INTERFACE` say what
-each column is. Contact is that of `assess`, at the assessed gap. What only runs can tell is empty where none is at it.
+each column is. Contact is that of `assess`, at the assessed gap. What needs runs is empty where none is at it.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ def formats() -> Mapping[str, ModuleType]:
 
 
 def inventory_format(path: Path, text: str) -> ModuleType | None:
-    """The format of a file, told by its head; None where it is no inventory."""
+    """The format of a file, recognised by its head; None where it is no inventory."""
     if path.suffix.lower() == METADATA:
         return formats()["openquake"]
     heads = frozenset(heads_of(path, text))

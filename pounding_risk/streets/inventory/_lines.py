@@ -372,7 +372,7 @@ def _properties(feature: Any) -> Mapping[str, Any]:
     return properties if isinstance(properties, dict) else {}
 
 
-def tell_unread(sheet: Sheet, read: Iterable[str], notes: Notes) -> None:
+def note_unread(sheet: Sheet, read: Iterable[str], notes: Notes) -> None:
     """Note the columns that hold something and are not read."""
     held = {head for line in sheet.lines for head in line.cells} - {head.lower() for head in read}
     unread = [head for head in sheet.heads if bare(head).lower() in held]
@@ -383,7 +383,7 @@ def tell_unread(sheet: Sheet, read: Iterable[str], notes: Notes) -> None:
 
 
 def own_name(sheet: Sheet, *heads: str) -> str:
-    """The first of some heads whose cells tell every line from the others; "" where none does."""
+    """The first of some heads whose cells differ in every line; "" where none does."""
     for head in heads:
         names = [line.cells.get(head.lower(), "") for line in sheet.lines]
         if all(names) and len(set(names)) == len(names):

@@ -25,8 +25,8 @@ from pounding_risk.streets.inventory._lines import (
     bare,
     csv_sheet,
     known_cells,
+    note_unread,
     own_name,
-    tell_unread,
 )
 from pounding_risk.streets.inventory.gem import put_taxonomy, read_taxonomy, year_of
 from pounding_risk.streets.table import BlockError, file_text
@@ -55,7 +55,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
     """The buildings of an exposure."""
     heads = _heads(sheet)
     own = sheet.own(heads.values())
-    tell_unread(sheet, [*heads.values(), *own], notes)
+    note_unread(sheet, [*heads.values(), *own], notes)
     name = own_name(sheet, heads["id"])
     unit = sheet.unit(heads["area"]) or str(sheet.facts.get("area unit", "")).strip()
     for line in sheet.lines:

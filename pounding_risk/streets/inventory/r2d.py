@@ -21,9 +21,9 @@ from pounding_risk.streets.inventory._lines import (
     Kind,
     Notes,
     Sheet,
+    note_unread,
     outline_json,
     own_name,
-    tell_unread,
 )
 from pounding_risk.streets.table import AREA, HEIGHT
 from pounding_risk.units import QuantityError, parse
@@ -50,7 +50,7 @@ def recognises(heads: frozenset[str]) -> bool:
 def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Building]:
     """The buildings of a table of assets."""
     own = sheet.own(READ)
-    tell_unread(sheet, [*READ, *own], notes)
+    note_unread(sheet, [*READ, *own], notes)
     name = own_name(sheet, "id", "Building_ID")
     length, said = _run_unit(sheet.path)
     for line in sheet.lines:

@@ -27,7 +27,7 @@ ROUNDING = Bound(1e-12, 0.0, "rounding of some tens of steps; both masses are mo
 BLOCK, SPEED = TrialScene(hertz=2.75e9, linear=9.35e7), 0.5  # N/m^1.5, N/m, m/s: concrete cubes of 570 kg
 MASS = 570.0
 
-# What each law returns where e = 0.01 is asked for: its closed form, and for Jankowski's law, which has none, an
+# What each law returns for a specified e = 0.01: its closed form, and for Jankowski's law, which has none, an
 # independent integration at rtol 1e-12.
 RETURNED = {
     "linear": 1.0,
