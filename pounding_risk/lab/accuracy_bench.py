@@ -43,11 +43,7 @@ from pounding_risk.solver.row.cases import Limits
 from pounding_risk.solver.row.outputs import closing, outputs
 
 Array = NDArray[np.float64]
-FIXED = {
-    "Newmark average acceleration": "newmark",
-    "central difference": "central_difference",
-    "Runge-Kutta 4": "rk4",
-}
+FIXED = {"Newmark average acceleration": "newmark", "central difference": "central_difference", "Runge-Kutta 4": "rk4"}
 REFERENCE = 1e-12  # rtol of the event-driven reference
 OWN_GROUNDS = "ground of a building's own"
 INITIAL_STATES = "initial displacement or velocity"  # what the other methods do not begin with

@@ -11,17 +11,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH, USUAL_DEPTH
 from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.models.structures.typologies import EUROPEAN, known_typology
-from pounding_risk.streets.hazus import (
-    FAMILIES,
-    LEVELS,
-    OF_TYPOLOGY,
-    Chain,
-    Type,
-    chain,
-    family_of,
-    level_of,
-    type_of,
-)
+from pounding_risk.streets.hazus import FAMILIES, LEVELS, OF_TYPOLOGY, Chain, Type, chain, family_of, level_of, type_of
 from pounding_risk.streets.table import AREA, HEIGHT, LOAD, STOREYS, Entry, Mapped
 from pounding_risk.units import (
     DAMPING,

@@ -14,15 +14,7 @@ import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.cli import app
 from pounding_risk.lab.effects import combinations, effects
-from pounding_risk.lab.effects_findings import (
-    ALL,
-    COMPARED,
-    NONE,
-    changed_cases,
-    changes,
-    finding,
-    yielding,
-)
+from pounding_risk.lab.effects_findings import ALL, COMPARED, NONE, changed_cases, changes, finding, yielding
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of

@@ -452,19 +452,13 @@ CSV_FAULTS = [
     ),
     (HEAD + "A,12,3.5,masonry,180,\n", 'line 2, storeys: "3.5" is not a whole number of storeys'),
     (HEAD + "A,12,0,masonry,180,\n", 'line 2, storeys: "0" is out of range'),
-    (
-        HEAD + "A,12,3,masnry,180,\n",
-        'A, typology: "masnry" is not a typology (did you mean "masonry"?); it may be',
-    ),
+    (HEAD + "A,12,3,masnry,180,\n", 'A, typology: "masnry" is not a typology (did you mean "masonry"?); it may be'),
     (HEAD + "A,55,14,masonry_ec8,180,\n", "line 2, A, typology: 55 m is higher than the 40 m that"),
     (HEAD + "A,12000,,masonry,180,\n", "line 2, A, height: 12000 m would be 4000 storeys of 3 m, 200 are the most"),
     (HEAD + "A,,,masonry,180,\n", "line 2, A: gives neither height nor storeys; write one of the two"),
     (HEAD + "A,12,3,masonry,,\n", "line 2, A: gives neither floor mass nor floor area; write one, or state an area"),
     (HEAD + "A,12,3,masonry,180,-5\n", 'line 2, gap: "-5 mm" is out of range'),
-    (
-        HEAD + "A,12,3,masonry,180,20\n",
-        "A, gap: 20 mm is given, but no building stands on its right within 1 m; leave",
-    ),
+    (HEAD + "A,12,3,masonry,180,20\n", "A, gap: 20 mm is given, but no building stands on its right within 1 m; leave"),
     (HEAD + "A,12,3,masonry,9,\nA,12,3,masonry,9,\n", 'line 2, line 3: "A" is the name of each; tell them apart'),
     (
         "name,storeys,floor mass [t],left wall [m],right wall [m]\nA,3,80,5,2\n",

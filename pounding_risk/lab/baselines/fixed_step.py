@@ -16,14 +16,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from pounding_risk._jit.compile import kernel, speaks
-from pounding_risk.lab.baselines.steppers import (
-    CentralDifference,
-    Contact,
-    Newmark,
-    Rk4,
-    contact_force,
-    uncapped_force,
-)
+from pounding_risk.lab.baselines.steppers import CentralDifference, Contact, Newmark, Rk4, contact_force, uncapped_force
 
 # The columns of one run.
 REACH, CLOSING, FORCE, DEMAND, COUNT, FIRST, TOUCHING, UNSTABLE = range(8)

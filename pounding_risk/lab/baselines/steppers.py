@@ -176,12 +176,7 @@ def derivative(pair, law, contact, a_g, state):
 @small
 def state_along_slope(state, slope, h):
     """The state after a time h at a constant slope: state + h slope."""
-    return (
-        state[0] + h * slope[0],
-        state[1] + h * slope[1],
-        state[2] + h * slope[2],
-        state[3] + h * slope[3],
-    )
+    return (state[0] + h * slope[0], state[1] + h * slope[1], state[2] + h * slope[2], state[3] + h * slope[3])
 
 
 class Rk4(NamedTuple):

@@ -105,16 +105,8 @@ def self_similarity() -> Property:
         f"Ricker pulses of amplitude $a_p$ and period $T_p$; masses of {MASSES[0] / 1e3:g} t and {MASSES[1] / 1e3:g} "
         f"t, {LAWS[0]} contact (jankowski in the table), e = 0.65, gap {GAP:g} of $a_p T_p^2$",
         (
-            Panel(
-                "as they are",
-                (axis, "peak contact force [kN]"),
-                _curves(names, plain * 1e-3),
-            ),
-            Panel(
-                "over $m a_p$",
-                (axis, "peak contact force over $m a_p$"),
-                _curves(names, collapsed),
-            ),
+            Panel("as they are", (axis, "peak contact force [kN]"), _curves(names, plain * 1e-3)),
+            Panel("over $m a_p$", (axis, "peak contact force over $m a_p$"), _curves(names, collapsed)),
         ),
     )
 

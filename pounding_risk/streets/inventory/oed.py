@@ -26,12 +26,7 @@ READ = (
 LONGEST_GEOM = 250  # characters that the field holds
 # Name and size in SI of the codes of units; the first of each is the default.
 LENGTHS = {1: ("feet", 0.3048), 2: ("metres", 1.0), 3: ("kilometres", 1e3), 4: ("miles", 1609.344)}
-AREAS = {
-    11: ("square feet", 0.3048**2),
-    12: ("square metres", 1.0),
-    13: ("acres", 4046.8564224),
-    14: ("hectares", 1e4),
-}
+AREAS = {11: ("square feet", 0.3048**2), 12: ("square metres", 1.0), 13: ("acres", 4046.8564224), 14: ("hectares", 1e4)}
 RISES = {-1: "low", -2: "mid", -3: "high"}
 UNKNOWN, FIRST_CODE, LAST_CODE = 5000, 5000, 8999
 CODES = MappingProxyType(

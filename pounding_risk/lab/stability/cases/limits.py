@@ -7,16 +7,7 @@ from math import inf, sqrt
 import numpy as np
 
 from pounding_risk.lab.stability.case import BITS, CAPPED, ENERGY, FORCES, LEDGER, PATH, POTENTIAL, Bound, Group
-from pounding_risk.lab.stability.trial import (
-    NO_PULL,
-    SOFT,
-    STIFF,
-    WALL,
-    Trial,
-    TrialScene,
-    largest_difference,
-    shaking,
-)
+from pounding_risk.lab.stability.trial import NO_PULL, SOFT, STIFF, WALL, Trial, TrialScene, largest_difference, shaking
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair.isolated import Impact
