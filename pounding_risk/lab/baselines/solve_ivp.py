@@ -228,4 +228,5 @@ def solve_general(solver: str, row: RowMatrices, contacts: Contacts, motion: tup
         for each in model.contacts:
             each.since -= dt
     names = ("reach", "closing", "peak", "demand", "count", "first")
-    return Answer(*(np.array([getattr(each, name) for each in model.contacts]) for name in names), model.steps)
+    of_points = (np.array([getattr(each, name) for each in model.contacts]) for name in names)
+    return Answer._make([*of_points, float(model.steps)])
