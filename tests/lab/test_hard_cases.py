@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from pounding_risk.cli.stability import print_stability
 from pounding_risk.errors import PoundingError
-from pounding_risk.lab.stability import CASES, Bound, Case, Row, stability
+from pounding_risk.lab.stability import CASES, Bound, Case, stability
 from pounding_risk.lab.stability.case import ENERGY, ONE
 from pounding_risk.lab.stability.cases.chains import MASSES, VELOCITIES, struck
 from pounding_risk.lab.stability.run import measured
@@ -169,11 +169,6 @@ def test_a_trial_notices_a_broken_run():
     assert largest_difference(found, found) == 0.0
     assert largest_difference(found, {**found, "impulse": 2.0 * found["impulse"]}) == 0.5
     assert largest_difference(found, {**found, "impulse": float("nan")}) == float("inf")
-
-
-def test_a_row_says_where_it_stands():
-    row = stability(law=["jankowski"], case=["40"])[0]
-    assert isinstance(row, Row) and row.case.group == "extreme numbers" and row.steps == 0
 
 
 # ------------------------------------------------------------------------------------------------ chains
