@@ -101,19 +101,10 @@ class PowerLaw(NamedTuple):
 
 
 def power_law(law: Any, e: float, mass: float, yield_force: float) -> PowerLaw | None:
-    """A contact law in two powers, read off the law itself at some places and compared at others; None for another.
+    """A contact law without a path as the same force in two powers, within 1e-9; None for another.
 
-    Parameters
-    ----------
-    law : ContactLaw
-        A law without a path.
-    e, mass, yield_force : float
-        Restitution, striking mass [kg] and yield force of the contact [N].
-
-    Returns
-    -------
-    PowerLaw or None
-        The same force within 1e-9.
+    Read off the law itself at some places and compared at others, for a restitution ``e``, a striking mass [kg] and a
+    yield force [N].
     """
     memory, slower = (float(law.begin(e, speed, mass)) for speed in (1.0, 0.5))
     elastic = [float(law.force(0.0, delta, 0.0, False)) for delta in (1.0, 2.0)]

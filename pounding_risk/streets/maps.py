@@ -62,29 +62,15 @@ MOST_FAULTS = 50  # of a map that are reported
 
 
 def read_map(path: Path, *, metres: bool = False, layer: str | None = None, within: str | None = None) -> Table:
-    """The buildings of a file of a map, with footprints in metres.
+    """The buildings of a file of a map, with footprints in metres; raises BlockError with every fault of it.
 
-    Parameters
-    ----------
-    path
-        A file with one of the endings `MAPS`.
-    metres
-        Whether coordinates are metres that no coordinate reference system ties to the Earth.
-    layer
-        Layer of a GeoPackage; None where it has one only.
-    within
-        Only buildings whose middle lies in there: "west, south, east, north" in degrees, or a file of polygons.
-
-    Raises
-    ------
-    BlockError
-        With every fault of the file.
+    ``metres`` says that coordinates are metres that nothing ties to the Earth; ``layer`` is that of a GeoPackage, None
+    where it has one only; ``within`` keeps the buildings whose middle lies in there, "west, south, east, north" in
+    degrees, or a file of polygons.
     """
     faults: list[str] = []
     features = read_features(path, layer, metres, faults)
-    projection = None
-    if not faults:
-        projection = _projection(features, metres, faults)
+    projection = None if faults else _projection(features, metres, faults)
     if not faults and within is not None:
         features = _within(features, within, projection, faults)
     if faults:

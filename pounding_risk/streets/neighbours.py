@@ -64,14 +64,9 @@ class _Levels(NamedTuple):
 
 
 def floors(one: House, other: House, tolerance: float | None = None) -> Floors:
-    """How the floors of two buildings stand to each other.
+    """How the floors of two buildings stand to each other, by their heights, storeys and depths of floors.
 
-    Parameters
-    ----------
-    one, other
-        With their heights, storeys and depths of floors.
-    tolerance
-        Of levels that meet [m], in place of the depths of the floors.
+    A ``tolerance`` of levels that meet [m] stands in place of the depths of the floors.
     """
     sides = [
         _Levels(tuple(at * each.height / each.storeys for at in range(1, each.storeys + 1))) for each in (one, other)
