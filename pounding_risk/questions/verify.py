@@ -224,7 +224,7 @@ def _number(value: float, unit: str) -> str:
 
 def _unreached(outcome: Verification) -> list[Block]:
     """What is not among the cases, on the page of all that ship."""
-    from pounding_risk.lab.verification.properties import PROPERTIES
+    from pounding_risk.lab.verification.run import PROPERTIES
     from pounding_risk.lab.verification.unreached import EXPERIMENTS, UNREACHED
 
     if len(outcome.properties) < len(PROPERTIES):

@@ -11,12 +11,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.lab.stability import CASES, Bound, Case, Row, stability
+from pounding_risk.lab.stability import CASES, Bound, Case, stability
 from pounding_risk.lab.stability.case import ENERGY, ONE
 from pounding_risk.lab.stability.cases.chains import MASSES, VELOCITIES, struck
-from pounding_risk.lab.stability.row_trial import SIDES, RowTrial
 from pounding_risk.lab.stability.run import measured
-from pounding_risk.lab.stability.trial import Trial, TrialScene
+from pounding_risk.lab.stability.trial import SIDES, RowTrial, Trial, TrialScene, largest_difference
 from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.questions.stability import sheet, status
@@ -157,8 +156,6 @@ def test_a_case_that_fails_is_told(capsys: pytest.CaptureFixture[str]):
 
 def test_a_trial_notices_a_broken_run():
     """Each thing that `unsound` watches, broken by hand in the outputs of a run that is sound."""
-    from pounding_risk.lab.stability.trial import largest_difference
-
     trial = Trial("jankowski", 1e-6)
     found = trial.solve(TrialScene())
     assert 0.0 < trial.unsound(found) < 1e-6
@@ -175,11 +172,6 @@ def test_a_trial_notices_a_broken_run():
     assert largest_difference(found, found) == 0.0
     assert largest_difference(found, {**found, "impulse": 2.0 * found["impulse"]}) == 0.5
     assert largest_difference(found, {**found, "impulse": float("nan")}) == float("inf")
-
-
-def test_a_row_says_where_it_stands():
-    row = stability(law=["jankowski"], case=["40"])[0]
-    assert isinstance(row, Row) and row.case.group == "extreme numbers" and row.steps == 0
 
 
 # ------------------------------------------------------------------------------------------------ chains
