@@ -12,8 +12,7 @@ Ordinates are pseudo-spectral accelerations: codes go from them to displacements
 
 from __future__ import annotations
 
-import csv
-import re
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import isfinite, sqrt
@@ -23,13 +22,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pounding_risk._common.inputs import SPECTRUM, Unfit, read_text
+from pounding_risk._common.inputs import SPECTRUM
+from pounding_risk._common.tables import first_line, read_table, split_unit
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import record_sets
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.sites.conditional_spectrum import is_conditional, read_conditional
-from pounding_risk.motions.sites.tables import split_site
-from pounding_risk.units import PERIOD, PGA, STANDARD_GRAVITY, Quantity, QuantityError, parse, shown
+from pounding_risk.motions.sites.places import split_site
+from pounding_risk.units import PERIOD, PGA, STANDARD_GRAVITY, QuantityError, parse, shown
 
 NODES = 200  # periods at which a shape is tabulated, besides its corners
 SHORTEST, LONGEST, LONGEST_EC8 = 0.01, 10.0, 4.0  # s; EN 1998-1 ends at 4 s, and its annex A goes on
@@ -53,7 +53,6 @@ GROUNDS = {
         "E": (1.6, 0.05, 0.25, 1.2),
     },
 }
-_HEADER = re.compile(r".*[\[(]\s*([^\])]+?)\s*[\])]\s*")
 
 
 @dataclass(frozen=True, eq=False)
@@ -357,50 +356,23 @@ def _shape(name: str, kind: str, parameters: str) -> Target:
 
 
 def _file(path: Path, damping: float) -> Target:
-    try:
-        lines = read_text(path, SPECTRUM).splitlines()
-    except FileNotFoundError:
-        raise RecordError(
-            f"{path}: no such file, and no shape; write {' or '.join(shape[2] for shape in SHAPES.values())}, or a file"
-        ) from None
-    except Unfit as error:
-        raise RecordError(f"{path}: {error.strerror}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise RecordError(f"{path}: cannot be read as text ({error}); save it as CSV") from None
-    rows = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    if not rows:
-        raise RecordError(f"{path}: has no lines; write a header such as period [s], Sa [g], and the numbers below")
-    mark = next((mark for mark in (";", "\t", ",") if mark in rows[0]), ",")
-    head, *body = csv.reader(rows, delimiter=mark)
-    units = _units(path, head)
-    table = [_row(path, number, words) for number, words in enumerate(body, start=1)]
-    columns = np.array(table, dtype=np.float64).reshape(-1, 2).T
-    return Target(path.stem, columns[0] * units[0], columns[1] * units[1], damping)
-
-
-def _units(path: Path, head: list[str]) -> tuple[float, float]:
-    """The factor of each column to SI."""
+    if not os.path.exists(path):  # False for a name that is too long, too
+        shapes = " or ".join(shape[2] for shape in SHAPES.values())
+        raise RecordError(f"{path}: no such file, and no shape; write {shapes}, or a file")
+    repair = "write a header such as period [s], Sa [g], and a period and an ordinate in each row below"
+    mark = next((mark for mark in ";\t" if mark in first_line(path)), ",")
+    table = read_table(path, repair, error=RecordError, most=SPECTRUM, mark=mark)
     sizes = []
-    quantities: tuple[Quantity, Quantity] = (PERIOD, PGA)
-    for words, quantity in zip(head, quantities, strict=False):
-        unit = _HEADER.fullmatch(words)
+    for words, quantity in zip(table.head, (PERIOD, PGA), strict=False):
+        _, unit = split_unit(words.replace("(", "[").replace(")", "]"))
         try:
-            sizes.append(parse(f"1 {unit[1]}", quantity) if unit else 0.0)
+            sizes.append(parse(f"1 {unit}", quantity) if unit else 0.0)
         except QuantityError as error:
-            raise RecordError(f'{path}: the column "{words.strip()}": {error}') from None
-    if len(head) != 2 or 0.0 in sizes:
+            raise RecordError(f'{path}: the column "{words}": {error}') from None
+    if len(table.head) != 2 or 0.0 in sizes:
         raise RecordError(
-            f'{path}: the first line is "{", ".join(words.strip() for words in head)}"; it must name two columns with '
-            "their units in brackets, such as period [s], Sa [g]: units are not guessed"
+            f'{path}: the first line is "{", ".join(table.head)}"; it must name two columns with their units in '
+            "brackets, such as period [s], Sa [g]: units are not guessed"
         )
-    return sizes[0], sizes[1]
-
-
-def _row(path: Path, number: int, words: list[str]) -> tuple[float, float]:
-    try:
-        period, value = (float(word) for word in words)
-    except ValueError:
-        raise RecordError(
-            f"{path}: row {number} is {shown(', '.join(words))}; write a period and an ordinate"
-        ) from None
-    return period, value
+    values = np.array([[table.number(row, name) for name in table.head] for row in table.rows])
+    return Target(path.stem, values[:, 0] * sizes[0], values[:, 1] * sizes[1], damping)

@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pounding_risk._common.inputs import EXPORT, read_text
+from pounding_risk._common.tables import head_of, read_table
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats._unit import size_of
 from pounding_risk.motions.record import FACTOR_OF_SITE, Source
-from pounding_risk.motions.sites.places import FARTHEST, Asked, Place, Site, find_site, read_site
-from pounding_risk.motions.sites.tables import head_of, place_of, read_table
+from pounding_risk.motions.sites.places import FARTHEST, Asked, Place, Site, find_site, place_of, read_site
 from pounding_risk.motions.source import components
 from pounding_risk.units import shown
 
@@ -50,14 +50,14 @@ def is_grid(path: Path) -> bool:
 
 def read_grid(path: Path) -> tuple[GridSite, ...]:
     """The sites of a grid; raises RecordError with the line for a damaged one, and for a place that is there twice."""
-    table = read_table(path, GRID, AGAIN)
+    table = read_table(path, AGAIN, error=RecordError, needed=GRID)
     sites: dict[Place, GridSite] = {}
     for row in table.rows:
         place = place_of(table, row, *GRID[1:])
         file = row.cells[table.head.index("GP_file")]
         if not file or place in sites:
             what = f"a second site at {place}" if file else "no GP_file"
-            raise table.fault(f"has {what}; {AGAIN}", row)
+            raise row.fault(f"has {what}; {AGAIN}")
         vs30 = table.number(row, "Vs30") if "Vs30" in table.head else None
         sites[place] = GridSite(path.parent / file, place, vs30)
     return tuple(sites.values())
@@ -65,7 +65,7 @@ def read_grid(path: Path) -> tuple[GridSite, ...]:
 
 def site_motions(site: GridSite) -> tuple[SiteMotion, ...]:
     """The motions of a site; raises RecordError with the line for a damaged table, and one of intensities."""
-    table = read_table(site.file, (), AGAIN)
+    table = read_table(site.file, AGAIN, error=RecordError)
     if "TH_file" not in table.head:
         raise table.fault(
             f"its columns are {shown(','.join(table.head)[:60])}, and motions are in TH_file; a grid of intensities "
@@ -75,15 +75,14 @@ def site_motions(site: GridSite) -> tuple[SiteMotion, ...]:
     for row in table.rows:
         factor = table.number(row, "factor") if "factor" in table.head else 1.0
         if not (isfinite(factor) and factor > 0.0):
-            raise table.fault(f"the factor is {factor:g}; it must be greater than 0: {AGAIN}", row)
+            raise row.fault(f"the factor is {factor:g}; it must be greater than 0: {AGAIN}")
         name = row.cells[table.head.index("TH_file")]
         beside = [site.file.parent / f"{name}{suffix}" for suffix in (".json", ".csv", "")]
         file = next((one for one in beside if name and one.is_file()), None)
         if file is None:
-            raise table.fault(
+            raise row.fault(
                 f"no motion {shown(name)} is beside it, as {beside[0].name}, {beside[1].name} or a file of that name; "
-                "copy it there, or leave the line out",
-                row,
+                "copy it there, or leave the line out"
             )
         motions.append(SiteMotion(file, factor))
     return tuple(motions)

@@ -13,8 +13,10 @@ import re
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from math import asin, ceil, cos, inf, isfinite, radians, sin, sqrt
+from pathlib import Path
 from typing import Any, NamedTuple
 
+from pounding_risk._common.tables import Row, Table
 from pounding_risk.errors import RecordError
 from pounding_risk.units import Quantity, QuantityError, parse, shown
 
@@ -138,6 +140,17 @@ def find_site(
             f"write '{asked.place} within {ceil(1.05 * site.distance)} km'"
         )
     return site
+
+
+def place_of(table: Table, row: Row, longitude: str = "lon", latitude: str = "lat") -> Place:
+    """Longitude and latitude of a row."""
+    return place(table.number(row, longitude), table.number(row, latitude), f"{table.path}, line {row.line}")
+
+
+def split_site(text: str) -> tuple[str, str]:
+    """A file, or pattern of files, and the site after "#"; a file whose own name has a # is taken as it is."""
+    name, mark, site = text.rpartition("#")
+    return (name, site) if mark and name and not Path(text).exists() else (text, "")
 
 
 def site_of(record: Mapping[str, Any]) -> str:
