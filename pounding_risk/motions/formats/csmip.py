@@ -27,13 +27,16 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, stated_peak
 from pounding_risk.motions.formats._text import (
     NEWLINE,
     Columns,
     Even,
     Lines,
+    StatedPeak,
     channel_code,
+    check_length,
+    check_peak,
+    check_promised,
     check_step,
     columns_of,
     even_samples,
@@ -42,7 +45,9 @@ from pounding_risk.motions.formats._text import (
     quoted,
     recogniser,
     record_facts,
+    stated_peak,
     text_of,
+    time_of_header,
     trace_of,
 )
 from pounding_risk.units import STANDARD_GRAVITY
@@ -172,7 +177,10 @@ def _series(lines: Lines, volume: int, text: list[str], reals: NDArray[np.float6
     elif points:
         count, unit, rate = int(points[1]), points[3], float(points[2])
         dt = check_step(lines.place, 1.0 / rate if rate else None, f"1/({points[2]}/s)", "the time step")
-    _check_length(lines.place, text, count, dt)
+    check_promised(lines.place, count)
+    length = _LENGTH.search(text[10])
+    # To 1 %, enough to notice a wrong digit.
+    check_length(lines.place, count, dt, float(length[1]) if length else None, 0.01 * count * dt, "the text")
     columns = columns_of(line) or SAMPLES[volume]
     samples = lines.table(count, columns, "-.123456", "samples")
     return Even(samples, dt, "", samples), unit
@@ -187,8 +195,7 @@ def _pairs(lines: Lines, volume: int, text: list[str], dt: float | None) -> tupl
             'accel data equally spaced at .005 sec, in cm/sec2" does; restore that line, or fetch the file again'
         )
     where = f"{lines.name}, line {lines.at + 1}"
-    if int(count[1]) < 2:
-        raise RecordError(f"{where}: {count[1]} samples are promised; a record needs at least 2: fetch the file again")
+    check_promised(where, int(count[1]))
     even = even_samples(where, lines.table(2 * int(count[1]), PAIRS, ".123", "numbers in pairs"), dt, ROUNDING)
     return even, unit[1]
 
@@ -207,18 +214,6 @@ def _rounded(where: str, shown: str, finer: float | None) -> float:
     return check_step(where, value, f"{value:g}", "the time step")
 
 
-def _check_length(where: str, text: list[str], count: int, dt: float) -> None:
-    """Raise RecordError where the stated length does not agree with number and step to 1 %."""
-    if count < 2:
-        raise RecordError(f"{where}: {count} samples are promised; a record needs at least 2: fetch the file again")
-    match = _LENGTH.search(text[10])
-    if match and abs(float(match[1]) - count * dt) > dt + 0.01 * count * dt:
-        raise RecordError(
-            f"{where}: {count} samples every {dt:g} s last {count * dt:g} s, the text says {match[1]} s; correct the "
-            "wrong one, or fetch the file again"
-        )
-
-
 def _trace(channel: Channel, headonly: bool) -> Trace:
     """A trace in m/s², with the facts of the headers."""
     words, factor = _unit(channel)
@@ -226,13 +221,15 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
     readings = _stated_peaks(channel)
     peak = readings[0] if headonly else check_peak(channel.even.digitised * factor, *readings)
     start = _start(channel)
+    magnitudes = {kind.upper(): float(value) for kind, value in _MAGNITUDE.findall(channel.text[8])}
     record = record_facts(
         state=STATES[channel.volume],
         units=f"units: {words}, times {factor:.7g}{' m/s²' if 'g' in words else ''}{channel.even.words}",
         date="" if start is None else str(start.date),
         timed=start is not None,
-        event=_event(channel.text[1]),
-        magnitude=_magnitude(channel.text[8]),
+        # A line that has the record's own time alone, which differs from station to station, names no earthquake.
+        event="" if _NO_EVENT.match(channel.text[1]) else re.split(r"\s{2,}", channel.text[1].strip())[0],
+        magnitude=next((magnitudes[kind] for kind in "WLS" if magnitudes.get(kind)), None),  # moment, local, surface
         station=re.split(r"\s{2,}", channel.text[5].strip())[0],
         component=component,
         azimuth=azimuth,
@@ -241,11 +238,12 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
     )
     network, station = _station(channel.text)
     vertical = component.lower() in ("up", "down", "v", "vert", "vertical", "z")
-    stats: dict[str, Any] = {"delta": channel.even.dt, "calib": 1.0, "record": record}
-    stats["csmip"] = AttribDict(volume=channel.volume, channel=number, processed=channel.text[0].strip())
-    stats.update(network=network, station=station, channel=channel_code(channel.even.dt, azimuth, vertical))
-    samples = channel.even.samples
-    return trace_of(len(samples) if headonly else samples, factor, stats, start)
+    csmip = AttribDict(volume=channel.volume, channel=number, processed=channel.text[0].strip())
+    code = channel_code(channel.even.dt, azimuth, vertical)
+    samples = len(channel.even.samples) if headonly else channel.even.samples
+    return trace_of(
+        samples, factor, channel.even.dt, record, start, network=network, station=station, channel=code, csmip=csmip
+    )
 
 
 def _unit(channel: Channel) -> tuple[str, float]:
@@ -276,17 +274,6 @@ def _orientation(line: str) -> tuple[str, str, float | None]:
     return number, words.capitalize() if words.lower() in ("up", "down") else words, None
 
 
-def _event(line: str) -> str:
-    """The earthquake; nothing where the line has the record's own time alone, which differs from station to station."""
-    return "" if _NO_EVENT.match(line) else re.split(r"\s{2,}", line.strip())[0]
-
-
-def _magnitude(line: str) -> float | None:
-    """Moment, local or surface magnitude, in this order of choice."""
-    magnitudes = {kind.upper(): float(value) for kind, value in _MAGNITUDE.findall(line)}
-    return next((magnitudes[kind] for kind in "WLS" if magnitudes.get(kind)), None)
-
-
 def _station(text: list[str]) -> tuple[str, str]:
     """Network and station: of the record's id in later files, otherwise the station's number and, of CSMIP, CE."""
     match = _NETWORK.match(text[3])
@@ -314,14 +301,12 @@ def _start(channel: Channel) -> UTCDateTime | None:
     month, day, year, hour, minute = (int(match[group]) for group in range(1, 6))
     if year < 100:
         year += 1900 if year >= CENTURY else 2000
-    try:
+    with time_of_header(
+        f"{channel.place}: the channel that starts here has no valid time in {quoted(match[0])}; correct that line, or "
+        "remove the time where it is not known"
+    ):
         local = UTCDateTime(year, month, day, hour, minute) + float(match[6] or 0.0)
         return local + 3600.0 * ZONES[match[7].upper()]
-    except ValueError:
-        raise RecordError(
-            f"{channel.place}: the channel that starts here has no valid time in {quoted(match[0])}; correct that "
-            "line, or remove the time where it is not known"
-        ) from None
 
 
 FORMAT = Format(

@@ -17,9 +17,8 @@ from obspy import Stream
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
 from pounding_risk.motions.formats._native import bytes_of, read_by_obspy
-from pounding_risk.motions.formats._peaks import StatedPeak, check_peak
 from pounding_risk.motions.formats._response import to_acceleration
-from pounding_risk.motions.formats._text import check_step, recogniser
+from pounding_risk.motions.formats._text import StatedPeak, check_peak, check_step, recogniser
 
 KIND = "SAC"
 HEAD = 632  # bytes

@@ -74,8 +74,8 @@ def _read_simcenter(
         record = record_facts(
             timed=False, state="processed", units=sentence(unit, size), station=station, component=axis
         )
-        stats = {"delta": step, "calib": 1.0, "station": station[:40], "channel": axis, "record": record}
-        traces.append(trace_of(values.size if headonly else values, size, stats))
+        samples = values.size if headonly else values
+        traces.append(trace_of(samples, size, step, record, station=station[:40], channel=axis))
     return Stream(traces)
 
 
