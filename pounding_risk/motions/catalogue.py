@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.generated import is_recipe
+from pounding_risk.motions.record import Source
 from pounding_risk.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -174,6 +175,18 @@ def load(id: str) -> Stream:
     return stream
 
 
+def source(id: str, also: Iterable[str] = ()) -> Source:
+    """The record as a source, with its facts; raises as `load`, and as `entry`."""
+    known = entry(id, also)
+    trace = load(id)[0]
+    keys = ("id", "event", "magnitude", "date", "station", "component", "azimuth", "state", "format", "file")
+    record = {key: getattr(known, key) for key in (*keys, "package", "version", "sha256", "origin", "terms", "note")}
+    if known.format == "PEER_AT2":
+        return Source(id, trace, record, "units: g, times 9.80665 m/s²")
+    record["start"] = trace.stats.starttime.isoformat()
+    return Source(id, trace, record, f"units: counts, divided by {known.sensitivity:.10g} counts per m/s²")
+
+
 def _parsed(record: Entry, raw: bytes) -> Stream:
     """The stream of a file's bytes, in the units of the file."""
     if record.format == "PEER_AT2":
@@ -234,6 +247,11 @@ def _letters(text: str) -> str:
     return "".join(letter for letter in text.lower() if letter.isalnum())
 
 
+def has(id: str) -> bool:
+    """True for an id of the catalogue."""
+    return id in _catalogue()
+
+
 def is_file(name: str) -> bool:
     """True for what names a file, or a pattern of files, rather than an id or a generated motion."""
-    return not is_recipe(name) and all(entry.id != name for entry in entries())
+    return not is_recipe(name) and not has(name)

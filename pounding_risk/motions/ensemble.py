@@ -14,20 +14,28 @@ from typing import Any, NamedTuple
 
 from pounding_risk._common.progress import Progress
 from pounding_risk.errors import RecordError
-from pounding_risk.motions import record_sets, scaling, treatment
+from pounding_risk.motions import read, record_sets, scaling
 from pounding_risk.motions.copies import Copy, copies
-from pounding_risk.motions.formats import is_record
+from pounding_risk.motions.formats import is_record, split_component
 from pounding_risk.motions.manifest import read_manifest, source_of
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing import DEFAULT_CHAIN
 from pounding_risk.motions.processing.noise import shared_corners
-from pounding_risk.motions.read import processed
-from pounding_risk.motions.record import FACTOR_OF_SITE, GENERATED, RAW, STATED, Source, recording, recording_words
+from pounding_risk.motions.record import (
+    FACTOR_OF_SITE,
+    GENERATED,
+    RAW,
+    STATED,
+    Source,
+    is_vertical,
+    recording,
+    recording_words,
+)
 from pounding_risk.motions.request import RecordRequest, conflicts, matching
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.sites.event_grid import grid_sources, is_grid, sources_at
 from pounding_risk.motions.sites.places import Asked
-from pounding_risk.motions.source import components, file_name, generated, is_vertical, open_source, split_component
+from pounding_risk.motions.source import components, file_name, generated, open_source
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
 SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
@@ -96,7 +104,7 @@ def read_ensemble(
         motions.append(_as_chosen(motion, chosen[number - 1], request.manifest) if request.manifest else motion)
         if progress is not None:
             progress(number, len(groups))
-    motions = treatment.treated(motions, treatment.treatment_of(request, scaled=scaled))
+    motions = read.treated(motions, read.treatment_of(request, scaled=scaled))
     return MotionEnsemble(tuple(_distinct(motions)), (*left_out, *repeated), (*repeated, *copied))
 
 
@@ -272,12 +280,12 @@ def _recording(source: Source) -> str:
 
 def treated(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
     """The motion of one component, or of two turned to the row, processed, cut and scaled as the request wants it."""
-    return treatment.treated([_in_direction(request, group)], treatment.treatment_of(request))[0]
+    return read.treated([_in_direction(request, group)], read.treatment_of(request))[0]
 
 
 def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
     """One component, or two turned to the row, processed."""
-    return _turned(request, group) if len(group) == 2 else processed(group[0], request.processing)
+    return _turned(request, group) if len(group) == 2 else read.processed(group[0], request.processing)
 
 
 def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
@@ -288,7 +296,7 @@ def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
     flags: tuple[str, ...] = ()
     if processing == "auto" and all(source.record["state"] == RAW for source in pair):
         processing, words, flags = _one_band(pair)
-    first, second = (processed(source, processing) for source in pair)
+    first, second = (read.processed(source, processing) for source in pair)
     motion = rotated(first, second, request.direction)
     return replace(motion, processing=(*motion.processing, *words)).doubted(flags)
 
@@ -300,7 +308,7 @@ def _one_band(pair: tuple[Source, ...]) -> tuple[list[dict[str, Any]], tuple[str
     """
     steps = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
     at = next(number for number, step in enumerate(steps) if step["step"] == "bandpass")
-    before = [processed(source, steps[:at]) for source in pair]
+    before = [read.processed(source, steps[:at]) for source in pair]
     if before[0].dt != before[1].dt:  # `rotated` refuses them
         return steps, (), ()
     corners = shared_corners([motion.acceleration for motion in before], before[0].dt)

@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike
 
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.motions.source import check_samples
+from pounding_risk.motions.record import check_samples
 from pounding_risk.motions.spectra import directions, spectra
 from pounding_risk.units import DAMPING, STANDARD_GRAVITY, bounds
 

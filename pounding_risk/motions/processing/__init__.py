@@ -5,7 +5,7 @@ A scene or a script asks for steps by name, ``[{"step": "mean"}, {"step": "bandp
 `read_steps` turns that into steps with options in SI. To add a step is to write one function under ``@step`` in a
 module of this folder, a new one or the one of its family; nothing else lists it.
 
-No step scales. Scaling comes last, in `pounding_risk.motions.treatment`, on the samples that a run takes.
+No step scales. Scaling comes last, in `pounding_risk.motions.read`, on the samples that a run takes.
 """
 
 from __future__ import annotations

@@ -10,11 +10,11 @@ Asked(place=Place(longitude=23.73, latitude=37.98), id='', within=20.0)
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from difflib import get_close_matches
 from math import asin, ceil, cos, inf, isfinite, radians, sin, sqrt
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pounding_risk._common.tables import Row, Table
 from pounding_risk.errors import RecordError
@@ -151,14 +151,6 @@ def split_site(text: str) -> tuple[str, str]:
     """A file, or pattern of files, and the site after "#"; a file whose own name has a # is taken as it is."""
     name, mark, site = text.rpartition("#")
     return (name, site) if mark and name and not Path(text).exists() else (text, "")
-
-
-def site_of(record: Mapping[str, Any]) -> str:
-    """The site of a record in words, from its facts; "" of a record that is of none."""
-    if "site" not in record:
-        return ""
-    away = f", {record['site_distance_km']:.3g} km from the place of the scene" if "site_distance_km" in record else ""
-    return f"{record['site']} at {Place(record['longitude'], record['latitude'])}{away}"
 
 
 def site_words(site: Site, asked: Asked | None) -> str:

@@ -10,7 +10,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
 from pounding_risk.motions.formats import read_file
 from pounding_risk.motions.formats.peer_at2 import _is_at2, _read_at2
-from pounding_risk.motions.source import is_vertical
+from pounding_risk.motions.record import is_vertical
 
 G = 9.80665
 PROCESSED = [entry.id for entry in catalogue.entries() if entry.format == "PEER_AT2"]
