@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 from math import isfinite, nan
 from pathlib import Path
 from typing import NamedTuple
@@ -180,7 +180,7 @@ def csv_rows(
     return rows
 
 
-def uneven(cells: Sequence[str], heads: Sequence[str]) -> str:
+def uneven(cells: Sized, heads: Sized) -> str:
     """Words on a row with another number of cells than the head; "" where both have as many."""
     if len(cells) == len(heads):
         return ""

@@ -215,10 +215,10 @@ def treated(motions: Sequence[Motion], how: Treatment) -> list[Motion]:
         aim = (how.sa.value, how.sa.period, how.sa.damping)
         shaking = [scaling.to_spectral_acceleration(motion, *aim) for motion in shaking]
     if how.to_median is not None:  # of their ensemble; both components of a recording share one factor
-        of_sa = isinstance(how.to_median, Spectral)
-        measure = f"sa({how.to_median.period!r} s)" if of_sa else how.to_median
+        measure, damping = how.to_median, 0.05
+        if isinstance(measure, Spectral):
+            measure, damping = f"sa({measure.period!r} s)", measure.damping
         groups = [recording(motion.record, motion.name) for motion in shaking]
-        damping = how.to_median.damping if of_sa else 0.05
         shaking = list(scaling.to_median(shaking, measure, groups=groups, damping=damping))
     if how.scale is not None:
         shaking = [scaling.by_factor(motion, how.scale) for motion in shaking]

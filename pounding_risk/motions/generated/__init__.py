@@ -14,10 +14,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from functools import cache
 from hashlib import sha256
-from importlib import import_module
-from pkgutil import iter_modules
 from typing import Any, NamedTuple
 
 from pounding_risk._common.words import nearest
@@ -153,14 +150,7 @@ def motion_kinds() -> Mapping[str, Kind]:
     mapping of str to Kind
         Function and keys of each kind by its name, in alphabetical order.
     """
-    _import_kinds()
     return KINDS
-
-
-@cache
-def _import_kinds() -> None:
-    for module in iter_modules(__path__):
-        import_module(f"{__name__}.{module.name}")
 
 
 def known_kind(name: Any) -> Kind:

@@ -174,7 +174,7 @@ class Kind(NamedTuple):
         return "{" + ", ".join([f'kind = "{self.name}"', *keys]) + "}"
 
 
-KINDS = Registry("motions", arrange=sorted)
+KINDS = Registry("motions", arrange=sorted, folder=__package__ or "")
 # The keys that every kind has, and those of every kind that differs by a seed.
 OF_ALL = {
     "step": Option(

@@ -11,10 +11,7 @@ No step scales. Scaling comes last, in `pounding_risk.motions.read`, on the samp
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
-from importlib import import_module
 from math import inf
-from pkgutil import iter_modules
 from typing import Any, NamedTuple
 
 from pounding_risk._common.plugins import Registry
@@ -62,7 +59,7 @@ class Known(NamedTuple):
     options: dict[str, Quantity | tuple[str, ...]]
 
 
-_REGISTRY = Registry("steps", arrange=sorted)
+_REGISTRY = Registry("steps", arrange=sorted, folder=__name__)
 # What "auto" does to a raw record. No step of it needs a choice by the user; each says what field practice it follows.
 DEFAULT_CHAIN: tuple[Step, ...] = tuple(Step(name, {}) for name in ("mean", "taper", "bandpass", "baseline"))
 
@@ -85,14 +82,7 @@ def known_steps() -> Mapping[str, Known]:
     mapping of str to Known
         Function and options of each step by its name, in alphabetical order.
     """
-    _import_steps()
     return _REGISTRY
-
-
-@cache
-def _import_steps() -> None:
-    for module in iter_modules(__path__):
-        import_module(f"{__name__}.{module.name}")
 
 
 def read_steps(tables: Sequence[Mapping[str, Any]]) -> tuple[Step, ...]:
