@@ -97,7 +97,14 @@ class Criteria:
         if self.pga is not None:
             object.__setattr__(self, "pga", tuple(in_si("pga", bound, PGA) for bound in self.pga))
         for key in ("limits", *FILTERS):
-            _check_bounds(key, getattr(self, key))
+            bounds = getattr(self, key)
+            if bounds is None:
+                continue
+            numbers = isinstance(bounds, Sequence) and all(isinstance(bound, int | float) for bound in bounds)
+            if not numbers or len(bounds) != 2 or not bounds[0] <= bounds[1]:
+                raise RecordError(
+                    f"{key}: {shown(bounds)} is no range; give the smallest and the largest, such as (0.25, 4.0)"
+                )
         if self.limits[0] <= 0.0:
             raise RecordError(
                 f"limits: a factor of {self.limits[0]:g} scales nothing; write two above 0, such as 0.25, 4"
@@ -151,7 +158,7 @@ class Selection(ShortRepr):
         low, high = self.wanted.periods
         aim = f"the target {self.target.name} from {low:g} to {high:g} s"
         return tuple(
-            by_factor(_doubted(motion, row.doubts), row.factor, aim) for row in self.rows for motion in row.motions
+            by_factor(motion.doubted(row.doubts), row.factor, aim) for row in self.rows for motion in row.motions
         )
 
     @property
@@ -278,7 +285,12 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
     the same ``rsn``, or else of the same event, date and station; a recording with one, or with more than two, is
     left out. So are records without a fact that a criterion needs, copies, and records whose spectrum is zero.
     """
-    criteria = _criteria(choices)
+    unknown = [key for key in choices if key not in Criteria.__dataclass_fields__]
+    if unknown:
+        raise RecordError(
+            f"{', '.join(unknown)}: no choice of a selection; it takes {', '.join(Criteria.__dataclass_fields__)}"
+        )
+    criteria = Criteria(**choices)
     periods = np.geomspace(*criteria.periods, NODES)
     goal = target.at(periods)
     left_out: Counter[str] = Counter()
@@ -309,23 +321,6 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
         why = ", ".join(f"{count} for {reason}" for reason, count in left_out.items()) or "none was given"
         raise RecordError(f"no record is left of {considered}: {why}; widen the choice")
     return Selection(target, criteria, periods, tuple(chosen), considered, dict(left_out))
-
-
-def _criteria(choices: dict[str, Any]) -> Criteria:
-    unknown = [key for key in choices if key not in Criteria.__dataclass_fields__]
-    if unknown:
-        raise RecordError(
-            f"{', '.join(unknown)}: no choice of a selection; it takes {', '.join(Criteria.__dataclass_fields__)}"
-        )
-    return Criteria(**choices)
-
-
-def _check_bounds(key: str, bounds: Any) -> None:
-    if bounds is None:
-        return
-    numbers = isinstance(bounds, Sequence) and all(isinstance(bound, int | float) for bound in bounds)
-    if not numbers or len(bounds) != 2 or not bounds[0] <= bounds[1]:
-        raise RecordError(f"{key}: {shown(bounds)} is no range; give the smallest and the largest, such as (0.25, 4.0)")
 
 
 def _candidates(motions: list[Motion], criteria: Criteria, left_out: Counter[str]) -> list[tuple[Motion, ...]]:
@@ -420,12 +415,6 @@ def _doubts(parts: tuple[Motion, ...], criteria: Criteria) -> tuple[str, ...]:
         return ()
     longest = f"{1.0 / lowest:.3g} s"
     return (f"compared up to {criteria.periods[1]:g} s, and usable up to {longest} ({lowest:.4g} Hz) only",)
-
-
-def _doubted(motion: Motion, doubts: tuple[str, ...]) -> Motion:
-    return Motion(
-        motion.name, motion.acceleration, motion.dt, motion.record, motion.processing, (*motion.flags, *doubts)
-    )
 
 
 def _alone(candidates: list[tuple[Motion, ...]], periods: Samples, damping: float) -> Samples:

@@ -13,7 +13,7 @@ Ordinates are pseudo-spectral accelerations: codes go from them to displacements
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import isfinite, sqrt
 from pathlib import Path
@@ -123,7 +123,9 @@ class Target:
                 f"{self.name}: is given from {self.periods[0]:g} to {self.periods[-1]:g} s, and {outside.flat[0]:g} s "
                 "is asked for; narrow the range of periods"
             )
-        return self.shape(at) if self.shape else self._between(at)
+        if self.shape:
+            return self.shape(at)
+        return self._joined(at, self.acceleration, np.log(self.acceleration), np.exp)
 
     @property
     def pivot(self) -> float | None:
@@ -141,17 +143,16 @@ class Target:
         self.at(at)
         if self.deviation is None:
             return np.zeros(at.shape)
+        return self._joined(at, self.deviation, self.deviation)
+
+    def _joined(
+        self, at: Samples, values: Samples, over_log: Samples, back: Callable[[Samples], Samples] = np.asarray
+    ) -> Samples:
+        """Values by straight lines of ``over_log`` over ln(period), and from a period of 0 over the period."""
         start = 1 if self.periods[0] == 0.0 else 0
         first = self.periods[start]
-        joined = np.interp(np.log(np.maximum(at, first)), np.log(self.periods[start:]), self.deviation[start:])
-        return np.where(at < first, np.interp(at, self.periods, self.deviation), joined)
-
-    def _between(self, at: Samples) -> Samples:
-        start = 1 if self.periods[0] == 0.0 else 0
-        periods, values = self.periods[start:], self.acceleration[start:]
-        safe = np.maximum(at, periods[0])
-        joined = np.exp(np.interp(np.log(safe), np.log(periods), np.log(values)))
-        return np.where(at < periods[0], np.interp(at, self.periods, self.acceleration), joined)
+        joined = np.interp(np.log(np.maximum(at, first)), np.log(self.periods[start:]), over_log[start:])
+        return np.where(at < first, np.interp(at, self.periods, values), back(joined))
 
 
 def read_target(text: str | Path, *, damping: float = 0.05) -> Target:
@@ -190,18 +191,13 @@ def read_target(text: str | Path, *, damping: float = 0.05) -> Target:
         carried = record_sets.carried_spectra(name)
         return Target(name, carried.periods, np.exp(np.log(carried.pseudo_acceleration).mean(axis=0)))
     file, poe = split_site(name)
-    if is_conditional(Path(file)):
-        return _conditional(Path(file), poe, damping)
-    return _file(Path(text), damping)
-
-
-def _conditional(path: Path, poe: str, damping: float) -> Target:
-    """The target of a conditional spectrum, which OpenQuake gives for 5 % damping."""
+    if not is_conditional(Path(file)):
+        return _file(Path(text), damping)
     if damping != OF_MODELS:
-        raise RecordError(f"{path}: is for {100 * OF_MODELS:g} % damping; leave the damping of {100 * damping:g} % out")
-    read = read_conditional(path, poe)
-    name = f"{path.stem}{f'#{poe}' if poe else ''}"
-    return Target(name, read.periods, read.median, damping, deviation=read.deviation, origin=read.words)
+        raise RecordError(f"{file}: is for {100 * OF_MODELS:g} % damping; leave the damping of {100 * damping:g} % out")
+    known = read_conditional(Path(file), poe)
+    stem = f"{Path(file).stem}{f'#{poe}' if poe else ''}"
+    return Target(stem, known.periods, known.median, damping, deviation=known.deviation, origin=known.words)
 
 
 def asce7(sds: float, sd1: float, tl: float) -> Target:
@@ -309,14 +305,6 @@ def _tabulated(
     return Target(name, periods, shape(periods), damping, shape)
 
 
-def _asce7_of(values: Mapping[str, Any]) -> Target:
-    return asce7(values["sds"], values["sd1"], values["tl"])
-
-
-def _ec8_of(values: Mapping[str, Any]) -> Target:
-    return eurocode8(values["ag"], values["ground"].upper(), values["type"], values.get("damping", 0.05))
-
-
 def _number(text: str) -> float:
     return float(text.removesuffix(" s").removesuffix(" g"))
 
@@ -325,12 +313,12 @@ def _acceleration(text: str) -> float:
     return parse(text, PGA)  # a_g is quoted in g as often as in m/s²
 
 
-# What a shape takes: how each key is read, its example, and which must be there.
-SHAPES: dict[str, tuple[Callable[[Mapping[str, Any]], Target], dict[str, Callable[[str], Any]], str]] = {
-    "asce7": (_asce7_of, {"sds": _number, "sd1": _number, "tl": _number}, "asce7:sds=1.0,sd1=0.6,tl=8"),
+# What a shape takes: how each key is read, in the order of the arguments, and its example. Only damping may be absent.
+SHAPES: dict[str, tuple[Callable[..., Target], dict[str, Callable[[str], Any]], str]] = {
+    "asce7": (asce7, {"sds": _number, "sd1": _number, "tl": _number}, "asce7:sds=1.0,sd1=0.6,tl=8"),
     "ec8": (
-        _ec8_of,
-        {"ag": _acceleration, "ground": str, "type": int, "damping": float},
+        eurocode8,
+        {"ag": _acceleration, "ground": str.upper, "type": int, "damping": float},
         "ec8:ag=0.25 g,ground=B,type=1",
     ),
 }
@@ -352,7 +340,7 @@ def _shape(name: str, kind: str, parameters: str) -> Target:
     absent = [key for key in readers if key not in values and key != "damping"]
     if absent:
         raise RecordError(f'{name}: says nothing of {" and ".join(absent)}; write "{example}"')
-    return make(values)
+    return make(*(values[key] for key in readers if key in values))
 
 
 def _file(path: Path, damping: float) -> Target:
