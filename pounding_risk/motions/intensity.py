@@ -256,7 +256,7 @@ def response_spectra(
     ----------
     ü + 2 ζ ω u̇ + ω² u = −a_g, exact for linear a_g: Nigam and Jennings (1969). See `pounding_risk.motions.spectra`.
     """
-    alone = _is_one(acceleration)
+    alone = len(acceleration) == 0 or np.ndim(acceleration[0]) == 0  # type: ignore[arg-type,index]
     records: Sequence[Any] = [acceleration] if alone else list(acceleration)  # type: ignore[arg-type]
     steps = np.array(np.broadcast_to(np.asarray(dt, dtype=float), (len(records),)))
     samples = [
@@ -314,11 +314,6 @@ def rotated_spectra(
     peaks = directions(first, second, float(dt), valid, float(damping), turns)
     pga = np.array([np.abs(c * first + s * second).max() for c, s in turns.T])
     return Rotated(valid, float(damping), peaks * ((2.0 * pi / valid) ** 2)[:, None], pga)
-
-
-def _is_one(acceleration: Any) -> bool:
-    """True for the samples of one record, False for a sequence of records."""
-    return len(acceleration) == 0 or np.ndim(acceleration[0]) == 0
 
 
 def _checked(acceleration: Any, dt: float, name: str = "the acceleration") -> Samples:

@@ -62,7 +62,8 @@ CHECKED = ("sha256", "dt [s]", "npts", "PGA [m/s2]", "processing")
 
 def manifest(motions: Iterable[Motion]) -> list[dict[str, Any]]:
     """One row for each motion, with the columns of ``COLUMNS``; None where a record does not state a value."""
-    return [{name: _value(value_of(motion)) for name, (value_of, _) in COLUMNS.items()} for motion in motions]
+    rows = [{name: value_of(motion) for name, (value_of, _) in COLUMNS.items()} for motion in motions]
+    return [{name: None if value == "" else value for name, value in row.items()} for row in rows]
 
 
 def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
@@ -178,10 +179,6 @@ def _by_name(rows: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
         again = f" ({times[row['name']]})" if times[row["name"]] > 1 else ""
         by_name[f"{row['name']}{again}"] = row
     return by_name
-
-
-def _value(value: Any) -> Any:
-    return None if value == "" else value
 
 
 def _read(source: Path, number: int, cells: list[str]) -> dict[str, Any]:

@@ -433,7 +433,7 @@ REFUSED = [
         "--damping: 2 % is asked for, and asce7:sds=1,sd1=0.6,tl=8 is for 5 %; write --damping 0.05, or another target",
     ),
     ("process RSN6-180 --sa 0.5g 1", '--sa: "1" has no unit, and a period of vibration needs one; '),
-    ("process --set fema-p695", '"fema-p695" is not a set of records (did you mean fema-p695-farfield?); '),
+    ("process --set fema-p695", '"fema-p695" is not a set of records (did you mean "fema-p695-farfield"?); '),
     (
         f"select RSN6-180 --target {CODE} --range 0.2s 20s",
         f"{CODE.replace('1.0', '1')}: is given from 0 to 16 s, and ",

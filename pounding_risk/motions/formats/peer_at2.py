@@ -17,6 +17,7 @@ unseen.
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from obspy import Stream, UTCDateTime
@@ -95,7 +96,13 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     corners = {kind.upper(): number(corner) for kind, corner in _CORNER.findall(header.unit_line)}
     at2: dict[str, Any] = {**facts, "title": header.title, "unit": "G"}
     at2 |= {key: corners[kind] for key, kind in (("high_pass", "HP"), ("low_pass", "LP")) if kind in corners}
-    day = _day(facts["date"])
+    day = None
+    with suppress(ValueError):  # two digits of a year are of the twentieth century
+        month, day_of_month, year = (int(part) for part in facts["date"].split("/"))
+        day = UTCDateTime(year + 1900 if year < 100 else year, month, day_of_month)
+    azimuth = COMPASS.get(facts["component"].upper())
+    if re.fullmatch(r"\d{1,3}", facts["component"], re.ASCII) and int(facts["component"]) <= 360:
+        azimuth = float(facts["component"])
     record = record_facts(
         state="processed",
         timed=False,  # a header states the day alone
@@ -104,7 +111,7 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
         date=facts["date"] if day is None else str(day.date),
         station=facts["station"],
         component=facts["component"],
-        azimuth=_azimuth(facts["component"]),
+        azimuth=azimuth,
         low_corner=corners.get("HP"),
         high_corner=corners.get("LP"),
     )
@@ -159,22 +166,6 @@ def _count_and_step(where: str, line: str) -> tuple[int, float]:
             raise RecordError(f"{where}: no {missing} in {quoted(line)}; {repair}")
         count_text, step_text = count_found[1], step_found[1]
     return whole_count(where, count_text, "NPTS"), check_step(where, number(step_text), step_text)
-
-
-def _azimuth(component: str) -> float | None:
-    """Degrees clockwise from north, where the component's name is a whole number of them, or a letter (N)."""
-    if component.upper() in COMPASS:
-        return COMPASS[component.upper()]
-    return float(component) if re.fullmatch(r"\d{1,3}", component, re.ASCII) and int(component) <= 360 else None
-
-
-def _day(date: str) -> UTCDateTime | None:
-    """Month/day/year as the databases write it; two digits of a year are of the twentieth century."""
-    try:
-        month, day, year = (int(part) for part in date.split("/"))
-        return UTCDateTime(year + 1900 if year < 100 else year, month, day)
-    except ValueError:
-        return None
 
 
 FORMAT = Format("PEER_AT2", "PEER AT2 (.at2)", (".at2",), _is_at2, _read_at2)

@@ -96,13 +96,21 @@ def _bilinear(samples: Samples, dt: float, given: tuple[float | None, float | No
         words = f"offset of {line.slope:.4g} m/s² subtracted from {zero:.4g} s on"
         others = shaking.strong
     else:
-        times = _times(given, shaking.strong)
+        start, end = (usual if time is None else time for time, usual in zip(given, shaking.strong, strict=True))
+        if end <= start:
+            raise RecordError(
+                f"offsets from {start:.4g} s to {end:.4g} s: the times do not rise; write an end after the start"
+            )
+        times = (start, end)
         corrected = samples - _offsets(len(samples), dt, line, times)
         middle = line.at(times[1]) / (times[1] - times[0])
         words = f"offsets of {middle:.4g} m/s² from {times[0]:.4g} to {times[1]:.4g} s and {line.slope:.4g} after"
         others = (shaking.arrival, shaking.settled)
     instead = samples - _offsets(len(samples), dt, line, others)
-    displacement, otherwise = (100.0 * _static(trace, dt, shaking.settled) for trace in (corrected, instead))
+    quiet_end = slice(round(shaking.settled / dt), None)
+    displacement, otherwise = (
+        100.0 * float(velocity_displacement(trace, dt)[1][quiet_end].mean()) for trace in (corrected, instead)
+    )
     other_words = f"{otherwise:.3g} cm with offsets from {others[0]:.4g} and {others[1]:.4g} s on"
     permanent = f"permanent displacement {displacement:.3g} cm ({other_words})"
     ends, flags = _ends(corrected, dt, ("velocity",))
@@ -135,16 +143,6 @@ def _line(samples: Samples, dt: float, settled: float) -> _Line:
     return _Line(float(velocity.mean()) - slope * middle, slope)
 
 
-def _times(times: tuple[float | None, float | None], strong: tuple[float, float]) -> tuple[float, float]:
-    """Start and end of the offsets: as given, or those of the strong shaking."""
-    start, end = (usual if time is None else time for time, usual in zip(times, strong, strict=True))
-    if end <= start:
-        raise RecordError(
-            f"offsets from {start:.4g} s to {end:.4g} s: the times do not rise; write an end after the start"
-        )
-    return start, end
-
-
 def _offsets(count: int, dt: float, line: _Line, times: tuple[float, float]) -> Samples:
     """The offsets [m/s²]: a_m between the two times and a_f after them."""
     middle = line.at(times[1]) / (times[1] - times[0])
@@ -156,11 +154,6 @@ def _unit_step(count: int, dt: float, time: float) -> Samples:
     """Zero before ``time`` and one after it, with a ramp of one step so that its integral is exact."""
     rise: Samples = np.clip(np.arange(count) - time / dt + 0.5, 0.0, 1.0)
     return rise
-
-
-def _static(samples: Samples, dt: float, settled: float) -> float:
-    """Mean displacement [m] of the quiet end."""
-    return float(velocity_displacement(samples, dt)[1][round(settled / dt) :].mean())
 
 
 def _ends(samples: Samples, dt: float, at_rest: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:

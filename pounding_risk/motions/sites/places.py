@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from difflib import get_close_matches
 from math import asin, ceil, cos, inf, isfinite, radians, sin, sqrt
 from pathlib import Path
 from typing import NamedTuple
 
 from pounding_risk._common.tables import Row, Table
+from pounding_risk._common.words import nearest as nearest_word
 from pounding_risk.errors import RecordError
 from pounding_risk.units import Quantity, QuantityError, parse, shown
 
@@ -128,8 +128,7 @@ def find_site(
         if asked.id in ids:
             position = list(ids).index(asked.id)
             return Site(position, places[position])
-        near = get_close_matches(asked.id, ids, 1, 0.6)
-        hint = f" (did you mean {near[0]}?)" if near else ""
+        hint = nearest_word(asked.id, ids)
         known = f"its ids go from {ids[0]} to {ids[-1]}" if ids else "its sites have no ids"
         raise RecordError(f"{where}: has no site {shown(asked.id)}{hint}; {known}: {EXAMPLE}")
     site = nearest(places, asked.place)
