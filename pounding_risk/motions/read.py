@@ -212,12 +212,11 @@ def treated(motions: Sequence[Motion], how: Treatment) -> list[Motion]:
     if how.sa is not None:
         if how.sa.value is None:
             raise RecordError("sa: names a period and no value to scale to; give one, such as 0.4 g")
-        aim = (how.sa.value, how.sa.period, how.sa.damping)
-        shaking = [scaling.to_spectral_acceleration(motion, *aim) for motion in shaking]
+        at_period = (how.sa.value, how.sa.period, how.sa.damping)
+        shaking = [scaling.to_spectral_acceleration(motion, *at_period) for motion in shaking]
     if how.to_median is not None:  # of their ensemble; both components of a recording share one factor
-        measure, damping = how.to_median, 0.05
-        if isinstance(measure, Spectral):
-            measure, damping = f"sa({measure.period!r} s)", measure.damping
+        aim = how.to_median
+        measure, damping = (aim, 0.05) if isinstance(aim, str) else (f"sa({aim.period!r} s)", aim.damping)
         groups = [recording(motion.record, motion.name) for motion in shaking]
         shaking = list(scaling.to_median(shaking, measure, groups=groups, damping=damping))
     if how.scale is not None:
