@@ -177,11 +177,11 @@ def read_fields(path: str | Path) -> Fields:
 
 
 def _site(table: Table, column: str, where: str) -> tuple[str, str]:
-    """The id of the site that is asked for, and a sentence on it."""
+    """The id of the site that is wanted for, and a sentence on it."""
     ids = list(dict.fromkeys(table.whole_id(row, column) for row in table.rows))
-    asked = read_site(where, str(table.path)) if where else None
-    if asked is None or asked.place is None:
-        site = asked.id if asked else ids[0] if len(ids) == 1 else ""
+    wanted = read_site(where, str(table.path)) if where else None
+    if wanted is None or wanted.place is None:
+        site = wanted.id if wanted else ids[0] if len(ids) == 1 else ""
         if site not in ids:
             known = f"{len(ids)} sites, {', '.join(ids[:5])}{' ...' if len(ids) > 5 else ''}"
             lacking = f"has no site {site}, and {known}" if site else f"has {known}"
@@ -190,8 +190,8 @@ def _site(table: Table, column: str, where: str) -> tuple[str, str]:
     mesh = _mesh(table.path)
     places = [place_of(mesh, row) for row in mesh.rows]
     names = [mesh.whole_id(row, "site_id") for row in mesh.rows]
-    found = find_site(places, names, asked, str(mesh.path))
-    return names[found.position], site_words(found, asked)
+    found = find_site(places, names, wanted, str(mesh.path))
+    return names[found.position], site_words(found, wanted)
 
 
 def _mesh(path: Path) -> Table:

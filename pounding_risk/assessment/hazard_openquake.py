@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk._common.tables import AGAIN, Row, Table, head_of, read_table
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.sites.places import Asked, Site, find_site, place_of, read_site, site_words, split_site
+from pounding_risk.motions.sites.places import Site, SiteRequest, find_site, place_of, read_site, site_words, split_site
 from pounding_risk.results.amplitudes import Spectral
 from pounding_risk.units import STANDARD_GRAVITY
 
@@ -59,8 +59,8 @@ def exported(path: str | Path) -> Exported | None:
     if len(ours) < len(files):
         odd = next(file for file in files if file not in ours)
         raise PoundingError(f"{odd}: is no hazard curve of OpenQuake, as others of {name} are; narrow the pattern")
-    asked = read_site(where) if where else None
-    parts = [_curve_or_spectra(read_table(file, error=PoundingError, needed=("lon", "lat")), asked) for file in ours]
+    wanted = read_site(where) if where else None
+    parts = [_curve_or_spectra(read_table(file, error=PoundingError, needed=("lon", "lat")), wanted) for file in ours]
     first = parts[0]
     for file, part in zip(ours, parts, strict=True):
         if (part.years, part.reading[0]) != (first.years, first.reading[0]):
@@ -91,25 +91,25 @@ def _is_export(head: Sequence[str]) -> bool:
     return "lon" in head and "lat" in head
 
 
-def _curve_or_spectra(table: Table, asked: Asked | None) -> Exported:
+def _curve_or_spectra(table: Table, wanted: SiteRequest | None) -> Exported:
     at = table.head.index("custom_site_id") if "custom_site_id" in table.head else -1
     ids = [row.cells[at] for row in table.rows] if at >= 0 else []
-    site = find_site([place_of(table, row) for row in table.rows], ids, asked, str(table.path))
+    site = find_site([place_of(table, row) for row in table.rows], ids, wanted, str(table.path))
     row = table.rows[site.position]
     columns = [name for name in table.head if name not in ("custom_site_id", "lon", "lat", "depth")]
     if columns and all(map(_POE.fullmatch, columns)):
-        return _curve(table, row, columns, _about(table, site, asked))
+        return _curve(table, row, columns, _about(table, site, wanted))
     if columns and all(map(_SPECTRUM.fullmatch, columns)):
-        return _spectra(table, row, columns, _about(table, site, asked))
+        return _spectra(table, row, columns, _about(table, site, wanted))
     raise table.fault(
         "is an export of OpenQuake, and neither a hazard curve (columns poe-0.1 ...) nor uniform hazard spectra "
         "(columns 0.002105~PGA ...); export hcurves or uhs"
     )
 
 
-def _about(table: Table, site: Site, asked: Asked | None) -> str:
+def _about(table: Table, site: Site, wanted: SiteRequest | None) -> str:
     kind = table.facts.get("kind", "")
-    return f"OpenQuake{f', {kind}' if kind else ''}. {site_words(site, asked)}"
+    return f"OpenQuake{f', {kind}' if kind else ''}. {site_words(site, wanted)}"
 
 
 def _intensity(table: Table, imt: str) -> tuple[str, float]:

@@ -220,22 +220,22 @@ def _entry(facts: dict[str, Any]) -> Entry:
     return Entry(**facts)
 
 
-def similar(name_asked: str, also: Iterable[str] = ()) -> list[str]:
-    """Ids near to the one asked for, best first: of the same letters, then similar, then by earthquake or station.
+def similar(id: str, also: Iterable[str] = ()) -> list[str]:
+    """Ids near to the one requested, best first: of the same letters, then similar, then by earthquake or station.
 
     Ids of the same recording come alone where there are any; ``also`` are ids beside those of the catalogue.
     """
     names = [*_catalogue(), *also]
-    same = [name for name in names if name.lower() == name_asked.lower()]
-    sisters = [name for name in names if name.lower().partition("-")[0] == name_asked.lower().partition("-")[0]]
+    same = [name for name in names if name.lower() == id.lower()]
+    sisters = [name for name in names if name.lower().partition("-")[0] == id.lower().partition("-")[0]]
     folded = {name.lower(): name for name in sisters or names}
-    near = same or [folded[name] for name in get_close_matches(name_asked.lower(), list(folded), NEAREST, 0.6)]
-    return near or _by_place(name_asked)[:NEAREST]
+    near = same or [folded[name] for name in get_close_matches(id.lower(), list(folded), NEAREST, 0.6)]
+    return near or _by_place(id)[:NEAREST]
 
 
-def _by_place(name_asked: str) -> list[str]:
-    """Horizontal records whose earthquake or station contains the letters asked for."""
-    word = _letters(name_asked)
+def _by_place(name: str) -> list[str]:
+    """Horizontal records whose earthquake or station contains the letters of a name."""
+    word = _letters(name)
     if len(word) < SHORTEST_WORD:
         return []
     return [

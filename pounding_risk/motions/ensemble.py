@@ -34,7 +34,7 @@ from pounding_risk.motions.record import (
 from pounding_risk.motions.request import RecordRequest, conflicts, matching
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.sites.event_grid import grid_sources, is_grid, sources_at
-from pounding_risk.motions.sites.places import Asked
+from pounding_risk.motions.sites.places import SiteRequest
 from pounding_risk.motions.source import components, file_name, generated, open_source
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
@@ -120,8 +120,8 @@ def _of_sources(request: RecordRequest, folder: Path, left_out: list[str]) -> It
     for pattern in request.files:
         sources += horizontals(list(sources_named(pattern, folder, left_out, **stated)), left_out)
     if request.sites:
-        asked = None if request.place is None else Asked(request.place)
-        sources = horizontals(list(grid_sources(folder / request.sites, asked, **stated)), left_out)
+        wanted = None if request.place is None else SiteRequest(request.place)
+        sources = horizontals(list(grid_sources(folder / request.sites, wanted, **stated)), left_out)
     return map(_Chosen, each_once(sources))
 
 
@@ -137,7 +137,7 @@ def _each_once(chosen: list[_Chosen], one_size: bool) -> tuple[list[_Chosen], li
     """The records without those that would drive the same runs as an earlier one.
 
     With a sentence for each that is left out, and one for each other copy, which stays and shares its recording.
-    ``one_size`` is True where all motions are scaled to one amplitude, so that their own does not tell them apart.
+    ``one_size`` is True where all motions are scaled to one amplitude, so that their own does not distinguish them.
     """
     same = copies([(record.source.trace.data * record.factor, record.source.trace.stats.delta) for record in chosen])
     repeated = [copy for copy in same if copy.is_same_motion(any_size=one_size)]

@@ -141,7 +141,7 @@ def peak_ground_velocity(acceleration: ArrayLike, dt: float) -> float:
     Returns
     -------
     float
-        PGV [m/s], exact for linear a: crests between samples count. Raises as `measure`.
+        PGV [m/s], exact for linear a: local maxima between samples count. Raises as `measure`.
     """
     return _peaks_of_motion(_checked(acceleration, dt), dt)[0]
 
@@ -243,7 +243,7 @@ def response_spectra(
     Returns
     -------
     Spectra
-        Peaks from rest, in SI. Crests between samples are found to 4e-6 or better.
+        Peaks from rest, in SI. Local maxima between samples are found to 4e-6 or better.
 
     Raises
     ------
@@ -290,7 +290,7 @@ def rotated_spectra(
     -------
     Rotated
         PSA [m/s²] and PGA [m/s²] along 180 directions. The response along a direction is that to both components,
-        combined; its peak is the largest over time, crests between samples included, to 1e-5 at 5 % damping.
+        combined; its peak is the largest over time, local maxima between samples included, to 1e-5 at 5 % damping.
 
     Raises
     ------

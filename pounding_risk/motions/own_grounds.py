@@ -76,8 +76,8 @@ def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
 
     shared, factor = drawn(motion), motion.record.get("factor", 1.0)
     scaled = [None if record is None else factor * drawn(record) for record in own]
-    apart = tuple(None if samples is None or np.array_equal(samples, shared) else samples for samples in scaled)
-    for samples in apart:
+    own_samples = tuple(None if samples is None or np.array_equal(samples, shared) else samples for samples in scaled)
+    for samples in own_samples:
         if samples is not None:
             samples.flags.writeable = False
     sentences = [f"beside it: {record.name}, times {factor:g}" for record in others]
@@ -94,7 +94,7 @@ def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
         dt=dt,
         record={**motion.record, "beside": beside},
         processing=(*motion.processing, *sentences),
-        own_grounds=apart if any(samples is not None for samples in apart) else (),
+        own_grounds=own_samples if any(samples is not None for samples in own_samples) else (),
         tail=shared.size - ((motion.acceleration.size - motion.tail - 1) * parts[id(motion)] + 1),
     ).doubted(flags)
 

@@ -122,7 +122,7 @@ def quality(
     usable : float, optional
         The lowest frequency that the record's filter left [Hz].
     state : str
-        "raw" also asks for quiet before the earthquake, and for an earthquake that stands out of the noise, which a
+        "raw" also requires quiet before the earthquake, and an earthquake that stands out of the noise, which a
         processed record need not have any more.
     checks : tuple of str, optional
         Names of checks; all of `CHECKS` unless given.

@@ -56,7 +56,7 @@ class Treatment(NamedTuple):
 
 
 def treatment_of(request: RecordRequest, *, scaled: bool = True) -> Treatment:
-    """The treatment that a request asks for, in the records' own polarity; without ``scaled`` the amplitude is kept."""
+    """The treatment of a request, in the records' own polarity; without ``scaled`` the amplitude is kept."""
     if not scaled:
         return Treatment(request.window, tail=request.tail)
     return Treatment(
@@ -192,7 +192,7 @@ def treated(motions: Sequence[Motion], how: Treatment) -> list[Motion]:
     Parameters
     ----------
     motions : sequence of Motion
-        Processed, and turned to the row where that is asked for; the ensemble, where there is a median to reach.
+        Processed, and turned to the row where that is requested; the ensemble, where there is a median to reach.
     how : Treatment
         What is done to each of them.
 

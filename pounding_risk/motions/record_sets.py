@@ -141,7 +141,7 @@ def find(id: str) -> Member | None:
 def similar(id: str) -> Iterator[str]:
     """Ids of the sets near to an id with a record sequence number; none without the packages.
 
-    The files of the sets are opened where the first id is asked for.
+    The files of the sets are opened where the first id is requested.
     """
     if id.upper().startswith("RSN") and not missing():
         yield from (member.id for file in (_FAR, _PULSE, _NO_PULSE) for member in _members(file))

@@ -177,7 +177,7 @@ def _aligned(first: Motion, second: Motion) -> tuple[tuple[Samples, Samples], tu
 
 
 def _record(first: Motion, second: Motion, azimuth: float | None) -> dict[str, Any]:
-    """Facts that both records state alike, and both values of the facts that tell the components apart."""
+    """Facts that both records state alike, and both values of the facts that distinguish the components."""
     one, other = first.record, second.record
     record = {key: one[key] for key in SHARED if key in one and one[key] == other.get(key)}
     for key in ("id", "file", "sha256", "component"):

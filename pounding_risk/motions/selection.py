@@ -183,7 +183,7 @@ class Selection(ShortRepr):
     def least_mean_ratio(self) -> float:
         """The least of (arithmetic mean of the scaled spectra / target) over the range.
 
-        ASCE 7-16, 16.2.3.2 asks for 0.9, with "rotd100" and the range from 0.2 of the shortest to 2 of the longest
+        ASCE 7-16, 16.2.3.2 requires 0.9, with "rotd100" and the range from 0.2 of the shortest to 2 of the longest
         first-mode period.
         """
         return float((self.spectra.mean(axis=0) / self.target.at(self.periods)).min())
@@ -218,10 +218,10 @@ class Selection(ShortRepr):
         rule = ""
         if self.wanted.spectrum == "rotd100":
             rule = (
-                f", {'not ' if mean < LEAST_OF_TARGET else ''}the {LEAST_OF_TARGET:g} that ASCE 7-16, 16.2.3.2 asks for"
+                f", {'not ' if mean < LEAST_OF_TARGET else ''}the {LEAST_OF_TARGET:g} that ASCE 7-16, 16.2.3.2 requires"
             )
         return (
-            f"chosen: {len(self.rows)} of {self.considered} candidates, {self.wanted.count} asked for",
+            f"chosen: {len(self.rows)} of {self.considered} candidates, {self.wanted.count} requested",
             f"excluded: {left_out}",
             f"factors: {min(factors):.3g} to {max(factors):.3g}, {limited} of them at a limit",
             f"misfits: {min(misfits):.3g} to {max(misfits):.3g}, root mean square of ln(Sa / target)",
@@ -392,7 +392,7 @@ def _matched(rows: list[Row], target: Target, criteria: Criteria) -> list[Row]:
     if criteria.count < 2 or len(rows) < 2:
         raise RecordError(
             f"{target.name}: a standard deviation needs two records at least; {len(rows)} can be chosen and "
-            f"{criteria.count} asked for: ask for more, or widen the choice"
+            f"{criteria.count} requested: request more, or widen the choice"
         )
     periods = np.geomspace(*criteria.periods, NODES)
     aim = Aim(periods, np.log(target.at(periods)), target.deviation_at(periods), target.pivot)

@@ -34,7 +34,7 @@ def open_source(source: Any, *, unit: str | None = None, dt: float | None = None
     elif isinstance(source, Recipe) or (isinstance(source, str) and is_recipe(source)):
         recipe = source if isinstance(source, Recipe) else recipe_of(source)
         if dict(recipe.options).get("count", 1) > 1:
-            raise RecordError(f"{recipe.kind}, count: several motions, where one is asked for; leave count out")
+            raise RecordError(f"{recipe.kind}, count: several motions, where one is required; leave count out")
         opened = recipe.sources()[0]
     elif isinstance(source, str) and _is_id(source):
         member = None if catalogue.has(source) else record_sets.find(source)

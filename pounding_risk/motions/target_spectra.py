@@ -121,7 +121,7 @@ class Target:
         if outside.size:
             raise RecordError(
                 f"{self.name}: is given from {self.periods[0]:g} to {self.periods[-1]:g} s, and {outside.flat[0]:g} s "
-                "is asked for; narrow the range of periods"
+                "is requested; narrow the range of periods"
             )
         if self.shape:
             return self.shape(at)

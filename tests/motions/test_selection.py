@@ -226,7 +226,7 @@ def test_pairs_of_the_far_field_set():
     [
         ({"period": (0.2, 1.0)}, "period: no choice of a selection; it takes periods, count"),
         ({"periods": (1.0, 0.2)}, "1 to 0.2 s is empty"),
-        ({"periods": (0.2, 5.0)}, "is given from 0.2 to 2 s, and 2.*s is asked for"),
+        ({"periods": (0.2, 5.0)}, "is given from 0.2 to 2 s, and 2.*s is requested"),
         ({"count": 0}, "count: 0 is no number of records"),
         ({"per_event": 1.5}, "per_event: 1.5 is no number of records"),
         ({"spectrum": "maximum"}, 'spectrum: "maximum" is not one; it may be component, geomean, rotd50, rotd100'),

@@ -143,7 +143,7 @@ def test_shapes_that_say_too_little(text, words):
 
 
 def test_no_ordinate_outside_the_table():
-    with pytest.raises(RecordError, match="is given from 0 to 4 s, and 5 s is asked for"):
+    with pytest.raises(RecordError, match="is given from 0 to 4 s, and 5 s is requested"):
         read_target("ec8:ag=0.25 g,ground=B,type=1").at([1.0, 5.0])
 
 

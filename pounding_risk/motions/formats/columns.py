@@ -243,7 +243,7 @@ def step_of_times(name: str, first: int, words: list[str]) -> tuple[float, float
         at = int(flat[0]) + 1
         raise RecordError(
             f"{name}, line {first + at + 1}: the time {words[at]} is not after the {words[at - 1]} of the line before; "
-            "write times that rise, with enough digits to tell them apart"
+            "write times that rise, with enough digits to distinguish them"
         )
     steps = len(times) - 1
     step = float(times[-1] - times[0]) / steps

@@ -42,7 +42,7 @@ _TEXT = re.compile(r"\s*([A-Za-z]\w*)\s*:\s*(\w+\s*=.*)", re.DOTALL)  # "ricker:
 
 
 class Recipe(NamedTuple):
-    """What a scene asks for: a kind of motion and the values of its keys in SI.
+    """A request of a scene: a kind of motion and the values of its keys in SI.
 
     Defaults are among them, except for those that follow from other keys.
     """
@@ -116,14 +116,14 @@ class Recipe(NamedTuple):
         return Source(recipe.text(), trace, facts, "units: m/s², as generated", motion.doubts)
 
     def name(self, several: bool = False) -> str:
-        """The name of a motion in results: that of the recipe, or its kind and what tells it from others."""
+        """The name of a motion in results: that of the recipe, or its kind and what distinguishes it."""
         values = dict(self.options)
         if "name" not in values:
             return self._title()
         return f"{values['name']}-seed{values['seed']}" if several else str(values["name"])
 
     def _title(self) -> str:
-        """The kind, and what tells this motion of it from others."""
+        """The kind, and what distinguishes this motion of it."""
         kind, values = motion_kinds()[self.kind], dict(self.options)
         parts = [kind.options[key].said(values[key]).replace(" ", "") for key in kind.named_by if key in values]
         return "-".join([self.kind, *parts, *([f"seed{values['seed']}"] if kind.is_random else [])])

@@ -181,9 +181,9 @@ OF_ALL = {
         "Time step of the samples, between which the acceleration is linear.",
         STEP._replace(example="0.005 s"),
         None,
-        "chosen by the motion's fastest part, and told",
+        "chosen by the motion's fastest part, and stated",
     ),
-    "name": Option("Name of the motion in results.", None, None, "the kind, and what tells it from others"),
+    "name": Option("Name of the motion in results.", None, None, "the kind, and what distinguishes it"),
 }
 SEED = Quantity("1", 0.0, 2.0**53, "seed", example="7")
 COUNT = Quantity("1", 1.0, 10_000.0, "number of motions", example="20")

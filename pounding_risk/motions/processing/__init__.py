@@ -1,7 +1,7 @@
 """The processing of a record: what a step is, the registry that finds every step, and the chain for raw records.
 
 A step takes samples [m/s²] and the time step [s] and returns new samples with a sentence that says what was done.
-A scene or a script asks for steps by name, ``[{"step": "mean"}, {"step": "bandpass", "low": "0.1 Hz"}]``, and
+A scene or a script names steps, ``[{"step": "mean"}, {"step": "bandpass", "low": "0.1 Hz"}]``, and
 `read_steps` turns that into steps with options in SI. To add a step is to write one function under ``@step`` in a
 module of this folder, a new one or the one of its family; nothing else lists it.
 
@@ -42,7 +42,7 @@ class Done(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step as it is asked for: its name and its options in SI."""
+    """A step as it is requested: its name and its options in SI."""
 
     name: str
     options: dict[str, Any]

@@ -108,7 +108,7 @@ def corners_from_noise(samples: Samples, dt: float) -> Corners:
         return default_corners(dt, f"by default, as {error}")
     band = _band(spectra)
     if band is None:
-        flag = f"at {CENTRE:g} Hz the earthquake is less than {LEAST_RATIO:g} times the noise: the record tells little"
+        flag = f"at {CENTRE:g} Hz the earthquake is less than {LEAST_RATIO:g} times the noise: the record says little"
         return default_corners(dt, "by default, as no band stands out of the noise")._replace(flags=(flag,))
     lowest = max(band[0], 1.0 / ((len(samples) - 1) * dt))
     low, drifts = _without_drift(samples, dt, lowest)  # a doubt where every corner drifts

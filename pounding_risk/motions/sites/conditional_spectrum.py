@@ -65,21 +65,21 @@ def read_conditional(path: Path, poe: str = "") -> ConditionalSpectrum:
     return ConditionalSpectrum(values[:, 0], STANDARD_GRAVITY * values[:, 1], values[:, 2], words)
 
 
-def _chosen(table: Table, asked: str, known: list[str]) -> str:
-    """The probability, or column, of a file that is asked for; its only one where none is."""
+def _chosen(table: Table, wanted: str, known: list[str]) -> str:
+    """The probability, or column, of a file that is requested; its only one where none is."""
     repair = f"choose one with --poe, or # after the name of the file: {', '.join(known)}"
-    if not asked:
+    if not wanted:
         if len(known) != 1:
             raise table.fault(f"has spectra of {len(known)} probabilities of exceedance; {repair}")
         return known[0]
     for name in known:
         try:
-            same = name == asked or isclose(float(name), float(asked), rel_tol=1e-6)
+            same = name == wanted or isclose(float(name), float(wanted), rel_tol=1e-6)
         except ValueError:
             same = False
         if same:
             return name
-    raise table.fault(f"has no probability {shown(asked)}; {repair}")
+    raise table.fault(f"has no probability {shown(wanted)}; {repair}")
 
 
 def _means(table: Table, rows: list[Row]) -> list[Row]:

@@ -18,7 +18,7 @@ from pounding_risk._common.tables import head_of, read_table
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats._unit import size_of
 from pounding_risk.motions.record import FACTOR_OF_SITE, Source
-from pounding_risk.motions.sites.places import FARTHEST, Asked, Place, Site, find_site, place_of, read_site
+from pounding_risk.motions.sites.places import FARTHEST, Place, Site, SiteRequest, find_site, place_of, read_site
 from pounding_risk.motions.source import components
 from pounding_risk.units import shown
 
@@ -89,25 +89,25 @@ def site_motions(site: GridSite) -> tuple[SiteMotion, ...]:
 
 
 def grid_sources(
-    path: Path, asked: Asked | None, *, unit: str | None = None, dt: float | None = None
+    path: Path, wanted: SiteRequest | None, *, unit: str | None = None, dt: float | None = None
 ) -> Iterator[Source]:
-    """Every component of every motion at the site of a grid that is asked for, or at its only one.
+    """Every component of every motion at the site of a grid that is requested, or at its only one.
 
     Parameters
     ----------
     path : Path
         The grid.
-    asked : Asked or None
-        What is asked for; a site that is far is taken, with a doubt.
+    wanted : SiteRequest or None
+        What is requested; a site that is far is taken, with a doubt.
     unit : str, optional
         Unit of the samples; by default that of the workflow's input.json beside the grid, or up to two folders above.
     dt : float, optional
         Time step [s] of motions that do not state theirs.
     """
     sites = read_grid(path)
-    limitless = None if asked is None else asked._replace(within=inf)
+    limitless = None if wanted is None else wanted._replace(within=inf)
     found = find_site([one.place for one in sites], [one.file.stem for one in sites], limitless, str(path), CHOOSE)
-    yield from _sources(sites[found.position], asked, found, _unit(path, unit), dt)
+    yield from _sources(sites[found.position], wanted, found, _unit(path, unit), dt)
 
 
 def all_sources(path: Path, *, unit: str | None = None, dt: float | None = None) -> Iterator[Source]:
@@ -118,20 +118,22 @@ def all_sources(path: Path, *, unit: str | None = None, dt: float | None = None)
 
 
 def sources_at(path: Path, site: str, *, unit: str | None = None, dt: float | None = None) -> Iterator[Source]:
-    """As `grid_sources`, at the site that a text asks for; at all of them where it is empty."""
+    """As `grid_sources`, at the site that a text names; at all of them where it is empty."""
     if not site:
         return all_sources(path, unit=unit, dt=dt)
     return grid_sources(path, read_site(site, str(path)), unit=unit, dt=dt)
 
 
-def _sources(site: GridSite, asked: Asked | None, found: Site, unit: str | None, dt: float | None) -> Iterator[Source]:
+def _sources(
+    site: GridSite, wanted: SiteRequest | None, found: Site, unit: str | None, dt: float | None
+) -> Iterator[Source]:
     known = {"site": site.file.name, "longitude": site.place.longitude, "latitude": site.place.latitude}
     known |= {} if site.vs30 is None else {"vs30": site.vs30}
     doubts: tuple[str, ...] = ()
-    if asked is not None and asked.place is not None:
+    if wanted is not None and wanted.place is not None:
         known["site_distance_km"] = found.distance
-        if found.distance > min(asked.within, FARTHEST):
-            doubts = (f"its site {site.file.name} is {found.distance:.3g} km from {asked.place}: check the place",)
+        if found.distance > min(wanted.within, FARTHEST):
+            doubts = (f"its site {site.file.name} is {found.distance:.3g} km from {wanted.place}: check the place",)
     for motion in site_motions(site):
         for source in components(motion.file, unit=unit, dt=dt):
             record = {**source.record, **known, FACTOR_OF_SITE: motion.factor}

@@ -239,7 +239,7 @@ BAD = [
         TWO.replace("0.02,", "0.01,"),
         {},
         "x.csv, line 4: the time 0.01 is not after the 0.01 of the line before; write times that rise, with enough "
-        "digits to tell them apart",
+        "digits to distinguish them",
     ),
     (
         TWO + "0.03, 0\n0.045, 0\n",
