@@ -26,20 +26,8 @@ from obspy import Stream, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._text import (
-    LONGEST_LINE,
-    NEWLINE,
-    check_count,
-    check_step,
-    number,
-    quoted,
-    recogniser,
-    record_facts,
-    text_of,
-    time_of_header,
-    trace_of,
-)
+from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats._text import LONGEST_LINE, NEWLINE, quoted
 from pounding_risk.motions.formats._unit import TO_GIVE, sentence, size_of
 from pounding_risk.units import STEP, QuantityError, parse
 
@@ -108,7 +96,7 @@ def layout(line: str) -> tuple[int, str | None] | None:
     """
     separator = next((mark for mark in ";," if mark in line), None)
     words = parts(line, separator, separator == ";" and "," in line)
-    if not words or any(number(word) is None for word in words):
+    if not words or any(_text.number(word) is None for word in words):
         return None
     return len(words), separator
 
@@ -218,7 +206,7 @@ def column(name: str, first: int, words: list[str]) -> NDArray[np.float64]:
 
     Raises RecordError, naming the line, for a word that is no finite number.
     """
-    values = [number(word) for word in words]
+    values = [_text.number(word) for word in words]
     for at, value in enumerate(values):
         if value is None:
             raise RecordError(
@@ -247,7 +235,7 @@ def step_of_times(name: str, first: int, words: list[str]) -> tuple[float, float
         )
     steps = len(times) - 1
     step = float(times[-1] - times[0]) / steps
-    check_step(f"{name}, line {first + 1}", step, f"{step:g}", "the step of the times")
+    _text.check_step(f"{name}, line {first + 1}", step, f"{step:g}", "the step of the times")
     off = np.clip(_last_digit(times, words), TIGHTEST * step, LOOSEST * step)
     if (np.abs(times - (times[0] + np.arange(steps + 1) * step)) > off).any():
         usual = float(np.median(rises))
@@ -301,13 +289,13 @@ class _Said(NamedTuple):
     place: str
 
 
-@recogniser()
+@_text.recogniser()
 def fits(start: str) -> bool:
     """True where text is laid out as plain columns, whether it states unit and time step or not."""
     return _start(start) is not None
 
 
-@recogniser()
+@_text.recogniser()
 def _is_columns(start: str) -> bool:
     """True for plain columns that state their unit and, by ``dt`` or a column, their time step."""
     head = _start(start)
@@ -344,7 +332,7 @@ def _read_columns(
     Raises RecordError, naming file and line, for no unit or time step or two that differ, for what is no column of
     finite numbers, for times that do not fit, fewer than two samples, and another number of them than stated.
     """
-    name, text = text_of(file, name, KIND)
+    name, text = _text.text_of(file, name, KIND)
     lines = NEWLINE.split(_unicode(text).rstrip())
     head = head_of(name, lines)
     size, units = _unit(name, head, unit, dt)
@@ -354,13 +342,13 @@ def _read_columns(
         where, word = f"{name}, line {head.statements['samples'].line}", head.statements["samples"].value
         if not re.fullmatch(r"\d{1,12}", word, re.ASCII):
             raise RecordError(f"{where}: samples is {quoted(word)}; it must be a whole number, how many there are")
-        check_count(where, int(word), len(words), "samples")
+        _text.check_count(where, int(word), len(words), "samples")
     step = _time_step(name, words, head, dt)
     samples = len(words) if headonly else column(name, head.first, [row[-1] for row in words])
     named: dict[str, Any] = {"station": record.get("station", ""), "channel": record.get("component", "")}
     if head.history:
         named["processing"] = list(head.history)
-    return Stream([trace_of(samples, size, step, record, start, **named)])
+    return Stream([_text.trace_of(samples, size, step, record, start, **named)])
 
 
 def _unicode(text: str) -> str:
@@ -405,20 +393,20 @@ def _stated_step(name: str, head: Head) -> _Said | None:
     statement = head.statements.get("dt")
     if statement is None:
         return None
-    where, step = f"{name}, line {statement.line}", number(statement.value)
+    where, step = f"{name}, line {statement.line}", _text.number(statement.value)
     if step is None:
         try:
             step = parse(re.sub(r"(?<=[\d. ])sec(onds?)?$", "s", statement.value), STEP)
         except QuantityError:
             step = None
-    return _Said(check_step(where, step, statement.value, "dt"), where)
+    return _Said(_text.check_step(where, step, statement.value, "dt"), where)
 
 
 def _facts(name: str, head: Head, units: str) -> tuple[AttribDict, UTCDateTime | None]:
     """Facts of the recording, and when it starts."""
     facts: dict[str, Any] = {key: head.statements[key].value for key in WORDS if key in head.statements}
     for key in (*NUMBERS, *CORNERS):
-        value = number(head.statements[key].value.split(" ")[0]) if key in head.statements else None
+        value = _text.number(head.statements[key].value.split(" ")[0]) if key in head.statements else None
         if value is not None:
             facts[key] = value
     state, start, begins = head.statements.get("state"), head.statements.get("starttime"), None
@@ -431,9 +419,9 @@ def _facts(name: str, head: Head, units: str) -> tuple[AttribDict, UTCDateTime |
         )
         if not _INSTANT.fullmatch(start.value):
             raise RecordError(sentence)
-        with time_of_header(sentence):
+        with _text.time_of_header(sentence):
             begins = UTCDateTime(start.value)
-    return record_facts(state=state.value if state else "processed", units=units, **facts), begins
+    return _text.record_facts(state=state.value if state else "processed", units=units, **facts), begins
 
 
 def _words(name: str, lines: Sequence[str], head: Head) -> list[list[str]]:
@@ -460,7 +448,7 @@ def _time_step(name: str, words: list[list[str]], head: Head, given: float | Non
     """The time step [s] that the caller, a comment and a column of times agree upon."""
     statement = _stated_step(name, head)
     if given is not None:
-        check_step(f"{name}: dt as given", given, f"{given:g}", "dt")
+        _text.check_step(f"{name}: dt as given", given, f"{given:g}", "dt")
         if statement is not None and abs(statement.value - given) > TIGHTEST * given:
             raise RecordError(
                 f"{statement.place}: dt is {statement.value:g} s, as given it is {given:g} s; keep the right one"

@@ -27,27 +27,8 @@ from obspy import Stream, Trace, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._text import (
-    NEWLINE,
-    Columns,
-    Lines,
-    channel_code,
-    check_length,
-    check_peak,
-    check_promised,
-    check_step,
-    columns_of,
-    note_missing_channels,
-    numbered,
-    quoted,
-    recogniser,
-    record_facts,
-    stated_peak,
-    text_of,
-    time_of_header,
-    trace_of,
-)
+from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats._text import NEWLINE, Columns, Lines, quoted
 from pounding_risk.units import STANDARD_GRAVITY
 
 KIND = "COSMOS"
@@ -119,7 +100,7 @@ class Channel(NamedTuple):
         return _known(self.text, 2, self.reals[number - 1])
 
 
-@recogniser(512)
+@_text.recogniser(512)
 def _is_cosmos(start: str) -> bool:
     """True for a file whose first line names a version of the COSMOS format."""
     return bool(_TITLE.match(NEWLINE.split(start)[0]))
@@ -138,7 +119,7 @@ def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
     stated length, another number of samples than promised, another largest one than stated, and any number that is not
     finite.
     """
-    name, text = text_of(file, name, KIND)
+    name, text = _text.text_of(file, name, KIND)
     lines = Lines(name, text)
     channels: list[Channel] = []
     while not lines.ended() or not channels:
@@ -154,8 +135,8 @@ def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
         )
     numbers = [match[1] if (match := _ORIENTATION.search(channel.text[8])) else "" for channel in acceleration_channels]
     traces = [_trace(channel) for channel in acceleration_channels]
-    note_missing_channels(traces, channels[0].text[6], len(channels))
-    return Stream(numbered(traces, numbers))
+    _text.note_missing_channels(traces, channels[0].text[6], len(channels))
+    return Stream(_text.numbered(traces, numbers))
 
 
 def _channels(lines: Lines, headonly: bool) -> list[Channel]:
@@ -206,7 +187,7 @@ def _header(lines: Lines, kind: str, example: str) -> tuple[NDArray[np.float64],
     More than a hundred are allowed, and not used.
     """
     (line,) = lines.take(1, f"the {kind} header")
-    match, columns = _HEADER.match(line), columns_of(line)
+    match, columns = _HEADER.match(line), _text.columns_of(line)
     if not match or match[2].lower() != kind or columns is None:
         sample = f"100 {kind.capitalize()}-header values follow on ... lines, Format= (...)"
         raise RecordError(
@@ -242,7 +223,7 @@ def _stage(where: str, text: list[str], codes: NDArray[np.float64]) -> int:
 
 def _promise(lines: Lines, line: str, codes: NDArray[np.float64]) -> tuple[str, int, Columns]:
     """The quantity in words, the number of samples and their columns; the unit must be that of the header."""
-    match, columns = _SAMPLES.match(line), columns_of(line)
+    match, columns = _SAMPLES.match(line), _text.columns_of(line)
     if not match or columns is None:
         sample = "7000 acceleration pts, approx 70 secs, units=cm/sec2(04), Format=(8F10.5)"
         raise RecordError(
@@ -250,7 +231,7 @@ def _promise(lines: Lines, line: str, codes: NDArray[np.float64]) -> tuple[str, 
             "fetch the file again"
         )
     count = int(match[1])
-    check_promised(lines.place, count)
+    _text.check_promised(lines.place, count)
     if "acc" in match[2].lower() and match[4] and float(match[4]) != codes[2]:
         raise RecordError(
             f"{lines.place}: says unit {int(match[4])}, the integer header {codes[2]:g}; correct the wrong one, or "
@@ -264,19 +245,19 @@ def _trace(channel: Channel) -> Trace:
     stage = channel.stage
     words, factor = _counts(channel) if stage == RAW_COUNTS else _unit(channel)
     step, length = channel.real(62), channel.real(63)
-    dt = check_step(
+    dt = _text.check_step(
         channel.place, None if step is None else 1e-3 * step, f"{channel.reals[61]:g} ms", "the 62nd real number"
     )
     # To 1 %, enough to notice a wrong digit.
-    check_length(channel.place, channel.npts, dt, length, 0.01 * channel.npts * dt, "the 63rd real number")
+    _text.check_length(channel.place, channel.npts, dt, length, 0.01 * channel.npts * dt, "the 63rd real number")
     start = _start(channel)
     peak = channel.real(PEAK)
     magnitudes = (channel.real(number) for number in (13, 15, 14, 16))  # moment, local, surface, other
     if channel.samples.size and peak is not None:
         word, line_words = channel.peak
         unit = words.partition(",")[0]
-        check_peak(channel.samples, stated_peak(word, unit, 1.0, line_words))
-    record = record_facts(
+        _text.check_peak(channel.samples, _text.stated_peak(word, unit, 1.0, line_words))
+    record = _text.record_facts(
         state=STATES[stage],
         units=f"units: {words}",
         date="" if start is None else str(start.date),
@@ -292,7 +273,7 @@ def _trace(channel: Channel) -> Trace:
     )
     cosmos = AttribDict(stage=stage, unit=int(channel.codes[2]), latitude=channel.real(1), longitude=channel.real(2))
     samples = channel.samples if channel.samples.size else channel.npts
-    return trace_of(samples, factor, dt, record, start, cosmos=cosmos, **_codes(channel, dt, record.azimuth))
+    return _text.trace_of(samples, factor, dt, record, start, cosmos=cosmos, **_codes(channel, dt, record.azimuth))
 
 
 def _unit(channel: Channel) -> tuple[str, float]:
@@ -327,7 +308,7 @@ def _start(channel: Channel) -> UTCDateTime | None:
     if None in parts:
         return None
     known = [part for part in parts if part is not None]
-    with time_of_header(
+    with _text.time_of_header(
         f"{channel.place}: the start, year month day hour minute, is {' '.join(f'{part:g}' for part in known)}; "
         "correct these whole numbers (40, 42 to 45), or write -999 where they are not known"
     ):
@@ -363,7 +344,7 @@ def _codes(channel: Channel, dt: float, azimuth: float | None) -> dict[str, str]
     match = _STATION.search(channel.text[4])
     network, station = (match[1].strip(" -"), match[2]) if match else ("", "")
     vertical = channel.code(54) in VERTICAL
-    return {"network": network, "station": station, "channel": channel_code(dt, azimuth, vertical)}
+    return {"network": network, "station": station, "channel": _text.channel_code(dt, azimuth, vertical)}
 
 
 FORMAT = Format("COSMOS", "COSMOS (.v1c, .v2c)", (".v0c", ".v1c", ".v2c"), _is_cosmos, _read_cosmos)

@@ -25,24 +25,8 @@ from obspy import Stream, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._text import (
-    NEWLINE,
-    check_count,
-    check_length,
-    check_peak,
-    check_step,
-    free_numbers,
-    number,
-    quoted,
-    recogniser,
-    record_facts,
-    stated_peak,
-    text_of,
-    time_of_header,
-    trace_of,
-    whole_count,
-)
+from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats._text import NEWLINE, quoted
 
 KIND = "ESM"
 UNITS = ("cm/s^2", "cm/s2")
@@ -91,7 +75,7 @@ class Header(dict[str, str]):
 
     def number(self, key: str) -> float | None:
         """The number of a key, None where the header leaves it open."""
-        value = number(self[key]) if self[key] else None
+        value = _text.number(self[key]) if self[key] else None
         if value is None and self[key]:
             raise RecordError(
                 f"{self.place(key)}: {key} is {quoted(self[key])}; it must be a number, or empty: restore that line, "
@@ -100,7 +84,7 @@ class Header(dict[str, str]):
         return value
 
 
-@recogniser()
+@_text.recogniser()
 def _is_esm(start: str) -> bool:
     """True for a text file of ESM or ITACA, of whatever quantity."""
     return bool(_START.match(start)) and "SAMPLING_INTERVAL_S" in start
@@ -117,35 +101,35 @@ def _read_esm(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     number of samples other than NDATA, a largest one other than the stated PGA, and for any sample that is no finite
     number.
     """
-    name, text = text_of(file, name, KIND)
+    name, text = _text.text_of(file, name, KIND)
     lines = NEWLINE.split(text)
     while not lines[-1].strip():
         lines.pop()
     header = Header(name, lines)
     _check_kind(header, lines)
-    dt = check_step(
+    dt = _text.check_step(
         header.place("SAMPLING_INTERVAL_S"),
-        number(header["SAMPLING_INTERVAL_S"]),
+        _text.number(header["SAMPLING_INTERVAL_S"]),
         header["SAMPLING_INTERVAL_S"],
         "SAMPLING_INTERVAL_S",
     )
-    count = whole_count(header.place("NDATA"), header["NDATA"], "NDATA")
-    check_length(header.place("DURATION_S"), count, dt, header.number("DURATION_S"), 0.001, "DURATION_S")
+    count = _text.whole_count(header.place("NDATA"), header["NDATA"], "NDATA")
+    _text.check_length(header.place("DURATION_S"), count, dt, header.number("DURATION_S"), 0.001, "DURATION_S")
     for at, line in enumerate(lines[len(header) :], start=len(header) + 1):
         if len(line.split()) != 1:
             raise RecordError(
                 f"{name}, line {at}: found {quoted(line)} among the samples, of which an ESM file has one on a line; "
                 "restore that line, or fetch the file again"
             )
-    values = free_numbers(name, lines[len(header) :], len(header), "-0.227973")
-    check_count(header.place("NDATA"), count, len(values), "NDATA")
+    values = _text.free_numbers(name, lines[len(header) :], len(header), "-0.227973")
+    _text.check_count(header.place("NDATA"), count, len(values), "NDATA")
     record, start = _facts(header)
     if not headonly:
-        check_peak(values, stated_peak(header[PEAK], "cm/s²", 1.0, header.place(PEAK)))
+        _text.check_peak(values, _text.stated_peak(header[PEAK], "cm/s²", 1.0, header.place(PEAK)))
     location = header["LOCATION"] if len(header["LOCATION"]) <= 2 else ""  # some archives write an address there
     seed = {"network": header["NETWORK"], "station": header["STATION_CODE"], "channel": header["STREAM"]}
     more = {**seed, "location": location, "esm": AttribDict(header)}
-    return Stream([trace_of(count if headonly else values, 0.01, dt, record, start, **more)])
+    return Stream([_text.trace_of(count if headonly else values, 0.01, dt, record, start, **more)])
 
 
 def _check_kind(header: Header, lines: list[str]) -> None:
@@ -179,7 +163,7 @@ def _facts(header: Header) -> tuple[AttribDict, UTCDateTime | None]:
     low, high, peak = header.number(LOW), header.number(HIGH), header.number(PEAK)
     magnitude = header.number("MAGNITUDE_W")
     day = _time(header, "EVENT_DATE_YYYYMMDD")
-    record = record_facts(
+    record = _text.record_facts(
         **({} if header[FIRST_SAMPLE] else {"timed": False}),
         state="raw" if low is None and high is None else "processed",
         units="units: cm/s², times 0.01",
@@ -212,7 +196,7 @@ def _time(header: Header, key: str) -> UTCDateTime | None:
     if date is None or (clock is None and key == FIRST_SAMPLE):
         raise RecordError(sentence)
     hour, minute, second = (float(part) for part in clock.groups()) if clock else (0.0, 0.0, 0.0)
-    with time_of_header(sentence):
+    with _text.time_of_header(sentence):
         days = (int(date[part]) for part in ("year", "month", "day"))
         return UTCDateTime(*days, int(hour), int(minute)) + second
 

@@ -21,24 +21,8 @@ from obspy import Stream, Trace, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._text import (
-    NEWLINE,
-    NUMBER,
-    check_count,
-    check_length,
-    check_peak,
-    check_step,
-    fixed_numbers,
-    number,
-    quoted,
-    recogniser,
-    record_facts,
-    stated_peak,
-    text_of,
-    time_of_header,
-    trace_of,
-)
+from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats._text import NEWLINE, NUMBER, quoted
 
 KIND = "GeoNet"
 NETWORK = "NZ"  # of every station that GNS Science runs
@@ -80,7 +64,7 @@ class Heading(NamedTuple):
     counts: list[int]  # samples of acceleration, velocity and displacement
 
 
-@recogniser(512)
+@_text.recogniser(512)
 def _is_geonet(start: str) -> bool:
     """True for a GeoNet V1A or V2A file."""
     first, second = NEWLINE.split(start)[:2]
@@ -98,7 +82,7 @@ def _read_geonet(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
     mm/s/s, a time step out of range, samples that are no finite numbers or not as many as the heading says, another
     largest one than it says, fewer than three components, and anything after them.
     """
-    name, text = text_of(file, name, KIND)
+    name, text = _text.text_of(file, name, KIND)
     lines = NEWLINE.split(text.rstrip())
     components: list[tuple[Heading, NDArray]] = []
     at = 0
@@ -120,7 +104,7 @@ def _read_geonet(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
     for (heading, acceleration), azimuth, letter in zip(components, azimuths, _letters(azimuths), strict=True):
         peak = _PEAKS[0].match(heading.text[13])
         if peak:  # otherwise it was not evaluated
-            check_peak(acceleration, stated_peak(peak[1], UNIT, 1.0, f"{name}, line {heading.line + 14}"))
+            _text.check_peak(acceleration, _text.stated_peak(peak[1], UNIT, 1.0, f"{name}, line {heading.line + 14}"))
         traces.append(_trace(name, heading, azimuth, letter, len(acceleration) if headonly else acceleration))
     return Stream(traces)
 
@@ -158,7 +142,7 @@ def _heading(name: str, lines: list[str], at: int) -> Heading:
             )
         integers += [int(value) for value in values] if is_whole else []
         real += [] if is_whole else values
-    dt = check_step(places[22], real[STEP], f"{real[STEP]:g}", "the time step (the sixth number)")
+    dt = _text.check_step(places[22], real[STEP], f"{real[STEP]:g}", "the time step (the sixth number)")
     counts, prepended = integers[COUNTS], integers[PREPENDED]
     if counts[0] < 2:
         raise RecordError(f"{places[19]}: the number of acceleration samples is {counts[0]}; a record needs at least 2")
@@ -174,7 +158,7 @@ def _heading(name: str, lines: list[str], at: int) -> Heading:
             f"{places[9]}: the text promises {int(points[1])} points, the numbers of line {at + 20} {counts[0]}; fetch "
             "the file again"
         )
-    check_length(places[9], counts[0], dt, number(points[2]) or 0.0, 0.01, "the text")
+    _text.check_length(places[9], counts[0], dt, _text.number(points[2]) or 0.0, 0.01, "the text")
     label = _COMPONENT.match(text[12])[1]  # type: ignore[index]
     return Heading(text, integers, real, at, label, dt, counts)
 
@@ -182,7 +166,7 @@ def _heading(name: str, lines: list[str], at: int) -> Heading:
 def _table_row(where: str, line: str) -> list[float]:
     """The ten numbers of a line of the heading, in columns of eight characters."""
     words = [line[column * WIDTH : (column + 1) * WIDTH].strip() for column in range(COLUMNS)]
-    values = [value for value in map(number, words) if value is not None]
+    values = [value for value in map(_text.number, words) if value is not None]
     if len(values) < COLUMNS or line[COLUMNS * WIDTH :].strip():
         raise RecordError(
             f"{where}: {quoted(line)} is not a line of {COLUMNS} numbers in columns of {WIDTH} characters; restore "
@@ -194,7 +178,7 @@ def _table_row(where: str, line: str) -> list[float]:
 def _check_unit(places: list[str], text: list[str]) -> None:
     """Raise RecordError where the heading says no unit, or another than mm/s/s."""
     readings, peak = _READINGS.search(text[10]), _PEAKS[0].match(text[13])
-    statements = [(10, number(readings[1]) == 1.0, readings[2])] if readings else []
+    statements = [(10, _text.number(readings[1]) == 1.0, readings[2])] if readings else []
     statements += [(13, True, peak[2])] if peak else []
     if not statements:
         raise RecordError(
@@ -220,8 +204,8 @@ def _block(name: str, lines: list[str], at: int, count: int, quantity: str) -> N
                 f"number{'s' if due > 1 else ''} of {WIDTH} characters each {'are' if due > 1 else 'is'} due; restore "
                 "that line, or fetch the file again"
             )
-    values = fixed_numbers(name, rows, at, WIDTH, "-11026.2")
-    check_count(f"{name}, {quantity} from line {at + 1} on", count, len(values), "the number of points")
+    values = _text.fixed_numbers(name, rows, at, WIDTH, "-11026.2")
+    _text.check_count(f"{name}, {quantity} from line {at + 1} on", count, len(values), "the number of points")
     return values
 
 
@@ -276,14 +260,14 @@ def _trace(name: str, heading: Heading, azimuth: float | None, letter: str, samp
     peaks = {}
     for key, pattern, line, unit in zip(("pga", "pgv", "pgd"), _PEAKS, text[13:16], (UNIT, "mm/s", "mm"), strict=True):
         match = pattern.match(line)
-        value = number(match[1]) if match and match[2].lower() == unit else None
+        value = _text.number(match[1]) if match and match[2].lower() == unit else None
         peaks[f"header_{key}"] = None if value is None else abs(value) * MILLIMETRE
     low, high = (tuple(real[edge] for edge in edges) for edges in (LOW_EDGES, HIGH_EDGES))
     origin = _time(name, heading.line + 17, (*integers[ORIGIN], 0, 0, 0.0))
     minute, milliseconds = integers[START_MINUTE]
     buffer = (*integers[START_YEAR], *integers[START_DAY], minute, milliseconds / 1000.0)
     start = _time(name, heading.line + 17, buffer)
-    record = record_facts(
+    record = _text.record_facts(
         **({} if start else {"timed": False}),
         state="raw" if title["kind"].lower() == "uncorrected" else "processed",
         units="units: mm/s², times 0.001",
@@ -303,7 +287,9 @@ def _trace(name: str, heading: Heading, azimuth: float | None, letter: str, samp
     code = f"{'H' if heading.dt <= LONGEST_HIGH_BAND_STEP else 'B'}N{letter}"
     named = {"network": NETWORK, "station": site[1], "channel": code, "location": location[1] if location else ""}
     begins = start - integers[PREPENDED] * heading.dt if start else origin
-    return trace_of(samples, MILLIMETRE, heading.dt, record, begins, **named, geonet=AttribDict({**facts, **filtered}))
+    return _text.trace_of(
+        samples, MILLIMETRE, heading.dt, record, begins, **named, geonet=AttribDict({**facts, **filtered})
+    )
 
 
 def _time(name: str, line: int, parts: tuple[float, ...]) -> UTCDateTime | None:
@@ -317,7 +303,7 @@ def _time(name: str, line: int, parts: tuple[float, ...]) -> UTCDateTime | None:
     )
     if not 0.0 <= parts[5] < 61.0:
         raise RecordError(sentence)
-    with time_of_header(sentence):
+    with _text.time_of_header(sentence):
         return UTCDateTime(*(int(part) for part in parts[:5])) + parts[5]
 
 

@@ -24,21 +24,8 @@ from obspy import Stream, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._text import (
-    NEWLINE,
-    NUMBER,
-    check_count,
-    check_step,
-    free_numbers,
-    number,
-    quoted,
-    recogniser,
-    record_facts,
-    text_of,
-    trace_of,
-    whole_count,
-)
+from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats._text import NEWLINE, NUMBER, quoted
 from pounding_risk.units import STANDARD_GRAVITY
 
 KIND = "PEER AT2"
@@ -68,7 +55,7 @@ class Header(NamedTuple):
     lines: int  # of the file, up to the first sample
 
 
-@recogniser()
+@_text.recogniser()
 def _is_at2(start: str) -> bool:
     """True for a PEER AT2 file: acceleration, its unit and NPTS are named in the first lines."""
     head = [line.upper() for line in NEWLINE.split(start)[:HEADER_LINES]]
@@ -87,13 +74,13 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     time step that is not positive, fewer than two samples, a number of samples other than NPTS, and for any
     sample that is no finite number.
     """
-    name, text = text_of(file, name, KIND)
+    name, text = _text.text_of(file, name, KIND)
     lines = NEWLINE.split(text)
     header = _header(name, lines)
     title = _TITLE.fullmatch(header.title) if len(header.title) <= LONGEST_TITLE else None
     facts = {key: (title[key] or "").strip(" ,") if title else "" for key in _TITLE.groupindex}
     facts["time"] = facts.pop("clock") or facts["time"]
-    corners = {kind.upper(): number(corner) for kind, corner in _CORNER.findall(header.unit_line)}
+    corners = {kind.upper(): _text.number(corner) for kind, corner in _CORNER.findall(header.unit_line)}
     at2: dict[str, Any] = {**facts, "title": header.title, "unit": "G"}
     at2 |= {key: corners[kind] for key, kind in (("high_pass", "HP"), ("low_pass", "LP")) if kind in corners}
     day = None
@@ -103,7 +90,7 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     azimuth = COMPASS.get(facts["component"].upper())
     if re.fullmatch(r"\d{1,3}", facts["component"], re.ASCII) and int(facts["component"]) <= 360:
         azimuth = float(facts["component"])
-    record = record_facts(
+    record = _text.record_facts(
         state="processed",
         timed=False,  # a header states the day alone
         units="units: g, times 9.80665 m/s²",
@@ -116,11 +103,11 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
         high_corner=corners.get("LP"),
     )
     if not headonly:
-        values = free_numbers(name, lines[header.lines :], header.lines, "-.1234567E-02")
-        check_count(f"{name}, line {header.lines}", header.npts, len(values), "NPTS")
+        values = _text.free_numbers(name, lines[header.lines :], header.lines, "-.1234567E-02")
+        _text.check_count(f"{name}, line {header.lines}", header.npts, len(values), "NPTS")
     named = {"station": facts["station"], "channel": facts["component"], "peer_at2": AttribDict(at2)}
     samples = header.npts if headonly else values
-    return Stream([trace_of(samples, STANDARD_GRAVITY, header.dt, record, day, **named)])
+    return Stream([_text.trace_of(samples, STANDARD_GRAVITY, header.dt, record, day, **named)])
 
 
 def _header(name: str, lines: list[str]) -> Header:
@@ -165,7 +152,7 @@ def _count_and_step(where: str, line: str) -> tuple[int, float]:
             repair = 'write NPTS= and DT=, such as "NPTS= 4000, DT= .0100 SEC"'
             raise RecordError(f"{where}: no {missing} in {quoted(line)}; {repair}")
         count_text, step_text = count_found[1], step_found[1]
-    return whole_count(where, count_text, "NPTS"), check_step(where, number(step_text), step_text)
+    return _text.whole_count(where, count_text, "NPTS"), _text.check_step(where, _text.number(step_text), step_text)
 
 
 FORMAT = Format("PEER_AT2", "PEER AT2 (.at2)", (".at2",), _is_at2, _read_at2)

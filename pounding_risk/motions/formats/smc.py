@@ -25,25 +25,8 @@ from obspy import Stream, Trace, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._text import (
-    NEWLINE,
-    Columns,
-    Even,
-    Lines,
-    StatedPeak,
-    channel_code,
-    check_peak,
-    check_step,
-    even_samples,
-    quoted,
-    recogniser,
-    record_facts,
-    stated_peak,
-    text_of,
-    time_of_header,
-    trace_of,
-)
+from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats._text import NEWLINE, Columns, Even, Lines, StatedPeak, quoted
 
 KIND = "SMC"
 TEXT_LINES = 11
@@ -80,7 +63,7 @@ class Header(NamedTuple):
         return None if value == self.reals[0] or abs(value) > LARGEST else value
 
 
-@recogniser(1024)
+@_text.recogniser(1024)
 def _is_smc(start: str) -> bool:
     """True for an SMC file, of whatever it holds: magnitudes and station are where the format has them."""
     head = NEWLINE.split(start)
@@ -100,7 +83,7 @@ def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | 
     not rise or leave gaps, a time step out of range, another number of samples than the header says, another largest
     one, and any number that is not finite.
     """
-    name, text = text_of(file, name, KIND)
+    name, text = _text.text_of(file, name, KIND)
     lines = Lines(name, text)
     head = lines.take(TEXT_LINES, "the eleven lines of text")
     title = " ".join(head[0].upper().split())
@@ -124,14 +107,14 @@ def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | 
     where, rate = f"{name}, line {TEXT_LINES + 7}", header.real(2)
     if rate is None:  # pairs of times and accelerations
         pairs = _samples(lines, count, spare=1)
-        even = even_samples(where, pairs, dt, 10.0 ** (np.floor(np.log10(np.abs(pairs[0::2]) + TINY)) - 4.0))
+        even = _text.even_samples(where, pairs, dt, 10.0 ** (np.floor(np.log10(np.abs(pairs[0::2]) + TINY)) - 4.0))
     else:
-        step = check_step(where, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
+        step = _text.check_step(where, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
         # A header's count may be damaged, so that nothing is allocated for it.
         samples = np.broadcast_to(0.0, count) if headonly else _samples(lines, count)
         even = Even(samples, step, "", samples)
     if not headonly:
-        check_peak(even.digitised * UNIT, header.peak)
+        _text.check_peak(even.digitised * UNIT, header.peak)
     return Stream([_trace(header, STATES[title], even, headonly)])
 
 
@@ -172,7 +155,7 @@ def _trace(header: Header, state: str, even: Even, headonly: bool) -> Trace:
     vertical, direction = header.code(13) in (0, 180), header.code(14)
     azimuth = None if vertical or direction is None or not 0 <= direction <= 360 else float(direction)
     event, station = _EVENT.match(header.text[3]), _STATION.match(header.text[5])
-    record = record_facts(
+    record = _text.record_facts(
         state=state,
         units=f"units: cm/s², times 0.01{even.words}",
         event=event[4].strip() if event else header.text[3].strip(),
@@ -188,16 +171,16 @@ def _trace(header: Header, state: str, even: Even, headonly: bool) -> Trace:
         timed=header.code(6) is not None and header.code(7) is not None,  # otherwise to the minute, as of film
     )
     smc = {"title": header.text[0].strip(), "latitude": header.real(11), "longitude": header.real(12)}
-    named = {"station": header.text[2].strip(" \0*"), "channel": channel_code(even.dt, azimuth, vertical)}
+    named = {"station": header.text[2].strip(" \0*"), "channel": _text.channel_code(even.dt, azimuth, vertical)}
     problem = AttribDict({**smc, "problem": header.code(18) == 1})
     samples = len(even.samples) if headonly else even.samples
-    return trace_of(samples, UNIT, even.dt, record, _start(header), **named, smc=problem)
+    return _text.trace_of(samples, UNIT, even.dt, record, _start(header), **named, smc=problem)
 
 
 def _peak(lines: Lines, at: int, reals: NDArray[np.float64]) -> StatedPeak | None:
     """The larger of the header's largest and smallest acceleration; None where one of them is not known."""
     extremes = [
-        stated_peak(word, "cm/s²", UNIT, place)
+        _text.stated_peak(word, "cm/s²", UNIT, place)
         for word, place in (lines.word(at, REAL_COLUMNS, number) for number in EXTREMES)
     ]
     stated_peaks = [peak for peak in extremes if peak is not None and peak.value not in (reals[0], -reals[0])]
@@ -210,7 +193,7 @@ def _start(header: Header) -> UTCDateTime | None:
     year, day, hour, minute = (header.code(number) for number in (2, 3, 4, 5))
     if not year or day is None or hour is None or minute is None:
         return None
-    with time_of_header(
+    with _text.time_of_header(
         f"{header.name}, line {TEXT_LINES + 1}: the time, year day hour minute, is {year} {day} {hour} {minute}; "
         f"correct these whole numbers, or write {header.codes[0]:g} where they are not known"
     ):
