@@ -9,7 +9,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.figures.style import STYLES, blank, plain, title
-from pounding_risk.motions.source import lowest_usable
+from pounding_risk.motions.record import lowest_usable
 from pounding_risk.units import STANDARD_GRAVITY, say_in
 
 if TYPE_CHECKING:

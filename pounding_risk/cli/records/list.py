@@ -50,8 +50,8 @@ def list(
 
 
 def _is_grid(path: Path) -> bool:
+    from pounding_risk.motions.formats import split_component
     from pounding_risk.motions.sites.event_grid import is_grid
-    from pounding_risk.motions.source import split_component
 
     return is_grid(split_component(path)[0])
 

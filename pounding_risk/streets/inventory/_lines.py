@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import refused
+from pounding_risk._common.tables import csv_rows
 from pounding_risk.streets.hazus import FAMILIES
-from pounding_risk.streets.table import COLUMNS, NOT_KNOWN, Derived, cell_value, csv_rows
+from pounding_risk.streets.table import COLUMNS, NOT_KNOWN, Derived, cell_value
 from pounding_risk.units import shown
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?")
