@@ -6,7 +6,7 @@ installed distributions, once in a process, without `importlib.metadata`, whose 
 plug-in is imported when its name is asked for, or when all members of its kind are, never for a list of names, and
 never while this package is being imported: its own modules import from here.
 
-One that cannot be loaded is an error where its name is asked for, and a warning where all members are. Of a name that
+One that cannot be loaded is an error where its name is used, and a warning where all members are. Of a name that
 this package has as well, this package's member counts, with a warning; a name that two plug-ins have is refused.
 """
 
@@ -296,7 +296,7 @@ def _own_interrupts() -> Iterator[None]:
 
     def note(number: int, frame: Any) -> None:
         signals.append(number)
-        before(number, frame)  # type: ignore[operator,misc] # callable, as asked above
+        before(number, frame)  # type: ignore[operator,misc] # callable, as checked above
 
     if can_listen:
         signal.signal(signal.SIGINT, note)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import inf, isfinite, isnan
 from os import cpu_count
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -333,9 +333,9 @@ def _trials(study: Scene, base: xr.Dataset, ranges: Sequence[StiffnessRange], fa
 
     # Multiples of the scene's yield forces; where it has none, shares of the median peak force of each interface.
     floors, columns = ([getattr(one, key) for one in study.interfaces] for key in ("yield_force", "column_yield_force"))
-    if min(*floors, *columns) < inf:
-        multiples, tried = FORCE_MULTIPLES, ["none" if one == inf else f"× {one:g}" for one in FORCE_MULTIPLES]
-    else:
+    multiples: tuple[float, ...] = FORCE_MULTIPLES
+    tried = ["none" if one == inf else f"× {one:g}" for one in FORCE_MULTIPLES]
+    if min(*floors, *columns) == inf:
         multiples, tried = FORCE_SHARES, [f"{one:g} of the peak" for one in FORCE_SHARES]
         peaks, touched = _cases(base, "peak_contact_force"), _cases(base, "impact_count") > 0.0
         floors = columns = [
@@ -366,7 +366,7 @@ def _trials(study: Scene, base: xr.Dataset, ranges: Sequence[StiffnessRange], fa
         yield Trial(PROPOSED, ("as proposed",), (scene,), (True,))
 
 
-def _with_interfaces(study: Scene, **values: Sequence[float | None]) -> Scene:
+def _with_interfaces(study: Scene, **values: Sequence[Any]) -> Scene:
     """The scene with other values of some keys of its interfaces, one for each."""
     changed = []
     for index, interface in enumerate(study.interfaces):

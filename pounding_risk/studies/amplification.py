@@ -177,11 +177,7 @@ class Responses(NamedTuple):
 
 
 def responses(
-    study: Scene,
-    shaking: Shaking,
-    pairs: Sequence[Pair],
-    workers: int | None = None,
-    progress: Progress | None = None,
+    study: Scene, shaking: Shaking, pairs: Sequence[Pair], workers: int | None = None, progress: Progress | None = None
 ) -> Responses:
     """Run every pair of periods at its gaps under every motion, as a scan of a scene with these numbers.
 

@@ -22,7 +22,7 @@ from pounding_risk.scene.scene import Scene
 
 CODE = ".nbc"  # suffix of files with compiled functions; their index has another one
 VERSION_FOLDER = re.compile(r"[0-9a-f]{16}")  # name of the folder of one version, a digest of its sources
-DT, SHAKING, REST = 0.01, 0.5, 1.0  # s, of the made record that kernels are called with
+DT, SHAKING, REST = 0.01, 0.5, 1.0  # s, of the synthetic record that kernels are called with
 
 
 @dataclass(frozen=True, repr=False)
@@ -52,8 +52,8 @@ def cache(
 ) -> CompileCache:
     """Compile what scenes need, so that their first scan and simulation start at once, and look into the cache.
 
-    Each scene is run with a made record of one and a half seconds and one case of each contact model: the records of
-    the scene need not be there.
+    Each scene is run with a synthetic record of one and a half seconds and one case of each contact model: the records
+    of the scene need not be there.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def cache(
 
 
 def compile_for(study: Scene) -> None:
-    """Run one case of each contact model of a scene under a made record, as `scan` and `simulate` do."""
+    """Run one case of each contact model of a scene under a synthetic record, as `scan` and `simulate` do."""
     from pounding_risk.ensemble.scan import scan
     from pounding_risk.studies.simulate import simulate
 
@@ -130,8 +130,10 @@ def compile_for(study: Scene) -> None:
         support = building.support
         if support.records:  # ground that moves otherwise than its neighbours'
             support = support._replace(factor=0.5 * support.factor, records=())
-        own = isinstance(building, Building)
-        buildings.append(building._replace(support=support) if own else replace(building, support=support))
+        if isinstance(building, Building):
+            buildings.append(building._replace(support=support))
+        else:
+            buildings.append(replace(building, support=support))
     with TemporaryDirectory() as folder:
         path = Path(folder) / "made.AT2"
         path.write_text(_made_record(SHAKING + REST + study.lag), encoding="ascii")

@@ -156,7 +156,7 @@ def ratios(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Arr
 def rank_agreement(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Array:
     """(laws, 2): Spearman's correlation with the baseline of how a law ranks the motions: median and lowest.
 
-    The motions are ranked apart at each gap and yield force, where three or more of them lead to contact; NaN where
+    The motions are ranked at each gap and yield force, where three or more of them lead to contact; NaN where
     a law or the baseline has the same value for all of them, for nothing is ranked then.
     """
     motions = [axis for axis in MOTIONS if axis in values.dims]
@@ -483,19 +483,19 @@ def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
     ranks = np.array([rank_agreement(values, at, cases) for values, cases in outputs.values()])
     judged = [flips(dataset, baseline, index) for index in interfaces]
     gaps = [gap_without_contact(at_interface(dataset, index)) for index in interfaces]
-    law, of_conclusion = ("output", "contact_model"), ("conclusion", "contact_model")
+    dims, of_conclusion = ("output", "contact_model"), ("conclusion", "contact_model")
     over = f"of the ratio to {baseline}'s, over the cases with contact under {baseline}"
     variables: dict[str, Any] = {
         "output": ("output", list(outputs)),
         "conclusion": ("conclusion", list(CONCLUSIONS), {"long_name": "; ".join(map(": ".join, CONCLUSIONS.items()))}),
     }
-    for name, percentile, values in zip(("low", "median", "high"), (LOW, MIDDLE, HIGH), spreads, strict=True):
-        variables[f"ratio_{name}"] = (law, values, described("1", f"{percentile:g}th percentile {over}"))
-    for name, which, values in (
+    for name, percentile, table in zip(("low", "median", "high"), (LOW, MIDDLE, HIGH), spreads, strict=True):
+        variables[f"ratio_{name}"] = (dims, table, described("1", f"{percentile:g}th percentile {over}"))
+    for name, which, table in (
         ("rank_agreement", "median", ranks[:, :, 0]),
         ("rank_agreement_lowest", "at the gap and yield force of the lowest", ranks[:, :, 1]),
     ):
-        variables[name] = (law, values, described("1", f"Spearman's correlation of the motions' ranks, {which}"))
+        variables[name] = (dims, table, described("1", f"Spearman's correlation of the motions' ranks, {which}"))
     for part, name, words in (
         (0, "flips", f"cases in which a law disagrees with {baseline}"),
         (1, "judged", f"cases in which a law and {baseline} can be compared"),

@@ -315,7 +315,8 @@ def _skeleton(cases: Cases) -> xr.Dataset:
     axes = axes_by(study.grid.measure.axis)
     if choice.by_law:
         indexers: dict[str, Any] = {axis: ("contact_model", choice.places[:, at]) for at, axis in enumerate(axes)}
-        dims, records, driving = ("contact_model",), choice.places[:, 0], choice.places
+        dims: tuple[str, ...] = ("contact_model",)
+        records, driving = choice.places[:, 0], choice.places
     else:
         indexers = {axis: np.unique(choice.places[:, at]) for at, axis in enumerate(axes)}
         dims, records = tuple(dim for dim in axes[: AMPLITUDE + 1] if dim in whole.dims), np.array(choice.records)

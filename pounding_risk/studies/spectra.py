@@ -166,7 +166,8 @@ def shaking_of(source: Any, periods: Array) -> Shaking:
     Those of a scene are at its own amplitude, or the largest of its grid. Raises as `gathered` and `read_ensemble`, and
     PoundingError for another source and where there are no motions.
     """
-    ends, level, left_out = (float(periods.min()), float(periods.max())), None, ()
+    ends, level = (float(periods.min()), float(periods.max())), None
+    left_out: tuple[str, ...] = ()
     if isinstance(source, Scene):
         if relation := source.grid.measure.relation:
             sentence = f"its periods are {relation}, and here that period varies; write them in s"

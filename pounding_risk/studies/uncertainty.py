@@ -77,10 +77,7 @@ class Facts(NamedTuple):
 
 
 def free_motion(
-    scene: Scene | str | Path,
-    points: Any = None,
-    workers: int | None = None,
-    progress: Progress | None = None,
+    scene: Scene | str | Path, points: Any = None, workers: int | None = None, progress: Progress | None = None
 ) -> xr.Dataset:
     """The motion without contact of every sample of the uncertain numbers of a scene, under every motion.
 

@@ -33,14 +33,7 @@ from pounding_risk.studies.advice import (
     STIFFNESS,
     Influence,
 )
-from pounding_risk.studies.advice_stiffness import (
-    ABOVE,
-    BELOW,
-    WITHIN,
-    floor_at,
-    stiffness_for,
-    stiffness_words,
-)
+from pounding_risk.studies.advice_stiffness import ABOVE, BELOW, WITHIN, floor_at, stiffness_for, stiffness_words
 
 SHIPPED = Path(pr.__file__).parent / "scene" / "shipped"
 TOO_SOFT = ['interface.stiffness="2.75e9 N/m^1.5"']  # too soft for buildings

@@ -106,12 +106,7 @@ def test_effects_of_a_row_with_jumps():
         assert not np.array_equal(changed["impulse"], plain["impulse"])
 
 
-FRAME = {
-    "storeys": 2,
-    "floor_masses": "200 t",
-    "storey_stiffnesses": "300 MN/m",
-    "storey_heights": "3 m",
-}
+FRAME = {"storeys": 2, "floor_masses": "200 t", "storey_stiffnesses": "300 MN/m", "storey_heights": "3 m"}
 SOIL = {"soil_flexibility": {"shear_wave_velocity": "200 m/s", "radius": "6 m"}}
 
 

@@ -65,7 +65,7 @@ def process(
 
 
 def motion_targets(out: Path | None, groups: Sequence[tuple[Source, ...]]) -> list[Path | None]:
-    """A file for each record: ``out`` itself for one, in the folder ``out`` for several; None where none is asked for.
+    """A file for each record: ``out`` itself for one, in the folder ``out`` for several; None where none is written.
 
     Raises PoundingError where a file cannot be written or would replace a record that is read, or two have one name.
     """
