@@ -41,17 +41,8 @@ from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
 from pounding_risk.scene.scene_axis import count_of
 from pounding_risk.scene.variants import Variants, check_one_scene, where_words
 from pounding_risk.solver.pair.isolated import Impact
+from pounding_risk.studies import compare_findings as findings
 from pounding_risk.studies.compare_along import along_finding
-from pounding_risk.studies.compare_findings import (
-    APART,
-    AT_SOME,
-    at_interface,
-    finding,
-    interface_names,
-    tables,
-    typical_case,
-    widest_interface,
-)
 from pounding_risk.studies.histories import level_forces
 from pounding_risk.studies.impact import impact
 from pounding_risk.studies.simulate import run_of
@@ -148,10 +139,10 @@ def compare(
         dataset = _along(equal, whole, baseline, reasons)
     else:
         dataset = _of_scene(equal, whole, baseline, {})
-        interface = widest_interface(dataset)
-        case = typical_case(at_interface(dataset, interface), baseline)
+        interface = findings.widest_interface(dataset)
+        case = findings.typical_case(findings.at_interface(dataset, interface), baseline)
         dataset = dataset.assign(_histories(equal, case, interface, baseline))
-        dataset.attrs |= reasons | {"finding": finding(dataset)}
+        dataset.attrs |= reasons | {"finding": findings.finding(dataset)}
     return saved(dataset, "compare", target)
 
 
@@ -333,7 +324,7 @@ def _lacks_restitution(study: Scene) -> bool:
 def _of_scene(study: Scene, dataset: xr.Dataset, baseline: str, known: Known) -> xr.Dataset:
     """The scan of a scene with the reference impacts, and what is set against the baseline."""
     dataset = dataset.assign(_impacts(study, dataset, known))
-    dataset = dataset.assign(tables(dataset, baseline))
+    dataset = dataset.assign(findings.tables(dataset, baseline))
     terms = study.equal_terms or USUAL_TERMS
     return dataset.assign_attrs(
         baseline=baseline, reference_law=study.contact_model, same=terms.same, speed=terms.speed
@@ -354,7 +345,7 @@ def _along(equal: Scene, whole: xr.Dataset, baseline: str, reasons: dict[str, st
         part = settled(whole.isel({axis.name: [place] for axis, place in places}))
         compared = _of_scene(variants.scene(number), part, baseline, known)
         facts = {name: compared.attrs[name] for name in ("same", "speed")}
-        attributes.add(number, facts | {"finding": finding(compared)})
+        attributes.add(number, facts | {"finding": findings.finding(compared)})
         parts.append(compared.drop_vars(part.variables).drop_attrs(deep=False))
     facts = {name: compared.attrs[name] for name in ("baseline", "reference_law", "same", "speed")}
     facts = {name: value for name, value in facts.items() if name not in attributes.differing()}
@@ -404,7 +395,7 @@ def _impacts(study: Scene, dataset: xr.Dataset, known: Known) -> dict[str, Any]:
     # A law without a stiffness may have none there.
     lists = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
     calibrated, masses, impacts = [], [], []
-    for index in range(len(interface_names(dataset))):
+    for index in range(len(findings.interface_names(dataset))):
         here = study.at(index)
         stiffnesses = {name: float(np.atleast_1d(k)[index]) for name, k in lists.items()}
         calibrated.append([stiffnesses.get(name, nan) for name in names])
@@ -415,10 +406,10 @@ def _impacts(study: Scene, dataset: xr.Dataset, known: Known) -> dict[str, Any]:
         each = [one.contact_model for one in study.interfaces] if label == OF_EACH_INTERFACE else [label]
         laws = [known_law(name) for name in each]
         of_each = [stiffness_quantity(law).unit if "stiffness" in law._fields else "" for law in laws]
-        units.append(of_each[0] if len(set(of_each)) == 1 else APART.join(of_each))
+        units.append(of_each[0] if len(set(of_each)) == 1 else findings.APART.join(of_each))
         elastic.append(all(blow.restitution > 1.0 - ELASTIC for blow in of_law))
         answers = {int(law.capped) for law in laws}
-        capped.append(answers.pop() if len(answers) == 1 else AT_SOME)
+        capped.append(answers.pop() if len(answers) == 1 else findings.AT_SOME)
     of_laws: dict[str, tuple[Any, str]] = {
         "stiffness_unit": (units, "unit of stiffness, several by interface"),
         "dissipates": (

@@ -27,18 +27,10 @@ from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PEAK, PGA_AXIS, driven
 from pounding_risk.motions.motion import Motion
+from pounding_risk.results import labels
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import RESULTS, check_target, open_results, reading
 from pounding_risk.results.grid_values import axis_words, place_of
-from pounding_risk.results.labels import (
-    CONVENTIONS,
-    OUTCOME,
-    case_coordinates,
-    described,
-    made_from,
-    one_amplitude,
-    places_of,
-)
 from pounding_risk.results.layout import AMPLITUDE, AXES, CaseVariable, Template, axes_by, axes_of_cases, blocks
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.results.run_labels import Case
@@ -300,18 +292,18 @@ def template_of(cases: Cases) -> Template:
         for name in WRITTEN
         if name in run
     }
-    return Template(_skeleton(cases), {**variables, "status": OUTCOME["status"]}, choice.shape)
+    return Template(_skeleton(cases), {**variables, "status": labels.OUTCOME["status"]}, choice.shape)
 
 
 def _skeleton(cases: Cases) -> xr.Dataset:
     """Labels, the time of every sample, and the ground motions."""
     study, choice, samples = cases.study, cases.choice, cases.samples
-    labels = case_coordinates(study, cases.motions)
+    coords = labels.case_coordinates(study, cases.motions)
     for name in ("period", "record_pgv"):  # facts of records for assessments
-        labels.pop(name, None)
+        coords.pop(name, None)
     gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
-    labels |= places_of(study, gaps, np.array([level_forces(study, force) for force in study.grid.yield_forces]))
-    whole = one_amplitude(xr.Dataset(coords=labels), study)
+    coords |= labels.places_of(study, gaps, np.array([level_forces(study, force) for force in study.grid.yield_forces]))
+    whole = labels.one_amplitude(xr.Dataset(coords=coords), study)
     axes = axes_by(study.grid.measure.axis)
     if choice.by_law:
         indexers: dict[str, Any] = {axis: ("contact_model", choice.places[:, at]) for at, axis in enumerate(axes)}
@@ -330,19 +322,19 @@ def _skeleton(cases: Cases) -> xr.Dataset:
         acceleration = cases.motion(case).acceleration
         row[: len(acceleration)] = acceleration
     ground = ground.reshape(*(whole.sizes[dim] for dim in dims), samples)
-    about = described("m/s2", "acceleration of the ground motion, where it comes first")
+    about = labels.described("m/s2", "acceleration of the ground motion, where it comes first")
     return (
         whole.assign_coords(
-            time=((dims[0], "sample"), times, described("s", "time since the start of the record")),
-            sample=("sample", np.arange(samples), described("1", "sample of the record, from 0")),
+            time=((dims[0], "sample"), times, labels.described("s", "time since the start of the record")),
+            sample=("sample", np.arange(samples), labels.described("1", "sample of the record, from 0")),
         )
         .assign(ground_acceleration=((*dims, "sample"), ground, about))
         .assign_attrs(
-            Conventions=CONVENTIONS,
+            Conventions=labels.CONVENTIONS,
             title=f"{study.name}: time histories",
             source=f"pounding_risk: event-driven {job_kind(study).solver} solver",
             comment=COMMENT,
-            **made_from(study, [cases.motions[place] for place in choice.records]),
+            **labels.made_from(study, [cases.motions[place] for place in choice.records]),
         )
     )
 

@@ -30,16 +30,8 @@ from pounding_risk.motions.intensity import LEAST_PERIOD
 from pounding_risk.motions.levels import driven
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import AS_RECORDED, POLARITIES
+from pounding_risk.results import labels
 from pounding_risk.results.attributes import as_text, told
-from pounding_risk.results.labels import (
-    CONVENTIONS,
-    NEEDED,
-    axes_of_motions,
-    flags_of,
-    made_from,
-    skeleton,
-    with_drawn_motions,
-)
 from pounding_risk.results.provenance import provenance
 from pounding_risk.results.scene_axes import MOTIONS_DRAWN, axis_coordinates
 from pounding_risk.results.variables import described
@@ -177,64 +169,54 @@ class FreeJob(Batches):
 
 
 class AtOnce(FreeJob):
-    """All samples of single masses, one motion a batch. Twice the motion is twice the closing."""
+    """Single masses, one record a batch: all samples, or those that are drawn with it.
+
+    Twice the motion is twice the closing.
+    """
 
     words = AT_ONCE
 
-    def __init__(self, study: Scene, motions: tuple[Motion, ...], facts: Facts):
-        self.study, self.motions = study, motions
-        numbers = [facts.buildings[name] for name in ("period", "damping")]
-        self.shape = numbers[0].shape
-        sides = [tuple(values[:, side].ravel() for values in numbers) for side in (slice(0, -1), slice(1, None))]
-        self.pairs = PairList(*sides)
-        self.batches = len(motions)
+    def __init__(self, study: Scene, motions: tuple[Motion, ...], facts: Facts, drawn: DrawnMotions | None = None):
+        self.study, self.motions, self.drawn = study, motions, drawn
+        self.numbers = [facts.buildings[name] for name in ("period", "damping")]
+        count, buildings = self.numbers[0].shape
+        self.records = range(len(motions)) if drawn is None else np.unique(drawn.records).tolist()
+        self.samples = [np.arange(count) if drawn is None else np.flatnonzero(drawn.records == n) for n in self.records]
+        self.pairs = self._pairs(self.samples[0]) if drawn is None else None  # the same for all records
+        self.batches = len(self.records)
+        self.most = max(map(len, self.samples))
         motion = len(study.records.polarities) * len(study.grid.amplitudes)
-        self.bytes_per_batch = 8 * motion * self.shape[0] * (2 * self.shape[1] - 1)
+        self.bytes_per_batch = 8 * motion * self.most * (2 * buildings - 1)
 
     def one(self, number: int) -> Chunk:
-        """(1, samples, polarities, amplitudes, interfaces) and (1, samples, polarities, amplitudes, buildings)."""
-        motion, grid = self.motions[number], self.study.grid
-        closings = self.pairs.closings(motion.acceleration, motion.dt)
+        """(1, samples, polarities, amplitudes, interfaces) and (1, samples, polarities, amplitudes, buildings).
+
+        Of drawn motions each sample has one polarity, and samples are padded to the most of any batch.
+        """
+        samples, motion = self.samples[number], self.motions[self.records[number]]
+        found = (self.pairs or self._pairs(samples)).closings(motion.acceleration, motion.dt)
+        amplitudes = self.study.grid.amplitudes
         factors = np.array(
-            [1.0 if level is None else driven(motion, AS_RECORDED, level).pga / motion.pga for level in grid.amplitudes]
+            [1.0 if level is None else driven(motion, AS_RECORDED, level).pga / motion.pga for level in amplitudes]
         )
         senses = [POLARITIES.index(polarity) for polarity in self.study.records.polarities]
-        closing = closings.closing.reshape(2, self.shape[0], -1)[senses].transpose(1, 0, 2)
-        left, right = (peaks.reshape(self.shape[0], -1) for peaks in (closings.left, closings.right))
+        closing = found.closing.reshape(2, samples.size, -1)[senses].transpose(1, 0, 2)
+        left, right = (peaks.reshape(samples.size, -1) for peaks in (found.left, found.right))
         peaks = np.repeat(np.concatenate([left, right[:, -1:]], axis=1)[:, None], len(senses), axis=1)
+        if self.drawn is not None:
+            places = np.arange(samples.size), self.drawn.polarities[samples]
+            padding = (0, self.most - samples.size), (0, 0), (0, 0)
+            closing, peaks = (np.pad(values[places][:, None], padding) for values in (closing, peaks))
         values = {"closing": closing, "peaks": peaks}
         return {name: value[None, :, :, None] * factors[:, None] for name, value in values.items()}
 
     def place(self, number: int) -> tuple[Any, ...]:
-        return slice(None), number
+        return (slice(None), number) if self.drawn is None else (self.samples[number], 0)
 
-
-class DrawnAtOnce(FreeJob):
-    """Single masses of which each sample has one motion: the samples of one record a batch."""
-
-    words = AT_ONCE
-
-    def __init__(self, study: Scene, motions: tuple[Motion, ...], facts: Facts, drawn: DrawnMotions):
-        self.motions, self.drawn = motions, drawn
-        self.samples = [np.flatnonzero(drawn.records == record) for record in np.unique(drawn.records)]
-        self._of = study, motions, facts
-        self.batches = len(self.samples)
-        self.most = max(map(len, self.samples))
-        count = len(study.records.polarities) * len(study.grid.amplitudes)
-        self.bytes_per_batch = 8 * count * self.most * (2 * len(study.buildings) - 1)
-
-    def one(self, number: int) -> Chunk:
-        """(1, most samples, 1, amplitudes, interfaces) and (1, most samples, 1, amplitudes, buildings)."""
-        study, motions, facts = self._of
-        samples = self.samples[number]
-        some = Facts({name: values[samples] for name, values in facts.buildings.items()}, facts.gaps[samples])
-        both = AtOnce(study, motions, some).one(int(self.drawn.records[samples[0]]))
-        polarities = np.arange(len(samples)), self.drawn.polarities[samples]
-        padding = ((0, 0), (0, self.most - len(samples)), (0, 0), (0, 0), (0, 0))
-        return {name: np.pad(values[0][polarities][None, :, None], padding) for name, values in both.items()}
-
-    def place(self, number: int) -> tuple[Any, ...]:
-        return self.samples[number], 0
+    def _pairs(self, samples: NDArray[np.int64]) -> PairList:
+        """The neighbours of these samples."""
+        sides = (slice(0, -1), slice(1, None))
+        return PairList(*(tuple(values[samples, side].ravel() for values in self.numbers) for side in sides))
 
 
 class OneByOne(FreeJob):
@@ -288,9 +270,7 @@ def job_of(
         periods = facts.buildings["period"]
         shortest = periods[periods > 0.0].min(initial=np.inf)
         if shortest >= LEAST_PERIOD * max(motion.dt for motion in motions):
-            if drawn is None:
-                return facts, AtOnce(study, motions, facts)
-            return facts, DrawnAtOnce(study, motions, facts, drawn)
+            return facts, AtOnce(study, motions, facts, drawn)
     variants = Variants(study.updated(axes=(axis,)))
     scenes = [variants.scene(number) for number in range(axis.size)]
     buildings = {
@@ -400,15 +380,15 @@ def dataset_of(
     ends = (float(moving.min()), float(moving.max())) if moving.size else ()
     motions = tuple(for_periods(motion, ends) for motion in as_before(ensemble.motions, base))
     coordinates = grid_job_of(ScanInput(base, motions)).coordinates()
-    dataset = skeleton(base, motions, {}, coordinates).drop_dims(OF_CONTACT, errors="ignore")
-    axes = axes_of_motions(base)
+    dataset = labels.skeleton(base, motions, {}, coordinates).drop_dims(OF_CONTACT, errors="ignore")
+    axes = labels.axes_of_motions(base)
     one_place = {} if axes[-1] in dataset.sizes else {axes[-1]: 0}
     if drawn is not None:
-        dataset = with_drawn_motions(dataset.isel(record=[0], polarity=[0]), base, motions, drawn)
+        dataset = labels.with_drawn_motions(dataset.isel(record=[0], polarity=[0]), base, motions, drawn)
         one_place |= dict.fromkeys(axes[:-1], 0)
     alone = "largest displacement relative to the ground under the building; without contact"
     for name, values, of, long_name in (
-        ("peak_closing_free", closing, "interface", NEEDED),
+        ("peak_closing_free", closing, "interface", labels.NEEDED),
         ("peak_displacement_free", peaks, "building", alone),
     ):
         variable = xr.Variable((axis.name, *axes, of), values, described("m", long_name)).isel(one_place)
@@ -427,12 +407,12 @@ def dataset_of(
     dataset = dataset.assign_coords(axis_coordinates((axis,), of_samples) | differing)
     lists = {"left_out": list(ensemble.left_out), "copies": list(ensemble.copies)}
     dataset.attrs = {
-        "Conventions": CONVENTIONS,
+        "Conventions": labels.CONVENTIONS,
         "title": f"{study.name}: motion without contact of samples".removeprefix(": "),
         "source": "pounding_risk: motion without contact, exact between the samples of the ground motion",
-        **made_from(study, motions),
+        **labels.made_from(study, motions),
         **provenance(study, motions, screening=True, check_fraction=0.0),
-        **flags_of(base, motions),
+        **labels.flags_of(base, motions),
         **({} if drawn is None else {MOTIONS_DRAWN: len(motions) * len(base.records.polarities)}),
         "free_motion": words,
         "notes": as_text([*pushed_notes(base), *of_input(base, motions)]),
