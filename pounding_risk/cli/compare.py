@@ -63,7 +63,7 @@ def compare(
     print_sheet(sheet(dataset, interface))
     announce(out)
     if is_along(dataset):
-        draw(figure, "compare_along.agreement_along_figure", dataset, interface=interface)
+        draw(figure, "compare.agreement_along_figure", dataset, interface=interface)
     else:
         draw(figure, "compare.agreement_figure", dataset, interface=interface)
         impacts = figure and figure.with_stem(f"{figure.stem}-impacts")

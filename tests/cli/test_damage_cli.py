@@ -140,9 +140,10 @@ def test_figures_say_the_finding(folder):
 
 def test_a_report_has_a_section_on_the_states(folder):
     """With the numbers of the command; none for a scene without states."""
+    from pounding_risk.reports.sections.damage import write
+
     from pounding_risk.assessment.assess import assess
     from pounding_risk.reports.data import ReportData
-    from pounding_risk.reports.sections.damage import write
 
     results = pr.open_results(folder / "scan.nc")
     blocks = write(ReportData(results, assess(results), {}))
