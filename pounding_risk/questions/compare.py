@@ -47,7 +47,7 @@ FUNCTION = "studies.compare"
 OPTIONS = {"laws": Option("--law")}
 FIGURES = {
     "": lambda comparison: (
-        "compare_along.agreement_along_figure" if is_along(comparison) else "compare.agreement_figure"
+        "compare.agreement_along_figure" if is_along(comparison) else "compare.agreement_figure"
     ),
     "-impacts": lambda comparison: "" if is_along(comparison) else "compare.reference_figure",
 }

@@ -200,4 +200,4 @@ def test_figure_is_the_same_for_the_same_data(found, tmp_path):
     drawn = figures.effects_figure(found)
     assert found.attrs["finding"][:40] in drawn.get_suptitle()
     labels = [axis.get_xlabel() for axis in drawn.axes]
-    assert "widening of the gap at the end [mm]" in labels and "over that without effects [-]" in labels
+    assert "widening of the gap at the end [mm]" in labels and "over that without effects [1]" in labels

@@ -168,7 +168,6 @@ def test_the_figure_has_a_panel_for_what_the_run_has(scene_and_run):
     else:
         assert panels == ["ground", "roof relative to", "contact", "height"]
     assert len(drawn.axes[0].lines) == (2 if "ground_widening" in run else 1)
-    assert drawn.get_suptitle().startswith(f"{run.sizes['contact']} contacts")
     assert "a note" in drawn.get_supxlabel()
     times = [axis.get_xlim() for axis in drawn.axes if not axis.get_ylabel().startswith("height")]
     assert set(times) == {(run["time"].values[0], run["time"].values[-1])}

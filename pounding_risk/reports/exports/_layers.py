@@ -192,7 +192,7 @@ def _building(row: Row, at: int) -> dict[str, Any]:
 
 def _raised(row: Row, at: int, names: Sequence[str]) -> float:
     """With contact over without, of the first of these outputs that a dataset has; NaN of one that has none."""
-    from pounding_risk.figures.storey_profiles import amplification
+    from pounding_risk.figures.row import amplification
 
     known = [name for name in names if {name, f"{name}_free"} <= set(row.case.results.data_vars)]
     return amplification(row.case, at, known[0]) if known else nan
