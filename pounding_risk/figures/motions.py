@@ -9,6 +9,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.figures.style import STYLES, blank, logarithmic, plain, styles, title
+from pounding_risk.motions.record import lowest_usable
 from pounding_risk.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
