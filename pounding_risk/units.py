@@ -161,6 +161,7 @@ AMBIGUOUS = {
 }
 
 # A unit is a product of names with plain exponents: nothing that could hide a second number.
+_CELL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _UNIT = re.compile(r"[A-Za-zµμΩ_][A-Za-zµμΩ_0-9²³ .*·/^()-]*")
 _POWER = re.compile(r"(\^|\*\*)\s*\(?\s*(-?\d+(?:\.\d+)?(?:/[1-9]\d*)?)\s*\)?")
 
@@ -208,6 +209,14 @@ def parse(text: object, quantity: Quantity) -> float:
     if not quantity.allows(value):
         raise QuantityError(f"{shown(text)} is out of range: {needed} must be {bounds(quantity)}; {repair(quantity)}")
     return value + 0.0  # no minus zero
+
+
+def parse_cell(text: str, unit: str, quantity: Quantity) -> float:
+    """The SI value of a cell of a table: a plain number where the head of its column has a unit, else with its own."""
+    if unit and not _CELL.fullmatch(text.strip()):
+        words = f"is not a plain number, and the column's unit is {unit}; write a number"
+        raise QuantityError(f"{shown(text.strip())} {words}")
+    return parse(f"{text.strip()} {unit}" if unit else text.strip(), quantity)
 
 
 def si(value: Any, quantity: Quantity, name: str = "") -> float:

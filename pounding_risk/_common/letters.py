@@ -7,8 +7,10 @@ A spreadsheet runs the cells of a CSV file that begin as a formula does.
 
 from __future__ import annotations
 
+import csv
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from io import StringIO
 from typing import Any
 
 _CONTROLS = "\x00-\x1f\x7f-\x9f"
@@ -67,3 +69,10 @@ def cell(value: Any) -> Any:
 def without_mark(text: str) -> str:
     """The text of a cell without the apostrophe of `cell`."""
     return text[1:] if text.startswith("'") and cell(text[1:]) == text else text
+
+
+def csv_text(rows: Iterable[Iterable[Any]]) -> str:
+    """Rows as the text of a CSV file; texts of users go through `cell` before."""
+    out = StringIO()
+    csv.writer(out, lineterminator="\n").writerows(rows)
+    return out.getvalue()

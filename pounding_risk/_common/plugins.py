@@ -23,6 +23,7 @@ from contextlib import contextmanager
 from functools import cache, reduce
 from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Any, NamedTuple
 
 from pounding_risk._common.words import nearest
@@ -149,6 +150,8 @@ class Registry(MutableMapping[str, Any]):
     take : callable, optional
         From the name of a plug-in and what it names to the member, for a registry whose members no decorator enters.
         Raises PoundingError for what is none.
+    folder : str, optional
+        A package of ours whose modules enter members; they are imported when members are asked for.
     arrange : callable, optional
         From the names to the order in which they are listed; by default those of this package come first as they were
         entered, plug-ins then by name.
@@ -160,8 +163,9 @@ class Registry(MutableMapping[str, Any]):
         members: Mapping[str, Any] | None = None,
         take: Callable[[str, Any], Any] | None = None,
         arrange: Callable[[Iterable[str]], list[str]] | None = None,
+        folder: str = "",
     ):
-        self.group = group
+        self.group, self.folder = group, folder
         self.members: dict[str, Any] = dict(members or {})
         self._ours, self._take, self._arrange = set(self.members), take, arrange or self._in_order
         self._problems: dict[str, str] = {}  # of plug-ins that were loaded; "" where that went well
@@ -175,9 +179,11 @@ class Registry(MutableMapping[str, Any]):
         return name in self.members
 
     def __iter__(self) -> Iterator[str]:
+        self._import_folder()
         return iter(self._arrange({**self.members, **dict.fromkeys(self._plugins)}))
 
     def __len__(self) -> int:
+        self._import_folder()
         return len({*self.members, *self._plugins})
 
     def items(self) -> ItemsView[str, Any]:
@@ -193,6 +199,10 @@ class Registry(MutableMapping[str, Any]):
 
     def __delitem__(self, name: str) -> None:
         del self.members[name]
+
+    @property
+    def _word(self) -> str:
+        return GROUPS.get(self.group, "member")
 
     def is_ours(self, name: str) -> bool:
         """Whether this package has a member of this name."""
@@ -216,13 +226,13 @@ class Registry(MutableMapping[str, Any]):
         if _top(module) == _top(__name__):
             self._ours.add(name)
         elif taken := self.taken(name, module):
-            raise PoundingError(f"{GROUPS[self.group]} {name}: {taken}")
+            raise PoundingError(f"{GROUPS.get(self.group, 'member')} {name}: {taken}")
         self.members[name] = member
 
     def taken(self, name: str, module: str) -> str:
         """Why a module outside this package may not define a member of this name; "" where it may."""
         if name in self._ours:
-            return f"pounding_risk has a {GROUPS[self.group]} of this name; choose another name"
+            return f"pounding_risk has a {GROUPS.get(self.group, 'member')} of this name; choose another name"
         others = [plugin for plugin in self._plugins.get(name, ()) if _top(plugin.module) != _top(module)]
         return f"{others[0].words} has this name; choose another name, or uninstall it" if others else ""
 
@@ -253,7 +263,13 @@ class Registry(MutableMapping[str, Any]):
     def _plugins(self) -> Plugins:
         return installed().get(self.group, {})
 
+    def _import_folder(self) -> None:
+        folder, self.folder = self.folder, ""  # once, and not again while its modules ask for members
+        for module in iter_modules(import_module(folder).__path__) if folder else ():
+            import_module(f"{folder}.{module.name}")
+
     def _ask(self, name: Any) -> None:
+        self._import_folder()
         if isinstance(name, str) and (problem := self.problem(name)):
             if name not in self._ours:
                 raise PoundingError(problem)

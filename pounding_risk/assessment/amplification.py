@@ -56,7 +56,7 @@ def amplification(
     new: bool = False,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Amplification of two linear buildings by pounding over the ratio of their periods and the gap.
+    """What pounding adds, over the period ratio and the gap.
 
     Amplification is the peak of a building with contact over its peak without, under the same motion: 1 where nothing
     touches. One building stays as it is, the other's period is the ratio times its period, with the mass that it has.

@@ -56,7 +56,7 @@ def spectra(
     new: bool = False,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Required gap of two linear buildings over the periods of both, under an ensemble of motions.
+    """Gap required over the periods of two linear buildings.
 
     The gap that a motion needs is the largest closing u_left - u_right of two single masses on one ground, from rest
     and without contact, exact between the samples. Beside it stands what rules ask for from the spectral displacements

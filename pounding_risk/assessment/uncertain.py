@@ -75,7 +75,7 @@ def uncertainty(
     new: bool = False,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Assess what the uncertain numbers of a scene mean, beside what the motions do.
+    """What uncertain numbers of a scene mean for the gap.
 
     Parameters
     ----------

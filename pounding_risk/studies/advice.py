@@ -190,7 +190,7 @@ def advise(
     floor_length: float | str = USUAL_FLOOR_LENGTH,
     progress: Progress | None = None,
 ) -> Advice:
-    """Advise on the contact of a scene: what to write, and which outputs depend on it.
+    """What to write for the contact, and what depends on it.
 
     Stiffness, restitution, yield force and contact law are changed one at a time, under four records at most, in every
     polarity, at the largest amplitude of the grid and at one gap.

@@ -49,7 +49,7 @@ class Modes(NamedTuple):
 
 
 def modes(scene: Scene | str | Path) -> tuple[Modes, ...]:
-    """Modes of vibration of every building of a scene on its own, under the scene's effects and while it is elastic.
+    """Periods, participation and damping of each building.
 
     Parameters
     ----------

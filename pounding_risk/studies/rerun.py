@@ -73,7 +73,7 @@ def rerun(
     new: bool = False,
     progress: Progress | None = None,
 ) -> Rerun:
-    """Run again what the results file of a scan was made from, and compare every variable and coordinate.
+    """Run results again from what they carry, and compare.
 
     Parameters
     ----------

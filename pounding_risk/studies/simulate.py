@@ -41,7 +41,7 @@ def simulate(
     pga: float | str | None = None,
     intensity_level: float | str | None = None,
 ) -> xr.Dataset:
-    """Run one case of a scene and return its time histories.
+    """Run one case in full: outputs, contacts, histories.
 
     Arguments that are left out take the scene's own values.
 

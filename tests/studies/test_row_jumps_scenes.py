@@ -11,7 +11,6 @@ import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.errors import SceneError
-from pounding_risk.figures.simulate import run_finding
 from pounding_risk.models.contact.impulsive import Merged
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COMPLETE
@@ -63,8 +62,7 @@ def test_the_figure_of_a_run_without_a_lasting_force():
     run = pr.simulate(scene_of(given), gap="20 mm")
     assert np.all(np.isnan(run["contact_point_peak_contact_force"])) and np.all(run["impact_count"] > 0)
     counts = run["impact_count"].values.astype(int)
-    assert run_finding(run).startswith(f"{counts.sum()} contacts at 2 of 2 contact points; the roof of")
-    words = {text.get_text() for axis in figures.simulation_figure(run).axes for text in axis.texts}
+    words = {text.get_text().replace("\n", " ") for axis in figures.simulation_figure(run).axes for text in axis.texts}
     assert {f"{count}×" for count in counts} | {"velocities jump at each touch, and no force lasts"} <= words
 
 

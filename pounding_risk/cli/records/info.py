@@ -33,8 +33,9 @@ def info(
 ) -> None:
     """One record: origin, terms, checksum, where its file is, PGA to Sa."""
     from pounding_risk.motions.catalogue import entries, entry
+    from pounding_risk.motions.formats import split_component
     from pounding_risk.motions.sites.event_grid import is_grid
-    from pounding_risk.motions.source import open_source, split_component
+    from pounding_risk.motions.source import open_source
 
     grid, site = split_component(source)
     if is_grid(grid):

@@ -43,8 +43,8 @@ def list(
         cells = [_cells(asdict(entry), entry.pga, entry.duration, entry.dt) for entry in entries()]
         return print_table(HEADS, cells, "llllllrrr")
     if folder is not None and not folder.is_dir():
+        from pounding_risk.motions.formats import split_component
         from pounding_risk.motions.sites.event_grid import is_grid
-        from pounding_risk.motions.source import split_component
 
         if not is_grid(split_component(folder)[0]):
             raise PoundingError(f"--folder: {folder} is not a folder, nor a grid of sites; check the name")
