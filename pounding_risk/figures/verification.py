@@ -125,6 +125,22 @@ def verification_differences_figure(outcome: Any) -> Figure:
     return figure
 
 
+def outcome_figure(outcome: Any) -> Figure:
+    """The differences of all published values; of an outcome with properties alone its first property.
+
+    Parameters
+    ----------
+    outcome : Verification
+        As `verify` gives it.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        As `verification_differences_figure` or `property_figure` draws it.
+    """
+    return verification_differences_figure(outcome) if outcome.checks else property_figure(outcome.properties[0])
+
+
 def property_figure(one: Any) -> Figure:
     """A published relation and ours, as its panels say.
 

@@ -107,17 +107,11 @@ def test_exchanging_equal_buildings_changes_nothing(results):
     np.testing.assert_array_equal(gap, gap.transpose(0, 2, 1))
     np.testing.assert_array_equal(np.diagonal(gap, axis1=1, axis2=2), 0.0)
     xr.testing.assert_equal(alike, pr.spectra(motions, num=7, motions=True, workers=3))
-    doubled = pr.spectra([motion.after(twice(motion)) for motion in motions], num=7)
+    doubled = pr.spectra([motion.scaled(2.0) for motion in motions], num=7)
     np.testing.assert_array_equal(doubled["required_gap"].values, 2.0 * gap)
     # One after the other: a pair of unequal damping is not still where its periods are equal.
     assert (np.diagonal(pr.spectra(motions, num=7, damping=(0.05, 0.1))["required_gap"].values[0]) > 0.0).all()
     assert chart.is_symmetric(alike) and not chart.is_symmetric(results)
-
-
-def twice(motion: Motion):
-    from pounding_risk.motions.processing.amplitude import scale_samples
-
-    return scale_samples(motion.acceleration, 2.0)
 
 
 def test_records_named_and_a_scene_give_the_same():

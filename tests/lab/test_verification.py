@@ -498,7 +498,7 @@ def test_the_command_prints_a_line_for_each_value_and_writes_the_page(tmp_path):
     assert done.exit_code == 0, done.output
     lines = done.output.splitlines()
     assert re.split(r"  +", lines[2].strip()) == [
-        *("case", "quantity", "source", "kind", "published", "ours", "difference", "tolerance effect"),
+        *("case", "quantity", "source", "kind", "published", "ours", "difference", "tolerance effect")
     ]
     assert sum(line.startswith("sdnd108b ") for line in lines) == 6
     (seed,) = [line for line in lines if line.startswith("khatiwada_2011 ")]

@@ -70,7 +70,7 @@ def test_all_contact_models_are_compared():
     """Those of force take their stiffness from the reference; only colliding floors are left out, with the reason."""
     study = scene_of(tables(contact_model="jankowski", stiffness="2.75e9 N/m^1.5"))
     assert set(runnable(study)) > {"stereomechanical", "merged", "jankowski"}
-    assert "distributed_mass: only for a pair of single masses: the waves of one touch" in left_out(study)
+    assert "distributed_mass: only for a pair of single masses: the waves of one touch" in left_out({"": study})
     compared = pr.compare(study, laws=["jankowski", "stereomechanical", "merged"])
     assert np.all(compared["status"] == COMPLETE)
     assert compared.sizes["contact_model"] == 3
@@ -104,12 +104,7 @@ def test_effects_of_a_row_with_jumps():
         assert not np.array_equal(changed["impulse"], plain["impulse"])
 
 
-FRAME = {
-    "storeys": 2,
-    "floor_masses": "200 t",
-    "storey_stiffnesses": "300 MN/m",
-    "storey_heights": "3 m",
-}
+FRAME = {"storeys": 2, "floor_masses": "200 t", "storey_stiffnesses": "300 MN/m", "storey_heights": "3 m"}
 SOIL = {"soil_flexibility": {"shear_wave_velocity": "200 m/s", "radius": "6 m"}}
 
 

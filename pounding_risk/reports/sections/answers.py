@@ -34,7 +34,7 @@ def _along(data: ReportData) -> list[Block]:
 
 def _uncertainty(data: ReportData) -> list[Block]:
     """The sheet of `uncertainty`; nothing without a dataset of it."""
-    return uncertainty.sheet(data.others["uncertainty"]) if "uncertainty" in data.others else []
+    return uncertainty.sheet(data.others["uncertainty"], tornado=True) if "uncertainty" in data.others else []
 
 
 def _damage(data: ReportData) -> list[Block]:
