@@ -336,7 +336,7 @@ def _unusual_factors(study: Scene, motions: tuple[Motion, ...]) -> dict[str, str
 def numbers_of(study: Scene, laws: Laws) -> dict[str, str]:
     """Attributes that follow from numbers of the scene, and differ along an axis of such a number."""
     notes = level_notes(study)
-    rules = [said_restitution(interface.restitution_words) for interface in study.interfaces]
+    rules = [said_restitution(interface.restitution.words) for interface in study.interfaces]
     return {
         "references": "; ".join(sources_of(study, [law for of_model in laws for law in of_model])),
         "stiffness": as_text(

@@ -228,7 +228,7 @@ class Interface(Table):
         "law": "A contact law of `pounding_risk.laws`, which stands for contact_model, stiffness and its parameters."
     }
     gap: Annotated[
-        float | None,
+        Any,  # a number, or None where the grid has it; so is the contact model a name or None
         measured(
             GAP,
             "Clear distance between the buildings at rest; one [[interface]] between each two neighbours of a row.",
@@ -236,7 +236,7 @@ class Interface(Table):
             "the first of grid.gap",
         ),
     ] = None
-    contact_model: Annotated[str | None, LAW_NAME] = None
+    contact_model: Annotated[Any, LAW_NAME] = None
     # Its unit depends on the contact model; some models take none.
     stiffness: Annotated[
         Any,

@@ -122,7 +122,7 @@ class Table(BaseModel):
     beside: ClassVar[Mapping[str, str]] = {}  # what Python may give that is no key, by name, in words
 
     def __init__(self, *values: Any, **keys: Any):
-        names = list(type(self).model_fields)
+        names = self.key_names()
         if len(values) > len(names):
             raise SceneError(type(self).__name__, [f"{len(values)} values for its keys {', '.join(names)}"])
         if twice := [name for name in names[: len(values)] if name in keys]:
@@ -134,7 +134,7 @@ class Table(BaseModel):
 
     def __repr_args__(self) -> Iterator[tuple[str, Any]]:
         """What `repr` shows: the keys that are given."""
-        return ((name, getattr(self, name)) for name in type(self).model_fields if name in self.model_fields_set)
+        return ((name, getattr(self, name)) for name in self.key_names() if name in self.model_fields_set)
 
     __str__ = BaseModel.__repr__
 
@@ -144,7 +144,7 @@ class Table(BaseModel):
         by_name, alone = Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY
         cls.__signature__ = Signature(
             [
-                *(Parameter(name, by_name, default=_default(about)) for name, about in cls.model_fields.items()),
+                *(Parameter(name, by_name, default=_default(cls.model_fields[name])) for name in cls.key_names()),
                 *(Parameter(name, alone, default=None) for name in cls.beside),
             ]
         )
@@ -155,14 +155,19 @@ class Table(BaseModel):
 
     @classmethod
     def keys(cls) -> dict[str, Key]:
-        """The declarations of its keys by name."""
+        """The declarations of its keys by name; a field without one is no key."""
         fields = cls.model_fields.items()
-        return {name: next(key for key in about.metadata if isinstance(key, Key)) for name, about in fields}
+        return {name: key for name, about in fields for key in about.metadata if isinstance(key, Key)}
+
+    @classmethod
+    def key_names(cls) -> list[str]:
+        """Its keys, in the order in which Python may give them by position."""
+        return list(cls.keys())
 
     @classmethod
     def required(cls) -> list[str]:
         """The keys that have no default."""
-        return [name for name, about in cls.model_fields.items() if about.is_required()]
+        return [name for name in cls.key_names() if cls.model_fields[name].is_required()]
 
     @classmethod
     def made(cls, values: Mapping[str, Any]) -> Any:
@@ -185,7 +190,7 @@ class Table(BaseModel):
             if fault["type"] == "missing":
                 yield f"{name}: {cls.keys()[name].lacks(name)}"
             elif fault["type"] == "extra_forbidden":
-                near = f"{nearest(name, cls.model_fields)}; it takes {', '.join(cls.model_fields)}"
+                near = f"{nearest(name, cls.key_names())}; it takes {', '.join(cls.key_names())}"
                 yield f"{name}: unknown key{f'; {answer}' if (answer := instead_of(name)) else near}"
             else:
                 yield f"{name}: {cause}"

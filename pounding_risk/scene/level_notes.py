@@ -34,7 +34,7 @@ def level_notes(study: Scene) -> dict[str, str]:
     notes = {}
     for place, interface in enumerate(study.interfaces):
         sides = study.buildings[place], study.buildings[place + 1]
-        calls = [] if interface.given else close_calls(*sides, interface.levels)
+        calls = [] if interface.contact else close_calls(*sides, interface.levels)
         if calls:
             notes[study.interface_names[place]] = _sentence(sides, interface, calls)
     return notes

@@ -443,13 +443,14 @@ class Records(Table):
 
     def request(self) -> RecordRequest:
         """The request of ground motions that `motions.ensemble.read_ensemble` takes, in SI."""
-        own = [key for key in type(self).model_fields if key != INTENSITY]  # whose levels are the grid's
+        own = [key for key in self.key_names() if key != INTENSITY]  # whose levels are the grid's
         return RecordRequest(**{RENAMED.get(key, key): getattr(self, key) for key in own})
 
 
 def records_of(request: RecordRequest, amplitudes: tuple[Level | None, ...] = ()) -> Records:
     """The table of a request, every value stated that is not absent; ``amplitudes`` are those of the grid."""
-    values = {key: getattr(request, RENAMED.get(key, key), None) for key in Records.model_fields}
+    own = [key for key in Records.key_names() if key != INTENSITY]  # whose levels are the grid's
+    values = {key: getattr(request, RENAMED.get(key, key)) for key in own}
     values[INTENSITY] = tuple(level for level in amplitudes if level is not None and level.measure.axis == LEVEL_AXIS)
     return Records.made({key: value for key, value in values.items() if value not in (None, "", ())})
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, fields
 from importlib import import_module
 from itertools import pairwise
 from math import inf, isnan
+from operator import attrgetter
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
@@ -51,7 +52,7 @@ from pounding_risk.scene.keys import Draft, Section, Table, in_text
 from pounding_risk.scene.levels import at_periods, relative_faults
 from pounding_risk.scene.overrides import ARRAYS
 from pounding_risk.scene.records import records_of
-from pounding_risk.scene.resolved_interfaces import ResolvedInterface, interface_table, resolved_interfaces, stiff_model
+from pounding_risk.scene.resolved_interfaces import ResolvedInterface, resolved_interfaces, stiff_model
 from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap
 from pounding_risk.scene.sections import KEYS, Same, every_fault, overridden, read_tables, untouched, written_overrides
 from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
@@ -65,6 +66,7 @@ OF_EACH_INTERFACE = "each interface's own"  # label of the contact models of a s
 # The parts of a scene, and the sections of a scene file that they are.
 PARTS = {"buildings": "building", "interfaces": "interface"}
 PARTS |= {part: part for part in ("records", "grid", UNCERTAIN, "effects", "solver", "damage")} | {"name": "scene"}
+OF_RESTITUTION = {"restitution": "rule", "restitution_words": "words", "relation": "relation"}  # of `GivenRestitution`
 NO_STRENGTHS = (
     "no storey of the scene has a yield shear, so that none would yield; write storey_strengths in a [[building]], or "
     "generate one from a typology, or remove inelastic_storeys"
@@ -102,9 +104,10 @@ class Origin(NamedTuple):
     overrides: tuple[str, ...]
 
 
-def _of_first(name: str, words: str) -> Any:
+def _of_first(path: str, words: str) -> Any:
     """A property of a scene: that of its first interface."""
-    return property(lambda scene: getattr(scene.interfaces[0], name), doc=f"{words[:-1]}, at the first interface.")
+    value = attrgetter(path)
+    return property(lambda scene: value(scene.interfaces[0]), doc=f"{words[:-1]}, at the first interface.")
 
 
 @dataclass(frozen=True, repr=False, init=False, eq=False)
@@ -177,9 +180,9 @@ class Scene(ShortRepr):
     # What the first interface says.
     gap = _of_first("gap", "Clear distance [m].")
     stiffness = _of_first("stiffness", "Contact stiffness [N/m or N/m^1.5]; None where no model has one.")
-    restitution = _of_first("restitution", "Relation e(v).")
-    restitution_words = _of_first("restitution_words", "Name of e(v), number, damping ratio, or `NO_RESTITUTION`.")
-    relation = _of_first("relation", "Relation of restitution and damping.")
+    restitution = _of_first("restitution.rule", "Relation e(v).")
+    restitution_words = _of_first("restitution.words", "Name of e(v), number, damping ratio, or `NO_RESTITUTION`.")
+    relation = _of_first("restitution.relation", "Relation of restitution and damping.")
     yield_force = _of_first("yield_force", "Yield force of the floors [N]; inf without yielding.")
     equal_terms = _of_first("equal_terms", "How the stiffness of other contact models follows.")
     design_penetration = _of_first("design_penetration", "Penetration for which bilinear is set up [m].")
@@ -223,7 +226,7 @@ class Scene(ShortRepr):
     def _compared(self) -> tuple[Any, ...]:
         """What two scenes share that ask for the same runs; an unknown level is no NaN, which differs from itself."""
         interfaces = tuple(
-            interface._replace(
+            interface.updated(
                 points=tuple(point._replace(level=inf) if isnan(point.level) else point for point in interface.points)
             )
             for interface in self.interfaces
@@ -316,7 +319,7 @@ class Scene(ShortRepr):
         return self.updated(
             buildings=self.buildings[place : place + 2],
             grid=grid._replace(gaps=gaps, yield_forces=forces, contact_models=models),
-            interfaces=(here._replace(points=tuple(point._replace(interface=0) for point in here.points)),),
+            interfaces=(here.updated(points=tuple(point._replace(interface=0) for point in here.points)),),
             gridded_interface=None,
             damage=(),
         )
@@ -444,11 +447,15 @@ class Scene(ShortRepr):
     # -------------------------------------------------------------------------------------------- changing
 
     def updated(self, **values: Any) -> Scene:
-        """The scene with these fields, which are not checked; fields of interfaces are set at every one."""
-        between = {key: values.pop(key) for key in list(values) if key in ResolvedInterface._fields}
-        if between:
-            interfaces = values.get("interfaces", self.interfaces)
-            values["interfaces"] = tuple(interface._replace(**between) for interface in interfaces)
+        """The scene with these fields, which are not checked; what interfaces have is set at every one.
+
+        ``restitution``, ``restitution_words`` and ``relation`` are what the properties of these names are.
+        """
+        interfaces = values.get("interfaces", self.interfaces)
+        if given := {OF_RESTITUTION[key]: values.pop(key) for key in OF_RESTITUTION if key in values}:
+            interfaces = [one.updated(restitution=one.restitution._replace(**given)) for one in interfaces]
+        between = {key: values.pop(key) for key in list(values) if key in ResolvedInterface.model_fields}
+        values["interfaces"] = tuple(one.updated(**between) if between else one for one in interfaces)
         return _made({part.name: getattr(self, part.name) for part in fields(self)} | values)
 
     def replace(self, *overrides: str, **values: Any) -> Scene:
@@ -519,7 +526,7 @@ class Scene(ShortRepr):
     def resolved(self) -> dict[str, Any]:
         """The scene as a dict of the scene file's shape, every value stated, quantities exact in SI units."""
         buildings = [table_of(building).written() | self._depth(at) for at, building in enumerate(self.buildings)]
-        interfaces = [interface_table(interface, self._gridded_models).written() for interface in self.interfaces]
+        interfaces = [interface.as_written(self._gridded_models) for interface in self.interfaces]
         effects = {effect.name: effect.written() for effect in self.effects}
         return {
             "scene": {"name": self.name},
@@ -600,7 +607,7 @@ def _written(section: str, table: Any) -> Any:
     if isinstance(table, Building | Storeys):
         return table_of(table).written()
     if isinstance(table, ResolvedInterface):
-        return interface_table(table, ()).written()
+        return table.as_written(())
     if isinstance(table, Mapping):
         written = in_text(KEYS[section], table)
         written = axes_in_text(written, KEYS) if section == "grid" else written

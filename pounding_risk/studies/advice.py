@@ -318,7 +318,7 @@ def _one_case(study: Scene, gap: float | str | None) -> Scene:
         else:
             index = study.interface_names.index(study.gridded_interface)
             between = list(study.interfaces)
-            between[index] = between[index]._replace(gap=gaps[0])
+            between[index] = between[index].updated(gap=gaps[0])
             study = study.updated(interfaces=tuple(between))
     return study.updated(grid=axes)
 
@@ -333,7 +333,7 @@ def _stiffnesses(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
     datasets = []
     for multiple in MULTIPLES:
         interfaces = tuple(
-            interface if interface.stiffness is None else interface._replace(stiffness=multiple * interface.stiffness)
+            interface if interface.stiffness is None else interface.updated(stiffness=multiple * interface.stiffness)
             for interface in study.interfaces
         )
         datasets.append(base if multiple == 1.0 else scanner.run(study.updated(interfaces=interfaces)))
@@ -345,7 +345,7 @@ def _proposed(study: Scene, scanner: _Scanner, base: xr.Dataset, ranges: Sequenc
     """The scene with the stiffness that is proposed at each interface."""
     stiffnesses = {interface.interface: interface.recommended or interface.own for interface in ranges}
     interfaces = tuple(
-        interface._replace(stiffness=stiffnesses.get(name, interface.stiffness))
+        interface.updated(stiffness=stiffnesses.get(name, interface.stiffness))
         for name, interface in zip(study.interface_names, study.interfaces, strict=True)
     )
     dataset = scanner.run(study.updated(interfaces=interfaces))
@@ -367,7 +367,7 @@ def _yield_forces(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
     scenes = []
     for multiple in FORCE_MULTIPLES if yields else FORCE_SHARES:
         interfaces = tuple(
-            one._replace(
+            one.updated(
                 yield_force=multiple * (one.yield_force if yields else peak),
                 column_yield_force=multiple * (one.column_yield_force if yields else peak),
             )
@@ -426,7 +426,7 @@ def _not_applicable(study: Scene) -> dict[str, str]:
         sentences[FORCE] = (
             f"F_E: {names} has no cap, so that F_E does not act; viscous_elastoplastic and van_mier yield"
         )
-    if LAW not in sentences and any(interface.restitution_words == NO_RESTITUTION for interface in study.interfaces):
+    if LAW not in sentences and any(interface.restitution.words == NO_RESTITUTION for interface in study.interfaces):
         sentences[LAW] = "law: the scene gives no restitution, which the laws that dissipate need to be compared"
     if LAW not in sentences and (jumps or not _other_laws(study)):
         sentences[LAW] = "law: no other law that dissipates can be calibrated to this scene's; see compare"
@@ -588,7 +588,11 @@ def _yielding_duration(study: Scene, stiffness_range: StiffnessRange) -> float:
     if not known_law(interface.contact_model).capped or force == inf:
         return 0.0
     blow = impact(
-        here.law(), stiffness_range.speed, stiffness_range.mass, restitution=interface.restitution, yield_force=force
+        here.law(),
+        stiffness_range.speed,
+        stiffness_range.mass,
+        restitution=interface.restitution.rule,
+        yield_force=force,
     )
     return blow.duration if blow.peak_force >= force * (1.0 - 1e-9) else 0.0
 
@@ -618,7 +622,7 @@ def _lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[
         if not judged:
             continue
         values = {
-            "restitution": _restitution_words(own.restitution_words, own.restitution, own.relation),
+            "restitution": _restitution_words(own.restitution),
             "yield_force": f'"{say(own.yield_force, YIELD_FORCE)}"' if isfinite(own.yield_force) else '"inf"',
             "contact_model": shown(own.contact_model),
         }
@@ -629,9 +633,11 @@ def _lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[
         yield Line("", f"contact_model = {shown(own.contact_model)}", "an instant impact takes no stiffness")
 
 
-def _restitution_words(words: str, rule: Any, relation: str) -> str:
-    written = GivenRestitution(rule, words, relation).written()
-    return shown(written) if relation == AS_PUBLISHED else f'{{value = {shown(written["value"])}, relation = "exact"}}'
+def _restitution_words(given: GivenRestitution) -> str:
+    written = given.written()
+    if given.relation == AS_PUBLISHED:
+        return shown(written)
+    return f'{{value = {shown(written["value"])}, relation = "exact"}}'
 
 
 def _verdict_words(judged: Sequence[Influence], consequence: str) -> str:

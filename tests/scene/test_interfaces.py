@@ -110,7 +110,7 @@ def test_each_interface_has_its_own_stiffness_gap_and_restitution():
     )
     assert [found.at(place).law().stiffness for place in (0, 1)] == [8e10, 1e9]
     assert [found.at(place).law("hertz").stiffness for place in (0, 1)] == [8e10, 1e9]
-    assert [interface.restitution.c0 for interface in found.interfaces] == [0.65, 0.4]
+    assert [interface.restitution.rule.c0 for interface in found.interfaces] == [0.65, 0.4]
     alone = found.at(1)
     assert alone.interface_names == ("flats | shop",)
     assert (alone.gap, alone.stiffness, alone.restitution_words) == (0.02, 1e9, "0.4")

@@ -154,8 +154,8 @@ def test_laws_and_relations_are_the_objects_of_models():
         return in_python().replace(interfaces=[pr.Interface(0.01, **keys)]).interfaces[0]
 
     concrete = at(law=Jankowski(2.75e9), restitution=CONCRETE)
-    assert (concrete.contact_model, concrete.stiffness, concrete.restitution_words) == ("jankowski", 2.75e9, "concrete")
-    assert at(law=Jankowski("2.75e6 kN/m^1.5"), restitution=constant(0.4)).restitution == Restitution(0.4)
+    assert (concrete.contact_model, concrete.stiffness, concrete.restitution.words) == ("jankowski", 2.75e9, "concrete")
+    assert at(law=Jankowski("2.75e6 kN/m^1.5"), restitution=constant(0.4)).restitution.rule == Restitution(0.4)
     van_mier = at(law=VanMier(4e10, 0.5), restitution={"value": 0.4, "relation": "published"})
     assert (van_mier.stiffness, van_mier.plastic_exponent) == (4e10, 0.5)
 
@@ -210,7 +210,7 @@ def test_interfaces_of_a_row_may_have_models_of_their_own(root: Path):
     assert [type(mixed.at(place).law()).__name__ for place in (0, 1)] == ["Jankowski", "Hertz"]
     assert parse_scene(mixed.to_toml()) == mixed
     exact = pr.read_scene(row, ['interface.2.restitution={value = 0.5, relation = "exact"}'])
-    assert [between.relation for between in exact.interfaces] == ["published", "exact"]
+    assert [between.restitution.relation for between in exact.interfaces] == ["published", "exact"]
     gridded = pr.read_scene(row, ["interface.2.contact_model=hertz", 'grid.contact_model=["linear"]', *LINEAR])
     assert [type(gridded.at(place).law("linear")).__name__ for place in (0, 1)] == ["Linear", "Linear"]
 
@@ -225,7 +225,7 @@ LINEAR = ['interface.1.contact_model="linear"', 'interface.2.contact_model="line
             lambda: pr.SingleMass("frame", mass="44 tt", perod=2),
             [
                 'perod: unknown key (did you mean "period"?); it takes name, mass, period, stiffness, damping, '
-                "floor_length, wave_speed, height, floor_depth, initial_displacement, initial_velocity, rigid, "
+                "floor_length, wave_speed, height, initial_displacement, initial_velocity, floor_depth, rigid, "
                 "ground_factor, ground_delay, ground_velocity, ground_record",
                 'mass: "44 tt" has the unit "tt", which is not known (did you mean "t"?); write a mass such as '
                 '"44.36 t"',
