@@ -44,6 +44,12 @@ class Several(Unreadable):
         super().__init__("; ".join(sentence for _, sentence in faults))
 
 
+def located(error: ValueError, *path: str | int) -> list[tuple[KeyPath, str]]:
+    """The faults of a value that stands at this path below another: the path and the sentence of each."""
+    faults = error.faults if isinstance(error, Several) else [((), str(error))]
+    return [((*path, *below), sentence) for below, sentence in faults]
+
+
 @dataclass(frozen=True)
 class Key:
     """One key of a table.
@@ -297,10 +303,8 @@ def read_section(
             continue
         try:
             values[name] = known[name].read(value, parse)
-        except Several as error:
-            faults += [Fault((*path, name, *below), sentence) for below, sentence in error.faults]
         except ValueError as error:
-            faults.append(Fault((*path, name), str(error)))
+            faults += [Fault(*fault) for fault in located(error, *path, name)]
     faults += [
         Fault((*path, name), known[name].lacks(name), absent=True) for name in kind.required() if name not in raw
     ]
@@ -362,6 +366,28 @@ def one_of(allowed: Sequence[str], what: str, words: str, example: str, absent: 
         return str(value)
 
     return Key(words, read, example, absent, missing, schema={"enum": list(allowed)})
+
+
+def whole(name: str, low: int, high: int, words: str, example: str, absent: str) -> Key:
+    """A whole number, of the key of this name."""
+
+    def read(value: Any, number: Number) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise Unreadable(f"{shown(value)} is not a whole number from {low} to {high}; write {name} = {example}")
+        return value
+
+    return Key(words, read, example, absent, schema={"type": "integer", "minimum": low, "maximum": high})
+
+
+def by_address(words: str, example: str, absent: str) -> Key:
+    """A table by the addresses of numbers, whose values are read where the scene is known."""
+
+    def read(value: Any, number: Number) -> dict[str, Any]:
+        if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
+            raise Unreadable(f"{shown(value)} is not a table; write {example}")
+        return value
+
+    return Key(words, read, example, absent, schema={"type": "object"})
 
 
 def several(name: str, read_one: Read, words: str, example: str, absent: str) -> Key:
@@ -451,11 +477,8 @@ def each(values: list[Any], read: Callable[[Any], Any], distinct: bool = False) 
     for index, value in enumerate(values):
         try:
             elements.append(read(value))
-        except Several as error:
-            faults += [((index, *below), sentence) for below, sentence in error.faults]
-            continue
         except ValueError as error:
-            faults.append(((index,), str(error)))
+            faults += located(error, index)
             continue
         if distinct and elements[-1] in first:
             other = first[elements[-1]]
@@ -498,10 +521,8 @@ def options(
             if key not in value:
                 raise Unreadable(missing(key))
             values[key] = kinds[key](value[key])
-        except Several as error:
-            faults += [((key, *below), sentence) for below, sentence in error.faults]
         except ValueError as error:
-            faults.append(((key,), str(error)))
+            faults += located(error, key)
     if faults:
         raise Several(faults)
     return values

@@ -33,8 +33,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import PEAK, Level, Measure, at_pga
 from pounding_risk.motions.request import RecordRequest
-from pounding_risk.scene.axes import Placed, axes_in_text, keeping_axes, without_axes, written_axes
-from pounding_risk.scene.axis_checks import axis_faults
+from pounding_risk.scene.axes import Placed, axes_in_text, axis_faults, keeping_axes, without_axes, written_axes
 from pounding_risk.scene.buildings import OF_GROUND, structure_of, table_of
 from pounding_risk.scene.damage import DamageState
 from pounding_risk.scene.interface_checks import is_row
@@ -58,8 +57,7 @@ from pounding_risk.scene.sections import KEYS, Same, every_fault, overridden, re
 from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
 from pounding_risk.scene.toml import Fault, KeyPath, write_toml
 from pounding_risk.scene.uncertain import UncertainNumbers
-from pounding_risk.scene.uncertain_reading import numbers_in_text, uncertain_of
-from pounding_risk.scene.uncertain_tables import Uncertain, table_of_numbers
+from pounding_risk.scene.uncertain_tables import Uncertain, numbers_in_text, table_of_numbers, uncertain_of
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say, shown
 
 OF_EACH_INTERFACE = "each interface's own"  # label of the contact models of a scene whose interfaces differ in theirs

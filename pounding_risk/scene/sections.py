@@ -27,8 +27,7 @@ from pounding_risk.scene.records import Records, missing_files, record_checks
 from pounding_risk.scene.scene_axis import UNCERTAIN
 from pounding_risk.scene.tables import Grid, Solver, Title, effect_checks, effect_key
 from pounding_risk.scene.toml import Fault, KeyPath, sentences
-from pounding_risk.scene.uncertain_reading import taken_numbers, uncertain_checks
-from pounding_risk.scene.uncertain_tables import DISTRIBUTION, Uncertain
+from pounding_risk.scene.uncertain_tables import DISTRIBUTION, Uncertain, taken_numbers, uncertain_checks
 from pounding_risk.units import shown
 
 KINDS: Mapping[str, type[Table]] = {

@@ -24,6 +24,7 @@ from pounding_risk.scene.keys import (
     Table,
     Unreadable,
     axis,
+    by_address,
     facts,
     in_text,
     measured,
@@ -36,13 +37,6 @@ from pounding_risk.units import EXAMPLES, GAP, PGA, RTOL, YIELD_FORCE, Quantity,
 _RANGE = "a list in ascending order, or {start, stop, num}; a dimension of the dataset"
 
 
-def _numbers(value: Any, number: Number) -> dict[str, Any]:
-    """Axes of numbers by their addresses, whose values are read where the scene is known."""
-    if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
-        raise Unreadable(f'{shown(value)} is not a table; write {{"building.frame.period" = ["0.2 s", "0.4 s"]}}')
-    return value
-
-
 def _together(value: Any, number: Number) -> tuple[tuple[str, ...], ...]:
     """Lists of addresses of axes that move together."""
     if not isinstance(value, list) or not all(isinstance(group, list) for group in value):
@@ -50,12 +44,10 @@ def _together(value: Any, number: Number) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(map(str, group)) for group in value)
 
 
-NUMBERS = Key(
+NUMBERS = by_address(
     "Other numbers of the scene as axes, by the address that --set takes; in a file each stands in [grid] itself.",
-    _numbers,
     '{"building.frame.period" = {start = "0.2 s", stop = "2 s", num = 50}}',
     "no other number varies",
-    schema={"type": "object"},
 )
 TOGETHER = Key(
     "Axes of such numbers that move together, along one dimension.",

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from pounding_risk.errors import SceneError
-from pounding_risk.scene.axis_checks import unlike
+from pounding_risk.scene.axes import unlike
 from pounding_risk.scene.scene import Scene, Scenes
 from pounding_risk.scene.scene_axis import SceneAxis, alone, count_of, overrides_at, shape_of_axes
 from pounding_risk.scene.toml import parse_toml
