@@ -20,7 +20,7 @@ from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, Point,
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, generated
 from pounding_risk.scene import sections as scenario
-from pounding_risk.scene.level_notes import level_notes
+from pounding_risk.scene.notes import level_notes
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import Scene, scene_of
 

@@ -21,11 +21,11 @@ from pounding_risk.models.effects import EFFECTS
 from pounding_risk.reports import report
 from pounding_risk.results.attributes import told
 from pounding_risk.scene.interfaces import EqualTerms
+from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.scene.sections import KEYS
 from pounding_risk.scene.uncertain_tables import Uncertain
-from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.studies.simulate import simulate
 
 PAIR = scene_text(

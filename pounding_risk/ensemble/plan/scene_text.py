@@ -17,10 +17,9 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import FACTOR, PEAK, say_level
 from pounding_risk.motions.request import Spectral
 from pounding_risk.scene.interfaces import known_law, said_restitution
-from pounding_risk.scene.level_notes import level_notes
+from pounding_risk.scene.notes import Given, given_keys, level_notes
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
 from pounding_risk.scene.tables import Effect
-from pounding_risk.scene.unused_keys import Given, given_keys
 from pounding_risk.units import (
     DAMPING,
     FLOOR_LENGTH,
