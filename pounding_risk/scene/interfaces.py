@@ -36,7 +36,8 @@ from pounding_risk.units import GAP, LEVELS, RESTITUTION, SPEED, YIELD_FORCE, ex
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
 NO_RESTITUTION = "not given"
 LATER_RESTITUTION = ("steel",)
-PARAMETERS = ("plastic_exponent", "design_penetration", "table")  # of single laws, beside their stiffness
+OF_ONE_LAW = {"plastic_exponent": "van_mier", "design_penetration": "bilinear"}  # keys that one contact model reads
+PARAMETERS = (*OF_ONE_LAW, "table")  # of single laws, beside their stiffness
 MEETING = '{left = "storey 2", right = "column 3 at 0.5"}'
 MISSING_RESTITUTION = 'write restitution = 0.65, or restitution = "concrete"'
 

@@ -19,15 +19,13 @@ from pounding_risk.models.structures.contact_points import (
 )
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
-from pounding_risk.scene.interfaces import NO_RESTITUTION, PARAMETERS, Interface
+from pounding_risk.scene.interfaces import NO_RESTITUTION, OF_ONE_LAW, PARAMETERS, Interface
 from pounding_risk.scene.keys import Draft
 from pounding_risk.scene.tables import Grid
 from pounding_risk.scene.toml import Fault, KeyPath
 from pounding_risk.units import STOREY_HEIGHT, exact, parse, say
 
-# Keys of single contact models: a scene that is written has one where it runs its model, whatever the value.
-OF_ONE_LAW = {"plastic_exponent": "van_mier", "design_penetration": "bilinear"}
-ALWAYS_WRITTEN = {"gap", "contact_model", "yield_force", *OF_ONE_LAW}
+ALWAYS_WRITTEN = {"gap", "contact_model", "yield_force", *OF_ONE_LAW}  # whatever the value, of a law that is run
 
 
 class ResolvedInterface(Interface):
