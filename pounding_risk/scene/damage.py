@@ -306,20 +306,20 @@ def read_states(states: Any, buildings: Sequence[str], source: str = "states") -
     if not isinstance(tables, list) or not tables or not all(isinstance(table, Mapping) for table in tables):
         advice = 'write [[damage]] with name = "slight" and drift = "0.5 %" below it'
         raise SceneError(source, [*sentences(faults, raw, lines, ()), f"damage: has no tables; {advice}"])
+
+    def unknown(key: str) -> str:
+        known = DamageState.key_names()
+        return f"unknown key{nearest(key, known)}; [[damage]] takes {', '.join(known)}"
+
     sections = []
     for index, table in enumerate(tables):
-        section, wrong = read_section(DamageState, ("damage", index), table, DamageState.keys(), _unknown)
+        section, wrong = read_section(DamageState, ("damage", index), table, DamageState.keys(), unknown)
         sections.append(section)
         faults += wrong
     faults += damage_checks(sections, buildings)
     if faults:
         raise SceneError(source, sentences(faults, raw, lines, ()))
     return tuple(DamageState.made(section.values) for section in sections)
-
-
-def _unknown(key: str) -> str:
-    known = DamageState.model_fields
-    return f"unknown key{nearest(key, known)}; [[damage]] takes {', '.join(known)}"
 
 
 def _tables(states: Any) -> Any:

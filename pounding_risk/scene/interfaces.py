@@ -109,33 +109,29 @@ def _restitution(value: Any, number: Number) -> GivenRestitution:
 
 def _rule(value: Any, number: Number) -> tuple[Restitution, str]:
     """A number in (0, 1], the name of a relation e(v) or a damping ratio of a law; with the words for it."""
-    if isinstance(value, Restitution):
-        return _given_rule(value, number)
+    if isinstance(value, Restitution):  # a scene file can state one by its name or by its number
+        for name, known in NAMED.items():
+            if value == known:
+                return known, name
+        if value != Restitution(value.c0):
+            names = ", ".join(NAMED)
+            raise Unreadable(f"a relation e(v) of your own has no name in a scene; write e, or one of {names}")
+        value = value.c0
     if is_ratio(value):
         e, _ = written_ratio(value)
         return constant(e), " ".join(value.replace("ξ", "xi").replace("=", " ").split())
     if isinstance(value, str) and value[:1].isalpha() and value.lower() not in ("inf", "nan"):
         if value in NAMED:
             return NAMED[value], value
-        names = ", ".join(f'"{name}"' for name in NAMED)
+        quoted = ", ".join(f'"{name}"' for name in NAMED)
         if value in LATER_RESTITUTION:
-            raise Unreadable(f"{shown(value)} is not in this version; write a number such as 0.6, or one of {names}")
+            raise Unreadable(f"{shown(value)} is not in this version; write a number such as 0.6, or one of {quoted}")
         raise Unreadable(
             f"{shown(value)} is not a named restitution{nearest(value, NAMED)}; "
-            f"write a number such as 0.65, or one of {names}"
+            f"write a number such as 0.65, or one of {quoted}"
         )
     e = number(value, RESTITUTION)
     return constant(e), f"{e!r}"
-
-
-def _given_rule(rule: Restitution, number: Number) -> tuple[Restitution, str]:
-    """A relation of `models.restitution`, which a scene file can state by its name or by its number."""
-    for name, known in NAMED.items():
-        if rule == known:
-            return known, name
-    if rule != Restitution(rule.c0):
-        raise Unreadable(f"a relation e(v) of your own has no name in a scene; write e, or one of {', '.join(NAMED)}")
-    return _rule(rule.c0, number)
 
 
 def _law_name(value: Any, number: Number) -> str:
@@ -167,17 +163,16 @@ LAW_NAMES = several(
 
 def _contact_points(value: Any, number: Number) -> tuple[tuple[float, float], ...]:
     """The floor numbers of a scene's own contact points: (left, right) of each, in ascending order."""
-    return tuple(sorted(each(list_of(value, f"contact = [{MEETING}]"), _meeting, distinct=True)))
 
+    def meeting(item: Any) -> tuple[float, float]:
+        if not isinstance(item, dict):
+            raise Unreadable(f"{shown(item)} is not a contact point; write {MEETING}")
+        sides = {"left": _floor, "right": _floor}
+        missing, takes = f"missing; write {MEETING}", "a contact point has left and right"
+        floors = options(item, sides, tuple(sides), lambda side: missing, takes)
+        return floors["left"], floors["right"]
 
-def _meeting(value: Any) -> tuple[float, float]:
-    if not isinstance(value, dict):
-        raise Unreadable(f"{shown(value)} is not a contact point; write {MEETING}")
-    sides = {"left": _floor, "right": _floor}
-    floors = options(
-        value, sides, tuple(sides), lambda side: f"missing; write {MEETING}", "a contact point has left and right"
-    )
-    return floors["left"], floors["right"]
+    return tuple(sorted(each(list_of(value, f"contact = [{MEETING}]"), meeting, distinct=True)))
 
 
 def _floor(value: Any) -> float:
@@ -359,7 +354,7 @@ def _keys_of_law(law: Any) -> dict[str, Any]:
         raise SceneError("Interface", [f"law: {shown(law)} is not a contact law; it may be one of pounding_risk.laws"])
     if values.get("stiffness") == getattr(values.get("table"), "stiffness", None):
         del values["stiffness"]  # that of its table
-    return {"contact_model": name_of(kind), **{key: value for key, value in values.items() if key in _OF_LAWS}}
-
-
-_OF_LAWS = ("stiffness", *PARAMETERS)
+    return {
+        "contact_model": name_of(kind),
+        **{key: value for key, value in values.items() if key in ("stiffness", *PARAMETERS)},
+    }

@@ -139,22 +139,19 @@ def _fault(step: Any, number: Number, key: str = "") -> str:
 
 def _record_name(value: Any, number: Number) -> str:
     """An id of the catalogue."""
+    from pounding_risk.motions.catalogue import similar
+
     known = catalogue_ids()
     if not isinstance(value, str) or value not in known:
-        hint = nearest(value, known, 0.4) or _meant(value) if isinstance(value, str) else ""
+        hint = nearest(value, known, 0.4) if isinstance(value, str) else ""
+        if not hint and isinstance(value, str):  # the records of a station or earthquake of that name
+            near = " or ".join(f'"{id}"' for id in similar(value))
+            hint = f" (did you mean {near}?)" if near else ""
         raise Unreadable(
             f"{shown(value)} is not a record of the catalogue{hint}; "
             "`pounding-risk records` lists them, and a file of your own goes into files"
         )
     return value
-
-
-def _meant(word: str) -> str:
-    """The records of a station or earthquake that is written in place of an id."""
-    from pounding_risk.motions.catalogue import similar
-
-    near = " or ".join(f'"{id}"' for id in similar(word))
-    return f" (did you mean {near}?)" if near else ""
 
 
 def _record_set(value: Any, number: Number) -> str:
@@ -190,10 +187,6 @@ def _spectral(value: Any, number: Number, example: str, *, with_value: bool) -> 
     return Spectral(
         **options(value, kinds, needed, lambda key: f"missing; write {example}", f"it takes {', '.join(kinds)}")
     )
-
-
-def _sa(value: Any, number: Number) -> Spectral:
-    return _spectral(value, number, 'sa = {value = "0.4 g", period = "1 s"}', with_value=True)
 
 
 def _to_median(value: Any, number: Number) -> str | Spectral:
@@ -370,7 +363,7 @@ class Records(Table):
         Spectral | None,
         Key(
             "Every motion is scaled to this spectral acceleration.",
-            _sa,
+            lambda value, number: _spectral(value, number, 'sa = {value = "0.4 g", period = "1 s"}', with_value=True),
             '{value = "0.4 g", period = "1 s"}',
             "as recorded",
             write=lambda spectral: spectral.written(),

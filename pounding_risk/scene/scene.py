@@ -47,10 +47,10 @@ from pounding_risk.scene.interfaces import (
     needed_restitution,
     with_stiffness_unit,
 )
-from pounding_risk.scene.keys import Draft, Section, Table, in_text
+from pounding_risk.scene.keys import Draft, Table, in_text
 from pounding_risk.scene.levels import at_periods, relative_faults
 from pounding_risk.scene.overrides import ARRAYS
-from pounding_risk.scene.records import records_of
+from pounding_risk.scene.records import Records, records_of
 from pounding_risk.scene.resolved_interfaces import ResolvedInterface, resolved_interfaces, stiff_model
 from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap
 from pounding_risk.scene.sections import KEYS, Same, every_fault, overridden, read_tables, untouched, written_overrides
@@ -91,15 +91,6 @@ class Axes(NamedTuple):
     def levels(self) -> tuple[float | None, ...]:
         """The value of each amplitude in its measure [SI]."""
         return tuple(None if level is None else level.value for level in self.amplitudes)
-
-
-class Origin(NamedTuple):
-    """Where the tables of a scene come from."""
-
-    source: str
-    text: str
-    lines: Mapping[KeyPath, int]
-    overrides: tuple[str, ...]
 
 
 def _of_first(path: str, words: str) -> Any:
@@ -347,7 +338,12 @@ class Scene(ShortRepr):
 
         A single mass strikes whole, a building of storeys with a floor of average mass.
         """
-        left, right = (_inverse_mass(building) for building in self.buildings[:2])
+        left, right = (
+            len(building.masses) / building.mass
+            if isinstance(building, Storeys)
+            else building.oscillator().inverse_mass
+            for building in self.buildings[:2]
+        )
         return 1.0 / (left + right)
 
     # -------------------------------------------------------------------------------------------- contact laws
@@ -481,12 +477,11 @@ class Scene(ShortRepr):
             if key in Grid.model_fields:
                 single = key not in ("interface", "axes", "zip") and not isinstance(value, list | tuple | dict)
                 table: Any = Grid
-                tables["grid"] |= axes_in_text(table(**{key: [value] if single else value}).written(), KEYS)
+                tables["grid"] |= _written("grid", table(**{key: [value] if single else value}))
             elif key in Solver.model_fields:
                 tables["solver"] |= Solver(**{key: value}).written()
             elif key in Uncertain.model_fields:
-                drawn = numbers_in_text(Uncertain(**{key: value}).written(), KEYS)
-                tables[UNCERTAIN] = tables.get(UNCERTAIN, {}) | drawn
+                tables[UNCERTAIN] = tables.get(UNCERTAIN, {}) | _written(UNCERTAIN, Uncertain(**{key: value}))
             elif key in PARTS:
                 tables |= [_section(key, value)]
             else:
@@ -555,20 +550,18 @@ class Scene(ShortRepr):
         """The table [grid], every value stated."""
         forces = self.grid.yield_forces
         own = {interface.yield_force for interface in self.interfaces}
+        # An uncertain gap is that of the grid, which then has none of its own.
+        draws_gap = self.uncertain is not None and has_gap(self.uncertain.keys)
+        draws_gap = draws_gap and self.grid.gaps == (self.interfaces[0].gap,)
         values = {
-            "gap": () if self._draws_gap() else self.grid.gaps,
-            "interface": None if self._draws_gap() else self.gridded_interface,
+            "gap": () if draws_gap else self.grid.gaps,
+            "interface": None if draws_gap else self.gridded_interface,
             # A grid of one yield force would be that of every interface; where they differ, each keeps its own.
             "yield_force": forces if len(forces) > 1 or len(own) < 2 else (),
             "contact_model": self._gridded_models,
             "pga": tuple(level.value for level in self.grid.amplitudes if level and level.measure == PEAK),
         }
         return Grid.made({key: value for key, value in values.items() if value})
-
-    def _draws_gap(self) -> bool:
-        """True where an uncertain gap is that of the grid, which then has none of its own."""
-        drawn = self.uncertain is not None and has_gap(self.uncertain.keys)
-        return drawn and self.grid.gaps == (self.interfaces[0].gap,)
 
     def _depth(self, place: int) -> dict[str, Any]:
         """The depth of the floors of building ``place``, as a scene file has it; nothing of a pair."""
@@ -606,18 +599,16 @@ def _written(section: str, table: Any) -> Any:
         return table_of(table).written()
     if isinstance(table, ResolvedInterface):
         return table.as_written(())
-    if isinstance(table, Mapping):
-        written = in_text(KEYS[section], table)
-        written = axes_in_text(written, KEYS) if section == "grid" else written
-        written = numbers_in_text(written, KEYS) if section == UNCERTAIN else written
-        return with_stiffness_unit(written) if section == "interface" else written
     if isinstance(table, UncertainNumbers):
         return table_of_numbers(table)
-    if isinstance(table, Grid):
-        return axes_in_text(table.written(), KEYS)
-    if isinstance(table, Uncertain):
-        return numbers_in_text(table.written(), KEYS)
-    return table.written() if isinstance(table, Table) else table
+    if not isinstance(table, Table | Mapping):
+        return table
+    written = table.written() if isinstance(table, Table) else in_text(KEYS[section], table)
+    if section == "grid":
+        return axes_in_text(written, KEYS)
+    if section == UNCERTAIN:
+        return numbers_in_text(written, KEYS)
+    return with_stiffness_unit(written) if section == "interface" and isinstance(table, Mapping) else written
 
 
 # ------------------------------------------------------------------------------------------------ from tables
@@ -655,22 +646,23 @@ def scene_of(
         With every fault: its line, its key and the likely repair.
     """
     asked = (overrides,) if isinstance(overrides, str) else tuple(overrides)
-    origin = Origin(source, text, lines or {}, asked)
+    lines = lines or {}
     draft, faults, tell = read_tables(tables, asked, source, same)
     faults += every_fault(draft, Path(source).parent, same)
     if not faults:
-        values, faults = _assembled(draft, origin)
+        values, faults = _assembled(draft, plain(Path(source).stem))
+        values |= {"text": text, "source": source, "overrides": asked}
     if not faults:
         faults = list(_overlaps(_made(values)))
     if faults:
-        raise SceneError(source, tell(faults, origin.lines))
+        raise SceneError(source, tell(faults, lines))
     scene = _made(values)
     scene = scene if text else scene.updated(text=scene.to_toml())
     if scene.axes:
         placed = [*draft.axes, *(Placed((UNCERTAIN,), axis) for axis in scene.axes if axis.dimension)]
         faults = list(axis_faults(scene, placed, Scenes(scene, tables, asked).made))
     if faults:
-        raise SceneError(source, tell(faults, origin.lines))
+        raise SceneError(source, tell(faults, lines))
     return scene
 
 
@@ -689,8 +681,8 @@ class Scenes:
         return scene_of(self._tables, self._source, asked, text=self._text, same=same)
 
 
-def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault]]:
-    """The fields of the scene of tables that have each no fault, and what only the whole can tell."""
+def _assembled(draft: Draft, usual_name: str) -> tuple[dict[str, Any], list[Fault]]:
+    """The fields of the scene of tables that have each no fault, and the faults that only the whole has."""
     grid: Grid = Grid.made(draft.table("grid").values)
     records = draft.table("records")
     named = draft.table("effects").values
@@ -702,28 +694,30 @@ def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault
     if faults:
         return {}, faults
     interfaces, faults = resolved_interfaces(draft, buildings, grid, row)
+    own: Interface = Interface.made(draft.tables("interface")[0].values)
+    table: Records = Records.made(records.values)
     laws = dict.fromkeys(interface.contact_model for interface in interfaces)
+    gridded = grid.interface or None
+    if not gridded and not grid.gap and len({interface.gap for interface in interfaces}) > 1:
+        gridded = interface_name(buildings[0].name, buildings[1].name)  # several gaps, and no grid of them
     values = {
-        "name": draft.table("scene").get("name") or plain(Path(origin.source).stem),
+        "name": draft.table("scene").get("name") or usual_name,
         "buildings": buildings,
         "interfaces": interfaces,
-        "records": _records(records),
+        "records": table.request(),
         "grid": Axes(
             grid.gap or (interfaces[0].gap,),
-            grid.yield_force or (_first(draft).yield_force,),
+            grid.yield_force or (own.yield_force,),
             grid.contact_model or (tuple(laws) if len(laws) == 1 else (OF_EACH_INTERFACE,)),
             tuple(map(at_pga, grid.pga or ())) or at_periods(asked, buildings) or (at_pga(records.get("pga")),),
         ),
         "rtol": Solver.made(draft.table("solver").values).rtol,
         "effects": effects,
         "is_row": row,
-        "gridded_interface": _gridded(grid, buildings, interfaces),
+        "gridded_interface": gridded,
         "axes": (*(placed.axis for placed in draft.axes), *(() if uncertain is None else (uncertain.axis,))),
         "uncertain": uncertain,
         "damage": tuple(DamageState.made(keys.values) for keys in draft.tables("damage")),
-        "text": origin.text,
-        "source": origin.source,
-        "overrides": origin.overrides,
     }
     jumps = [] if faults else [name for name in _made(values).model_names if is_instant(known_law(name))]
     stuck = between_walls(_made(values)) if jumps else None
@@ -738,18 +732,13 @@ def between_walls(scene: Scene) -> Fault | None:
         supports = scene.supports
         if right > left + 1 and supports and supports[left] != supports[right]:
             sentence = f"{walls} move towards each other, and would crush rigid bodies between them; remove it"
-            key = next((key for key, field in OF_GROUND.items() if _differ(scene, (left, right), field)), None)
-            return Fault(("building", right, key) if key else ("effects", "wave_passage"), sentence)
+            one, other = (scene.buildings[place].support for place in (left, right))
+            keys = [key for key, field in OF_GROUND.items() if getattr(one, field) != getattr(other, field)]
+            return Fault(("building", right, keys[0]) if keys else ("effects", "wave_passage"), sentence)
         if right > left + 1 and not all(any(scene.interface_gaps(gap)[left:right]) for gap in scene.grid.gaps):
             sentence = f"without any gap between {walls} nothing there can move, and no force is determined; write one"
             return Fault(("interface", left, "gap"), sentence)
     return None
-
-
-def _differ(scene: Scene, places: tuple[int, int], field: str) -> bool:
-    """True where the supports of two buildings differ in a field by keys of their own."""
-    left, right = (getattr(scene.buildings[place].support, field) for place in places)
-    return bool(left != right)
 
 
 def _overlaps(scene: Scene) -> Iterator[Fault]:
@@ -780,17 +769,6 @@ def _initial_place(building: Building | Storeys, floor: float) -> float:
     return floors[below] + (floor - below) * (floors[below + 1] - floors[below])
 
 
-def _first(draft: Draft) -> Interface:
-    table: Interface = Interface.made(draft.tables("interface")[0].values)
-    return table
-
-
-def _records(keys: Section) -> RecordRequest:
-    table: Any = keys.kind.made(keys.values)
-    request: RecordRequest = table.request()
-    return request
-
-
 def _buildings(draft: Draft, effects: tuple[Effect, ...]) -> tuple[tuple[Building | Storeys, ...], list[Fault]]:
     """The buildings, and a fault for each that is none, or that an effect on buildings does not fit."""
     buildings, faults = [], []
@@ -809,25 +787,7 @@ def _buildings(draft: Draft, effects: tuple[Effect, ...]) -> tuple[tuple[Buildin
     return tuple(buildings), faults
 
 
-def _gridded(
-    grid: Grid, buildings: tuple[Building | Storeys, ...], interfaces: tuple[ResolvedInterface, ...]
-) -> str | None:
-    """The only interface whose gap varies; the first where the scene has several gaps and no grid of them."""
-    if grid.interface:
-        return grid.interface
-    if not grid.gap and len({interface.gap for interface in interfaces}) > 1:
-        return interface_name(buildings[0].name, buildings[1].name)
-    return None
-
-
 # ------------------------------------------------------------------------------------------------ about scenes
-
-
-def _inverse_mass(building: Building | Storeys) -> float:
-    """1/m [1/kg] of the mass that collides: of storeys that of a mean floor; 0 for a rigid wall."""
-    if isinstance(building, Storeys):
-        return len(building.masses) / building.mass
-    return building.oscillator().inverse_mass
 
 
 def _ends(values: Sequence[float], quantity: Quantity) -> str:

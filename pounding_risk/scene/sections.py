@@ -254,12 +254,17 @@ def schema() -> dict[str, Any]:
         }
         for section, keys in declared.items()
     }
+    places: dict[str, dict[str, Any]] = {}
+    for section in KEYS:
+        reference = {"$ref": f"#/$defs/{_table_name(section)}"}
+        place = {"type": "array", "items": reference} if section in ARRAYS else reference
+        places[section] = {**place, "title": _header(section)}
     varied = {"GridTable": NUMBERS_ALONG, "UncertainTable": DISTRIBUTION}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Scene of pounding_risk",
         "type": "object",
-        "properties": {section: _reference(section) for section in KEYS},
+        "properties": places,
         "required": list(ABSENT),
         "additionalProperties": False,
         "$defs": tables
@@ -269,10 +274,3 @@ def schema() -> dict[str, Any]:
 
 def _table_name(section: str) -> str:
     return f"{section.title().replace('_', '')}Table"
-
-
-def _reference(section: str) -> dict[str, Any]:
-    reference = {"$ref": f"#/$defs/{_table_name(section)}"}
-    if section in ARRAYS:
-        return {"type": "array", "items": reference, "title": _header(section)}
-    return {**reference, "title": _header(section)}

@@ -207,12 +207,6 @@ def effect_checks(draft: Draft) -> Iterator[Fault]:
     """Effects without what they act on, with a contact model that they do not act on; floors without a length."""
     named = [keys.raw.get("contact_model") for keys in draft.tables("interface")]
     laws = known_models([*named, *as_list(draft.table("grid").raw.get("contact_model"))])
-    yield from _floors(draft, laws)
-    yield from _effects(draft, laws)
-
-
-def _floors(draft: Draft, laws: list[str]) -> Iterator[Fault]:
-    """Buildings whose floors a contact model collides, without their length."""
     users = [name for name in laws if needs_floors(CONTACT_MODELS[name])]
     for keys in draft.tables("building") if users else ():
         if keys.kind is not RigidWall and "floor_length" not in keys:
@@ -221,15 +215,12 @@ def _floors(draft: Draft, laws: list[str]) -> Iterator[Fault]:
                 f'missing, and {users[0]} needs it; write floor_length = "20 m", the length of the floor along the row',
                 absent=True,
             )
-
-
-def _effects(draft: Draft, laws: list[str]) -> Iterator[Fault]:
     keys = draft.table("effects")
-    asked = {name: given for name, given in keys.raw.items() if name in EFFECTS}
-    for name, given in asked.items():
+    acting = {name: given for name, given in keys.raw.items() if name in EFFECTS}
+    for name, given in acting.items():
         kind: Any = EFFECTS[name]
         for needed in kind.needs:
-            if needed not in asked:
+            if needed not in acting:
                 yield keys.fault(name, f"acts on what {needed} leaves; write {needed} = {{}} as well")
         if isinstance(given, dict) and given.get("code") == "mc1990" and "strength" not in given:
             yield keys.fault(name, 'code mc1990 asks for the concrete; write strength = "30 MPa" as well')
@@ -238,7 +229,7 @@ def _effects(draft: Draft, laws: list[str]) -> Iterator[Fault]:
                 takers = ", ".join(other for other, kind in LAWS.items() if not refusal(kind))
                 yield keys.fault(name, f"{law} {why}; remove {name}, or choose among {takers}")
     exponents = [keys.raw.get("plastic_exponent", 0) for keys in draft.tables("interface")]
-    if "permanent_set" in asked and "van_mier" in laws and any(given not in (0, 0.0, "0") for given in exponents):
+    if "permanent_set" in acting and "van_mier" in laws and any(given not in (0, 0.0, "0") for given in exponents):
         yield keys.fault(
             "permanent_set",
             "van_mier with a plastic_exponent above 0 hardens while it yields, and what it remembers of that is not "
