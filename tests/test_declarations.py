@@ -128,7 +128,7 @@ class Painted(RigidWall):
 
 def test_a_key_that_a_structure_does_not_hold_is_no_silent_loss():
     with pytest.raises(TypeError, match="paint"):
-        Painted.made({"name": "A", "paint": 1.0}).structure()
+        Painted.from_values({"name": "A", "paint": 1.0}).structure()
 
 
 def test_a_key_is_declared_once():

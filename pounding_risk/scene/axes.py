@@ -68,20 +68,20 @@ def taken_addresses(
     any key of ``ends`` is a value.
     """
     inner = table.pop(nested, {})
-    found: list[Written] = []
+    written: list[Written] = []
     if isinstance(inner, dict):
-        found += [((section, nested, key), key, value) for key, value in inner.items()]
+        written += [((section, nested, key), key, value) for key, value in inner.items()]
     else:
-        found.append(((section, nested), "", inner))
+        written.append(((section, nested), "", inner))
     for key in list(table):
         value = table[key]
         if key in own and not (key in VARIED and isinstance(value, dict)):
             continue
         if "." in key or (section == UNCERTAIN and isinstance(value, dict) and ends & set(value)):
-            found.append(((section, key), key, table.pop(key)))
+            written.append(((section, key), key, table.pop(key)))
         elif isinstance(value, dict) and not ends & set(value):  # building.frame.period = ... without quotes
-            found += _unquoted((section, key), table.pop(key), ends)
-    return found
+            written += _unquoted((section, key), table.pop(key), ends)
+    return written
 
 
 def _unquoted(path: KeyPath, value: Any, ends: Set[str]) -> Iterator[Written]:

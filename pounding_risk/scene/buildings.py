@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from inspect import get_annotations
 from itertools import pairwise
 from math import inf, pi, sqrt
@@ -132,7 +133,7 @@ Height = Annotated[
 StoreyCount = Annotated[
     int,
     Key(
-        "How many storeys, where no list tells it.",
+        "How many storeys, where no list says it.",
         _storey_count,
         "4",
         "as many as the lists have values",
@@ -231,6 +232,7 @@ class AnyBuilding(Table):
     ] = ()
 
     @classmethod
+    @cache
     def keys(cls) -> dict[str, Key]:
         """The declarations of its keys by name: the name, the kind's own keys, then those of more kinds."""
         keys = super().keys()
@@ -541,7 +543,7 @@ def structure_of(keys: Section) -> Building | Storeys:
 
     Raises PoundingError for a height that its code's period is not for, and for what vibrates faster than a building.
     """
-    building = _kind(keys).made(keys.values).structure()
+    building = _kind(keys).from_values(keys.values).structure()
     # Of each mass on the springs beside it, its neighbours held: no mode of the building is slower than the least.
     if isinstance(building, Building):
         periods = [] if building.is_rigid else [building.period]
@@ -572,4 +574,4 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
             stated[key] = value
     if "floor_length" not in stated:
         stated.pop("wave_speed", None)
-    return kind.made(stated)
+    return kind.from_values(stated)

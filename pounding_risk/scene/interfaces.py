@@ -214,7 +214,7 @@ def _equal_terms(value: Any, number: Number) -> EqualTerms:
     keys = EqualTerms.keys()
     kinds = {name: lambda item, key=key: key.read(item, number) for name, key in keys.items()}
     needed, takes = EqualTerms.required(), f"equal_terms takes {', '.join(kinds)}"
-    return EqualTerms.made(options(value, kinds, needed, lambda name: keys[name].lacks(name), takes))
+    return EqualTerms.from_values(options(value, kinds, needed, lambda name: keys[name].lacks(name), takes))
 
 
 class Interface(Table):
@@ -341,7 +341,7 @@ def with_stiffness_unit(table: dict[str, Any]) -> dict[str, Any]:
         return table
     if name is None:
         raise SceneError("Interface", ["stiffness: a number without a unit; write contact_model too"])
-    # For a model that takes none or is not there the unit does not count: the checks of the scene tell it.
+    # For a model that takes none or is not there the unit does not count: the checks of the scene report it.
     law = LAWS.get(str(name), LAWS["hertz"])
     return table | {"stiffness": exact(float(stiffness), stiffness_quantity(law))}
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cache
 from inspect import Parameter, Signature
 from itertools import pairwise
 from math import inf
@@ -106,7 +107,7 @@ class Key:
         return " or ".join(usual[kind] for kind in kinds)
 
     def described(self) -> dict[str, Any]:
-        """The key in a JSON schema; ``x-...`` tells what a JSON schema has no keyword for."""
+        """The key in a JSON schema; ``x-...`` says what a JSON schema has no keyword for."""
         schema = {key: value() if callable(value) else value for key, value in self.schema.items()}
         return {**schema, "description": self.words, "x-example": self.example, "x-absent": self.absent}
 
@@ -160,6 +161,7 @@ class Table(BaseModel):
             cls.__doc__ = "\n".join([(cls.__doc__ or "").rstrip(), "", "Parameters", "----------", *rows, ""])
 
     @classmethod
+    @cache
     def keys(cls) -> dict[str, Key]:
         """The declarations of its keys by name; a field without one is no key."""
         fields = cls.model_fields.items()
@@ -176,13 +178,13 @@ class Table(BaseModel):
         return [name for name in cls.key_names() if cls.model_fields[name].is_required()]
 
     @classmethod
-    def made(cls, values: Mapping[str, Any]) -> Any:
+    def from_values(cls, values: Mapping[str, Any]) -> Any:
         """The table of values that have been read; the others have their defaults."""
         return cls.model_construct(_fields_set=set(values), **values)
 
     def updated(self, **values: Any) -> Any:
         """The table with these values, which are not checked."""
-        return self.made({name: getattr(self, name) for name in self.model_fields_set} | values)
+        return self.from_values({name: getattr(self, name) for name in self.model_fields_set} | values)
 
     def written(self) -> dict[str, Any]:
         """The keys that are given, as a scene file has them."""
@@ -218,7 +220,7 @@ def plain(value: Any) -> Any:
 def in_text(keys: Mapping[str, Key], table: Mapping[str, Any]) -> dict[str, Any]:
     """A table that Python gives as a dict, as a scene file has it: numbers in SI become text with their unit.
 
-    What no key takes stays as it is, for the reader of tables to tell.
+    What no key takes stays as it is, for the reader of tables to refuse.
     """
     written = {}
     for name, value in table.items():
@@ -280,7 +282,7 @@ class Draft:
 def read_section(
     kind: type[Table], path: KeyPath, raw: Mapping[str, Any], known: Mapping[str, Key], unknown: Callable[[str], str]
 ) -> tuple[Section, list[Fault]]:
-    """Read every key of a table, and tell every fault.
+    """Read every key of a table, with every fault.
 
     Parameters
     ----------
@@ -394,8 +396,8 @@ def several(name: str, read_one: Read, words: str, example: str, absent: str) ->
     """A list of names, each there once, of the key of this name."""
 
     def read(value: Any, number: Number) -> tuple[Any, ...]:
-        asked = list_of(value, f"{name} = {example}")
-        return tuple(each(asked, lambda item: read_one(item, number), distinct=True))
+        values = list_of(value, f"{name} = {example}")
+        return tuple(each(values, lambda item: read_one(item, number), distinct=True))
 
     return Key(words, read, example, absent, write=list, schema={"type": "array", "items": {"type": "string"}})
 
@@ -412,8 +414,8 @@ def axis(quantity: Quantity, words: str, example: str, absent: str) -> Key:
                 f"{shown(value)} is not a list; write a list such as [{shown(usual)}], "
                 f"or {{start = ..., stop = {shown(usual)}, num = 11}}"
             )
-        asked = list_of(value, f"a list such as [{shown(usual)}]")
-        values = each(asked, lambda item: number(item, quantity), distinct=True)
+        items = list_of(value, f"a list such as [{shown(usual)}]")
+        values = each(items, lambda item: number(item, quantity), distinct=True)
         if any(after < before for before, after in pairwise(values)):
             order = [item for _, item in sorted(zip(values, value, strict=True), key=lambda pair: pair[0])]
             raise Unreadable(f"the values are not in ascending order; write {shown(order)}")
@@ -470,7 +472,7 @@ def list_of(value: Any, example: str) -> list[Any]:
 
 
 def each(values: list[Any], read: Callable[[Any], Any], distinct: bool = False) -> list[Any]:
-    """Every element read; all that fail, and where asked all that repeat another, are told at once."""
+    """Every element read; at once the faults of all that fail, and of those that repeat another unless they may."""
     elements: list[Any] = []
     faults: list[tuple[KeyPath, str]] = []
     first: dict[Any, Any] = {}

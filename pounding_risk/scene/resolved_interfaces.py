@@ -53,7 +53,7 @@ class ResolvedInterface(Interface):
         is_of_table = owner == TABULATED and self.table is not None and self.stiffness == self.table.stiffness
         if values.pop("stiffness", None) is not None and owner is not None and not is_of_table:
             values["stiffness"] = exact(float(self.stiffness), stiffness_quantity(CONTACT_MODELS[owner]))
-        table: Interface = Interface.made(values)
+        table: Interface = Interface.from_values(values)
         return table.written()
 
 
@@ -76,7 +76,7 @@ def resolved_interfaces(
     depths = [keys.get("floor_depth") for keys in draft.tables("building")]
     for place, sides in enumerate(pairwise(buildings)):
         keys = given[min(place, len(given) - 1)]
-        table = Interface.made(shared | dict(keys.values) | shared_force)
+        table = Interface.from_values(shared | dict(keys.values) | shared_force)
         # What its table does not say of the contact is the first of the grid.
         contact_model = table.contact_model or grid.contact_model[0]
         owner = stiff_model(contact_model, grid.contact_model)
@@ -95,7 +95,7 @@ def resolved_interfaces(
             "points": points,
             "levels": here.rule,
         }
-        interfaces.append(ResolvedInterface.made(values))
+        interfaces.append(ResolvedInterface.from_values(values))
     return tuple(interfaces), faults
 
 

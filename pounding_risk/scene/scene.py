@@ -1,7 +1,7 @@
 """A scene: buildings, what stands between neighbours, ground motions and the grid of cases, ready to be run.
 
 It is written as TOML or in Python. Both become the tables of a scene file, which are read by one way: `read_tables`
-reads every key, the checks tell what keys do not make together, `assembled` makes the fields of a `Scene`.
+reads every key, the checks report what does not go together, `_assembled` makes the fields of a `Scene`.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ class Scene(ShortRepr):
     interfaces : tuple of ResolvedInterface
         One between each two of them, numbers in SI, every default filled in.
     records : RecordRequest
-        The ground motions that are asked for.
+        The ground motions and how they are treated.
     grid : Axes
         The values of each dimension.
     uncertain : UncertainNumbers or None
@@ -236,9 +236,10 @@ class Scene(ShortRepr):
         yield from self.axis_words()
         if self.effects:
             yield "effects", ", ".join(effect.name for effect in self.effects)
-        asked = self.records
-        made = (recipe.text() for recipe in asked.generated)
-        yield "records", ", ".join(asked.names or asked.files or made) or asked.set or asked.manifest or asked.sites
+        records = self.records
+        generated = (recipe.text() for recipe in records.generated)
+        names = ", ".join(records.names or records.files or generated)
+        yield "records", names or records.set or records.manifest or records.sites
 
     def axis_words(self) -> Iterator[tuple[str, str]]:
         """What varies along the axes of numbers, and how: the distributions of those that are drawn."""
@@ -529,7 +530,7 @@ class Scene(ShortRepr):
             "records": records_of(self.records, self.grid.amplitudes).written(),
             "grid": self._grid().written() | written_axes(self.axes),
             **({} if self.uncertain is None else {UNCERTAIN: table_of_numbers(self.uncertain)}),
-            "solver": Solver.made({"rtol": self.rtol}).written(),
+            "solver": Solver.from_values({"rtol": self.rtol}).written(),
             **({"damage": [state.written() for state in self.damage]} if self.damage else {}),
         }
 
@@ -561,7 +562,7 @@ class Scene(ShortRepr):
             "contact_model": self._gridded_models,
             "pga": tuple(level.value for level in self.grid.amplitudes if level and level.measure == PEAK),
         }
-        return Grid.made({key: value for key, value in values.items() if value})
+        return Grid.from_values({key: value for key, value in values.items() if value})
 
     def _depth(self, place: int) -> dict[str, Any]:
         """The depth of the floors of building ``place``, as a scene file has it; nothing of a pair."""
@@ -645,24 +646,24 @@ def scene_of(
     SceneError
         With every fault: its line, its key and the likely repair.
     """
-    asked = (overrides,) if isinstance(overrides, str) else tuple(overrides)
+    overrides = (overrides,) if isinstance(overrides, str) else tuple(overrides)
     lines = lines or {}
-    draft, faults, tell = read_tables(tables, asked, source, same)
+    draft, faults, in_words = read_tables(tables, overrides, source, same)
     faults += every_fault(draft, Path(source).parent, same)
     if not faults:
         values, faults = _assembled(draft, plain(Path(source).stem))
-        values |= {"text": text, "source": source, "overrides": asked}
+        values |= {"text": text, "source": source, "overrides": overrides}
     if not faults:
         faults = list(_overlaps(_made(values)))
     if faults:
-        raise SceneError(source, tell(faults, lines))
+        raise SceneError(source, in_words(faults, lines))
     scene = _made(values)
     scene = scene if text else scene.updated(text=scene.to_toml())
     if scene.axes:
         placed = [*draft.axes, *(Placed((UNCERTAIN,), axis) for axis in scene.axes if axis.dimension)]
-        faults = list(axis_faults(scene, placed, Scenes(scene, tables, asked).made))
+        faults = list(axis_faults(scene, placed, Scenes(scene, tables, overrides).made))
     if faults:
-        raise SceneError(source, tell(faults, lines))
+        raise SceneError(source, in_words(faults, lines))
     return scene
 
 
@@ -670,32 +671,32 @@ class Scenes:
     """The scenes that a scene becomes as keys are set; ``tables`` and ``overrides`` are those that it is made from."""
 
     def __init__(self, study: Scene, tables: Mapping[str, Any], overrides: Sequence[str]):
-        self._text, self._source, self._asked = study.text, study.source, keeping_axes(overrides)
+        self._text, self._source, self._kept = study.text, study.source, keeping_axes(overrides)
         # With what was set from outside, so that setting it again changes nothing in sections that are not read again.
-        self._tables = overridden(without_axes(tables), self._asked, study.source)
-        self._draft, _, _ = read_tables(self._tables, self._asked, study.source)
+        self._tables = overridden(without_axes(tables), self._kept, study.source)
+        self._draft, _, _ = read_tables(self._tables, self._kept, study.source)
 
     def made(self, overrides: Sequence[str]) -> Scene:
         """The scene with these values set, and no axes."""
-        asked, same = (*self._asked, *overrides), untouched(self._draft, overrides)
-        return scene_of(self._tables, self._source, asked, text=self._text, same=same)
+        same = untouched(self._draft, overrides)
+        return scene_of(self._tables, self._source, (*self._kept, *overrides), text=self._text, same=same)
 
 
 def _assembled(draft: Draft, usual_name: str) -> tuple[dict[str, Any], list[Fault]]:
     """The fields of the scene of tables that have each no fault, and the faults that only the whole has."""
-    grid: Grid = Grid.made(draft.table("grid").values)
+    grid: Grid = Grid.from_values(draft.table("grid").values)
     records = draft.table("records")
     named = draft.table("effects").values
     effects = tuple(named[name] for name in EFFECTS if name in named)
     row, uncertain = is_row(draft), uncertain_of(draft)
     buildings, faults = _buildings(draft, effects)
-    asked = records.get("intensity") or ()
-    faults += [Fault(("records", "intensity", "of"), sentence) for sentence in relative_faults(asked, buildings)]
+    levels = records.get("intensity") or ()
+    faults += [Fault(("records", "intensity", "of"), sentence) for sentence in relative_faults(levels, buildings)]
     if faults:
         return {}, faults
     interfaces, faults = resolved_interfaces(draft, buildings, grid, row)
-    own: Interface = Interface.made(draft.tables("interface")[0].values)
-    table: Records = Records.made(records.values)
+    own: Interface = Interface.from_values(draft.tables("interface")[0].values)
+    table: Records = Records.from_values(records.values)
     laws = dict.fromkeys(interface.contact_model for interface in interfaces)
     gridded = grid.interface or None
     if not gridded and not grid.gap and len({interface.gap for interface in interfaces}) > 1:
@@ -709,15 +710,15 @@ def _assembled(draft: Draft, usual_name: str) -> tuple[dict[str, Any], list[Faul
             grid.gap or (interfaces[0].gap,),
             grid.yield_force or (own.yield_force,),
             grid.contact_model or (tuple(laws) if len(laws) == 1 else (OF_EACH_INTERFACE,)),
-            tuple(map(at_pga, grid.pga or ())) or at_periods(asked, buildings) or (at_pga(records.get("pga")),),
+            tuple(map(at_pga, grid.pga or ())) or at_periods(levels, buildings) or (at_pga(records.get("pga")),),
         ),
-        "rtol": Solver.made(draft.table("solver").values).rtol,
+        "rtol": Solver.from_values(draft.table("solver").values).rtol,
         "effects": effects,
         "is_row": row,
         "gridded_interface": gridded,
         "axes": (*(placed.axis for placed in draft.axes), *(() if uncertain is None else (uncertain.axis,))),
         "uncertain": uncertain,
-        "damage": tuple(DamageState.made(keys.values) for keys in draft.tables("damage")),
+        "damage": tuple(DamageState.from_values(keys.values) for keys in draft.tables("damage")),
     }
     jumps = [] if faults else [name for name in _made(values).model_names if is_instant(known_law(name))]
     stuck = between_walls(_made(values)) if jumps else None

@@ -167,8 +167,8 @@ def _value(value: Any, allowed: Any, number: Number) -> Any:
 
 def _options(kind: Any, every: bool = False) -> str:
     """An effect's keys as a scene has them, each with an example; those that may be left out too where ``every`` is."""
-    asked = {key: allowed for key, allowed in kind.options.items() if every or key not in kind.optional}
-    return ", ".join(f"{key} = {option_example(allowed)}" for key, allowed in asked.items())
+    shown_keys = {key: allowed for key, allowed in kind.options.items() if every or key not in kind.optional}
+    return ", ".join(f"{key} = {option_example(allowed)}" for key, allowed in shown_keys.items())
 
 
 def _option(allowed: Quantity | tuple[str, ...], absent: str) -> dict[str, Any]:
@@ -196,7 +196,7 @@ def effect_tables(effects: Any) -> Any:
         pairs = ((effect, {}) if isinstance(effect, str) else effect for effect in effects)
         effects = {name: dict(given) for name, given in pairs}
     if not isinstance(effects, Mapping):
-        return effects  # which is told as no table
+        return effects  # which the reader refuses as no table
     return in_text({name: effect_key(name) for name in effects if name in EFFECTS}, effects)
 
 
@@ -223,7 +223,7 @@ def effect_checks(draft: Draft) -> Iterator[Fault]:
             if needed not in acting:
                 yield keys.fault(name, f"acts on what {needed} leaves; write {needed} = {{}} as well")
         if isinstance(given, dict) and given.get("code") == "mc1990" and "strength" not in given:
-            yield keys.fault(name, 'code mc1990 asks for the concrete; write strength = "30 MPa" as well')
+            yield keys.fault(name, 'code mc1990 needs the concrete; write strength = "30 MPa" as well')
         for law in laws:
             if why := refusal(CONTACT_MODELS[law], name):
                 takers = ", ".join(other for other, kind in LAWS.items() if not refusal(kind))

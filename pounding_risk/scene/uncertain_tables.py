@@ -190,7 +190,7 @@ def table_of_numbers(uncertain: UncertainNumbers) -> dict[str, Any]:
     values |= {"correlations": uncertain.correlations} if uncertain.correlations else {}
     values |= {"motions": uncertain.motions} if uncertain.is_drawn else {}
     numbers = {number.key: number.written() for number in uncertain.numbers}
-    table: Uncertain = Uncertain.made(values)
+    table: Uncertain = Uncertain.from_values(values)
     return table.written() | numbers
 
 
@@ -312,7 +312,7 @@ def _own_value(targets: Sequence[KeyPath], raw: Mapping[str, Any]) -> Any:
 
 
 def quantity_of(target: KeyPath, known: Known, texts: Sequence[Any]) -> Quantity | None:
-    """Unit and bounds of a key: what its reader asks for; None where that is no number, or of a unit not known.
+    """Unit and bounds of a key: what its reader takes; None where that is no number, or of a unit not known.
 
     The unit of a stiffness of contact depends on the contact model: it is that of one of the ``texts``.
     """
@@ -422,7 +422,7 @@ def uncertain_checks(draft: Draft) -> Iterator[Fault]:
 
 def uncertain_of(draft: Draft) -> UncertainNumbers | None:
     """The uncertain numbers of a scene whose keys have no fault; None where all are at their stated values."""
-    table: Uncertain = Uncertain.made(draft.table(UNCERTAIN).values)
+    table: Uncertain = Uncertain.from_values(draft.table(UNCERTAIN).values)
     kept = [place for place, one in enumerate(draft.uncertain) if not one.is_set]
     keys = [draft.uncertain[place].number.key for place in kept]
     if not kept or not table.samples:

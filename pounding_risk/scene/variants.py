@@ -58,7 +58,7 @@ class Variants:
         return made
 
     def made(self, overrides: Sequence[str]) -> Scene:
-        """The scene with these values set, and no axes; with what the study asks to be done `at_every_place`."""
+        """The scene with these values set, and no axes; changed as the study says `at_every_place`."""
         made, brought = self._made.made(overrides), self.study.at_every_place
         return made if brought is None else brought(made)
 

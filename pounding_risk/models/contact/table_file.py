@@ -21,9 +21,6 @@ HEAD = "write a head such as 'penetration [mm],force [kN],unloading [kN]', the l
 MOST_BYTES = 1_000_000
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
-Fault = tuple[int | None, str]
-Heads = list[tuple[str, str]]  # name and unit of each column
-
 
 def read_table(path: str | PathLike[str], unloading_stiffness: float | str | None = None) -> Table:
     """The table of a CSV file.
@@ -45,11 +42,21 @@ def read_table(path: str | PathLike[str], unloading_stiffness: float | str | Non
         With every fault and its line.
     """
     source = str(path)
-    faults: list[Fault] = []
-    lines, heads, cells = _cells(source, faults)
+    (line, head), *points = _rows(source)
+    heads = _heads(head, f"line {line}", source)
+    _refuse(
+        source,
+        *(
+            f"line {line}: has {len(cells)} cells, the head has {len(heads)}; write one a column"
+            for line, cells in points
+            if len(cells) != len(heads)
+        ),
+    )
+    lines = [line for line, _ in points]
+    faults: list[tuple[int | None, str]] = []
     columns: dict[str, list[float]] = {name: [] for name, _ in heads}
-    for place, row in enumerate(cells):
-        for (name, unit), cell in zip(heads, row, strict=True):
+    for place, (_, cells) in enumerate(points):
+        for (name, unit), cell in zip(heads, cells, strict=True):
             try:
                 columns[name].append(_value(cell, unit, COLUMNS[name]))
             except QuantityError as error:
@@ -62,9 +69,25 @@ def read_table(path: str | PathLike[str], unloading_stiffness: float | str | Non
         raise TableError(error.faults, source, lines) from None
 
 
-def _cells(source: str, faults: list[Fault]) -> tuple[list[int], Heads, list[list[str]]]:
-    """Line numbers, heads and cells of the points; empty where the file is no table."""
-    text = _text(source, faults)
+def _refuse(source: str, *sentences: str) -> None:
+    """Raise TableError with these faults of a file, where there are any."""
+    if sentences:
+        raise TableError([(None, sentence) for sentence in sentences], source)
+
+
+def _rows(source: str) -> list[tuple[int, list[str]]]:
+    """The head and the points of a file: line numbers and cells; raises TableError where it is no table."""
+    path, text = Path(source), ""
+    try:
+        text = read_text(path, MOST_BYTES)
+    except UnicodeDecodeError as error:
+        _refuse(source, f"byte {error.start} is not UTF-8; save the file with that encoding")
+    except Unfit as error:
+        _refuse(source, f"{error.strerror}; leave points out where it is a table")
+    except (OSError, ValueError) as error:
+        names = [file.name for file in path.parent.iterdir()] if path.parent.is_dir() else []
+        reason = getattr(error, "strerror", None) or error
+        _refuse(source, f"cannot be read ({reason}){nearest(path.name, names)}; check the name")
     rows: list[tuple[int, list[str]]] = []
     reader = csv.reader(
         ("\n" if line.startswith("#") else line for line in text.splitlines(keepends=True)), strict=True
@@ -72,55 +95,32 @@ def _cells(source: str, faults: list[Fault]) -> tuple[list[int], Heads, list[lis
     try:
         rows = [(reader.line_num, cells) for cells in reader if any(cell.strip() for cell in cells)]
     except csv.Error as error:
-        faults.append((None, f"line {reader.line_num} is not CSV ({error}); {HEAD}"))
-    if faults or not rows:
-        faults += [] if faults else [(None, f"the file is empty; {HEAD}")]
-        return [], [], []
-    heads = _heads(rows[0][1], f"line {rows[0][0]}", faults)
-    points = rows[1:]
-    uneven = [
-        (None, f"line {line}: has {len(cells)} cells, the head has {len(heads)}; write one a column")
-        for line, cells in points
-        if len(cells) != len(heads)
-    ]
-    faults += [] if faults else uneven
-    return [line for line, _ in points], heads, [] if faults else [cells for _, cells in points]
+        _refuse(source, f"line {reader.line_num} is not CSV ({error}); {HEAD}")
+    if not rows:
+        _refuse(source, f"the file is empty; {HEAD}")
+    return rows
 
 
-def _text(source: str, faults: list[Fault]) -> str:
-    path = Path(source)
-    try:
-        return read_text(path, MOST_BYTES)
-    except UnicodeDecodeError as error:
-        faults.append((None, f"byte {error.start} is not UTF-8; save the file with that encoding"))
-    except Unfit as error:
-        faults.append((None, f"{error.strerror}; leave points out where it is a table"))
-    except (OSError, ValueError) as error:
-        names = [file.name for file in path.parent.iterdir()] if path.parent.is_dir() else []
-        reason = getattr(error, "strerror", None) or error
-        faults.append((None, f"cannot be read ({reason}){nearest(path.name, names)}; check the name"))
-    return ""
-
-
-def _heads(cells: list[str], where: str, faults: list[Fault]) -> Heads:
-    """Name and unit of each column; faults for those that are none, or not there."""
+def _heads(cells: list[str], where: str, source: str) -> list[tuple[str, str]]:
+    """Name and unit of each column; raises TableError for those that are none, or not there."""
     if len(cells) == 1 and (";" in cells[0] or "\t" in cells[0]):
-        faults.append((None, f"{where}: write commas between columns, and decimal points in numbers"))
-        return []
-    heads: Heads = []
+        _refuse(source, f"{where}: write commas between columns, and decimal points in numbers")
+    heads: dict[str, str] = {}
+    faults = []
     for cell in cells:
-        parted = re.fullmatch(r"\s*(.*?)\s*(?:\[(.*)\])?\s*", cell, re.DOTALL)
-        name = " ".join((parted[1] if parted else cell).lower().split())
+        match = re.fullmatch(r"\s*(.*?)\s*(?:\[(.*)\])?\s*", cell, re.DOTALL)
+        name = " ".join((match[1] if match else cell).lower().split())
         if name not in COLUMNS:
             near = nearest(name, COLUMNS)
-            faults.append((None, f"{where}: {shown(cell)} is no column{near}; it may be {', '.join(COLUMNS)}"))
-        elif name in dict(heads):
-            faults.append((None, f"{where}: {name} stands twice; leave one of the two out"))
-        heads.append((name, (parted[2] or "").strip() if parted else ""))
-    missing = [name for name in ("penetration", "force") if name not in dict(heads)]
+            faults.append(f"{where}: {shown(cell)} is no column{near}; it may be {', '.join(COLUMNS)}")
+        elif name in heads:
+            faults.append(f"{where}: {name} stands twice; leave one of the two out")
+        heads[name] = (match[2] or "").strip() if match else ""
+    missing = [name for name in ("penetration", "force") if name not in heads]
     if missing and not faults:
-        faults.append((None, f"{where}: no column {' and '.join(missing)}; {HEAD}"))
-    return heads
+        faults.append(f"{where}: no column {' and '.join(missing)}; {HEAD}")
+    _refuse(source, *faults)
+    return list(heads.items())
 
 
 def _value(cell: str, unit: str, quantity: Quantity) -> float:
