@@ -235,7 +235,7 @@ def out_of_scale(fitted: Fit, factors: Array, quantity: Quantity = PGA) -> tuple
     ``factors`` (amplitudes,) are those from each scanned amplitude to the median. Linear buildings scale exactly; a
     record that is scaled beyond the usual factors is no record of such an earthquake, and no building stays linear.
     """
-    from pounding_risk.motions.processing.amplitude import USUAL_FACTORS
+    from pounding_risk.motions.motion import USUAL_FACTORS
 
     nearest = float(factors[np.abs(np.log(factors)).argmin()])
     low, high = USUAL_FACTORS
