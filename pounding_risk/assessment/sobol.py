@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.scene.sampling import SOBOL, points_of
+from pounding_risk.scene.uncertain import SOBOL, points_of
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from pounding_risk.assessment.sobol import (
     sobol_indices,
     tornado_points,
 )
-from pounding_risk.scene.sampling import points_of
+from pounding_risk.scene.uncertain import points_of
 
 CONFIDENCE = 0.95
 A, B = 7.0, 0.1
