@@ -11,14 +11,13 @@ from pounding_risk.assessment import (
     fragility,
     gap_for_rate,
     hazard,
-    proportions,
     rate_verdict,
-    required_gap,
     sensitivity,
     setback,
     verdict,
 )
 from pounding_risk.assessment.separations import table as separations
+from pounding_risk.statistics import proportions, required_gap
 
 HEAD = """# Assessment
 

@@ -29,9 +29,7 @@ from pounding_risk.assessment.gmfs import Fields, Scenario, read_fields, scenari
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, rate_of
 from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
-from pounding_risk.assessment.proportions import Share, independent_motions, labels, shares
 from pounding_risk.assessment.rate_verdict import RateCriterion, RateVerdict, judge_rate
-from pounding_risk.assessment.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.assessment.sensitivity import (
     Influence,
     Response,
@@ -58,6 +56,8 @@ from pounding_risk.results.amplitudes import (
 from pounding_risk.results.attributes import told
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.own_case import at_level, own_amplitude, own_level, scene_force, scene_gap, scene_model
+from pounding_risk.statistics.proportions import Share, independent_motions, labels, shares
+from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.units import GAP, say, si
 
 if TYPE_CHECKING:

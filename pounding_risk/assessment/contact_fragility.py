@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from pounding_risk.assessment import fragility as curves
 from pounding_risk.assessment.fragility import Fragility
-from pounding_risk.assessment.proportions import independent_motions
 from pounding_risk.results.amplitudes import intensity_quantity
+from pounding_risk.statistics.proportions import independent_motions
 
 Array = NDArray[np.float64]
 

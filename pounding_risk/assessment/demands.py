@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.proportions import labels
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, PGA_AXIS, Measure, read_measure
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
@@ -37,6 +36,7 @@ from pounding_risk.results.files import open_results
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.own_case import own_gaps, scene_force, scene_model, scene_place
 from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.statistics.proportions import labels
 
 if TYPE_CHECKING:
     import xarray as xr

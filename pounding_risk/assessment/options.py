@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from pounding_risk.statistics.required_gap import DIGITS, target_left_by
 from pounding_risk.units import QuantityError, share, shown
 
 USUAL_PERCENTILE = 84.0  # %
@@ -20,7 +21,11 @@ USUAL_CONFIDENCE = 0.95
 HALF = 0.5  # of the motions: the most that a target accepts, the least that a gap is required for, or bounds hold
 LEAST = 1e-9  # a target, or what a percentile leaves, is larger
 SAME = 1e-10  # two shares that differ by less are one, rounded apart
-DIGITS = 12  # after the point: 1 - 0.84 is 0.16, not 0.16000000000000003
+NO_LOWER, NO_UPPER = "–", "*"  # marks of a required gap's bounds that are none
+NO_BOUND = {
+    NO_LOWER: "no lower bound above 0: with so few recordings even a gap that all motions close may suffice",
+    NO_UPPER: "the largest gap that a motion needs: with so few recordings there is no upper bound",
+}
 
 
 class Criterion(NamedTuple):
@@ -99,11 +104,6 @@ def percentile_of(value: float | str, name: str = "percentile") -> float:
 def percentile_for(target: float) -> float:
     """The percentile [%] whose gap leaves ``target``."""
     return round(100.0 * (1.0 - target), DIGITS)
-
-
-def target_left_by(percentile: float) -> float:
-    """The probability of contact that the gap of a percentile [%] leaves: 0.16 of 84."""
-    return round(1.0 - percentile / 100.0, DIGITS)
 
 
 def percent_words(value: float) -> str:

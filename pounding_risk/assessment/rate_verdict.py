@@ -16,8 +16,8 @@ from pounding_risk.assessment.annual_rates import AnnualRate, in_years, return_p
 from pounding_risk.assessment.gap_for_rate import GapForRate
 from pounding_risk.assessment.hazard import Rate
 from pounding_risk.assessment.options import percent_words
-from pounding_risk.assessment.required_gap import rounded_up
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
+from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.units import GAP, say
 
 SHAPE = "Scaling a motion keeps the shape of its spectrum; that of motions as rare as the hazard curve says may differ."

@@ -18,12 +18,12 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.assessment import demands as data
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
-from pounding_risk.assessment.proportions import independent_motions, labels
-from pounding_risk.assessment.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import amplitude_words, level_asked
 from pounding_risk.results.own_case import at_level
 from pounding_risk.results.scene_axes import check_settled
+from pounding_risk.statistics.proportions import independent_motions, labels
+from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.units import GAP, say
 
 if TYPE_CHECKING:

@@ -17,12 +17,8 @@ from pounding_risk._common.dates import created
 from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk.assessment import uncertain_words as words
-from pounding_risk.assessment.crossed import Analysis, Components
-from pounding_risk.assessment.crossed_contact import CrossedClosings
 from pounding_risk.assessment.demands import record_doubts
-from pounding_risk.assessment.drawn_closings import DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE, Criterion, read_criterion
-from pounding_risk.assessment.sobol import Indices, given_indices, sobol_indices
 from pounding_risk.assessment.uncertain_fragility import CURVES, Capacities
 from pounding_risk.assessment.uncertain_samples import (
     Asked,
@@ -37,6 +33,10 @@ from pounding_risk.results.amplitudes import level_asked
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.scene_axes import VARIANTS
 from pounding_risk.results.variables import described
+from pounding_risk.statistics.crossed import Analysis, Components
+from pounding_risk.statistics.crossed_contact import CrossedClosings
+from pounding_risk.statistics.drawn_closings import DrawnClosings, analysed_clusters, motion_share
+from pounding_risk.statistics.sobol import Indices, given_indices, sobol_indices
 from pounding_risk.units import GAP, si
 
 if TYPE_CHECKING:
@@ -292,7 +292,7 @@ def _contact_of_samples(closings: CrossedClosings, gaps: Array) -> dict[str, Any
 
 
 def _percentiles(criterion: Criterion) -> tuple[float, ...]:
-    from pounding_risk.assessment.required_gap import USUAL_PERCENTILES
+    from pounding_risk.statistics.required_gap import USUAL_PERCENTILES
 
     return tuple(sorted({*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile}))
 
@@ -328,7 +328,7 @@ def _required_of_samples(closings: CrossedClosings, percentiles: tuple[float, ..
 
 def _of_samples(closings: CrossedClosings, gap: float, criterion: Criterion) -> dict[str, Any]:
     """P(contact) in each sample, and the share of samples in which it exceeds the target; what drawn motions close."""
-    from pounding_risk.assessment.proportions import exact_bounds
+    from pounding_risk.statistics.proportions import exact_bounds
 
     if closings.is_drawn:
         about = described("m", "what the sample's motion closes without contact, which its gap is to be wider than")

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from pounding_risk.assessment import demands as data
 from pounding_risk.assessment import fragility as curves
-from pounding_risk.assessment.crossed_contact import CrossedClosings
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import spectral, usual_intensity
+from pounding_risk.statistics.crossed_contact import CrossedClosings
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.uncertain_samples import Asked, Samples

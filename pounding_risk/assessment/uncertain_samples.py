@@ -18,12 +18,7 @@ from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment import demands as data
-from pounding_risk.assessment.crossed import Analysis, analysed
-from pounding_risk.assessment.crossed_contact import CrossedClosings, logs_of
-from pounding_risk.assessment.drawn_closings import DrawnClosings, analysed_clusters
 from pounding_risk.assessment.options import Criterion
-from pounding_risk.assessment.proportions import labels
-from pounding_risk.assessment.sobol import QUANTILES, power_of_two, saltelli_points, tornado_points
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
@@ -36,7 +31,12 @@ from pounding_risk.results.own_case import own_case, own_level, scene_gap
 from pounding_risk.results.scene_axes import axes_of, has_drawn_motions
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
-from pounding_risk.scene.sampling import SOBOL
+from pounding_risk.scene.sampling import SOBOL, points_of
+from pounding_risk.statistics.crossed import Analysis, analysed
+from pounding_risk.statistics.crossed_contact import CrossedClosings, logs_of
+from pounding_risk.statistics.drawn_closings import DrawnClosings, analysed_clusters
+from pounding_risk.statistics.proportions import labels
+from pounding_risk.statistics.sobol import QUANTILES, power_of_two, saltelli_points, tornado_points
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:
@@ -506,7 +506,7 @@ def sampled_scene(
             )
         if num > MOST_SOBOL:
             raise PoundingError(f"sobol: {num} is more than {MOST_SOBOL}; write a power of two such as 1024")
-        parts.append(saltelli_points(numbers, power_of_two(max(num, 8)), uncertain.seed))
+        parts.append(saltelli_points(points_of(SOBOL, power_of_two(max(num, 8)), 2 * numbers, uncertain.seed)))
     whole = free_motion(scene, np.concatenate(parts), workers=workers, progress=progress)
     ends = np.cumsum([0, *map(len, parts)]).tolist()
     pieces = [whole.isel({SAMPLE: slice(low, high)}) for low, high in pairwise(ends)]

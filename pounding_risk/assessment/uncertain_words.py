@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.crossed_contact import CrossedClosings
 from pounding_risk.assessment.options import Criterion, percent_words
-from pounding_risk.assessment.proportions import least_upper_bound, motions_to_show
-from pounding_risk.assessment.sobol import LEAST_SAMPLES, power_of_two
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE, share_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.kinds import kind_of
+from pounding_risk.statistics.crossed_contact import CrossedClosings
+from pounding_risk.statistics.proportions import least_upper_bound, motions_to_show
+from pounding_risk.statistics.sobol import LEAST_SAMPLES, power_of_two
 from pounding_risk.units import GAP, Quantity, say
 
 if TYPE_CHECKING:

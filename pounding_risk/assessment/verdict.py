@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.demands import Motions
 from pounding_risk.assessment.options import Criterion, percent_words
-from pounding_risk.assessment.proportions import Share, exact_bounds, least_upper_bound, motions_to_show
-from pounding_risk.assessment.required_gap import RequiredGap, lognormal_share, rounded_up
 from pounding_risk.assessment.sensitivity import CONTACT, Influence
+from pounding_risk.statistics.proportions import Share, exact_bounds, least_upper_bound, motions_to_show
+from pounding_risk.statistics.required_gap import RequiredGap, lognormal_share, rounded_up
 from pounding_risk.units import GAP, say
 
 ADEQUATE, INADEQUATE, DEPENDS = "adequate", "inadequate", "depends"

@@ -252,8 +252,8 @@ def own_note(row: SeparationRow) -> str:
 
 def print_code_table(table: CodeTable) -> None:
     """Print each rule beside what the motions need, then the finding."""
-    from pounding_risk.assessment.required_gap import rounded_up
     from pounding_risk.assessment.separations.rules import OWN_PEAKS
+    from pounding_risk.statistics.required_gap import rounded_up
 
     left, right = table.buildings
     percentile = f"{table.percentile:g} %"

@@ -8,7 +8,6 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.options import percent_words
-from pounding_risk.assessment.sobol import LEAST_SAMPLES
 from pounding_risk.assessment.uncertain_words import (
     OUTPUT_WORDS,
     check_uncertainty,
@@ -19,6 +18,7 @@ from pounding_risk.assessment.uncertain_words import (
 )
 from pounding_risk.assessment.verdict import share_words
 from pounding_risk.figures.style import MEANING, QUIET, STYLES, blank, plain, title
+from pounding_risk.statistics.sobol import LEAST_SAMPLES
 from pounding_risk.units import GAP, say, say_in
 
 if TYPE_CHECKING:

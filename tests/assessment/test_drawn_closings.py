@@ -11,7 +11,6 @@ from scipy.stats import beta, binom, norm
 
 import pounding_risk as pr
 from pounding_risk.assessment.along import assess_along
-from pounding_risk.assessment.drawn_closings import Clusters, DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.assessment.uncertain_words import parts_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.uncertainty import uncertainty_figure
@@ -20,6 +19,7 @@ from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.files import open_results, save
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.toml import write_toml
+from pounding_risk.statistics.drawn_closings import Clusters, DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.studies.uncertainty import AT_ONCE, ONE_BY_ONE, free_motion
 
 CONFIDENCE = 0.95

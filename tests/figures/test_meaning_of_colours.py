@@ -9,13 +9,13 @@ import pytest
 from matplotlib.colors import to_hex
 
 from pounding_risk.assessment.assess import assess
-from pounding_risk.assessment.required_gap import RequiredGap, contact_steps
 from pounding_risk.assessment.separations.rules import VERIFICATIONS
 from pounding_risk.assessment.separations.table import Comparison, SeparationRow, code_table
 from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.figures.separations import separations_figure
 from pounding_risk.figures.style import MEANING, RULE_MARKS, contact_styles, strength_styles
 from pounding_risk.reports.sections.adequacy import draw_contact, draw_rules
+from pounding_risk.statistics.required_gap import RequiredGap, contact_steps
 
 
 @pytest.fixture(scope="module")

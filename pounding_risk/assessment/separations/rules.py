@@ -24,8 +24,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pounding_risk._common.plugins import Registry
-from pounding_risk.assessment.separations.combination import Pair, abs_sum, cqc, srss
 from pounding_risk.errors import PoundingError
+from pounding_risk.statistics.separations import Pair, abs_sum, cqc, srss
 from pounding_risk.units import STANDARD_GRAVITY
 
 ZONES = ("I", "II", "III")

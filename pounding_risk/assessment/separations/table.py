@@ -25,8 +25,6 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.demands import by_motion, interfaces
 from pounding_risk.assessment.options import USUAL_PERCENTILE, percentile_of
-from pounding_risk.assessment.required_gap import rounded_up
-from pounding_risk.assessment.separations.combination import Pair, abs_sum, cqc, srss, white_noise_correlation
 from pounding_risk.assessment.separations.rules import (
     COMBINATIONS,
     FROM_MEMORY,
@@ -50,6 +48,8 @@ from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of
 from pounding_risk.results.attributes import has_own_grounds, tables_of
 from pounding_risk.results.own_case import at_level
 from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.statistics.required_gap import rounded_up
+from pounding_risk.statistics.separations import Pair, abs_sum, cqc, srss, white_noise_correlation
 from pounding_risk.units import GAP, Quantity, say, si
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.required_gap import ContactSteps, RequiredGap, contact_steps
 from pounding_risk.figures.style import (
     MEANING,
     RULE_MARKS_WORDS,
@@ -35,6 +34,7 @@ from pounding_risk.render.sheet import (
 )
 from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.results.amplitudes import intensity_label, intensity_shown, intensity_words
+from pounding_risk.statistics.required_gap import ContactSteps, RequiredGap, contact_steps
 from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pounding_risk.assessment.fragility import Fragility
-    from pounding_risk.assessment.proportions import Share
     from pounding_risk.assessment.separations.table import Comparison
+    from pounding_risk.statistics.proportions import Share
 
 TITLE = "Is the gap enough?"
 ORDER = 40

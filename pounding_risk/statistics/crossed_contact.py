@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.order import enough_for
-from pounding_risk.assessment.crossed import (
+from pounding_risk.statistics.crossed import (
     AT_ONCE,
     Analysis,
     Components,
@@ -24,9 +24,8 @@ from pounding_risk.assessment.crossed import (
     counted_outcomes,
     outcome_shares,
 )
-from pounding_risk.assessment.options import target_left_by
-from pounding_risk.assessment.proportions import exact_bounds
-from pounding_risk.assessment.required_gap import RequiredGap, lognormal_percentiles
+from pounding_risk.statistics.proportions import exact_bounds
+from pounding_risk.statistics.required_gap import RequiredGap, lognormal_percentiles, target_left_by
 
 Array = NDArray[np.float64]
 

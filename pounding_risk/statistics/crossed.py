@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.proportions import independent_motions
+from pounding_risk.statistics.proportions import independent_motions
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]

@@ -13,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.order import enough_for
-from pounding_risk.assessment.options import target_left_by
-from pounding_risk.assessment.proportions import exact_bounds
+from pounding_risk.statistics.proportions import exact_bounds
 
 Array = NDArray[np.float64]
 
 USUAL_PERCENTILES = (50.0, 84.0, 95.0)
-NO_LOWER, NO_UPPER = "–", "*"  # marks of bounds that are none
+DIGITS = 12  # after the point: 1 - 0.84 is 0.16, not 0.16000000000000003
 
 
 @dataclass(frozen=True)
@@ -45,10 +44,9 @@ class RequiredGap:
         return rounded_up(self.gap)
 
 
-NO_BOUND = {
-    NO_LOWER: "no lower bound above 0: with so few recordings even a gap that all motions close may suffice",
-    NO_UPPER: "the largest gap that a motion needs: with so few recordings there is no upper bound",
-}
+def target_left_by(percentile: float) -> float:
+    """The probability of contact that the gap of a percentile [%] leaves: 0.16 of 84."""
+    return round(1.0 - percentile / 100.0, DIGITS)
 
 
 def required_gaps(

@@ -1,6 +1,6 @@
 """How the peak displacements of two buildings combine to the separation between them: ABS, SRSS, CQC.
 
-    >>> from pounding_risk.assessment.separations.combination import abs_sum, cqc, srss
+    >>> from pounding_risk.statistics.separations import abs_sum, cqc, srss
     >>> abs_sum(0.03, 0.04), srss(0.03, 0.04)
     (0.07, 0.05)
     >>> round(cqc((0.03, 0.04), (0.9, 1.0), (0.05, 0.05)), 5)

@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.crossed import AT_ONCE, Analysis, Components, Labels, outcome_correlation
-from pounding_risk.assessment.crossed_contact import CrossedClosings
-from pounding_risk.assessment.proportions import likeness
+from pounding_risk.statistics.crossed import AT_ONCE, Analysis, Components, Labels, outcome_correlation
+from pounding_risk.statistics.crossed_contact import CrossedClosings
+from pounding_risk.statistics.proportions import likeness
 
 Array = NDArray[np.float64]
 

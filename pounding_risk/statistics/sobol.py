@@ -20,8 +20,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.scene.sampling import SOBOL, points_of
-
 Array = NDArray[np.float64]
 
 RESAMPLES = 200  # of the bootstrap
@@ -51,22 +49,13 @@ class Indices(NamedTuple):
 # ------------------------------------------------------------------------------------------------ a design of its own
 
 
-def saltelli_points(numbers: int, num: int, seed: int) -> Array:
-    """Points of the unit cube for Sobol indices, (num × (numbers + 2), numbers).
+def saltelli_points(points: Array) -> Array:
+    """Points of a cube for Sobol indices, A, B, and for each number A with the column of B, below each other.
 
-    A, B, and for each number A with the column of B; A and B are the halves of scrambled Sobol points.
-
-    Parameters
-    ----------
-    numbers : int
-        Dimensions of the cube.
-    num : int
-        Points of A and of B, a power of two.
-    seed : int
-        Of the scrambling.
+    A and B are the halves of scrambled Sobol points (num, 2 × numbers), num a power of two.
     """
-    both = points_of(SOBOL, num, 2 * numbers, seed)
-    a, b = both[:, :numbers], both[:, numbers:]
+    numbers = points.shape[1] // 2
+    a, b = points[:, :numbers], points[:, numbers:]
     mixed = [np.where(np.arange(numbers) == column, b, a) for column in range(numbers)]
     return np.concatenate([a, b, *mixed])
 
