@@ -17,6 +17,7 @@ from pounding_risk.assessment import (
     verdict,
 )
 from pounding_risk.assessment.separations import table as separations
+from pounding_risk.statistics import fragility as fits
 from pounding_risk.statistics import proportions, required_gap
 
 HEAD = """# Assessment
@@ -34,7 +35,7 @@ PARTS = (
     sensitivity.Response,
     required_gap.RequiredGap,
     fragility.Fragility,
-    fragility.Stripe,
+    fits.Stripe,
     hazard.Rate,
     gap_for_rate.GapForRate,
     rate_verdict.RateVerdict,
@@ -50,7 +51,7 @@ def assessment_page() -> str:
     """Every class of an assessment, and the rule of its verdict."""
     return (
         f"{HEAD}## The verdict's rule\n\n{docstring(verdict)}\n{''.join(map(_part, PARTS))}"
-        f"## Standard errors\n\n{docstring(fragility.Fit)}"
+        f"## Standard errors\n\n{docstring(fits.Fit)}"
     )
 
 

@@ -18,12 +18,10 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.assessment import demands as data
-from pounding_risk.assessment import fragility as curves
 from pounding_risk.assessment.annual_rates import AnnualRate, read_target_rate
 from pounding_risk.assessment.columns import column_sentences
-from pounding_risk.assessment.contact_fragility import ContactMotions
 from pounding_risk.assessment.demands import Motions, interfaces
-from pounding_risk.assessment.fragility import Fragility
+from pounding_risk.assessment.fragility import OWN, STRIPES, ContactMotions, Fragility, shown_as
 from pounding_risk.assessment.gap_for_rate import USUAL, GapForRate, RateOfGaps
 from pounding_risk.assessment.gmfs import Fields, Scenario, read_fields, scenario_of
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, rate_of
@@ -47,7 +45,6 @@ from pounding_risk.motions.levels import read_measure
 from pounding_risk.results.amplitudes import (
     amplitude_words,
     amplitudes_of,
-    intensity_quantity,
     intensity_words,
     level_asked,
     spectral,
@@ -56,6 +53,7 @@ from pounding_risk.results.amplitudes import (
 from pounding_risk.results.attributes import told
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.own_case import at_level, own_amplitude, own_level, scene_force, scene_gap, scene_model
+from pounding_risk.statistics import fragility as curves
 from pounding_risk.statistics.proportions import Share, independent_motions, labels, shares
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.units import GAP, say, si
@@ -615,7 +613,7 @@ def _yield_curves(
             if not known.any():
                 continue
             im, reached = ims.ravel()[known], failed[known] > 0.0
-            fit = curves.fit(im, reached, _numbered(who[known]), intensity_quantity(options.intensity))
+            fit = curves.fit(im, reached, _numbered(who[known]), shown_as(options.intensity))
             about: dict[str, Any] = {"what": "yield", "gap": gap, "yield_force": float(force), "contact_model": model}
             about |= {"intensity": options.intensity, "method": _method(results, options), "note": ""}
             yield Fragility(**about, **asdict(fit), stripes=curves.stripes_of(im, reached))
@@ -629,7 +627,7 @@ def _numbered(recordings: NDArray[np.int64]) -> NDArray[np.int64]:
 def _method(results: xr.Dataset, options: Options) -> str:
     amplitudes, asked = amplitudes_of(results), read_measure(options.intensity)
     is_own = asked is not None and amplitudes.measure.is_same(asked)
-    return curves.STRIPES if is_own and len(amplitudes.values) > 1 else curves.OWN
+    return STRIPES if is_own and len(amplitudes.values) > 1 else OWN
 
 
 def plain(value: Any) -> Any:

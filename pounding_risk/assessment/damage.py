@@ -18,7 +18,6 @@ from pounding_risk.assessment import demands as data
 from pounding_risk.assessment.assess import intensity_and_hazard, intensity_of_fields
 from pounding_risk.assessment.damage_curves import DRAWS, SEED, Motions, Options, curves_of
 from pounding_risk.assessment.damage_dataset import dataset_of
-from pounding_risk.assessment.damage_fits import METHODS, bootstrap_weights
 from pounding_risk.assessment.damage_words import finding, told_of
 from pounding_risk.assessment.gmfs import Fields, read_fields
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
@@ -30,6 +29,7 @@ from pounding_risk.results.check import missing_named
 from pounding_risk.results.grid_values import place_of
 from pounding_risk.results.own_case import own_case
 from pounding_risk.scene.damage import read_states
+from pounding_risk.statistics.damage_fits import METHODS, bootstrap_weights
 from pounding_risk.units import share, shown, si
 
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.assessment.damage_demands import demands_of
-from pounding_risk.assessment.damage_fits import METHODS, Capacities, Observed, capacities
-from pounding_risk.assessment.fragility import Fit, fragility_curve, of_one_intensity
+from pounding_risk.assessment.fragility import shown_as
 from pounding_risk.assessment.hazard import Hazard
-from pounding_risk.results.amplitudes import intensity_quantity
+from pounding_risk.statistics.damage_fits import METHODS, Capacities, Observed, capacities, expanded_tail
+from pounding_risk.statistics.fragility import Fit, fragility_curve, of_one_intensity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,22 +59,6 @@ class Options(NamedTuple):
         """The percentages between which the bounds lie, of a bootstrap of so many recordings."""
         tail = 100.0 * expanded_tail(self.confidence, self.recordings)
         return tail, 100.0 - tail
-
-
-def expanded_tail(confidence: float, count: int) -> float:
-    """The share of the samples below the lower bound: Φ(−√(n/(n − 1)) t), t Student's quantile with n − 1 degrees.
-
-    The plain share, half of 1 − ``confidence``, makes bounds from few recordings too narrow: a bootstrap takes the
-    spread of n for that of all, and a normal tail for Student's (Hesterberg, The American Statistician 69 (2015)).
-
-    >>> round(expanded_tail(0.95, 22), 4)
-    0.0166
-    """
-    from scipy.special import ndtr, stdtrit
-
-    if count < 2:
-        return 0.5 * (1.0 - confidence)
-    return float(ndtr(-np.sqrt(count / (count - 1.0)) * stdtrit(count - 1.0, 0.5 * (1.0 + confidence))))
 
 
 @dataclass(frozen=True)
@@ -127,8 +111,8 @@ def curves_of(case: xr.Dataset, state: Any, motions: Motions, options: Options, 
     known = np.isfinite(motions.ims) & np.isfinite(demands.with_contact) & np.isfinite(demands.without)
     ratios = [np.where(known, values, np.nan) for values in demands[:2]]
     method = METHODS[options.method]
-    quantity = intensity_quantity(options.intensity)
-    seen = [Observed(motions.ims, values, motions.recordings, quantity, demands.jumps) for values in ratios]
+    shown = shown_as(options.intensity)
+    seen = [Observed(motions.ims, values, motions.recordings, shown, demands.jumps) for values in ratios]
     fits = [method.fit(one) for one in seen]
     if state.demand.interfaces:
         fits[1] = Fit(fault=NO_CONTACT)

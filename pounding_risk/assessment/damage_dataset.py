@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.assessment.damage_curves import POUNDING, Curves, Motions, Options
-from pounding_risk.assessment.fragility import Fit, Fragility, fragility_curve
+from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.assessment.gmfs import scenario_of
-from pounding_risk.assessment.hazard import Rate, annual_rate, rate_of
+from pounding_risk.assessment.hazard import Rate, rate_of
 from pounding_risk.results.amplitudes import intensity_unit, intensity_words
 from pounding_risk.results.variables import described
+from pounding_risk.statistics.fragility import fragility_curve
+from pounding_risk.statistics.hazard import annual_rate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,7 +69,7 @@ def dataset_of(found: Sequence[Curves], motions: Motions, options: Options, case
         name: (both, np.array([[getattr(fit, name) for fit in side] for side in fits]).T, described(*about))
         for name, about in of_fits.items()
     }
-    errors = [[_errors(fit) for fit in side] for side in fits]
+    errors = [[fit.errors for fit in side] for side in fits]
     for place, name in enumerate(("median_error", "dispersion_error")):
         said = "the logarithm of the median" if place == 0 else "the dispersion"
         values = np.array([[pair[place] for pair in side] for side in errors]).T
@@ -76,11 +78,6 @@ def dataset_of(found: Sequence[Curves], motions: Motions, options: Options, case
     variables |= _compared(found, im, options, (unit, words))
     variables |= _rates(found, options) | _in_an_event(found, options)
     return xr.Dataset(variables, coords=labels, attrs={"intensity": options.intensity, "method": options.method})
-
-
-def _errors(fit: Fit) -> tuple[float, float]:
-    """The larger standard errors, as `Fragility.errors`."""
-    return max(fit.se_median, fit.se_median_recordings), max(fit.se_dispersion, fit.se_dispersion_recordings)
 
 
 def _by_record(values: NDArray[Any], motions: Motions) -> NDArray[Any]:

@@ -13,11 +13,11 @@ import numpy as np
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import cell
 from pounding_risk.assessment.damage_curves import DRAWS, LOST, NO_CONTACT, POUNDING, SEED, Curves, Motions, Options
-from pounding_risk.assessment.damage_fits import BETWEEN, METHODS, NONE
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import intensity_words
 from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.kinds import kind_of
+from pounding_risk.statistics.damage_fits import BETWEEN, METHODS, NONE
 from pounding_risk.units import GAP, YIELD_FORCE, say
 
 if TYPE_CHECKING:

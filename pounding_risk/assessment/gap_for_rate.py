@@ -16,10 +16,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment import fragility as curves
 from pounding_risk.assessment.annual_rates import AnnualRate, read_rate
-from pounding_risk.assessment.contact_fragility import ContactMotions
-from pounding_risk.assessment.hazard import COVERED, Hazard, Rate, draws, median_at_rate, rate_of
+from pounding_risk.assessment.fragility import SCALED, ContactMotions
+from pounding_risk.assessment.hazard import COVERED, Hazard, Rate, rate_of
+from pounding_risk.statistics.fragility import Fit, fit_capacities
+from pounding_risk.statistics.hazard import counted_gap, median_at_rate
 from pounding_risk.units import GAP, say
 
 Array = NDArray[np.float64]
@@ -85,28 +86,28 @@ class RateOfGaps:
         return self._by_steps(target)
 
     @cached_property
-    def _unit(self) -> curves.Fit | None:
+    def _unit(self) -> Fit | None:
         """Fragility of a gap of 1 m by scaling; None where the capacities are not known."""
         if not self.motions.linear:
             return None
-        fitted = curves.fit_capacities(self.motions.unit_capacities, self.motions.recordings)
+        fitted = fit_capacities(self.motions.unit_capacities, self.motions.recordings)
         return None if fitted.fault else fitted
 
-    def _by_scaling(self, target: AnnualRate, unit: curves.Fit) -> GapForRate:
+    def _by_scaling(self, target: AnnualRate, unit: Fit) -> GapForRate:
         hazard, rate = self.hazard, target.rate
         gap = float(median_at_rate(hazard, unit.dispersion, rate)) / unit.median
         curve = self.motions.curve(gap)
-        if curve.fault or curve.method != curves.SCALED:
+        if curve.fault or curve.method != SCALED:
             scaled = f"the gap would be {say(gap, GAP, 3)}, and {curve.fault or 'scaling does not reach it'}"
             return GapForRate(rate, target.words, fault=scaled)
-        medians, dispersions = draws(curve)
+        medians, dispersions = curve.draws()
         low, high = nan, nan
         if medians.size:
             tail = 50.0 * (1.0 - self.confidence)
             drawn = gap * median_at_rate(hazard, dispersions, rate, DRAWN_HALVINGS) / medians
             low, high = np.percentile(drawn, (tail, 100.0 - tail), method="nearest").tolist()  # inf is no number to add
         here = rate_of(hazard, curve, self.confidence)
-        counted = _counted(hazard, self.motions.unit_capacities, rate)
+        counted = counted_gap(hazard, self.motions.unit_capacities, rate)
         bounds = (low, high, here.low, here.high)
         return GapForRate(rate, target.words, gap, *bounds, counted, here.missing, here.at_least)
 
@@ -165,27 +166,6 @@ def _refusal(which: str, gap: float, annual: float, beyond: list[str]) -> str:
 def _first(gaps: Array, enough: NDArray[np.bool_]) -> float:
     """The first gap that is wide enough, infinite where none is."""
     return float(gaps[enough.argmax()]) if enough.any() else np.inf
-
-
-def _counted(hazard: Hazard, unit: Array, rate: float) -> float:
-    """The gap [m] that motions of these capacities a metre close at a rate, each as often as the hazard curve says.
-
-    The rate of a motion is λ at its capacity: stronger ones close the gap too, those beyond the last row among them.
-    Beyond that row λ goes on at the slope of the last two, and below the first it is that row's.
-    """
-    im, annual = np.log(hazard.im), np.log(hazard.rate)
-    steep = (annual[-2] - annual[-1]) / (im[-1] - im[-2])
-
-    def often(log_gap: float) -> float:
-        capacities = np.log(unit) + log_gap
-        beyond = steep * np.maximum(capacities - im[-1], 0.0)
-        return float(np.exp(np.interp(capacities, im, annual) - beyond).mean())
-
-    from scipy.optimize import brentq
-
-    low, high = im[0] - np.log(unit.max()), im[-1] - np.log(unit.min())
-    high += max(annual[-1] - np.log(rate), 0.0) / steep
-    return float(np.exp(brentq(lambda log_gap: often(log_gap) - rate, low, high)))
 
 
 class RateLines(NamedTuple):

@@ -12,11 +12,12 @@ from math import isfinite, isnan
 from typing import NamedTuple
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.annual_rates import AnnualRate, in_years, return_period_words
+from pounding_risk.assessment.annual_rates import AnnualRate, return_period_words
 from pounding_risk.assessment.gap_for_rate import GapForRate
 from pounding_risk.assessment.hazard import Rate
 from pounding_risk.assessment.options import percent_words
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
+from pounding_risk.statistics.hazard import in_years
 from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.units import GAP, say
 

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.assessment import demands as data
-from pounding_risk.assessment import fragility as curves
+from pounding_risk.assessment.fragility import out_of_scale, shown_as
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import spectral, usual_intensity
 from pounding_risk.statistics.crossed_contact import CrossedClosings
+from pounding_risk.statistics.fragility import ALONE, Fit
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.uncertain_samples import Asked, Samples
@@ -53,14 +54,14 @@ class Capacities(NamedTuple):
         gaps = np.full(len(reach), gap) if drawn is None else drawn
         fault = cls._fault(subject, index, (reach, gaps), one_sample)
         if not fault and closings.recordings.max() == 0:
-            fault = curves.ALONE
+            fault = ALONE
         if fault:
             return cls(None, closings, intensity, fault)
         ims = data.intensities(one_sample, intensity)
         ims = subject.by_outcome(ims[:, min(subject.level(asked.level), ims.shape[1] - 1)], closings)
         factors = np.log(gaps)[:, None] - np.log(reach)
         logs = np.log(ims) + factors
-        _, fault = curves.out_of_scale(curves.Fit(median=float(np.exp(logs.mean()))), np.exp([factors.mean()]))
+        _, fault = out_of_scale(Fit(median=float(np.exp(logs.mean()))), np.exp([factors.mean()]), shown_as(intensity))
         return cls(None if fault else logs, closings, intensity, fault)
 
     @staticmethod

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.fragility import SCALED, Fragility, fragility_curve
+from pounding_risk.assessment.fragility import SCALED, Fragility
 from pounding_risk.assessment.gap_for_rate import rate_lines
 from pounding_risk.assessment.separations.table import COMBINATIONS
 from pounding_risk.figures.style import QUIET, STYLES, blank, law_words, title
 from pounding_risk.motions.levels import say_level
 from pounding_risk.results.amplitudes import intensity_label, intensity_quantity, intensity_shown, own
+from pounding_risk.statistics.fragility import fragility_curve
 from pounding_risk.statistics.proportions import exact_bounds
 from pounding_risk.units import GAP, YIELD_FORCE, say_in
 

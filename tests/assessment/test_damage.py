@@ -14,12 +14,13 @@ from scipy.optimize import minimize
 from scipy.stats import norm
 
 import pounding_risk as pr
-from pounding_risk.assessment.damage_fits import Observed, fit_ida
 from pounding_risk.assessment.damage_words import damage_rows, damage_table, finding
-from pounding_risk.assessment.fragility import fit_capacities
-from pounding_risk.assessment.hazard import Hazard, annual_rate
+from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.results.kinds import kind_of
+from pounding_risk.statistics.damage_fits import Observed, fit_ida
+from pounding_risk.statistics.fragility import fit_capacities
+from pounding_risk.statistics.hazard import annual_rate
 from pounding_risk.units import STANDARD_GRAVITY
 
 G = STANDARD_GRAVITY

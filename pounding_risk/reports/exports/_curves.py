@@ -154,6 +154,6 @@ def known_measure(intensity: str) -> Known:
 
 def probabilities(curve: Curve, levels: np.ndarray) -> np.ndarray:
     """Probability of failure at intensities in the unit of the curve."""
-    from pounding_risk.assessment.fragility import fragility_curve
+    from pounding_risk.statistics.fragility import fragility_curve
 
     return fragility_curve(levels, curve.median, curve.dispersion)

@@ -12,7 +12,6 @@ from math import exp, log
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.assessment.damage_curves import POUNDING
-from pounding_risk.assessment.damage_fits import METHODS
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._curves import (
     KINDS,
@@ -30,6 +29,7 @@ from pounding_risk.reports.exports._curves import (
 from pounding_risk.reports.exports._written import Asked
 from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.kinds import kind_of
+from pounding_risk.statistics.damage_fits import METHODS
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -23,9 +23,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment import fragility as curves
-from pounding_risk.assessment.fragility import ALONE, FLAT, Fit
-from pounding_risk.units import PGA, Quantity
+from pounding_risk.statistics import fragility as curves
+from pounding_risk.statistics.fragility import ALONE, FLAT, Fit, Shown
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -44,7 +43,7 @@ class Observed(NamedTuple):
     ims: Array
     ratios: Array  # NaN where a run failed
     recordings: Labels  # (motions,) from 0 without gaps
-    quantity: Quantity = PGA  # of the intensities, for sentences
+    shown: Shown = curves.plain  # writes an intensity in a sentence
     jumps: bool = False  # the demand is no straight line between levels: it begins with a touch, or ends at a cap
 
 
@@ -103,7 +102,7 @@ def fit_stripes(seen: Observed) -> Fit:
     if not known.any():
         return Fit(fault="no run is known")
     who = np.broadcast_to(seen.recordings[:, None], known.shape)[known]
-    return curves.fit(seen.ims[known], seen.ratios[known] >= 1.0, _numbered(who), seen.quantity)
+    return curves.fit(seen.ims[known], seen.ratios[known] >= 1.0, _numbered(who), seen.shown)
 
 
 def drawn_stripes(seen: Observed, weights: Array) -> Array:
@@ -176,7 +175,7 @@ def fit_ida(seen: Observed) -> Fit:
     spread = inverse @ curves.by_recording(np.stack([slopes[0][0], slopes[1][0]], axis=1), labels)
     fitted = curves.fit_of(where.middle + where.scale * delta / gamma, where.scale / gamma, inverse @ turn.T, spread)
     tested = seen.ims[np.isfinite(seen.ratios)]
-    return curves.unless(fitted, _refusal(fitted, tested, seen.quantity))
+    return curves.unless(fitted, _refusal(fitted, tested, seen.shown))
 
 
 class Enclosed(NamedTuple):
@@ -342,7 +341,7 @@ def fit_cloud(seen: Observed) -> Fit:
     inverse = turn @ np.linalg.inv(curvature)
     fitted = curves.fit_of(-a / b, sigma / b, inverse @ turn.T, inverse @ curves.by_recording(scores, labels))
     tested = np.exp(x)
-    return curves.unless(fitted, _refusal(fitted, tested, seen.quantity))
+    return curves.unless(fitted, _refusal(fitted, tested, seen.shown))
 
 
 def _cloud(seen: Observed) -> tuple[Array, Array, Labels]:
@@ -420,9 +419,25 @@ def bootstrap_weights(recordings: Labels, draws: int, seed: int) -> Array:
     return np.asarray(counts[:, recordings], dtype=float)
 
 
-def _refusal(fitted: Fit, tested: Array, quantity: Quantity) -> str:
+def expanded_tail(confidence: float, count: int) -> float:
+    """The share of the samples below the lower bound: Φ(−√(n/(n − 1)) t), t Student's quantile with n − 1 degrees.
+
+    The plain share, half of 1 − ``confidence``, makes bounds from few recordings too narrow: a bootstrap takes the
+    spread of n for that of all, and a normal tail for Student's (Hesterberg, The American Statistician 69 (2015)).
+
+    >>> round(expanded_tail(0.95, 22), 4)
+    0.0166
+    """
+    from scipy.special import ndtr, stdtrit
+
+    if count < 2:
+        return 0.5 * (1.0 - confidence)
+    return float(ndtr(-np.sqrt(count / (count - 1.0)) * stdtrit(count - 1.0, 0.5 * (1.0 + confidence))))
+
+
+def _refusal(fitted: Fit, tested: Array, shown: Shown) -> str:
     """Sentence on why a fit is refused; "" where it is not."""
-    return curves.not_carried(fitted, tested, quantity) or curves.outside(fitted.median, tested, quantity)
+    return curves.not_carried(fitted, tested, shown) or curves.outside(fitted.median, tested, shown)
 
 
 def _numbered(recordings: Labels) -> Labels:
