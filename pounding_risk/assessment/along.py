@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.assessment.assess import Options, contact_of
+from pounding_risk.assessment.contact import contact_of
 from pounding_risk.assessment.demands import check_dataset, interfaces
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
 from pounding_risk.errors import PoundingError
@@ -95,14 +95,8 @@ def assess_along(
             + (f", at one value of what varies beside them: {others}" if others else ", with uncertainty")
         )
     criterion = read_criterion(target, percentile, confidence)
-    options = Options(
-        None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
-        None,
-        criterion,
-        "pga",
-        level_asked(whole, pga, intensity_level),
-        None,
-    )
+    at_gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
+    level = level_asked(whole, pga, intensity_level)
     sizes = tuple(whole.sizes[axis.name] for axis in axes)
     values: dict[str, Any] = {}
     at, names = "", []
@@ -112,10 +106,10 @@ def assess_along(
         check_dataset(part, whose)
         names = [str(name) for name in part["interface"].values]
         for index, (_, one) in enumerate(interfaces(part)):
-            contact = contact_of(one, index, options)
+            contact = contact_of(one, index, at_gap, level, criterion)
             share, need, at = contact.at_gap, contact.required[criterion.percentile], contact.at
-            told = (contact.gap, share.probability, share.low_recordings, share.high_recordings)
-            for name, value in zip(OUTPUTS, (*told, need.gap, need.low, need.high), strict=True):
+            numbers = (contact.gap, share.probability, share.low_recordings, share.high_recordings)
+            for name, value in zip(OUTPUTS, (*numbers, need.gap, need.low, need.high), strict=True):
                 values.setdefault(name, np.full((*sizes, len(names)), np.nan))[(*places, index)] = value
     dims = (*(axis.name for axis in axes), "interface")
     keys = [key for axis in axes for key in axis.keys]

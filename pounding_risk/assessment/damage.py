@@ -30,6 +30,7 @@ from pounding_risk.results.grid_values import place_of
 from pounding_risk.results.own_case import own_case
 from pounding_risk.scene.damage import read_states
 from pounding_risk.statistics.damage_fits import METHODS, bootstrap_weights
+from pounding_risk.statistics.proportions import numbered
 from pounding_risk.units import share, shown, si
 
 if TYPE_CHECKING:
@@ -175,7 +176,7 @@ def _motions(results: xr.Dataset, intensity: str) -> Motions:
     numbers = np.repeat(data.numbered_recordings(results, records), len(polarities))
     dead = np.repeat(~data.is_shaking(results), len(polarities))
     ims = np.where(dead[:, None], np.nan, data.intensities(results, intensity))
-    return Motions(ims, np.unique(numbers, return_inverse=True)[1].astype(np.int64), records, polarities)
+    return Motions(ims, numbered(numbers), records, polarities)
 
 
 def _method(asked: str | None, motions: Motions) -> str:

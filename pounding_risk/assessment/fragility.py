@@ -65,7 +65,11 @@ class Fragility:
         """SI unit of the intensity, as datasets write it: "m/s2", of PGV "m/s"."""
         return intensity_unit(self.intensity)
 
-    errors = Fit.errors
+    @property
+    def errors(self) -> tuple[float, float]:
+        """The larger standard errors, as `Fit.errors`."""
+        larger = max(self.se_median, self.se_median_recordings)
+        return larger, max(self.se_dispersion, self.se_dispersion_recordings)
 
     def draws(self) -> tuple[Array, Array]:
         """Medians and dispersions that the motions leave possible, as `statistics.hazard.draws` has them."""

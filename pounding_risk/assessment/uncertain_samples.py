@@ -33,9 +33,9 @@ from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
 from pounding_risk.scene.sampling import SOBOL, points_of
 from pounding_risk.statistics.crossed import Analysis, analysed
-from pounding_risk.statistics.crossed_contact import CrossedClosings, logs_of
+from pounding_risk.statistics.crossed_contact import CrossedClosings
 from pounding_risk.statistics.drawn_closings import DrawnClosings, analysed_clusters
-from pounding_risk.statistics.proportions import labels
+from pounding_risk.statistics.proportions import labels, logs_of
 from pounding_risk.statistics.sobol import QUANTILES, power_of_two, saltelli_points, tornado_points
 from pounding_risk.units import shown
 

@@ -24,7 +24,7 @@ from pounding_risk.statistics.crossed import (
     counted_outcomes,
     outcome_shares,
 )
-from pounding_risk.statistics.proportions import exact_bounds
+from pounding_risk.statistics.proportions import exact_bounds, logs_of, numbered
 from pounding_risk.statistics.required_gap import RequiredGap, lognormal_percentiles, target_left_by
 
 Array = NDArray[np.float64]
@@ -57,7 +57,7 @@ class CrossedClosings:
 
     def __init__(self, closing: Array, recordings: Labels):
         order = np.argsort(recordings, kind="stable")
-        self.recordings: Labels = np.unique(recordings[order], return_inverse=True)[1].astype(np.int64)
+        self.recordings: Labels = numbered(recordings[order])
         self.order = order
         self.closing: Array = np.ascontiguousarray(closing[:, order])
         self.rising: Array = np.sort(closing, axis=None)
@@ -163,12 +163,6 @@ def _bounds(
     always, _ = exact_bounds(fewest, fewest, confidence)
     _, never = exact_bounds(0.0, fewest, confidence)
     return np.minimum(low, always), np.maximum(high, never)
-
-
-def logs_of(closing: Array) -> Array:
-    """Logarithms of closings; what closes nothing counts as the least that does, and inf as the largest."""
-    known = closing[(closing > 0.0) & np.isfinite(closing)]
-    return np.asarray(np.log(np.clip(closing, known.min(initial=1.0), known.max(initial=0.0) or 1.0)))
 
 
 def _levels(values: Array) -> Array:

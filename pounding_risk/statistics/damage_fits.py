@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.statistics import fragility as curves
 from pounding_risk.statistics.fragility import ALONE, FLAT, Fit, Shown
+from pounding_risk.statistics.proportions import numbered
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -102,7 +103,7 @@ def fit_stripes(seen: Observed) -> Fit:
     if not known.any():
         return Fit(fault="no run is known")
     who = np.broadcast_to(seen.recordings[:, None], known.shape)[known]
-    return curves.fit(seen.ims[known], seen.ratios[known] >= 1.0, _numbered(who), seen.shown)
+    return curves.fit(seen.ims[known], seen.ratios[known] >= 1.0, numbered(who), seen.shown)
 
 
 def drawn_stripes(seen: Observed, weights: Array) -> Array:
@@ -159,7 +160,7 @@ def fit_ida(seen: Observed) -> Fit:
     found = capacities(seen.ims, seen.ratios, seen.jumps)
     known = found.status != NONE
     where = _enclosed(found, known)
-    labels = _numbered(seen.recordings[known])
+    labels = numbered(seen.recordings[known])
     fault = _no_capacities(where, seen, labels)
     if fault:
         return Fit(fault=fault)
@@ -349,7 +350,7 @@ def _cloud(seen: Observed) -> tuple[Array, Array, Labels]:
     known = np.isfinite(seen.ratios)
     who = np.broadcast_to(seen.recordings[:, None], known.shape)[known]
     with np.errstate(divide="ignore"):
-        return np.log(seen.ims[known]), np.log(seen.ratios[known]), _numbered(who)
+        return np.log(seen.ims[known]), np.log(seen.ratios[known]), numbered(who)
 
 
 def _no_cloud(x: Array, y: Array, labels: Labels) -> str:
@@ -438,10 +439,6 @@ def expanded_tail(confidence: float, count: int) -> float:
 def _refusal(fitted: Fit, tested: Array, shown: Shown) -> str:
     """Sentence on why a fit is refused; "" where it is not."""
     return curves.not_carried(fitted, tested, shown) or curves.outside(fitted.median, tested, shown)
-
-
-def _numbered(recordings: Labels) -> Labels:
-    return np.unique(recordings, return_inverse=True)[1].astype(np.int64)
 
 
 def _parts(weights: Array, width: int) -> list[Array]:

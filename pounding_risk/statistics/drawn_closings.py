@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.statistics.crossed import AT_ONCE, Analysis, Components, Labels, outcome_correlation
 from pounding_risk.statistics.crossed_contact import CrossedClosings
-from pounding_risk.statistics.proportions import likeness
+from pounding_risk.statistics.proportions import likeness, numbered
 
 Array = NDArray[np.float64]
 
@@ -140,8 +140,8 @@ class DrawnClosings(CrossedClosings):
     is_drawn = True
 
     def __init__(self, closing: Array, motions: Labels, recordings: Labels):
-        self.recordings: Labels = np.unique(recordings, return_inverse=True)[1].astype(np.int64)
-        self.of_motions: Labels = np.unique(motions, return_inverse=True)[1].astype(np.int64)
+        self.recordings: Labels = numbered(recordings)
+        self.of_motions: Labels = numbered(motions)
         self.order = np.zeros(1, dtype=np.int64)
         self.closing: Array = closing[:, None]
         self.rising: Array = np.sort(closing)

@@ -13,14 +13,14 @@ from typer.testing import CliRunner
 
 import pounding_risk as pr
 from pounding_risk import cli
-from pounding_risk.assessment.options import read_criterion
-from pounding_risk.assessment.setback import required_setbacks
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions import intensity as measures
 from pounding_risk.motions.read import read_motion
 from pounding_risk.results.files import save
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.statistics.proportions import independent_motions, logs_of
+from pounding_risk.statistics.required_gap import required_gaps
 
 RECORDS = ["RSN6-180", "CCC-HN1", "NAPA-HNE"]
 
@@ -56,8 +56,8 @@ def test_a_setback_is_the_buildings_own_peak_displacement(results):
 def test_bounds_are_those_of_a_count_by_recording():
     """Of sixty recordings: the upper bound is the least displacement that Clopper and Pearson's interval allows."""
     peaks = np.random.default_rng(5).lognormal(-3.0, 0.5, 60)
-    independent, found = required_setbacks(peaks, np.arange(60), read_criterion(None, 84, 0.9))
-    required = next(each for each in found if each.percentile == 84.0)
+    independent = independent_motions(logs_of(peaks), np.arange(60))
+    (required,) = required_gaps(peaks, independent / 60, (84.0,), 0.9)
     rising = np.sort(peaks)
     upper = beta.ppf(0.95, np.arange(59, -1, -1) + 1, np.arange(1, 61))  # of as many above each of the rising values
     assert independent == 60.0
