@@ -78,11 +78,10 @@ class Capacities(NamedTuple):
             return "a motion closes nothing, or has no finite response, in some sample"
         return ""
 
-    def fitted(self, confidence: float) -> dict[str, Array]:
-        """Median [m/s2] and dispersion of both curves with bounds, each (curves, 3)."""
-        empty = np.full((2, 3), nan)
+    def fitted(self, confidence: float) -> tuple[Array, Array]:
+        """Median [SI] and dispersion of both curves with bounds, each (curves, 3)."""
         if self.logs is None:
-            return {"fragility_median": empty, "fragility_dispersion": empty}
+            return np.full((2, 3), nan), np.full((2, 3), nan)
         from scipy.stats import t as student
 
         analysis, counted = self.closings.of_logs(self.logs)
@@ -96,7 +95,4 @@ class Capacities(NamedTuple):
         freedom = max(min(counted.motions, float(counted.samples)) - 1.0, 1.0)
         half = float(student.ppf(0.5 * (1.0 + confidence), freedom)) * np.sqrt(variance)
         median = np.exp(self.logs.mean() + np.array([0.0, -half, half]))
-        return {
-            "fragility_median": np.stack([median, median]),
-            "fragility_dispersion": np.stack([alone, total]),
-        }
+        return np.stack([median, median]), np.stack([alone, total])
