@@ -17,9 +17,9 @@ from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk.assessment import uncertain_words as words
 from pounding_risk.assessment.bounded import bounded
-from pounding_risk.assessment.demands import record_doubts
+from pounding_risk.assessment.demands import intensities, interfaces, is_linear, record_doubts
+from pounding_risk.assessment.fragility import out_of_scale, shown_as
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE, Criterion, read_criterion
-from pounding_risk.assessment.uncertain_fragility import CURVES, Capacities
 from pounding_risk.assessment.uncertain_samples import (
     SAMPLE,
     Asked,
@@ -31,7 +31,7 @@ from pounding_risk.assessment.uncertain_samples import (
 )
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.amplitudes import level_asked
+from pounding_risk.results.amplitudes import level_asked, spectral, usual_intensity
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.scene_axes import VARIANTS
@@ -39,6 +39,7 @@ from pounding_risk.results.variables import described
 from pounding_risk.statistics.crossed import Analysis, Components
 from pounding_risk.statistics.crossed_contact import CrossedClosings
 from pounding_risk.statistics.drawn_closings import DrawnClosings, analysed_clusters, motion_share
+from pounding_risk.statistics.fragility import ALONE, Fit
 from pounding_risk.statistics.proportions import exact_bounds
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES
 from pounding_risk.statistics.sobol import QUANTILES, Indices, given_indices, sobol_indices
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+CURVES = ("motions alone", "total")
 PARTS = ("parameters", "motions", "interaction", "total")
 PARTS_DRAWN = ("parameters and interaction", "motions", "total")  # where motions are drawn with the samples
 OVER_SAMPLES = (5.0, 16.0, 50.0, 84.0, 95.0)  # percentiles over the samples
@@ -229,7 +231,7 @@ def _interface(
         **_contact(closings, gap, gaps, criterion),
         **_required(closings, percentiles, confidence),
         **_variances(analysis, outputs[chosen].analysis_unit, confidence, components),
-        **_fragilities(Capacities.of(subject, index, closings, gap, asked), confidence),
+        **_fragilities(subject, index, closings, gap, asked),
         **_indices(subject, outputs, closings, confidence),
         **subject.moved(index, gap, asked),
         "scene_gap": ((), subject.gap(index), described("m", "gap of the scene")),
@@ -326,17 +328,77 @@ def _variances(analysis: Analysis, unit: str, confidence: float, parts: tuple[st
     }
 
 
-def _fragilities(capacities: Capacities, confidence: float) -> dict[str, Any]:
-    """Median and dispersion of the fragilities of motions alone and in all, with bounds; NaN with a fault."""
-    medians, dispersions = capacities.fitted(confidence)
-    measure = read_measure(capacities.intensity)
+def _fragilities(subject: Samples, index: int, closings: CrossedClosings, gap: float, asked: Asked) -> dict[str, Any]:
+    """Median and dispersion of the fragilities of motions alone and in all, with bounds; NaN with a fault.
+
+    Linear buildings close a gap under a motion that is scaled by gap over closing: so every motion has a capacity in
+    every sample, and ln capacity has the components of variance of ln closing and ln intensity together. The curve of
+    the motions alone has the mean of ln capacity and the dispersion of the motions within a sample; the one in all adds
+    what the samples differ by (the composite curve of Kennedy and Ravindra, Nuclear Engineering and Design 79, 1984).
+    """
+    from scipy.stats import t as student
+
+    logs, intensity, fault = _log_capacities(subject, index, closings, gap, asked)
+    medians, dispersions = np.full((2, 3), np.nan), np.full((2, 3), np.nan)
+    if logs is not None:
+        confidence = asked.criterion.confidence
+        analysis, counted = closings.of_logs(logs)
+        alone, total = (
+            np.sqrt(analysis.variance_bounds(of, confidence))
+            for of in (lambda one: one.motions + one.interaction, lambda one: one.total)
+        )
+        if closings.is_drawn:  # what motions do in a sample is not separable from what they do in the mean over samples
+            alone = np.full(3, np.nan)
+        freedom = max(min(counted.motions, float(counted.samples)) - 1.0, 1.0)
+        half = float(student.ppf(0.5 * (1.0 + confidence), freedom)) * np.sqrt(counted.variance_of_mean(analysis.all))
+        medians[:] = np.exp(logs.mean() + np.array([0.0, -half, half]))
+        dispersions = np.stack([alone, total])
+    measure = read_measure(intensity)
     unit = "m/s2" if measure is None else measure.unit
     return {
         **bounded("fragility_median", "curve", medians.T, unit, "median of contact"),
         **bounded("fragility_dispersion", "curve", dispersions.T, "1", "dispersion of contact"),
-        "fragility_intensity": ((), capacities.intensity, {"long_name": "intensity of the fragilities"}),
-        "fragility_fault": ((), capacities.fault, {"long_name": "why there are no fragilities"}),
+        "fragility_intensity": ((), intensity, {"long_name": "intensity of the fragilities"}),
+        "fragility_fault": ((), fault, {"long_name": "why there are no fragilities"}),
     }
+
+
+def _log_capacities(
+    subject: Samples, index: int, closings: CrossedClosings, gap: float, asked: Asked
+) -> tuple[Array | None, str, str]:
+    """Logarithms of the intensities at which motions close a gap [m], (samples, motions), their measure, or a fault."""
+    one_sample = interfaces(subject.first_sample)[index][1]
+    intensity = usual_intensity(one_sample) if asked.intensity is None else asked.intensity
+    if intensity.startswith("sa(") and spectral(intensity[3:-1]) is None:
+        if asked.intensity is not None:
+            raise PoundingError(
+                f"intensity {intensity!r}: a building's period may differ between samples; write pga, or a period "
+                "such as sa(0.5 s)"
+            )
+        intensity = "pga"
+    reach = subject.reach_of(subject.dataset, index, asked.level)[:, closings.order]
+    drawn = subject.gaps_of(subject.dataset, index, gap)
+    gaps = np.full(len(reach), gap) if drawn is None else drawn
+    fault = ""
+    if not is_linear(one_sample):
+        fault = "the motion without contact is not linear: closings do not grow with the motion"
+    elif subject.is_inner(index) and "impact_count" in subject.dataset:
+        fault = "contact elsewhere in the row may push buildings across the gap, which does not grow with the motion"
+    elif gaps.min() <= 0.0:
+        fault = "a closed gap is touched by the weakest motion"
+    elif not (reach.min() > 0.0 and np.isfinite(reach).all()):
+        fault = "a motion closes nothing, or has no finite response, in some sample"
+    elif closings.recordings.max() == 0:
+        fault = ALONE
+    if fault:
+        return None, intensity, fault
+    ims = intensities(one_sample, intensity)
+    ims = subject.by_outcome(ims[:, min(subject.level(asked.level), ims.shape[1] - 1)], closings)
+    factors = np.log(gaps)[:, None] - np.log(reach)
+    logs = np.log(ims) + factors
+    median = Fit(median=float(np.exp(logs.mean())))
+    _, fault = out_of_scale(median, np.exp([factors.mean()]), shown_as(intensity))
+    return None if fault else logs, intensity, fault
 
 
 def _indices(

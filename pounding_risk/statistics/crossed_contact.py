@@ -25,7 +25,7 @@ from pounding_risk.statistics.crossed import (
     outcome_shares,
 )
 from pounding_risk.statistics.proportions import exact_bounds, logs_of, numbered
-from pounding_risk.statistics.required_gap import RequiredGap, lognormal_percentiles, target_left_by
+from pounding_risk.statistics.required_gap import RequiredGap, between_levels, lognormal_percentiles
 
 Array = NDArray[np.float64]
 
@@ -112,18 +112,7 @@ class CrossedClosings:
         past, short = self._share(levels, "right"), self._share(levels, "left")
         independent = self._independent(levels, past, self.counted)
         low, high = _bounds((short, past), independent, self.counted, confidence)
-        required = []
-        for percentile, gap, fit in zip(asked.tolist(), gaps.tolist(), fitted.tolist(), strict=True):
-            left = target_left_by(percentile)
-            # From the last level whose bound is still too large: bounds need not fall everywhere.
-            above = np.flatnonzero(high > left)
-            first = int(above[-1]) + 1 if above.size else 0
-            enough = first < levels.size
-            too_little = levels[low > left]
-            least = float(too_little[-1]) if too_little.size else 0.0
-            most = float(levels[first] if enough else levels[-1])
-            required.append(RequiredGap(percentile, gap, least, most, enough, fit))
-        return tuple(required)
+        return between_levels(asked, (gaps, fitted), levels, (low, high))
 
     def _fitted(self, percentiles: Array) -> Array:
         """Percentiles of the lognormal distribution of mean and total variance; NaN where one closes nothing."""

@@ -69,14 +69,26 @@ def required_gaps(
     short = closing.size - np.searchsorted(rising, levels, "left")  # and one that is a little less
     _, high = exact_bounds(past * independent, runs, confidence)
     low, _ = exact_bounds(short * independent, runs, confidence)
-    gaps_required = []
-    for percentile, gap, fit in zip(asked.tolist(), gaps.tolist(), fitted.tolist(), strict=True):
+    return between_levels(asked, (gaps, fitted), levels, (low, high))
+
+
+def between_levels(
+    percentiles: Array, values: tuple[Array, Array], levels: Array, bounds: tuple[Array, Array]
+) -> tuple[RequiredGap, ...]:
+    """Required gaps, counted and fitted, with bounds from those of P(contact) at rising ``levels``.
+
+    The upper one is the level after the last at which the upper bound of P(contact) exceeds what the percentile leaves:
+    bounds need not fall everywhere.
+    """
+    required = []
+    for percentile, gap, fit in zip(percentiles.tolist(), *(each.tolist() for each in values), strict=True):
         left = target_left_by(percentile)
-        enough, too_little = levels[high <= left], levels[low > left]
-        least = float(too_little[-1]) if too_little.size else 0.0
-        most = float(enough[0] if enough.size else levels[-1])
-        gaps_required.append(RequiredGap(percentile, gap, least, most, bool(enough.size), fit))
-    return tuple(gaps_required)
+        too_little, above = levels[bounds[0] > left], np.flatnonzero(bounds[1] > left)
+        first = int(above[-1]) + 1 if above.size else 0
+        is_bounded = first < levels.size
+        low = float(too_little[-1]) if too_little.size else 0.0
+        required.append(RequiredGap(percentile, gap, low, float(levels[first if is_bounded else -1]), is_bounded, fit))
+    return tuple(required)
 
 
 @dataclass(frozen=True)
