@@ -19,16 +19,15 @@ from numpy.typing import NDArray
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.assessment import demands as data
 from pounding_risk.assessment.annual_rates import AnnualRate, read_target_rate
-from pounding_risk.assessment.columns import column_sentences
 from pounding_risk.assessment.contact import Contact, contact_of
 from pounding_risk.assessment.demands import Motions, interfaces
 from pounding_risk.assessment.fragility import OWN, STRIPES, ContactMotions, Fragility, shown_as
-from pounding_risk.assessment.gap_for_rate import USUAL, GapForRate, RateOfGaps
 from pounding_risk.assessment.gmfs import Fields, Scenario, read_fields, scenario_of
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, rate_of
 from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
-from pounding_risk.assessment.rate_verdict import RateCriterion, RateVerdict, judge_rate
+from pounding_risk.assessment.rates import USUAL, GapForRate, RateCriterion, RateOfGaps, RateVerdict, judge_rate
+from pounding_risk.assessment.row import column_sentences
 from pounding_risk.assessment.sensitivity import (
     Influence,
     Response,

@@ -410,7 +410,7 @@ def _indices(
     first = given_indices(subject.values, values, confidence, subject.is_balanced)
     from_design, parts = np.zeros(len(outputs), dtype=bool), {}
     if subject.design_dataset is not None:
-        designed = np.stack([one.design for one in outputs.values()])
+        designed = np.stack([one.design for one in outputs.values() if one.design is not None])
         of_design, total = sobol_indices(designed, len(subject.keys), confidence)
         from_design = ~(first.width <= of_design.width)  # where those of the samples are NaN too
         first = Indices(*(np.where(from_design[:, None], *both) for both in zip(of_design, first, strict=True)))

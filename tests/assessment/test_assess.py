@@ -387,7 +387,7 @@ def test_laws_that_differ_by_the_cap_alone_are_no_influence_of_the_model():
     found = {each.output: each for each in one.sensitivity if each.key == "contact_model" and each.output}
     told = found["peak_relative_displacement"]
     assert np.isnan(told.spread) and told.words.endswith(
-        'at F_E 2000 kN, where yielding may be part of it: "inf" in grid.yield_force parts them'
+        'at F_E 2000 kN, where yielding may be part of it: "inf" in grid.yield_force separates them'
     )
     assert "the contact model changes" not in one.what_matters
 

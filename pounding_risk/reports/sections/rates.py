@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pounding_risk.assessment.gap_for_rate import rate_lines
+from pounding_risk.assessment.rates import rate_lines
 from pounding_risk.figures.style import MEANING, blank, svg_text
 from pounding_risk.questions import rates as question
 from pounding_risk.render.sheet import (
