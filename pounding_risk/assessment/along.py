@@ -118,19 +118,13 @@ def assess_along(
         {name: (dims, values[name], described(*about)) for name, about in OUTPUTS.items()},
         {name: coordinate.variable for name, coordinate in coords.items()},
     )
-    about = criterion._asdict() | {"title": str(whole.attrs.get("title", "")), "asked": criterion.words, "motions": at}
-    about |= {OWN: json.dumps(own_places(whole)), IDLE: json.dumps(_idle(assessed))}
-    return assessed.assign_attrs(about)
-
-
-def _idle(assessed: xr.Dataset) -> list[str]:
-    """The axes along which neither the probability of contact nor the required gap changes."""
     judged = [assessed[name] for name in ("contact_probability", "required_gap", "assessed_gap")]
-    return [
-        str(dim)
-        for dim in assessed.dims
-        if dim != "interface" and all((values == values.isel({dim: [0]}).values).all() for values in judged)
+    idle = [  # axes along which nothing changes
+        axis.name for axis in axes if all((one == one.isel({axis.name: [0]}).values).all() for one in judged)
     ]
+    about = criterion._asdict() | {"title": str(whole.attrs.get("title", "")), "asked": criterion.words, "motions": at}
+    about |= {OWN: json.dumps(own_places(whole)), IDLE: json.dumps(idle)}
+    return assessed.assign_attrs(about)
 
 
 def is_along(assessed: Any) -> bool:
@@ -157,12 +151,9 @@ def usual_place(assessed: xr.Dataset) -> Place:
         found = np.unravel_index(int(needed.argmax()), needed.shape)
         places |= {axis: int(place) for axis, place in zip(others, found, strict=True)}
     widest = "those that need the widest gap"
-    why = f"the scene's own values{f', and of {_listed(others)} {widest}' if others else ''}" if own else widest
+    listed = " and ".join(filter(None, [", ".join(others[:-1]), *others[-1:]]))
+    why = f"the scene's own values{f', and of {listed} {widest}' if others else ''}" if own else widest
     return Place(places, ", ".join(value_words(assessed, axis, places[axis]) for axis in axes), why)
-
-
-def _listed(names: list[str]) -> str:
-    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
 
 
 def value_words(assessed: xr.Dataset, axis: str, place: int) -> str:
@@ -184,15 +175,14 @@ def along_finding(assessed: xr.Dataset) -> str:
     several = f" at {assessed['interface'].values[found[-1]]}" if assessed.sizes["interface"] > 1 else ""
     gap = assessed["assessed_gap"].values
     one = f" of {say(float(gap.flat[0]), GAP, 6)}" if np.ptp(gap) == 0.0 else ""
-    shares = [f"{100 * float(end):.3g} %" for end in (share.min(), share.max())]
-    ends = [say(float(end), GAP, 3) for end in (needed.min(), needed.max())]
+
+    def between(low: str, high: str) -> str:
+        return f"is {low}" if low == high else f"lies from {low} to {high}"
+
+    shares = between(*(f"{100 * float(end):.3g} %" for end in (share.min(), share.max())))
+    ends = between(*(say(float(end), GAP, 3) for end in (needed.min(), needed.max())))
     most = f" (the most where {where}{several})" if where else several
-    return f"The gap required {_range(ends)}{most}; P(contact){one} {_range(shares)}"
-
-
-def _range(ends: list[str]) -> str:
-    """Both ends of a range, or the one value."""
-    return f"is {ends[0]}" if ends[0] == ends[1] else f"lies from {ends[0]} to {ends[1]}"
+    return f"The gap required {ends}{most}; P(contact){one} {shares}"
 
 
 def idle_words(assessed: xr.Dataset) -> str:

@@ -152,7 +152,7 @@ def motions_of(results: xr.Dataset) -> Motions:
 def numbered_recordings(results: xr.Dataset, records: Sequence[str]) -> NDArray[np.int64]:
     """The number of each record's recording; records whose motion is the same to the last bit are of one."""
     facts = {entry.get("name"): entry for entry in told(results, "records", [])}
-    of_records = [recording(facts.get(name, {}), name) for name in records]
+    of_records: list[Any] = [recording(facts.get(name, {}), name) for name in records]
     shared = [tuple(one) if isinstance(one, list) else one for one in of_records]
     digests = told(results, "motions_sha256", {})
     first: dict[Any, Any] = {}

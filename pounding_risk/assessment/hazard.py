@@ -60,13 +60,15 @@ class HazardSpectrum:
         Between two periods the intensity of each rate is a power of the period. Raises PoundingError for another
         intensity, for a damping ratio other than the table's, and for a period outside its periods.
         """
+        damping = "" if self.damping == Spectral(1.0).damping else f", {100.0 * self.damping:g} %"
+        repair = f'choose one of its own, such as --intensity "sa({self.periods[0]:g} s{damping})"'
         if intensity == "pga":
             if self.pga is None:
-                raise PoundingError(f"{self.source}: has no column of pga; {self._repair}")
+                raise PoundingError(f"{self.source}: has no column of pga; {repair}")
             return Hazard("pga", self.pga, self.rate, self.source, self.reading)
         asked = spectral(intensity[3:-1]) if intensity.startswith("sa(") else None
         if asked is None:
-            raise PoundingError(f"{self.source}: has no curve of {intensity}; {self._repair}")
+            raise PoundingError(f"{self.source}: has no curve of {intensity}; {repair}")
         if not asked.is_at(Spectral(asked.period, self.damping)):
             raise PoundingError(
                 f"{self.source}: has spectra of {100.0 * self.damping:g} % damping, and {intensity} is asked for; "
@@ -76,29 +78,17 @@ class HazardSpectrum:
         if not first <= asked.period <= last:
             raise PoundingError(
                 f"{self.source}: has spectra from {first:g} s to {last:g} s, and {intensity} is asked for; add that "
-                f"period to the table, or {self._repair}"
+                f"period to the table, or {repair}"
             )
-        x = np.log(self.periods)
-        im = np.array([np.exp(np.interp(np.log(asked.period), x, np.log(spectrum))) for spectrum in self.im])
-        return Hazard(
-            intensity, im, self.rate, self.source, " ".join(filter(None, (self.reading, self._between(asked))))
-        )
-
-    @property
-    def _repair(self) -> str:
-        damping = "" if self.damping == Spectral(1.0).damping else f", {100.0 * self.damping:g} %"
-        return f'choose one of its own, such as --intensity "sa({self.periods[0]:g} s{damping})"'
-
-    def _between(self, asked: Spectral) -> str:
-        """Sentence on the periods between which a curve is read; "" at a period of the table."""
-        if np.isclose(self.periods, asked.period, rtol=1e-9, atol=0.0).any():
-            return ""
-        after = int(np.searchsorted(self.periods, asked.period))
-        low, high = self.periods[after - 1], self.periods[after]
-        return (
-            f"{asked.words} is read between {low:g} s and {high:g} s, by straight lines in the logarithms at equal "
-            "rates."
-        )
+        x, wanted = np.log(self.periods), np.log(asked.period)
+        im = np.array([np.exp(np.interp(wanted, x, np.log(spectrum))) for spectrum in self.im])
+        reading = self.reading
+        if not np.isclose(self.periods, asked.period, rtol=1e-9, atol=0.0).any():
+            after = int(np.searchsorted(self.periods, asked.period))
+            low, high = self.periods[after - 1], self.periods[after]
+            between = f"{asked.words} is read between {low:g} s and {high:g} s, by straight lines in the logarithms at"
+            reading = f"{reading} {between} equal rates.".strip()
+        return Hazard(intensity, im, self.rate, self.source, reading)
 
 
 @dataclass(frozen=True)

@@ -97,16 +97,17 @@ def _curve_or_spectra(table: Table, asked: Asked | None) -> Exported:
     if columns and all(map(_POE.fullmatch, columns)):
         return _curve(table, row, columns, _about(table, site, asked))
     if columns and all(map(_SPECTRUM.fullmatch, columns)):
-        return _spectra(table, row, columns, _about(table, site, asked))
+        return _spectra(table, row, columns, _about(table, site, asked, ", uniform hazard spectra"))
     raise table.fault(
         "is an export of OpenQuake, and neither a hazard curve (columns poe-0.1 ...) nor uniform hazard spectra "
         "(columns 0.002105~PGA ...); export hcurves or uhs"
     )
 
 
-def _about(table: Table, site: Site, asked: Asked | None) -> str:
+def _about(table: Table, site: Site, asked: Asked | None, shape: str = "") -> str:
+    """Sentences on the program with the kind and shape of its file, and on the site."""
     kind = table.facts.get("kind", "")
-    return f"OpenQuake{f', {kind}' if kind else ''}. {site_words(site, asked)}"
+    return f"OpenQuake{f', {kind}' if kind else ''}{shape}. {site_words(site, asked)}"
 
 
 def _intensity(table: Table, imt: str) -> tuple[str, float]:
@@ -178,7 +179,6 @@ def _spectra(table: Table, row: Row, columns: Sequence[str], about: str) -> Expo
         names.append(intensity)
         levels.append(unit * values)
         probabilities.append(poes)
-    about = about.replace(".", ", uniform hazard spectra.", 1)
     return Exported(
         table.path.name, table.fact("investigation_time"), tuple(names), tuple(levels), tuple(probabilities), (about,)
     )

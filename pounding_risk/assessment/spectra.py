@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -248,20 +249,19 @@ def check_rules(results: xr.Dataset, rules: Sequence[str]) -> tuple[str, ...]:
 
 
 def finding(results: xr.Dataset, rules: Sequence[str] = JUDGED) -> str:
-    """Sentence on where rules ask for less than the motions need, at the usual percentile."""
+    """Sentence on where rules ask for less than the motions need, at the usual percentile, and by how much at most."""
     at = usual_percentile(results)
     count = results.sizes["record"] * results.sizes["polarity"]
-    clauses = [_judged(rule_words(rule), shortfall(results, rule, at)) for rule in rules]
+    clauses = []
+    for rule in rules:
+        short, words = shortfall(results, rule, at), rule_words(rule)
+        if short.pairs == 0.0:
+            clauses.append(f"{words} at no pair of periods")
+            continue
+        left, right = short.periods
+        most = f"by up to {100.0 * (short.ratio - 1.0):.0f} % ({left:.2g} s beside {right:.2g} s)"
+        clauses.append(f"{words} at {100.0 * short.pairs:.0f} % of the pairs of periods, {most}")
     return f"The gap that {at:g} % of {counted(count, 'motion')} need exceeds " + "; ".join(clauses)
-
-
-def _judged(words: str, short: Shortfall) -> str:
-    """A rule, at how many pairs of periods the gap required exceeds it, and by how much at most."""
-    if short.pairs == 0.0:
-        return f"{words} at no pair of periods"
-    left, right = short.periods
-    most = f"by up to {100.0 * (short.ratio - 1.0):.0f} % ({left:.2g} s beside {right:.2g} s)"
-    return f"{words} at {100.0 * short.pairs:.0f} % of the pairs of periods, {most}"
 
 
 class Row(NamedTuple):
@@ -274,22 +274,16 @@ class Row(NamedTuple):
 
 def table_rows(results: xr.Dataset) -> list[Row]:
     """Rows for a few pairs of periods, spread over the ranges; where both sides are alike each pair once."""
-    places = [_spread(results.sizes[f"{side}_period"]) for side in ("left", "right")]
-    alike = is_symmetric(results)
+    places = [spread(results.sizes[f"{side}_period"], TABLED) for side in ("left", "right")]
+    alike, rows = is_symmetric(results), []
     at = results.sel(percentile=usual_percentile(results))
-    rows = []
-    for left in places[0]:
-        for right in places[1]:
-            if alike and right <= left:
-                continue
-            pair = {"left_period": left, "right_period": right}
-            rows.append(
-                Row(
-                    (float(results["left_period"][left]), float(results["right_period"][right])),
-                    tuple(results["required_gap"].isel(pair).values.tolist()),
-                    tuple(at["separation"].sel(rule=["abs", "srss", "cqc"]).isel(pair).values.tolist()),
-                )
-            )
+    for left, right in product(*places):
+        if alike and right <= left:
+            continue
+        pair = {"left_period": left, "right_period": right}
+        periods = (float(results["left_period"][left]), float(results["right_period"][right]))
+        rules = at["separation"].sel(rule=["abs", "srss", "cqc"]).isel(pair).values.tolist()
+        rows.append(Row(periods, tuple(results["required_gap"].isel(pair).values.tolist()), tuple(rules)))
     return rows
 
 
@@ -301,6 +295,6 @@ def is_symmetric(results: xr.Dataset) -> bool:
     )
 
 
-def _spread(size: int) -> list[int]:
-    """Places of a few values, evenly over an axis of this size, both ends among them."""
-    return sorted({round(place) for place in np.linspace(0, size - 1, min(TABLED, size)).tolist()})
+def spread(size: int, count: int) -> list[int]:
+    """Places of so many values, evenly over an axis of this size, both ends among them."""
+    return sorted({round(place) for place in np.linspace(0, size - 1, min(count, size)).tolist()})

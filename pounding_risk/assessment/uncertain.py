@@ -36,9 +36,8 @@ from pounding_risk.results.attributes import as_text
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.scene_axes import VARIANTS
 from pounding_risk.results.variables import described
+from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.statistics.crossed import Analysis, Components
-from pounding_risk.statistics.crossed_contact import CrossedClosings
-from pounding_risk.statistics.drawn_closings import DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.statistics.fragility import ALONE, Fit
 from pounding_risk.statistics.proportions import exact_bounds
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -32,9 +32,8 @@ from pounding_risk.results.scene_axes import axes_of, has_drawn_motions
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
 from pounding_risk.scene.sampling import SOBOL, points_of
+from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, analysed_clusters
 from pounding_risk.statistics.crossed import Analysis, analysed
-from pounding_risk.statistics.crossed_contact import CrossedClosings
-from pounding_risk.statistics.drawn_closings import DrawnClosings, analysed_clusters
 from pounding_risk.statistics.proportions import labels, logs_of, numbered
 from pounding_risk.statistics.sobol import power_of_two, saltelli_points, tornado_points
 from pounding_risk.units import shown
@@ -54,6 +53,10 @@ ONE_MOTION = (
     "Each sample has one motion, drawn with it: bounds count recordings, of which the samples are clusters. What the "
     "uncertain numbers do alone is not separable from what they do together with the motions, and no sample has its "
     "own P(contact) over the motions."
+)
+CORRELATED = (
+    "are correlated: their indices share what they have in common, and a tornado moves each by itself, which they "
+    "hardly do."
 )
 ALL_MOTIONS = 'run all motions in each: motions = "all" in [uncertain], or --set uncertain.motions=all'
 
@@ -407,32 +410,25 @@ def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
     if others:
         raise PoundingError(f"{source}: has several values of {' and '.join(others)}; choose one of each with sel")
     check_scan(dataset, source)
-    one_sample = dataset.isel({SAMPLE: [0]})
-    data.check_dataset(with_axes(one_sample, source), source)
-    values = tuple(np.asarray(dataset[key].values) for key in axis.keys)
-    size = dataset.sizes[SAMPLE]
+    data.check_dataset(with_axes(dataset.isel({SAMPLE: [0]}), source), source)
+    written = tables_of(str(dataset.attrs.get("scene_resolved", ""))).get("uncertain", {})
+    correlated = [" and ".join(one["between"]) for one in written.get("correlations", [])]
+    assumptions = [
+        "The samples are counted as if they were drawn independently; those of a Latin hypercube or Sobol points are "
+        "spread more evenly, so that bounds are wider than need be.",
+        f"Every number but {', '.join(axis.keys)} is taken as known exactly.",
+        *([ONE_MOTION] if has_drawn_motions(dataset) else []),
+        *json.loads(dataset.attrs.get("notes", "[]")),
+        *([f"{'; '.join(correlated)} {CORRELATED}"] if correlated else []),
+    ]
     return Samples(
         dataset,
         axis.keys,
-        values,
+        tuple(np.asarray(dataset[key].values) for key in axis.keys),
         str(dataset.attrs.get("title", "")),
-        f"{size} samples of {counted(len(axis.keys), 'number')}",
-        tuple(_assumptions_of_dataset(dataset, axis.keys)),
+        f"{dataset.sizes[SAMPLE]} samples of {counted(len(axis.keys), 'number')}",
+        tuple(assumptions),
     )
-
-
-def _assumptions_of_dataset(dataset: xr.Dataset, keys: tuple[str, ...]) -> Iterator[str]:
-    yield (
-        "The samples are counted as if they were drawn independently; those of a Latin hypercube or Sobol points are "
-        "spread more evenly, so that bounds are wider than need be."
-    )
-    yield f"Every number but {', '.join(keys)} is taken as known exactly."
-    if has_drawn_motions(dataset):
-        yield ONE_MOTION
-    yield from json.loads(dataset.attrs.get("notes", "[]"))
-    correlations = tables_of(str(dataset.attrs.get("scene_resolved", ""))).get("uncertain", {}).get("correlations", [])
-    if correlations:
-        yield _correlated(" and ".join(one["between"]) for one in correlations)
 
 
 def sampled_scene(
@@ -449,24 +445,12 @@ def sampled_scene(
         if uncertain.given:
             raise PoundingError("samples: the scene gives its points, one a sample; leave samples out, or the points")
         uncertain = replace(uncertain, samples=samples)
-    numbers = len(uncertain.keys)
-    drawn = np.asarray(uncertain.points())
-    # A tornado and a design of their own are over all motions in each point.
-    parts = [drawn, *([] if uncertain.is_drawn else [independent_points(tornado_points(numbers), uncertain)])]
+    numbers, is_drawn = len(uncertain.keys), uncertain.is_drawn
+    parts = [np.asarray(uncertain.points())]
+    if not is_drawn:  # a tornado and a design of their own are over all motions in each point
+        parts.append(independent_points(tornado_points(numbers), uncertain))
     if num:
-        if uncertain.is_drawn:
-            raise PoundingError(
-                f"sobol: motions are drawn with the samples, and Sobol indices are over all of them; {ALL_MOTIONS}. "
-                "First-order indices follow from the samples without it"
-            )
-        if uncertain.correlations:
-            between = " and ".join(uncertain.correlations[0].between)
-            raise PoundingError(
-                f"sobol: {between} are correlated, and Sobol indices are of independent numbers; leave sobol out for "
-                "first-order indices from the samples, which share what the numbers have in common"
-            )
-        if num > MOST_SOBOL:
-            raise PoundingError(f"sobol: {num} is more than {MOST_SOBOL}; write a power of two such as 1024")
+        _check_sobol(num, uncertain)
         parts.append(saltelli_points(points_of(SOBOL, power_of_two(max(num, 8)), 2 * numbers, uncertain.seed)))
     whole = free_motion(scene, np.concatenate(parts), workers=workers, progress=progress)
     ends = np.cumsum([0, *map(len, parts)]).tolist()
@@ -474,13 +458,30 @@ def sampled_scene(
     return Samples(
         pieces[0],
         tuple(uncertain.keys),
-        tuple(np.asarray(whole[key].values)[: len(drawn)] for key in uncertain.keys),
+        tuple(np.asarray(pieces[0][key].values) for key in uncertain.keys),
         str(whole.attrs.get("title", "")),
-        "; ".join(f"{name}: {said}" for name, said in uncertain.described()).removeprefix("samples: "),
+        "; ".join(f"{name}: {words}" for name, words in uncertain.described()).removeprefix("samples: "),
         tuple(_assumptions_of_scene(uncertain, whole)),
-        None if uncertain.is_drawn else pieces[1],
+        None if is_drawn else pieces[1],
         pieces[2] if num else None,
     )
+
+
+def _check_sobol(num: int, uncertain: Any) -> None:
+    """Raise PoundingError where Sobol indices on a design of their own cannot be had."""
+    if uncertain.is_drawn:
+        raise PoundingError(
+            f"sobol: motions are drawn with the samples, and Sobol indices are over all of them; {ALL_MOTIONS}. "
+            "First-order indices follow from the samples without it"
+        )
+    if uncertain.correlations:
+        between = " and ".join(uncertain.correlations[0].between)
+        raise PoundingError(
+            f"sobol: {between} are correlated, and Sobol indices are of independent numbers; leave sobol out for "
+            "first-order indices from the samples, which share what the numbers have in common"
+        )
+    if num > MOST_SOBOL:
+        raise PoundingError(f"sobol: {num} is more than {MOST_SOBOL}; write a power of two such as 1024")
 
 
 def independent_points(points: Array, uncertain: Any) -> Array:
@@ -509,12 +510,6 @@ def _assumptions_of_scene(uncertain: Any, free: xr.Dataset) -> Iterator[str]:
         yield ONE_MOTION
     yield from uncertain.notes()
     if uncertain.correlations:
-        yield _correlated(" and ".join(one.between) for one in uncertain.correlations)
+        pairs = "; ".join(" and ".join(one.between) for one in uncertain.correlations)
+        yield f"{pairs} {CORRELATED}"
     yield from json.loads(free.attrs.get("notes", "[]"))
-
-
-def _correlated(pairs: Iterable[str]) -> str:
-    return (
-        f"{'; '.join(pairs)} are correlated: their indices share what they have in common, and a tornado moves each by "
-        "itself, which they hardly do."
-    )

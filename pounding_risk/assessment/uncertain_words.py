@@ -12,7 +12,7 @@ from pounding_risk.assessment.options import Criterion, percent_words
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE, share_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.kinds import kind_of
-from pounding_risk.statistics.crossed_contact import CrossedClosings
+from pounding_risk.statistics.closings import CrossedClosings
 from pounding_risk.statistics.proportions import least_upper_bound, motions_to_show
 from pounding_risk.statistics.sobol import LEAST_SAMPLES, power_of_two
 from pounding_risk.units import GAP, Quantity, say

@@ -19,7 +19,7 @@ from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.files import open_results, save
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.toml import write_toml
-from pounding_risk.statistics.drawn_closings import Clusters, DrawnClosings, analysed_clusters, motion_share
+from pounding_risk.statistics.closings import Clusters, DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.studies.uncertainty import AT_ONCE, ONE_BY_ONE, free_motion
 
 CONFIDENCE = 0.95

@@ -5,8 +5,8 @@ import pytest
 from scipy.special import ndtri
 from scipy.stats import binom, multivariate_normal
 
+from pounding_risk.statistics.closings import CrossedClosings
 from pounding_risk.statistics.crossed import analysed, counted_outcomes, outcome_correlation, outcome_shares
-from pounding_risk.statistics.crossed_contact import CrossedClosings
 from pounding_risk.statistics.proportions import independent_motions
 from pounding_risk.statistics.required_gap import contact_steps, required_gaps
 

@@ -196,7 +196,8 @@ def separations(
             raise PoundingError(f"a peak displacement is {value:g} m; it must be at least 0 and finite: give the peak")
     _check_site(site)
     moving = None if periods is None or dampings is None else (periods, dampings)
-    case = Case((left, right), *(moving or ((nan, nan), (nan, nan))), site)
+    of_periods, of_dampings = moving or ((nan, nan), (nan, nan))
+    case = Case((left, right), of_periods, of_dampings, site)
     rows = []
     for rule in RULES.values():
         missing = ["periods and dampings"] if rule.has_periods and moving is None else []
@@ -209,8 +210,8 @@ def separations(
         if not missing:  # what the rule assumes of what the user did not give
             notes += [TAKEN[key] for key in rule.assumes if getattr(site, key) == getattr(PLAIN, key)]
         facts = (rule.name, rule.title, rule.clause, rule.year, rule.verification, rule.source, rule.superseded)
-        value = None if missing else float(rule.function(case))
-        rows.append(SeparationRow(*facts, value, "; ".join(filter(None, notes))))
+        separation = None if missing else float(rule.function(case))
+        rows.append(SeparationRow(*facts, separation, "; ".join(filter(None, notes))))
     return tuple(rows)
 
 
@@ -292,7 +293,8 @@ def code_table(
             "no motion of the dataset moves the ground and has a finite response; check the records and the buildings"
         )
     site = _known_site(shown, site)
-    periods, dampings = (tuple(map(float, shown[f"building_{fact}"].values)) for fact in ("period", "damping"))
+    periods: Pair = tuple(shown["building_period"].values.tolist())
+    dampings: Pair = tuple(shown["building_damping"].values.tolist())
     moved = known & (closing > 0.0)
     names = [f"{record} {polarity}" for record in shown["record"].values for polarity in shown["polarity"].values]
     first, second = map(str, shown["building"].values)
@@ -313,7 +315,7 @@ def code_table(
         demand_median=demand_median,
         demand=demand,
         displacements=medians,
-        correlation=float(white_noise_correlation(periods, dampings)) if all(map(isfinite, periods)) else None,
+        correlation=float(white_noise_correlation(periods, dampings)) if np.isfinite(periods).all() else None,
         names=tuple(np.array(names)[moved].tolist()),
         closing=tuple(closing[moved].tolist()),
         asked={name: tuple(_of_motions(RULES[name], case).tolist()) for name in COMBINATIONS},
@@ -357,9 +359,10 @@ def _beside(row: SeparationRow, case: Case, closing: Array, percentile: float) -
     if row.separation is None or not closing.size:
         return Comparison(row)
     separation = _of_motions(RULES[row.rule], case)
-    ratios = np.percentile(separation / closing, (LOW, MIDDLE, HIGH)).tolist()
+    low, middle, high = np.percentile(separation / closing, (LOW, MIDDLE, HIGH)).tolist()
+    median, upper = float(np.median(separation)), float(enough_for(separation, percentile))
     exceeded = float(np.mean(closing > separation * (1.0 + SAME)))
-    return Comparison(row, float(np.median(separation)), float(enough_for(separation, percentile)), *ratios, exceeded)
+    return Comparison(row, median, upper, low, middle, high, exceeded)
 
 
 def short_in(rules: Sequence[Comparison], motions: int) -> str:
