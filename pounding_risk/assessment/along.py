@@ -148,8 +148,8 @@ def usual_place(assessed: xr.Dataset) -> Place:
     places = dict(own)
     if others:
         needed = assessed["required_gap"].isel(own).transpose(*others, "interface").max("interface").values
-        found = np.unravel_index(int(needed.argmax()), needed.shape)
-        places |= {axis: int(place) for axis, place in zip(others, found, strict=True)}
+        widest_at = np.unravel_index(int(needed.argmax()), needed.shape)
+        places |= {axis: int(place) for axis, place in zip(others, widest_at, strict=True)}
     widest = "those that need the widest gap"
     listed = " and ".join(filter(None, [", ".join(others[:-1]), *others[-1:]]))
     why = f"the scene's own values{f', and of {listed} {widest}' if others else ''}" if own else widest
@@ -167,12 +167,12 @@ def along_finding(assessed: xr.Dataset) -> str:
     share, needed = assessed["contact_probability"], assessed["required_gap"]
     axes = [str(dim) for dim in assessed.dims if dim != "interface"]
     order = needed.transpose(*axes, "interface")
-    found = np.unravel_index(int(order.values.argmax()), order.shape)
+    widest = np.unravel_index(int(order.values.argmax()), order.shape)
     idle = json.loads(assessed.attrs[IDLE])
     where = ", ".join(
-        value_words(assessed, axis, int(place)) for axis, place in zip(axes, found, strict=False) if axis not in idle
+        value_words(assessed, axis, int(place)) for axis, place in zip(axes, widest, strict=False) if axis not in idle
     )
-    several = f" at {assessed['interface'].values[found[-1]]}" if assessed.sizes["interface"] > 1 else ""
+    several = f" at {assessed['interface'].values[widest[-1]]}" if assessed.sizes["interface"] > 1 else ""
     gap = assessed["assessed_gap"].values
     one = f" of {say(float(gap.flat[0]), GAP, 6)}" if np.ptp(gap) == 0.0 else ""
 

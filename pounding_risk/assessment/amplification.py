@@ -133,7 +133,7 @@ def amplification(
     from pounding_risk.studies.out_file import check_out
 
     target = check_out(out, "amplification", new)
-    asked = read_percentiles(percentiles)
+    requested = read_percentiles(percentiles)
     at = read_percentiles([share_percentile], "share_percentile")[0]
     known = (*charted(), REQUIRED)
     if share_of not in known:
@@ -170,7 +170,7 @@ def amplification(
     )
     chart = study.Chart(fixed_periods, ratio_values, stays, gap_axis, absolute, reference, words)
     peaks = study.responses(scene, shaking, chart.pairs(), workers, progress)
-    dataset = study.amplification_dataset(scene, shaking, chart, peaks, asked, motions)
+    dataset = study.amplification_dataset(scene, shaking, chart, peaks, requested, motions)
     dataset.attrs |= {"fixed": ("left", "right")[stays], "share_of": share_of, "share_percentile": at}
     dataset.attrs |= {"finding": finding(dataset), **created("pounding_risk.amplification")}
     if target is not None:
@@ -188,8 +188,8 @@ def _reference(
     left, right = periods if stays == 1 else periods[::-1]
     sides = closings.Oscillators(left, dampings[0]), closings.Oscillators(right, dampings[1])
     name, percentile = of
-    found = closings.closings(shaking.motions, sides)
-    alone = closings.gap_dataset(shaking, sides, found, (percentile,), False)
+    peaks = closings.closings(shaking.motions, sides)
+    alone = closings.gap_dataset(shaking, sides, peaks, (percentile,), False)
     chosen = alone["required_gap"] if name == REQUIRED else with_rules(alone)["separation"].sel(rule=name)
     return np.asarray(chosen.isel(percentile=0).values).reshape(-1)
 
@@ -277,17 +277,17 @@ def raised_words(output: str, percentile: float) -> str:
 
 def rises(results: xr.Dataset, output: str, percentile: float) -> list[tuple[str, str]]:
     """How much contact raises the peak of the stiffer and of the softer building, and where; "" where it does not."""
-    found = []
+    clauses = []
     for stiffer, words in ((True, "the stiffer building"), (False, "the softer one")):
         place = worst(results, stiffer, output, percentile)
         if place.value < 1.0 + RAISED:
-            found.append((f"{words} nowhere", ""))
+            clauses.append((f"{words} nowhere", ""))
             continue
         where = f"{ratio_words(results)} = {place.ratio:.2g} and {gap_words(results, place.gap)}"
         if results.sizes["fixed_period"] > 1:
             where += f", beside {place.period:.3g} s"
-        found.append((f"{words} up to {place.value:.2f} times", where))
-    return found
+        clauses.append((f"{words} up to {place.value:.2f} times", where))
+    return clauses
 
 
 def told_words(results: xr.Dataset) -> str:
@@ -303,16 +303,8 @@ def told_words(results: xr.Dataset) -> str:
 def amplification_table(results: xr.Dataset) -> Any:
     """Every period, ratio, gap and building in a row, in SI; percentiles in columns.
 
-    Parameters
-    ----------
-    results : xarray.Dataset
-        A dataset of `amplification`.
-
-    Returns
-    -------
-    pandas.DataFrame
-        With the columns fixed_period, period_ratio, gap_share (where gaps are shares), gap, building,
-        building_period, contact_share, and of each output its percentiles, the largest, and the share above 1.
+    A pandas.DataFrame with the columns fixed_period, period_ratio, gap_share (where gaps are shares), gap, building,
+    building_period, contact_share, and of each output its percentiles, the largest, and the share above 1.
     """
     import xarray as xr
 

@@ -31,7 +31,7 @@ _RATE = re.compile(rf"(?:annual (?:rate|frequency)(?: of)?)? *{_NUMBER} *(?:(?:a
 
 
 class AnnualRate(NamedTuple):
-    """A rate [1/year], the words in which it was given, and the years of probabilities that are told beside it."""
+    """A rate [1/year], the words in which it was given, and the years of probabilities that are stated beside it."""
 
     rate: float
     words: str
@@ -47,18 +47,9 @@ def return_period_words(rate: float) -> str:
 def read_rate(value: float | str, name: str = "rate") -> AnnualRate:
     """Read an annual rate from "1 % in 50 years", "2475 years", "4e-4 a year", or a plain number a year.
 
-    Parameters
-    ----------
-    value : float or str
-        The rate in any of these forms.
-    name : str
-        The parameter or option, which the error names first.
-
-    Raises
-    ------
-    QuantityError
-        For text that is none of these, a probability that does not lie between 0 and 1, a number of years or a rate
-        that is not above 0, and a plain number of 1 a year or more, which is meant as a return period.
+    ``name`` is the parameter or option, which an error names first. Raises QuantityError for text that is none of
+    these, a probability that does not lie between 0 and 1, a number of years or a rate that is not above 0, and a plain
+    number of 1 a year or more, which is meant as a return period.
     """
     if isinstance(value, str):
         return _of_text(value, name)

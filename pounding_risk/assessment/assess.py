@@ -109,7 +109,7 @@ class InterfaceAssessment(ShortRepr):
     columns: tuple[str, ...] = ()  # which floor strikes which column, how often, what the model assumes then
 
     def required_at(self, percentile: float) -> RequiredGap:
-        """The gap required by a percentile [%] that was asked for, 50, 84 or 95."""
+        """The gap required by a percentile [%] of the requested ones, among them 50, 84 and 95."""
         return next(required for required in self.required if required.percentile == percentile)
 
     def facts(self) -> Iterable[tuple[str, str]]:
@@ -429,9 +429,9 @@ def _by_rate(
     if hazard is None:
         return (), (), None
     rates = tuple(rate_of(hazard, one, confidence) for one in fragility)
-    asked = {one.rate: one for one in (*USUAL, *(() if target is None else (target,)))}
+    wanted = {one.rate: one for one in (*USUAL, *(() if target is None else (target,)))}
     of_gaps = RateOfGaps(hazard, motions, confidence)
-    gaps = {rate: of_gaps.gap(asked[rate]) for rate in sorted(asked, reverse=True)}
+    gaps = {rate: of_gaps.gap(wanted[rate]) for rate in sorted(wanted, reverse=True)}
     verdict = None
     if target is not None:
         here = rate_of(hazard, motions.curve(contact.gap), confidence)

@@ -119,15 +119,15 @@ def curves_of(case: xr.Dataset, state: Any, motions: Motions, options: Options, 
     demands = demands_of(case, state)
     known = np.isfinite(motions.ims) & np.isfinite(demands.with_contact) & np.isfinite(demands.without)
     method, shown = METHODS[options.method], shown_as(options.intensity)
-    ratios, fits, found, drawn = [], [], [], []
+    ratios, fits, crossings, drawn = [], [], [], []
     for side, values in zip(POUNDING, demands[:2], strict=True):
         ratios.append(np.where(known, values, np.nan))
         seen = Observed(motions.ims, ratios[-1], motions.recordings, shown, demands.jumps)
         never = side == "without" and state.demand.interfaces
         fits.append(Fit(fault=NO_CONTACT) if never else method.fit(seen))
-        found.append(capacities(motions.ims, ratios[-1], demands.jumps))
+        crossings.append(capacities(motions.ims, ratios[-1], demands.jumps))
         drawn.append(np.full((len(weights), 2), np.nan) if fits[-1].fault else method.drawn(seen, weights))
-    return Curves(state, ratios, fits, found, drawn)
+    return Curves(state, ratios, fits, crossings, drawn)
 
 
 class Demands(NamedTuple):
@@ -224,6 +224,6 @@ def _lacking(state: Any, why: str) -> PoundingError:
 
 
 def _absent(state: Any, place: str, known: list[str]) -> PoundingError:
-    asked = getattr(state, place)
-    meant = f"{shown_text(asked)} is not in the dataset{nearest(asked, known)}"
+    wanted = getattr(state, place)
+    meant = f"{shown_text(wanted)} is not in the dataset{nearest(wanted, known)}"
     return PoundingError(f"damage.{state.name}: {place.replace('_', ' ')} {meant}, which has {', '.join(known)}")

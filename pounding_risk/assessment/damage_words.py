@@ -23,7 +23,7 @@ from pounding_risk.units import GAP, YIELD_FORCE, say
 if TYPE_CHECKING:
     import xarray as xr
 
-FEW = 6  # recordings, below which bounds are told to be too narrow
+FEW = 6  # recordings, below which bounds may be too narrow
 METHOD_WORDS = {"stripes": "stripes", "ida": "incremental dynamic analysis", "cloud": "cloud"}
 
 

@@ -255,12 +255,12 @@ def intensities(results: xr.Dataset, intensity: str) -> Array:
     5 % damping, by straight lines in the logarithms. Raises PoundingError for another word, for a rigid building, and
     where the dataset has no such spectrum.
     """
-    asked = read_measure(intensity)
+    measure = read_measure(intensity)
     amplitudes = amplitudes_of(results)
-    if asked is not None and amplitudes.axis in results.coords and amplitudes.measure.is_same(asked):
+    if measure is not None and amplitudes.axis in results.coords and amplitudes.measure.is_same(measure):
         motions = results.sizes["record"] * results.sizes["polarity"]
         return np.tile(np.array(amplitudes.values, dtype=float), (motions, 1))
-    if asked is not None and asked.name != "sa":
+    if measure is not None and measure.name != "sa":
         before = results["record_pga"].values
         if PGA_AXIS in results.coords:
             felt = np.tile(np.atleast_1d(results[PGA_AXIS].values), (before.size, 1))
@@ -268,9 +268,9 @@ def intensities(results: xr.Dataset, intensity: str) -> Array:
             felt = results["record_pga_felt"].transpose("record", ...).values.reshape(before.size, -1)
         else:
             felt = before[:, None]
-        if asked.name != "pga":  # by factors from the records before the amplitude of the grid, 1 of still ground
+        if measure.name != "pga":  # by factors from the records before the amplitude of the grid, 1 of still ground
             grown = np.divide(felt, before[:, None], out=np.ones_like(felt), where=before[:, None] > 0.0)
-            felt = _before_scaling(results, asked, intensity)[:, None] * grown
+            felt = _before_scaling(results, measure, intensity)[:, None] * grown
         return np.repeat(felt, results.sizes["polarity"], axis=0)
     one = _spectral_of(results, intensity)
     side = _side(results, intensity)
@@ -286,9 +286,9 @@ def intensities(results: xr.Dataset, intensity: str) -> Array:
     return np.asarray(np.repeat(scaled, results.sizes["polarity"], axis=0) * intensities(results, "pga"))
 
 
-def _check_spectra(results: xr.Dataset, asked: Sequence[Spectral], intensity: str) -> None:
+def _check_spectra(results: xr.Dataset, required: Sequence[Spectral], intensity: str) -> None:
     """Raise PoundingError where the dataset has no Sa of its records at these periods and damping."""
-    if all(has_spectrum_at(results, one) for one in asked):
+    if all(has_spectrum_at(results, one) for one in required):
         return
     span = spectral_range(results)
     if span is None:
@@ -296,7 +296,7 @@ def _check_spectra(results: xr.Dataset, asked: Sequence[Spectral], intensity: st
             f"intensity {intensity!r}: the dataset has no spectra of its records, an older version wrote it; run "
             "it again with `pounding-risk rerun`, or write pga"
         )
-    periods = "a period" if len(asked) == 1 else "periods"
+    periods = "a period" if len(required) == 1 else "periods"
     raise PoundingError(
         f"intensity {intensity!r}: the dataset has spectra of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s; "
         f"write {periods} among them, or pga"
@@ -309,29 +309,29 @@ def _log_spectra(results: xr.Dataset, at: NDArray[Any]) -> Array:
     return np.array([np.interp(np.log(at), np.log(periods.values), np.log(spectrum)) for spectrum in spectra])
 
 
-def _before_scaling(results: xr.Dataset, asked: Measure, intensity: str) -> Array:
+def _before_scaling(results: xr.Dataset, measure: Measure, intensity: str) -> Array:
     """PGV or mean Sa of the records before the amplitude of the grid, (records,) [SI]."""
-    if asked.name == FACTOR:
+    if measure.name == FACTOR:
         raise PoundingError(
             "intensity 'scale': the motions of the dataset are not scaled by factors; write what they are scaled to, "
             f"{usual_intensity(results)}, or pga"
         )
-    if asked.name == "pgv":
+    if measure.name == "pgv":
         if "record_pgv" not in results.coords:
             raise PoundingError(
                 "intensity 'pgv': the dataset has no PGV of its records, an older version wrote it; run it again with "
                 "`pounding-risk rerun`, or write pga"
             )
         return np.asarray(results["record_pgv"].values)
-    periods = mean_periods(asked.periods[0], asked.periods[-1])
+    periods = mean_periods(measure.periods[0], measure.periods[-1])
     # The ends as they are written: what a power and a logarithm make of them may lie outside the spectra.
-    periods[[0, -1]] = asked.periods
-    _check_spectra(results, [Spectral(float(period), asked.damping) for period in periods], intensity)
+    periods[[0, -1]] = measure.periods
+    _check_spectra(results, [Spectral(float(period), measure.damping) for period in periods], intensity)
     return np.exp(_log_spectra(results, periods).mean(axis=1))
 
 
 def _spectral_of(results: xr.Dataset, intensity: str) -> Spectral:
-    """Period and damping of the Sa that is asked for; raises PoundingError for a rigid building's."""
+    """Period and damping of the requested Sa; raises PoundingError for a rigid building's."""
     side = _side(results, intensity)
     if side is None:
         return spectral(intensity[3:-1]) or Spectral(np.nan)
@@ -423,14 +423,14 @@ def _check_range(own: Measure, of_curve: Measure | None, curve: str) -> None:
 
 
 def _side(results: xr.Dataset, intensity: str) -> int | None:
-    """Index of the building whose Sa is asked for; None for the Sa at a period. Raises PoundingError for neither."""
+    """Index of the building whose Sa is requested; None for the Sa at a period. Raises PoundingError for neither."""
     names = [str(name) for name in results["building"].values]
     match = re.fullmatch(r"sa\((.+)\)", intensity)
-    asked = match[1].strip() if match else ""
+    inside = match[1].strip() if match else ""
     for known in (["left", "right"], names):
-        if asked in known:
-            return known.index(asked)
-    if asked and spectral(asked) is not None:
+        if inside in known:
+            return known.index(inside)
+    if inside and spectral(inside) is not None:
         return None
     listed = ", ".join(f"sa({name})" for name in names)
     raise PoundingError(
@@ -440,7 +440,7 @@ def _side(results: xr.Dataset, intensity: str) -> int | None:
 
 
 def run_counts(results: xr.Dataset) -> dict[str, int]:
-    """Numbers of cases: all, simulated, failed, made again at a tighter tolerance, and sensitive among these."""
+    """Numbers of cases: all, simulated, failed, recomputed at a tighter tolerance, and sensitive among these."""
     status = results["status"]
     meanings = str(status.attrs["flag_meanings"]).split()
     complete = np.atleast_1d(status.attrs["flag_values"])[meanings.index("complete")]

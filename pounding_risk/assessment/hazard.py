@@ -66,27 +66,27 @@ class HazardSpectrum:
             if self.pga is None:
                 raise PoundingError(f"{self.source}: has no column of pga; {repair}")
             return Hazard("pga", self.pga, self.rate, self.source, self.reading)
-        asked = spectral(intensity[3:-1]) if intensity.startswith("sa(") else None
-        if asked is None:
+        wanted = spectral(intensity[3:-1]) if intensity.startswith("sa(") else None
+        if wanted is None:
             raise PoundingError(f"{self.source}: has no curve of {intensity}; {repair}")
-        if not asked.is_at(Spectral(asked.period, self.damping)):
+        if not wanted.is_at(Spectral(wanted.period, self.damping)):
             raise PoundingError(
                 f"{self.source}: has spectra of {100.0 * self.damping:g} % damping, and {intensity} is asked for; "
-                f'write --intensity "{Spectral(asked.period, self.damping).intensity}"'
+                f'write --intensity "{Spectral(wanted.period, self.damping).intensity}"'
             )
         first, last = float(self.periods[0]), float(self.periods[-1])
-        if not first <= asked.period <= last:
+        if not first <= wanted.period <= last:
             raise PoundingError(
                 f"{self.source}: has spectra from {first:g} s to {last:g} s, and {intensity} is asked for; add that "
                 f"period to the table, or {repair}"
             )
-        x, wanted = np.log(self.periods), np.log(asked.period)
-        im = np.array([np.exp(np.interp(wanted, x, np.log(spectrum))) for spectrum in self.im])
+        x = np.log(self.periods)
+        im = np.array([np.exp(np.interp(np.log(wanted.period), x, np.log(spectrum))) for spectrum in self.im])
         reading = self.reading
-        if not np.isclose(self.periods, asked.period, rtol=1e-9, atol=0.0).any():
-            after = int(np.searchsorted(self.periods, asked.period))
+        if not np.isclose(self.periods, wanted.period, rtol=1e-9, atol=0.0).any():
+            after = int(np.searchsorted(self.periods, wanted.period))
             low, high = self.periods[after - 1], self.periods[after]
-            between = f"{asked.words} is read between {low:g} s and {high:g} s, by straight lines in the logarithms at"
+            between = f"{wanted.words} is read between {low:g} s and {high:g} s, by straight lines in the logarithms at"
             reading = f"{reading} {between} equal rates.".strip()
         return Hazard(intensity, im, self.rate, self.source, reading)
 

@@ -64,23 +64,10 @@ def read_criterion(
     confidence: float | str = USUAL_CONFIDENCE,
     prefix: str = "",
 ) -> Criterion:
-    """Criterion from the shares that the user gave.
+    """Criterion from the shares that the user gave; each default follows from the other.
 
-    Parameters
-    ----------
-    target : float or str, optional
-        Accepted probability of contact, below 50 %; what the percentile leaves by default.
-    percentile : float or str, optional
-        Share of the motions that the required gap is for, above 50 %; what the target asks for, or 84 %, by default.
-    confidence : float or str
-        Of all bounds, above 50 %.
-    prefix : str
-        What stands before the names in an error, such as ``--`` of a command's options.
-
-    Raises
-    ------
-    QuantityError
-        For what is no share, and for one that cannot be meant.
+    A target is below 50 %, a percentile and the confidence above it; ``prefix`` stands before the names in an error,
+    such as ``--`` of a command's options. Raises QuantityError for what is no share, and for one that cannot be meant.
     """
     allowed = None if target is None else _target(target, f"{prefix}target")
     if percentile is not None:

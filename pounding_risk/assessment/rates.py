@@ -34,7 +34,7 @@ from pounding_risk.units import GAP, say
 Array = NDArray[np.float64]
 
 USUAL = tuple(read_rate(f"{percent} % in 50 years") for percent in (20, 10, 5, 2, 1))
-DRAWN_HALVINGS = 28  # of bounds, which 400 draws do not tell to more digits
+DRAWN_HALVINGS = 28  # of bounds, of which 400 draws give no more digits
 MOST_GAPS = 100  # at which curves are fitted where capacities are not known
 SHAPE = "Scaling a motion keeps the shape of its spectrum; that of motions as rare as the hazard curve says may differ."
 TOO_SHORT = "the hazard curve ends where contact does not"
@@ -42,7 +42,7 @@ TOO_SHORT = "the hazard curve ends where contact does not"
 
 @dataclass(frozen=True)
 class GapForRate:
-    """The gap [m] at which contact has an annual rate, ``words`` as it was asked for.
+    """The gap [m] at which contact has an annual rate, ``words`` as it was given.
 
     ``low`` and ``high`` are the gaps at which the bounds of the rate, which carry those of the fragility and nothing of
     the hazard's own uncertainty, pass it; ``high`` is infinite where the motions give no upper bound. ``rate_low`` and
@@ -66,17 +66,7 @@ class GapForRate:
 
 
 class RateOfGaps:
-    """The annual rate of contact at any gap: of a hazard curve and the motions of one interface.
-
-    Parameters
-    ----------
-    hazard : Hazard
-        The hazard curve, of the intensity of the motions.
-    motions : ContactMotions
-        The motions.
-    confidence : float
-        Of the bounds, as a fraction.
-    """
+    """The annual rate of contact at any gap: of a hazard curve and the motions of one interface."""
 
     def __init__(self, hazard: Hazard, motions: ContactMotions, confidence: float) -> None:
         self.hazard, self.motions, self.confidence = hazard, motions, confidence
@@ -225,18 +215,9 @@ class RateCriterion(NamedTuple):
 
 
 def judge_rate(here: Rate, required: GapForRate, criterion: RateCriterion, lost: int = 0) -> RateVerdict:
-    """The verdict on a gap by its rate of contact; the docstring of this module states the rule.
+    """The verdict on a gap by its rate of contact ``here``; the docstring of this module states the rule.
 
-    Parameters
-    ----------
-    here : Rate
-        The rate of contact at the gap.
-    required : GapForRate
-        The gap that keeps contact to the target.
-    criterion : RateCriterion
-        What the rate is held against.
-    lost : int
-        Number of motions without a finite response, which are in neither.
+    ``required`` is the gap that keeps contact to the target; ``lost`` motions without a finite response are in neither.
     """
     target, confidence = criterion.target, percent_words(criterion.confidence)
     word = DEPENDS

@@ -93,7 +93,7 @@ def row_case(
     pga: float | str | None = None,
     intensity_level: float | str | None = None,
 ) -> RowCase:
-    """One cell of the grid: the nearest to what is asked, by default the scene's own.
+    """One cell of the grid: the nearest to the requested one, by default the scene's own.
 
     Parameters
     ----------

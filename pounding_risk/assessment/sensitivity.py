@@ -73,12 +73,7 @@ class Response:
 def responses_at(results: xr.Dataset, gap: float) -> tuple[Response, ...]:
     """Every output of `OUTPUTS` that a dataset of one interface and amplitude has, by contact model and F_E.
 
-    Parameters
-    ----------
-    results : xarray.Dataset
-        One interface of what `scan` writes, at one amplitude.
-    gap : float
-        One of the grid's gaps [m].
+    ``gap`` [m] is one of the grid's.
     """
     one = results.isel(gap=int(np.abs(results["gap"].values - gap).argmin()))
     touching = by_motion(one["impact_count"], CASES) > 0
@@ -179,16 +174,9 @@ def response_influences(
 ) -> tuple[Influence, ...]:
     """Influences of F_E and of the contact model on the median of each output.
 
-    Parameters
-    ----------
-    responses : sequence of Response
-        Those of one gap; the levels of one output stand together.
-    model : str
-        The scene's own contact model, under which F_E is varied.
-    force : float
-        The scene's own F_E [N], at which contact models are compared where the grid has no case without yielding.
-    columns_yield : bool
-        Whether columns have an F_E of their own, so that an infinite one of floors is not without yielding.
+    Responses are of one gap, those of one output together. F_E is varied under the scene's own contact ``model``;
+    contact models are compared at the scene's own F_E, ``force`` [N], where the grid has no case without yielding.
+    ``columns_yield`` says that columns have an F_E of their own, so that an infinite one of floors is not without.
     """
     at = inf if any(response.yield_force == inf for response in responses) else force
     by_force, by_model = [], []

@@ -42,7 +42,7 @@ class Setback(ShortRepr):
     """Distance from a property line that one building requires, by percentile, as `RequiredGap` counts it.
 
     ``at`` says how strong the motions are; ``independent`` is the number of motions that they stand for, and
-    ``percentile`` [%] the one that was asked for.
+    ``percentile`` [%] the requested one.
     """
 
     building: str
@@ -54,7 +54,7 @@ class Setback(ShortRepr):
 
     @property
     def distance(self) -> float:
-        """The setback [m] at the percentile that was asked for."""
+        """The setback [m] at the requested percentile."""
         return next(one.gap for one in self.required if one.percentile == self.percentile)
 
     def facts(self) -> Iterable[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""Required gaps over the periods of two linear buildings, beside what rules ask for from spectral displacements."""
+"""Required gaps over the periods of two linear buildings, beside what rules require from spectral displacements."""
 
 from __future__ import annotations
 
@@ -115,15 +115,15 @@ def spectra(
     from pounding_risk.studies.out_file import check_out
 
     target = check_out(out, "spectra", new)
-    asked = read_percentiles(percentiles)
+    requested = read_percentiles(percentiles)
     left = study.rising_axis(periods, num, spacing, "periods", PERIOD)
     right = left if right_periods is None else study.rising_axis(right_periods, num, spacing, "right_periods", PERIOD)
     subject = study.opened(source)
     ratios = study.damping_pair(damping, study.stated_damping(subject))
     sides = study.Oscillators(left, ratios[0]), study.Oscillators(right, ratios[1])
     shaking = study.shaking_of(subject, np.concatenate([left, right]))
-    found = study.closings(shaking.motions, sides, workers, progress)
-    dataset = with_rules(study.gap_dataset(shaking, sides, found, asked, motions))
+    closings = study.closings(shaking.motions, sides, workers, progress)
+    dataset = with_rules(study.gap_dataset(shaking, sides, closings, requested, motions))
     dataset.attrs |= {"finding": finding(dataset), **created("pounding_risk.spectra")}
     if target is not None:
         save(dataset, target)
@@ -141,7 +141,7 @@ def read_percentiles(values: Sequence[float | str], name: str = "percentiles") -
 
 
 def with_rules(results: xr.Dataset) -> xr.Dataset:
-    """The dataset with what each rule of `charted` asks for from the spectral displacements at each percentile."""
+    """The dataset with what each rule of `charted` requires from the spectral displacements at each percentile."""
     import xarray as xr
 
     left, right = (results[f"{side}_displacement"].values for side in ("left", "right"))
@@ -153,8 +153,10 @@ def with_rules(results: xr.Dataset) -> xr.Dataset:
     )
     dims = ("rule", *results["required_gap"].dims)
     rules = charted()
-    asked = np.stack([np.broadcast_to(RULES[name].function(case), results["required_gap"].shape) for name in rules])
-    words = "separation that a rule asks for from the spectral displacements of both buildings at the percentile"
+    separation = np.stack(
+        [np.broadcast_to(RULES[name].function(case), results["required_gap"].shape) for name in rules]
+    )
+    words = "separation that a rule requires from the spectral displacements of both buildings at the percentile"
     facts = {"title": "what the rule is", "clause": "clause of the rule", "verification": "how its text is known"}
     coords = {
         "rule": ("rule", list(rules), {"long_name": "separation rule"}),
@@ -163,7 +165,7 @@ def with_rules(results: xr.Dataset) -> xr.Dataset:
             for fact, said in facts.items()
         },
     }
-    return results.assign(separation=xr.Variable(dims, asked, described("m", words))).assign_coords(coords)
+    return results.assign(separation=xr.Variable(dims, separation, described("m", words))).assign_coords(coords)
 
 
 def check_spectra(results: xr.Dataset) -> xr.Dataset:
@@ -186,7 +188,7 @@ class Shortfall(NamedTuple):
     """How a rule compares with the gap required at one percentile, over all pairs of periods that need one."""
 
     rule: str
-    pairs: float  # share of the pairs at which it asks for less
+    pairs: float  # share of the pairs at which it requires less
     ratio: float  # gap required over the rule's, where that is largest
     periods: tuple[float, float]  # s, left and right, there
     median: float  # gap required over the rule's
@@ -216,11 +218,11 @@ def shortfalls(results: xr.Dataset) -> list[Shortfall]:
 
 
 def ratio_to_rule(results: xr.Dataset, rule: str, percentile: float) -> Array:
-    """Gap required over what a rule asks for, (left, right); NaN where either is 0: two alike move alike."""
+    """Gap required over what a rule requires, (left, right); NaN where either is 0: two alike move alike."""
     gap = results["required_gap"].sel(percentile=percentile).values
-    asked = results["separation"].sel(percentile=percentile, rule=rule).values
-    known = (asked > 0.0) & (gap > 0.0) & np.isfinite(asked)
-    return np.divide(gap, asked, out=np.full(gap.shape, np.nan), where=known)
+    separation = results["separation"].sel(percentile=percentile, rule=rule).values
+    known = (separation > 0.0) & (gap > 0.0) & np.isfinite(separation)
+    return np.divide(gap, separation, out=np.full(gap.shape, np.nan), where=known)
 
 
 def motions_words(results: xr.Dataset) -> str:
@@ -249,7 +251,7 @@ def check_rules(results: xr.Dataset, rules: Sequence[str]) -> tuple[str, ...]:
 
 
 def finding(results: xr.Dataset, rules: Sequence[str] = JUDGED) -> str:
-    """Sentence on where rules ask for less than the motions need, at the usual percentile, and by how much at most."""
+    """Sentence on where rules require less than the motions need, at the usual percentile, and by how much at most."""
     at = usual_percentile(results)
     count = results.sizes["record"] * results.sizes["polarity"]
     clauses = []

@@ -22,8 +22,8 @@ from pounding_risk.assessment.fragility import out_of_scale, shown_as
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE, Criterion, read_criterion
 from pounding_risk.assessment.uncertain_samples import (
     SAMPLE,
-    Asked,
     Output,
+    Request,
     Samples,
     named_output,
     opened_samples,
@@ -152,7 +152,7 @@ def uncertainty(
     from pounding_risk.studies.out_file import check_out
 
     file = check_out(out, "uncertainty", new)
-    asked = Asked(
+    request = Request(
         None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
         read_criterion(target, percentile, confidence),
         None,
@@ -170,26 +170,26 @@ def uncertainty(
             )
     else:
         subject = sampled_scene(subject, samples, num, workers, progress)
-    dataset = assessed(subject, asked._replace(level=level_asked(subject.first_sample, pga, intensity_level)))
+    dataset = assessed(subject, request._replace(level=level_asked(subject.first_sample, pga, intensity_level)))
     if file is not None:
         save(dataset, file)
     return dataset
 
 
 @np.errstate(invalid="ignore")  # differences of infinities, where a motion has no finite closing
-def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
+def assessed(subject: Samples, request: Request) -> xr.Dataset:
     """The dataset of `uncertainty` from samples."""
     import xarray as xr
 
     places = range(len(subject.interfaces))
-    closings = [subject.closings(index, asked.level) for index in places]
+    closings = [subject.closings(index, request.level) for index in places]
     own = [subject.gap(index) for index in places]
-    judged = own if asked.gap is None else [asked.gap for _ in places]
+    judged = own if request.gap is None else [request.gap for _ in places]
     largest = max(float(np.percentile(one.rising, 99.5)) for one in closings)
     most = max(largest, 1.2 * max(judged), 1e-6)
     finite = most if np.isfinite(most) else max(float(one.logs.max()) for one in closings)
     gaps = np.unique([*np.linspace(0.0, finite, GAPS), *judged, *own])
-    parts = [_interface(subject, index, closings[index], judged[index], gaps, asked) for index in places]
+    parts = [_interface(subject, index, closings[index], judged[index], gaps, request) for index in places]
     names = xr.Variable("interface", list(subject.interfaces), {"long_name": "buildings on both sides of a gap"})
     dataset = xr.concat(parts, dim=names, combine_attrs="override").assign_coords(
         {
@@ -197,15 +197,15 @@ def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
             for key, values in zip(subject.keys, subject.values, strict=True)
         }
     )
-    few = words.of_few(closings[0], asked.criterion)
-    usual = asked.criterion.agrees and asked.criterion.percentile == USUAL_PERCENTILE
+    few = words.of_few(closings[0], request.criterion)
+    usual = request.criterion.agrees and request.criterion.percentile == USUAL_PERCENTILE
     about = {
         "title": subject.title,
-        "asked": f"{asked.criterion.words}{USUAL_TARGET if usual else ''}",
+        "asked": f"{request.criterion.words}{USUAL_TARGET if usual else ''}",
         "samples": subject.words,
-        "motions": subject.motions_words(asked.level),
+        "motions": subject.motions_words(request.level),
         "assumptions": as_text([*subject.assumptions, *few, *record_doubts(subject.first_sample)]),
-        **asked.criterion._asdict(),
+        **request.criterion._asdict(),
         **created("pounding_risk.uncertainty"),
     }
     of_run = {name: value for name, value in subject.dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)}
@@ -213,15 +213,15 @@ def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
 
 
 def _interface(
-    subject: Samples, index: int, closings: CrossedClosings, gap: float, gaps: Array, asked: Asked
+    subject: Samples, index: int, closings: CrossedClosings, gap: float, gaps: Array, request: Request
 ) -> xr.Dataset:
     """The part of the dataset of one interface."""
     import xarray as xr
 
-    criterion = asked.criterion
+    criterion = request.criterion
     confidence = criterion.confidence
-    outputs = subject.outputs(index, closings, gap, asked)
-    chosen = named_output(outputs, asked.output)
+    outputs = subject.outputs(index, closings, gap, request)
+    chosen = named_output(outputs, request.output)
     percentiles = tuple(sorted({*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile}))
     components = PARTS_DRAWN if closings.is_drawn else PARTS
     analysis = outputs[chosen].analysis or closings.analysis
@@ -230,9 +230,9 @@ def _interface(
         **_contact(closings, gap, gaps, criterion),
         **_required(closings, percentiles, confidence),
         **_variances(analysis, outputs[chosen].analysis_unit, confidence, components),
-        **_fragilities(subject, index, closings, gap, asked),
+        **_fragilities(subject, index, closings, gap, request),
         **_indices(subject, outputs, closings, confidence),
-        **subject.moved(index, gap, asked),
+        **subject.moved(index, gap, request),
         "scene_gap": ((), subject.gap(index), described("m", "gap of the scene")),
         "gap_deviation": ((), subject.gap_deviation(index), deviation),
     }
@@ -250,9 +250,9 @@ def _interface(
     if subject.moved_dataset is not None:
         coords["quantile"] = ("quantile", list(QUANTILES), described("1", "quantile of the number"))
     dataset = xr.Dataset(parts, coords)
-    verdict = words.verdict_of(closings, subject, index, gap, asked.level, criterion)
-    dataset["verdict"] = ((), verdict.word, {"long_name": "verdict on the gap"})
-    dataset["sentence"] = ((), verdict.sentence, {"long_name": "verdict in words"})
+    verdict, sentence = words.verdict_of(closings, subject, index, gap, request.level, criterion)
+    dataset["verdict"] = ((), verdict, {"long_name": "verdict on the gap"})
+    dataset["sentence"] = ((), sentence, {"long_name": "verdict in words"})
     dataset["chosen_output"] = ((), chosen, {"long_name": "output that the sentences are of"})
     narrowing = words.narrowing(dataset, closings, gap, criterion)
     dataset["narrowing"] = ((), " ".join(narrowing), {"long_name": "what would narrow the answer"})
@@ -327,7 +327,9 @@ def _variances(analysis: Analysis, unit: str, confidence: float, parts: tuple[st
     }
 
 
-def _fragilities(subject: Samples, index: int, closings: CrossedClosings, gap: float, asked: Asked) -> dict[str, Any]:
+def _fragilities(
+    subject: Samples, index: int, closings: CrossedClosings, gap: float, request: Request
+) -> dict[str, Any]:
     """Median and dispersion of the fragilities of motions alone and in all, with bounds; NaN with a fault.
 
     Linear buildings close a gap under a motion that is scaled by gap over closing: so every motion has a capacity in
@@ -337,10 +339,10 @@ def _fragilities(subject: Samples, index: int, closings: CrossedClosings, gap: f
     """
     from scipy.stats import t as student
 
-    logs, intensity, fault = _log_capacities(subject, index, closings, gap, asked)
+    logs, intensity, fault = _log_capacities(subject, index, closings, gap, request)
     medians, dispersions = np.full((2, 3), np.nan), np.full((2, 3), np.nan)
     if logs is not None:
-        confidence = asked.criterion.confidence
+        confidence = request.criterion.confidence
         analysis, counted = closings.of_logs(logs)
         alone, total = (
             np.sqrt(analysis.variance_bounds(of, confidence))
@@ -363,19 +365,19 @@ def _fragilities(subject: Samples, index: int, closings: CrossedClosings, gap: f
 
 
 def _log_capacities(
-    subject: Samples, index: int, closings: CrossedClosings, gap: float, asked: Asked
+    subject: Samples, index: int, closings: CrossedClosings, gap: float, request: Request
 ) -> tuple[Array | None, str, str]:
     """Logarithms of the intensities at which motions close a gap [m], (samples, motions), their measure, or a fault."""
     one_sample = interfaces(subject.first_sample)[index][1]
-    intensity = usual_intensity(one_sample) if asked.intensity is None else asked.intensity
+    intensity = usual_intensity(one_sample) if request.intensity is None else request.intensity
     if intensity.startswith("sa(") and spectral(intensity[3:-1]) is None:
-        if asked.intensity is not None:
+        if request.intensity is not None:
             raise PoundingError(
                 f"intensity {intensity!r}: a building's period may differ between samples; write pga, or a period "
                 "such as sa(0.5 s)"
             )
         intensity = "pga"
-    reach = subject.reach_of(subject.dataset, index, asked.level)[:, closings.order]
+    reach = subject.reach_of(subject.dataset, index, request.level)[:, closings.order]
     drawn = subject.gaps_of(subject.dataset, index, gap)
     gaps = np.full(len(reach), gap) if drawn is None else drawn
     fault = ""
@@ -392,7 +394,7 @@ def _log_capacities(
     if fault:
         return None, intensity, fault
     ims = intensities(one_sample, intensity)
-    ims = subject.by_outcome(ims[:, min(subject.level(asked.level), ims.shape[1] - 1)], closings)
+    ims = subject.by_outcome(ims[:, min(subject.level(request.level), ims.shape[1] - 1)], closings)
     factors = np.log(gaps)[:, None] - np.log(reach)
     logs = np.log(ims) + factors
     median = Fit(median=float(np.exp(logs.mean())))

@@ -48,7 +48,7 @@ Array = NDArray[np.float64]
 SAMPLE = "sample"
 LEAST_SAMPLES, MOST_SAMPLES = 2, 1_000_000  # of a scene, and of a design
 MOST_SOBOL = 65536
-OF_RECORDS = ("records", "processing", "motions_sha256", "flags", "copies")  # attributes that tell of all records
+OF_RECORDS = ("records", "processing", "motions_sha256", "flags", "copies")  # attributes on all records
 ONE_MOTION = (
     "Each sample has one motion, drawn with it: bounds count recordings, of which the samples are clusters. What the "
     "uncertain numbers do alone is not separable from what they do together with the motions, and no sample has its "
@@ -61,7 +61,7 @@ CORRELATED = (
 ALL_MOTIONS = 'run all motions in each: motions = "all" in [uncertain], or --set uncertain.motions=all'
 
 
-class Asked(NamedTuple):
+class Request(NamedTuple):
     """The options of `uncertainty`, as they were read."""
 
     gap: float | None
@@ -120,18 +120,10 @@ class Output(NamedTuple):
 
 @dataclass(frozen=True)
 class Samples:
-    """A dataset along samples of the uncertain numbers.
+    """A dataset along ``sample``, and of each uncertain number (``keys``) its value in each sample.
 
-    Attributes
-    ----------
-    dataset : xarray.Dataset
-        With the dimension ``sample``.
-    values : tuple of array
-        Of each key its value in each sample.
-    moved, design : xarray.Dataset, optional
-        The same at the points of a tornado and of Sobol indices; of a scene alone.
-    assumptions : tuple of str
-        What is assumed and left out.
+    Of a scene alone also the datasets at the points of a tornado and of Sobol indices. ``assumptions`` are sentences on
+    what is assumed and left out.
     """
 
     dataset: xr.Dataset
@@ -208,9 +200,9 @@ class Samples:
         turns = self.first_sample.sizes["polarity"]
         return np.array([[values[turns * at[name]]] for name in self.dataset["record"].values.tolist()])
 
-    def level(self, asked: int | None) -> int:
+    def level(self, requested: int | None) -> int:
         """Index of the assessed amplitude."""
-        return own_level(self.first_sample) if asked is None else asked
+        return own_level(self.first_sample) if requested is None else requested
 
     def motions_words(self, level: int | None) -> str:
         """How many motions of how many recordings at which amplitude, in words."""
@@ -276,10 +268,10 @@ class Samples:
         """True where what stands further along the row may push a building of the interface."""
         return "interior" in self.first_sample["building_position"].values[index : index + 2]
 
-    def outputs(self, index: int, closings: CrossedClosings, gap: float, asked: Asked) -> dict[str, Output]:
+    def outputs(self, index: int, closings: CrossedClosings, gap: float, request: Request) -> dict[str, Output]:
         """The outputs of each sample by name: those of the closing, and another of the dataset that is requested."""
-        design = None if self.design_dataset is None else self.closing_of(self.design_dataset, index, asked.level)
-        about = gap, asked.criterion.percentile
+        design = None if self.design_dataset is None else self.closing_of(self.design_dataset, index, request.level)
+        about = gap, request.criterion.percentile
         outputs = {
             name: Output(
                 np.asarray(kind.of(closings.closing, *about)),
@@ -289,8 +281,8 @@ class Samples:
             )
             for name, kind in KINDS_OF_OUTPUT[self.is_drawn].items()
         }
-        if asked.output is not None and asked.output not in outputs:
-            outputs[asked.output] = self._other_output(index, asked.output, asked.level)
+        if request.output is not None and request.output not in outputs:
+            outputs[request.output] = self._other_output(index, request.output, request.level)
         return outputs
 
     def _other_output(self, index: int, name: str, level: int | None) -> Output:
@@ -333,14 +325,14 @@ class Samples:
             analysis = analysed(compared[:, order], recordings[order])
         return Output(medians, unit, words, None, analysis, "1" if is_positive else unit)
 
-    def moved(self, index: int, gap: float, asked: Asked) -> dict[str, Any]:
+    def moved(self, index: int, gap: float, request: Request) -> dict[str, Any]:
         """Each output with all numbers at their medians, and with each alone at its 10 % and 90 % quantiles."""
         if self.moved_dataset is None:
             return {}
-        closing = self.closing_of(self.moved_dataset, index, asked.level)
+        closing = self.closing_of(self.moved_dataset, index, request.level)
         parts: dict[str, Any] = {}
         for name, kind in KINDS_OF_OUTPUT[False].items():
-            values = kind.of(closing, gap, asked.criterion.percentile)
+            values = kind.of(closing, gap, request.criterion.percentile)
             ends = values[1:].reshape(-1, 2)
             three = np.column_stack([ends[:, 0], np.full(len(ends), values[0]), ends[:, 1]])
             said = f"{kind.words}, the number at a quantile and all others at their medians"
@@ -368,13 +360,13 @@ def _numbered(motions: data.Motions) -> NDArray[np.int64]:
     return labels(list(zip(motions.records, motions.polarities, strict=True)))
 
 
-def named_output(outputs: Mapping[str, Output], asked: str | None) -> str:
-    """The output that sentences are of: as asked, else P(contact), or the required gap where P(contact) is constant.
+def named_output(outputs: Mapping[str, Output], requested: str | None) -> str:
+    """The output that sentences are of: that requested, P(contact), or the required gap where P(contact) is constant.
 
     Where motions are drawn with the samples: contact, or the logarithm of the closing.
     """
-    if asked is not None:
-        return asked
+    if requested is not None:
+        return requested
     first, second, *_ = outputs
     return first if np.ptp(outputs[first].values) > 0.0 else second
 

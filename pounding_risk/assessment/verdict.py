@@ -110,18 +110,8 @@ def judge(
 ) -> Verdict:
     """The verdict on a gap; the docstring of this module states the rule.
 
-    Parameters
-    ----------
-    contact : Contact
-        What the motions close.
-    criterion : Criterion
-        What the gap is held against.
-    polarity : Influence
-        That of the polarity on the probability of contact.
-    counts : dict
-        Numbers of cases, by `demands.run_counts`.
-    doubts : sequence of str
-        Sentences on copies of records and records without motion.
+    ``polarity`` is its influence on the probability of contact, ``counts`` are those of `demands.run_counts`, and
+    ``doubts`` sentences on copies of records and records without motion.
     """
     closing, motions = contact.motions.closing[:, 0], contact.motions
     required = contact.required[criterion.percentile]
@@ -267,7 +257,7 @@ def _contact_elsewhere(contact: Contact) -> str:
 
 
 def share_words(value: float) -> str:
-    """A share as a probability is told: two or three digits in %, and small ones as less than 0.01 %."""
+    """A share as a probability is written: two or three digits in %, and small ones as less than 0.01 %."""
     if 0.0 < value < 1e-4:
         return "less than 0.01 %"
     return f"{100.0 * value:.3g} %" if value < 0.1 else f"{100.0 * value:.0f} %"
@@ -296,12 +286,7 @@ def recordings_to_settle(basis: Basis) -> int | None:
 def conclusion(basis: Basis, answer: bool | None) -> tuple[str, ...]:
     """Sentences of a conclusion: whether the gap is adequate, what to provide, and what would settle it.
 
-    Parameters
-    ----------
-    basis : Basis
-        What the verdict rests on.
-    answer : bool or None
-        True where the gap is adequate, False where it is not, None where the motions do not settle it.
+    The answer is True where the gap is adequate, False where it is not, None where the motions do not settle it.
     """
     gap = say(basis.gap, GAP, 3)
     if answer is None:

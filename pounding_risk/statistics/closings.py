@@ -56,12 +56,8 @@ class Probability(NamedTuple):
 class CrossedClosings:
     """What motions close without contact in each sample of the uncertain numbers.
 
-    Parameters
-    ----------
-    closing : array, shape (samples, motions)
-        The closings [m]; inf for a motion that has no finite response, which counts as contact at every gap.
-    recordings : array of int, shape (motions,)
-        Equal for the motions of one recording.
+    ``closing`` (samples, motions) is in m, inf for a motion without a finite response, which counts as contact at every
+    gap; ``recordings`` (motions,) are equal for the motions of one recording.
     """
 
     is_drawn = False  # each sample meets every motion, not one that is drawn with it
@@ -117,13 +113,13 @@ class CrossedClosings:
         rounded outwards to them.
         """
         values = self.closing.ravel()
-        asked = np.array(sorted(set(percentiles)))
-        gaps, fitted = enough_for(values, asked), self._fitted(asked)
+        percents = np.array(sorted(set(percentiles)))
+        gaps, fitted = enough_for(values, percents), self._fitted(percents)
         levels = _levels(values)
         past, short = self._share(levels, "right"), self._share(levels, "left")
         independent = self._independent(levels, past, self.counted)
         low, high = _bounds((short, past), independent, self.counted, confidence)
-        return between_levels(asked, (gaps, fitted), levels, (low, high))
+        return between_levels(percents, (gaps, fitted), levels, (low, high))
 
     def _fitted(self, percentiles: Array) -> Array:
         """Percentiles of the lognormal distribution of mean and total variance; NaN where one closes nothing."""
@@ -220,18 +216,9 @@ class Clusters(NamedTuple):
 def analysed_clusters(values: Array, motions: Labels, recordings: Labels) -> Analysis:
     """Variances of values by motion and within one, with the jackknife over recordings.
 
-    Parameters
-    ----------
-    values : array, shape (samples,)
-        Such as the logarithms of closings.
-    motions, recordings : array of int, shape (samples,)
-        Equal for the samples of one motion, and of one recording; numbers from 0 without gaps.
-
-    Returns
-    -------
-    Analysis
-        ``samples`` is the variance within a motion, of the numbers and of both together, ``interaction`` 0, and
-        ``recordings`` the covariance of two samples of one recording.
+    Of values such as the logarithms of closings, and numbers from 0 without gaps that are equal for the samples of one
+    motion and of one recording, each (samples,). Of the `Analysis` ``samples`` is the variance within a motion, of the
+    numbers and of both together, ``interaction`` 0, and ``recordings`` the covariance of two samples of one recording.
     """
     x = values - values.mean()
     of_motion = np.zeros(motions.max() + 1, dtype=np.int64)
@@ -259,7 +246,7 @@ def _components(sums: Array) -> Components:
         neither = (total**2 - total_recordings) / (count**2 - of_recordings)
         same_motion = (total_motions - square) / (of_motions - count)
         same_recording = (total_recordings - square) / (of_recordings - count)
-        # What repeats within no motion is not told from what does: both are then unknown.
+        # What repeats within no motion cannot be separated from what does: both are then unknown.
         return Components(square / count - same_motion, same_motion - neither, 0.0 * count, same_recording - neither)
 
 
@@ -283,12 +270,7 @@ def motion_share(analysis: Analysis, confidence: float) -> tuple[float, float, f
 class DrawnClosings(CrossedClosings):
     """What is closed without contact in samples of the uncertain numbers that have one motion each.
 
-    Parameters
-    ----------
-    closing : array, shape (samples,)
-        The closings [m]; inf for a motion that has no finite response, which counts as contact at every gap.
-    motions, recordings : array of int, shape (samples,)
-        Equal for the samples of one motion, and of one recording.
+    As `CrossedClosings`, each array (samples,); ``motions`` are equal for the samples of one motion.
     """
 
     is_drawn = True

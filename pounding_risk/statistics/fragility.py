@@ -100,18 +100,9 @@ def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels, shown: Shown =
     In ln im this is a probit regression, whose likelihood is concave: Newton's steps find its one maximum. It has none
     where all motions have one intensity, where the failures are all or none, or no survivor is stronger than one of
     them; a curve that is flat or falls with intensity is no fragility, and neither is one whose dispersion its error
-    does not tell from none or whose median lies outside the intensities. All are told as the `Fit`'s ``fault``.
+    does not tell from none or whose median lies outside the intensities. All are the `Fit`'s ``fault``.
 
-    Parameters
-    ----------
-    im : array, shape (runs,)
-        Intensity of each run [SI].
-    failed : array of bool, shape (runs,)
-        Who fails.
-    recordings : array of int, shape (runs,)
-        Numbers from 0, equal for the runs of one recording.
-    shown : callable
-        Writes an intensity in so many digits.
+    Intensities [SI], failures and numbers from 0 of the recordings are by run; ``shown`` writes an intensity.
     """
     fault = unfit(im, failed, shown) or (ALONE if np.ptp(recordings) == 0 else "")
     if fault:
@@ -161,7 +152,7 @@ def unfit(im: Array, failed: NDArray[np.bool_], shown: Shown = plain) -> str:
     if count in (0, failed.size):
         return f"{'all' if count else 'none'} of the {failed.size} runs fail: a curve needs both kinds"
     if im[~failed].max() <= im[failed].min():
-        return "no survivor is stronger than a failure: the dispersion cannot be told from 0"
+        return "no survivor is stronger than a failure: the dispersion may be 0"
     return ""
 
 

@@ -76,7 +76,7 @@ def missing_share(hazard: Curve, median: float, dispersion: float) -> float:
 
     Beyond a table's ends λ = A im^−k there. Over all im that is Cornell's k₀ θ^−k exp(k²β²/2), over a table's rows
     `annual_rate`: the difference is what weaker and stronger motions add. Hazard curves flatten towards weak motions,
-    so that the share is more often told too large than too small.
+    so that the share is more often too large than too small.
     """
     inside = float(annual_rate(hazard, median, dispersion))
     tails = [_beyond(hazard, end, median, dispersion) for end in (0, -1)]

@@ -61,15 +61,15 @@ def required_gaps(
     order statistics between which the binomial distribution has the percentile (David and Nagaraja, Order Statistics,
     2003, 7.1).
     """
-    asked = np.array(sorted(set(percentiles)))
-    gaps, fitted = enough_for(closing, asked), lognormal_percentiles(closing, asked)
+    percents = np.array(sorted(set(percentiles)))
+    gaps, fitted = enough_for(closing, percents), lognormal_percentiles(closing, percents)
     levels = np.unique(closing)
     rising, runs = np.sort(closing), closing.size * independent
     past = closing.size - np.searchsorted(rising, levels, "right")  # motions that close a gap of so much
     short = closing.size - np.searchsorted(rising, levels, "left")  # and one that is a little less
     _, high = exact_bounds(past * independent, runs, confidence)
     low, _ = exact_bounds(short * independent, runs, confidence)
-    return between_levels(asked, (gaps, fitted), levels, (low, high))
+    return between_levels(percents, (gaps, fitted), levels, (low, high))
 
 
 def between_levels(
@@ -107,17 +107,7 @@ class ContactSteps:
 
 
 def contact_steps(closing: Array, independent: float, confidence: float) -> ContactSteps:
-    """P(contact) at every gap, exactly, with bounds by recording.
-
-    Parameters
-    ----------
-    closing : array
-        What each motion closes without contact [m].
-    independent : float
-        What one motion counts for, at most 1.
-    confidence : float
-        Of the bounds, as a fraction.
-    """
+    """P(contact) at every gap, exactly, with bounds by recording; one motion counts for ``independent``, at most 1."""
     gaps = np.unique(np.r_[0.0, closing])
     count = closing.size - np.searchsorted(np.sort(closing), gaps, "right")
     low, high = exact_bounds(count * independent, closing.size * independent, confidence)

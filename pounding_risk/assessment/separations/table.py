@@ -92,10 +92,10 @@ class SeparationRow:
 class Comparison:
     """One rule beside the gaps that the motions need.
 
-    ``middle`` and ``upper`` [m] are the median and the percentile of what the rule asks for, motion by motion, from
+    ``middle`` and ``upper`` [m] are the median and the percentile of what the rule requires, motion by motion, from
     that motion's elastic peaks, not from a code's design displacements;
     ``ratio_*`` the 16 %, 50 % and 84 % values of that over the gap the same motion needs; ``exceeded`` the share of
-    the motions that need more than the rule asks for. All None where the rule gives no number.
+    the motions that need more than the rule requires. All None where the rule gives no number.
     """
 
     row: SeparationRow  # of the median displacements
@@ -128,7 +128,7 @@ class CodeTable(ShortRepr):
     correlation: float | None  # ρ of the two buildings under white noise; None where one is rigid
     names: tuple[str, ...]  # of the motions with a demand
     closing: tuple[float, ...]  # m, the gap that each needs
-    asked: dict[str, tuple[float, ...]]  # m, what each combination asks for, motion by motion
+    asked: dict[str, tuple[float, ...]]  # m, what each combination requires, motion by motion
     rules: tuple[Comparison, ...]
 
     def facts(self) -> Iterable[tuple[str, str]]:
@@ -304,6 +304,7 @@ def code_table(
     if has_own_grounds(tables_of(str(shown.attrs.get("scene_resolved", "")))):
         rows = tuple(replace(row, note="; ".join(filter(None, (row.note, ONE_GROUND)))) for row in rows)
     amplitude = amplitudes_of(shown).values[0]
+    both_move = bool(np.isfinite(shown["building_period"].values).all())
     demand_median, demand = enough_for(closing[known], (MIDDLE, percentile)).tolist()
     return CodeTable(
         buildings=(first, second),
@@ -315,7 +316,7 @@ def code_table(
         demand_median=demand_median,
         demand=demand,
         displacements=medians,
-        correlation=float(white_noise_correlation(periods, dampings)) if np.isfinite(periods).all() else None,
+        correlation=float(white_noise_correlation(periods, dampings)) if both_move else None,
         names=tuple(np.array(names)[moved].tolist()),
         closing=tuple(closing[moved].tolist()),
         asked={name: tuple(_of_motions(RULES[name], case).tolist()) for name in COMBINATIONS},
