@@ -55,7 +55,8 @@ def separations(
         return print_rules()
     from pounding_risk.assessment.demands import interfaces
     from pounding_risk.assessment.options import percentile_of
-    from pounding_risk.assessment.separations.table import Site, code_table
+    from pounding_risk.assessment.separations.rules import Site
+    from pounding_risk.assessment.separations.table import code_table
     from pounding_risk.results.check import check_scan
     from pounding_risk.results.files import open_results
     from pounding_risk.results.selected_axes import with_axes
@@ -238,14 +239,14 @@ def print_rules() -> None:
 
 def footnotes(rows: Sequence[SeparationRow]) -> list[str]:
     """Sentences for the parts of notes that many rows share, which `own_note` leaves out."""
-    from pounding_risk.assessment.separations.table import SHARED
+    from pounding_risk.assessment.separations.rules import SHARED
 
     return [f"{words}." for note, words in SHARED.items() if any(note in row.note for row in rows)]
 
 
 def own_note(row: SeparationRow) -> str:
     """A row's note without the parts that `footnotes` explains."""
-    from pounding_risk.assessment.separations.table import SHARED
+    from pounding_risk.assessment.separations.rules import SHARED
 
     return "; ".join(part for part in row.note.split("; ") if part not in SHARED) or "–"
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.fragility import SCALED, Fragility
 from pounding_risk.assessment.rates import rate_lines
-from pounding_risk.assessment.separations.table import COMBINATIONS
+from pounding_risk.assessment.separations.rules import COMBINATIONS
 from pounding_risk.figures.style import QUIET, STYLES, blank, law_words, title
 from pounding_risk.motions.levels import say_level
 from pounding_risk.results.amplitudes import intensity_label, intensity_quantity, intensity_shown, own

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import xarray as xr
 from scenes import BOTH, scene_text, single
-from scipy.stats import beta
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -19,8 +18,6 @@ from pounding_risk.motions import intensity as measures
 from pounding_risk.motions.read import read_motion
 from pounding_risk.results.files import save
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.statistics.proportions import independent_motions, logs_of
-from pounding_risk.statistics.required_gap import required_gaps
 
 RECORDS = ["RSN6-180", "CCC-HN1", "NAPA-HNE"]
 
@@ -51,18 +48,6 @@ def test_a_setback_is_the_buildings_own_peak_displacement(results):
         assert one.required[-1].high == pytest.approx(largest, rel=1e-7)
         assert one.distance <= largest * (1.0 + 1e-7) and not one.required[-1].bounded
     assert [one.building for one in (left, right)] == ["left", "right"]
-
-
-def test_bounds_are_those_of_a_count_by_recording():
-    """Of sixty recordings: the upper bound is the least displacement that Clopper and Pearson's interval allows."""
-    peaks = np.random.default_rng(5).lognormal(-3.0, 0.5, 60)
-    independent = independent_motions(logs_of(peaks), np.arange(60))
-    (required,) = required_gaps(peaks, independent / 60, (84.0,), 0.9)
-    rising = np.sort(peaks)
-    upper = beta.ppf(0.95, np.arange(59, -1, -1) + 1, np.arange(1, 61))  # of as many above each of the rising values
-    assert independent == 60.0
-    assert required.high == rising[np.flatnonzero(~(upper > 0.16))[0]]
-    assert (peaks > required.gap).mean() <= 0.16 + 1.0 / 60.0  # by one motion, where the percentile interpolates
 
 
 def test_a_rigid_building_needs_no_setback(results):

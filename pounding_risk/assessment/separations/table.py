@@ -25,40 +25,19 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.demands import by_motion, interfaces
 from pounding_risk.assessment.options import USUAL_PERCENTILE, percentile_of
-from pounding_risk.assessment.separations.rules import (
-    COMBINATIONS,
-    FROM_MEMORY,
-    INTENSITIES,
-    MEMORY,
-    ONE_GROUND,
-    OWN_PEAKS,
-    QUOTED,
-    QUOTED_ONLY,
-    RULES,
-    SHARED,
-    STRUCTURES,
-    TAKEN,
-    ZONES,
-    Case,
-    Rule,
-    Site,
-)
+from pounding_risk.assessment.separations import rules
+from pounding_risk.assessment.separations.rules import RULES, Case, Rule, Site
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of
 from pounding_risk.results.attributes import has_own_grounds, tables_of
 from pounding_risk.results.own_case import at_level
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.statistics.required_gap import rounded_up
-from pounding_risk.statistics.separations import Pair, abs_sum, cqc, srss, white_noise_correlation
+from pounding_risk.statistics.separations import Pair, white_noise_correlation
 from pounding_risk.units import GAP, Quantity, say, si
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "COMBINATIONS", "RULES", "SHARED", "Case", "CodeTable", "Comparison", "Rule", "SeparationRow",
-    "Site", "abs_sum", "code_table", "cqc", "separations", "srss", "white_noise_correlation",
-]  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -136,7 +115,7 @@ class CodeTable(ShortRepr):
         yield "between", " | ".join(self.buildings)
         yield "motions", f"{self.motions} {self.at}"
         yield f"gap of {self.percentile:g} % of the motions", say(rounded_up(self.demand), GAP, 3)
-        yield "separations", OWN_PEAKS
+        yield "separations", rules.OWN_PEAKS
         yield "finding", self.finding
 
     @property
@@ -204,11 +183,11 @@ def separations(
         missing += [key for key in rule.needs if getattr(site, key) is None]
         notes = [
             f"needs {' and '.join(missing)}" if missing else "",
-            {MEMORY: FROM_MEMORY, QUOTED: QUOTED_ONLY}.get(rule.verification, ""),
+            {rules.MEMORY: rules.FROM_MEMORY, rules.QUOTED: rules.QUOTED_ONLY}.get(rule.verification, ""),
             f"superseded by {rule.superseded}" if rule.superseded else "",
         ]
         if not missing:  # what the rule assumes of what the user did not give
-            notes += [TAKEN[key] for key in rule.assumes if getattr(site, key) == getattr(PLAIN, key)]
+            notes += [rules.TAKEN[key] for key in rule.assumes if getattr(site, key) == getattr(PLAIN, key)]
         facts = (rule.name, rule.title, rule.clause, rule.year, rule.verification, rule.source, rule.superseded)
         separation = None if missing else float(rule.function(case))
         rows.append(SeparationRow(*facts, separation, "; ".join(filter(None, notes))))
@@ -224,8 +203,10 @@ def _check_site(site: Site) -> None:
         for value in values or ():
             if not (isfinite(value) and value > 0.0):
                 raise PoundingError(f"a {what} is {value:g}{unit}; it must be greater than 0 and finite: correct it")
-    choices: dict[str, tuple[Any, ...]] = {"zone": ZONES, "intensity": INTENSITIES, "structure": STRUCTURES}
-    for what, allowed in choices.items():
+    choices: tuple[tuple[str, tuple[Any, ...]], ...] = (
+        ("zone", rules.ZONES), ("intensity", rules.INTENSITIES), ("structure", rules.STRUCTURES)
+    )  # fmt: skip
+    for what, allowed in choices:
         value = getattr(site, what)
         if value is not None and value not in allowed:
             raise PoundingError(f"{what} is {value!r}; it must be {', '.join(map(str, allowed))}: choose one")
@@ -302,7 +283,7 @@ def code_table(
     case = Case((left[moved], right[moved]), periods, dampings, site)
     rows = separations((first, second), medians, periods, dampings, site)
     if has_own_grounds(tables_of(str(shown.attrs.get("scene_resolved", "")))):
-        rows = tuple(replace(row, note="; ".join(filter(None, (row.note, ONE_GROUND)))) for row in rows)
+        rows = tuple(replace(row, note="; ".join(filter(None, (row.note, rules.ONE_GROUND)))) for row in rows)
     amplitude = amplitudes_of(shown).values[0]
     both_move = bool(np.isfinite(shown["building_period"].values).all())
     demand_median, demand = enough_for(closing[known], (MIDDLE, percentile)).tolist()
@@ -319,7 +300,7 @@ def code_table(
         correlation=float(white_noise_correlation(periods, dampings)) if both_move else None,
         names=tuple(np.array(names)[moved].tolist()),
         closing=tuple(closing[moved].tolist()),
-        asked={name: tuple(_of_motions(RULES[name], case).tolist()) for name in COMBINATIONS},
+        asked={name: tuple(_of_motions(RULES[name], case).tolist()) for name in rules.COMBINATIONS},
         rules=tuple(_beside(row, case, closing[moved], percentile) for row in rows),
     )
 
@@ -366,13 +347,13 @@ def _beside(row: SeparationRow, case: Case, closing: Array, percentile: float) -
     return Comparison(row, median, upper, low, middle, high, exceeded)
 
 
-def short_in(rules: Sequence[Comparison], motions: int) -> str:
+def short_in(comparisons: Sequence[Comparison], motions: int) -> str:
     """Sentence on how often the three combinations fall short in so many motions that close a gap."""
     if not motions:
         return "No motion closes any gap between these buildings"
     clauses = []
-    for comparison in rules:
-        if comparison.row.rule in COMBINATIONS:
+    for comparison in comparisons:
+        if comparison.row.rule in rules.COMBINATIONS:
             short = round((comparison.exceeded or 0.0) * motions) or "none"
             clauses.append((comparison.row.rule.upper(), short, f"{comparison.ratio_median:.2f}"))
     (name, short, ratio), *others = clauses
