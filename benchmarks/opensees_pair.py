@@ -12,10 +12,7 @@ the largest values at the steps, from envelope recorders; the time is that of `a
 from __future__ import annotations
 
 import os
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from math import pi
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -25,13 +22,12 @@ import numpy as np
 from pair_scenes import Scene
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.lab.accuracy_opensees import ITERATIONS, NEAREST, shake, silenced
 from pounding_risk.models.contact.law import hertz_work
 from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 
-NEAREST = 1e-12  # m: the impact materials refuse a gap of zero
-TEST, ITERATIONS = 1e-12, 100  # m, and per step
 YIELD_SHARE = 0.1  # Muthukumar's a: the yield penetration over the largest
 GROUND, LEFT, RIGHT, CONTACT = 1, 2, 3, 4  # tags of nodes, elements and materials
 
@@ -72,23 +68,6 @@ def _cause(error: BaseException) -> BaseException:
     while (earlier := error.__cause__ or error.__context__) is not None:
         error = earlier
     return error
-
-
-@contextmanager
-def silenced() -> Iterator[None]:
-    """No output from compiled code: both streams go nowhere at the level of the operating system."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    kept, nowhere = (os.dup(1), os.dup(2)), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, 1)
-        os.dup2(nowhere, 2)
-        yield
-    finally:
-        os.dup2(kept[0], 1)
-        os.dup2(kept[1], 2)
-        for stream in (*kept, nowhere):
-            os.close(stream)
 
 
 def damper(building: Building) -> float:
@@ -144,18 +123,7 @@ def build(ops: Any, scene: Scene, contact: tuple[Any, ...] | None) -> None:
         ops.element("zeroLength", node, GROUND, node, "-mat", node, "-dir", 1)
     ops.uniaxialMaterial(*(contact or ("Elastic", CONTACT, 0.0)))
     ops.element("zeroLength", CONTACT, LEFT, RIGHT, "-mat", CONTACT, "-dir", 1)
-    ops.timeSeries("Path", 1, "-dt", scene.dt, "-values", *scene.acceleration.tolist())
-    ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
-    for node in (LEFT, RIGHT):
-        # At rest the first sample acts already; Newmark's rule would start from none and lose an order.
-        ops.setNodeAccel(node, 1, -float(scene.acceleration[0]), "-commit")
-    ops.constraints("Plain")
-    ops.numberer("Plain")
-    ops.system("ProfileSPD")
-    ops.test("NormDispIncr", TEST, ITERATIONS)
-    ops.algorithm("ModifiedNewton")
-    ops.integrator("Newmark", 0.5, 0.25)
-    ops.analysis("Transient")
+    shake(ops, scene.acceleration, scene.dt, (LEFT, RIGHT), "Plain")
 
 
 def solve_opensees(ops: Any, scene: Scene, h: float, contact: tuple[Any, ...] | None = None) -> Answer:

@@ -39,16 +39,6 @@ class RowScene(NamedTuple):
         """From the first sample to the last [s]."""
         return (len(self.acceleration) - 1) * self.dt
 
-    @property
-    def first(self) -> list[int]:
-        """The number of each building's first mass among all, and of all."""
-        return [0, *np.cumsum([each.mass.size for each in self.chains]).tolist()]
-
-    def masses_at(self, point: tuple[int, int, int]) -> tuple[int, int]:
-        """The numbers of the masses that meet there."""
-        interface, left, right = point
-        return self.first[interface] + left - 1, self.first[interface + 1] + right - 1
-
 
 def even(name: str, floors: int, mass: float, stiffness: float, rule: str) -> Chain:
     """A building of equal storeys of 3 m."""

@@ -93,9 +93,18 @@ def __getattr__(name: str) -> Any:
     elif name in _HOMES:
         value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
     else:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = _question(name)
     globals()[name] = value
     return value
+
+
+def _question(name: str) -> Any:
+    """The function of a question that stands in `questions` alone."""
+    if not name.startswith("_"):
+        questions = import_module(f"{__name__}.questions").declared_questions()
+        if name in questions:
+            return questions[name].function()
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterable
 from decimal import Decimal, InvalidOperation
 from functools import lru_cache
 from math import inf, isfinite, isnan
@@ -21,7 +20,7 @@ STANDARD_GRAVITY = 9.80665  # m/s², exact by definition (3rd CGPM, 1901)
 
 
 class QuantityError(PoundingError, ValueError):
-    """Text that is not the quantity asked for; the sentence says what was found, what would do, and how."""
+    """Text that is not a value of a quantity; the sentence quotes it, and says what to write instead."""
 
 
 class Quantity(NamedTuple):
@@ -146,28 +145,10 @@ DIMENSIONS = {
     "tesla": "a magnetic field",
 }
 # Spellings offered when a unit is not known.
-FAMILIAR = (
-    *(
-        "kg",
-        "t",
-        "s",
-        "ms",
-        "min",
-        "m",
-        "cm",
-        "mm",
-        "km",
-        "N",
-        "kN",
-        "MN",
-        "kN/m",
-        "MN/m",
-        "N/m",
-        "kN/m^1.5",
-        "N/m^1.5",
-    ),
-    *("m/s", "mm/s", "m/s^2", "cm/s^2", "g", "Gal", "lb", "kip", "in", "ft", "J", "kJ"),
-)
+FAMILIAR = [
+    "kg", "t", "s", "ms", "min", "m", "cm", "mm", "km", "N", "kN", "MN", "kN/m", "MN/m", "N/m", "kN/m^1.5", "N/m^1.5",
+    "m/s", "mm/s", "m/s^2", "cm/s^2", "g", "Gal", "lb", "kip", "in", "ft", "J", "kJ",
+]  # fmt: skip
 
 _NUMBER = re.compile(
     r"\s*([+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|inf(?![a-z])|nan(?![a-z])))(.*)", re.DOTALL
@@ -180,6 +161,7 @@ AMBIGUOUS = {
 }
 
 # A unit is a product of names with plain exponents: nothing that could hide a second number.
+_CELL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _UNIT = re.compile(r"[A-Za-zµμΩ_][A-Za-zµμΩ_0-9²³ .*·/^()-]*")
 _POWER = re.compile(r"(\^|\*\*)\s*\(?\s*(-?\d+(?:\.\d+)?(?:/[1-9]\d*)?)\s*\)?")
 
@@ -188,27 +170,53 @@ def parse(text: object, quantity: Quantity) -> float:
     """The value of ``text`` in the SI unit of ``quantity``.
 
     ``text`` is a number with a unit ("44.36 t", "0.5 g", "4.2e7 kN/m^1.5"), or "inf" where no limit is meant.
-    "g" is standard gravity where an acceleration is asked for, a gram anywhere else. A dimensionless quantity
+    "g" is standard gravity where the quantity is an acceleration, a gram anywhere else. A dimensionless quantity
     takes a plain number (0.05, "0.05") or a percentage ("5 %"), nothing else. The conversion is decimal and
     rounded once: "25 mm" is the float 0.025.
 
     Raises QuantityError for a missing, unknown or wrong unit, for what is no number, and out of range.
     """
-    number, unit = _split(text, quantity)
+    needed = article(quantity.words)
+    if isinstance(text, bool) or not isinstance(text, str | int | float):
+        raise QuantityError(f"{shown(text)} is not {needed}; {repair(quantity)}")
+    match = _NUMBER.fullmatch(text if isinstance(text, str) else shown(text))
+    if not match or (isinstance(text, str) and re.match(r"\s*[+-]?\d+,\d", text)):
+        comma = " (write a decimal point, not a comma)" if match else ""
+        kind = "a number" if quantity.unit == "1" else "a number with a unit"
+        raise QuantityError(f"{shown(text)} is not {kind}{comma}; {repair(quantity)}")
+    try:
+        number = Decimal(match[1])
+    except InvalidOperation:  # an exponent of more than eighteen digits
+        number = Decimal("inf")
+    if number.is_nan():
+        raise QuantityError(f"{shown(text)} is not a number; {repair(quantity)}")
+    unit = match[2].strip()
     if quantity.unit == "1":
-        value = _plain(number, unit, text, quantity)
-    elif unit:
-        value = _converted(number, unit, text, quantity)
-    elif not number.is_infinite():
-        needs = f"{article(quantity.words)} needs one"
-        raise QuantityError(f"{shown(text)} has no unit, and {needs}; {repair(quantity)}")
+        if unit not in ("", "%"):
+            raise QuantityError(f"{shown(text)} has a unit, but {needed} is a plain number; {repair(quantity)}")
+        value = float(number / 100 if unit else number)
+    elif not unit and not number.is_infinite():
+        raise QuantityError(f"{shown(text)} has no unit, and {needed} needs one; {repair(quantity)}")
     else:
-        value = float(number)
+        size, wrong = _size(unit, quantity.unit) if unit else (Decimal(1), "")
+        if wrong:
+            raise QuantityError(f"{shown(text)} {wrong}; {repair(quantity)}")
+        try:
+            value = float(number if number.is_infinite() else number * size)
+        except ArithmeticError:  # past the range of a Decimal, far past that of a float
+            value = inf
+        value = inf if isnan(value) else value
     if not quantity.allows(value):
-        raise QuantityError(
-            f"{shown(text)} is out of range: {article(quantity.words)} must be {bounds(quantity)}; {repair(quantity)}"
-        )
+        raise QuantityError(f"{shown(text)} is out of range: {needed} must be {bounds(quantity)}; {repair(quantity)}")
     return value + 0.0  # no minus zero
+
+
+def parse_cell(text: str, unit: str, quantity: Quantity) -> float:
+    """The SI value of a cell of a table: a plain number where the head of its column has a unit, else with its own."""
+    if unit and not _CELL.fullmatch(text.strip()):
+        words = f"is not a plain number, and the column's unit is {unit}; write a number"
+        raise QuantityError(f"{shown(text.strip())} {words}")
+    return parse(f"{text.strip()} {unit}" if unit else text.strip(), quantity)
 
 
 def si(value: Any, quantity: Quantity, name: str = "") -> float:
@@ -326,7 +334,7 @@ def exact(value: float, quantity: Quantity) -> str | float:
 
 def article(words: str) -> str:
     """The words with "a" or "an" before them."""
-    return f"{'an' if words[0] in 'aeiou' else 'a'} {words}"
+    return f"{'an' if words.startswith(('a', 'e', 'i', 'o', 'u')) else 'a'} {words}"
 
 
 def shown(value: Any) -> str:
@@ -365,47 +373,6 @@ def _digits(value: float, digits: int) -> str:
     return f"{mantissa}e{int(exponent)}" if exponent else text
 
 
-def _split(text: object, quantity: Quantity) -> tuple[Decimal, str]:
-    """Number and unit of ``text``, or of a bare number."""
-    if isinstance(text, bool) or not isinstance(text, str | int | float):
-        raise QuantityError(f"{shown(text)} is not {article(quantity.words)}; {repair(quantity)}")
-    found = _NUMBER.fullmatch(text if isinstance(text, str) else shown(text))
-    if not found or (isinstance(text, str) and re.match(r"\s*[+-]?\d+,\d", text)):
-        comma = " (write a decimal point, not a comma)" if found else ""
-        kind = "a number" if quantity.unit == "1" else "a number with a unit"
-        raise QuantityError(f"{shown(text)} is not {kind}{comma}; {repair(quantity)}")
-    try:
-        number = Decimal(found[1])
-    except InvalidOperation:  # an exponent of more than eighteen digits
-        number = Decimal("inf")
-    if number.is_nan():
-        raise QuantityError(f"{shown(text)} is not a number; {repair(quantity)}")
-    return number, found[2].strip()
-
-
-def _plain(number: Decimal, unit: str, text: object, quantity: Quantity) -> float:
-    """A dimensionless value: a plain number or a percentage."""
-    if unit not in ("", "%"):
-        raise QuantityError(
-            f"{shown(text)} has a unit, but {article(quantity.words)} is a plain number; {repair(quantity)}"
-        )
-    return float(number / 100 if unit else number)
-
-
-def _converted(number: Decimal, unit: str, text: object, quantity: Quantity) -> float:
-    """The number in the SI unit of the quantity."""
-    size, wrong = _size(unit, quantity.unit)
-    if wrong:
-        raise QuantityError(f"{shown(text)} {wrong}; {repair(quantity)}")
-    if number.is_infinite():
-        return float(number)
-    try:
-        value = float(number * size)
-    except ArithmeticError:  # past the range of a Decimal, far past that of a float
-        value = inf
-    return value if not isnan(value) else inf
-
-
 @lru_cache(maxsize=1)
 def _registry() -> Any:
     """The one registry of units; Decimal keeps 25 mm exact.
@@ -420,7 +387,7 @@ def _registry() -> Any:
 
 
 def _spelling(unit: str, target: str) -> str:
-    """The unit in pint's spelling: m2, m^(3/2) and · are understood, g and gal follow what is asked for."""
+    """The unit in pint's spelling: m2, m^(3/2) and · are understood, g and gal follow the dimension of the target."""
     unit = unit.replace("·", "*")
     unit = re.sub(r"(?<=[A-Za-zµμ])(?=\d)", "^", unit)
     if target == "m/s^2":
@@ -433,29 +400,20 @@ def _size(unit: str, target: str) -> tuple[Decimal, str]:
     """How many ``target`` one ``unit`` is, or what is wrong with it."""
     spelling = _spelling(unit, target)
     if unit == "%":
-        return Decimal(0), "is a percentage, not " + _kind(target)
+        return Decimal(0), f"is a percentage, not {_kind(target)}"
     if unit in AMBIGUOUS:
         return Decimal(0), f'has the unit "{unit}", which could be {AMBIGUOUS[unit]}'
     if not _UNIT.fullmatch(spelling) or re.search(r"\d", _POWER.sub("", spelling).replace("g_0", "")):
         return Decimal(0), f"has {shown(unit)} after the number, which is not a unit"
-    return _usual_size(unit, spelling, target) or _size_by_pint(unit, spelling, target)
-
-
-def _usual_size(unit: str, spelling: str, target: str) -> tuple[Decimal, str] | None:
-    """As `_size`, for a unit of `USUAL`, of the right dimension or of another; None for any other unit."""
     usual = dict(USUAL.get(target, ())) | {target: 1.0}
     if unit in usual:
         return Decimal(repr(usual[unit])), ""
     for measured, listed in USUAL.items():
-        # A gram where a mass is asked for is none of the accelerations.
-        if (
-            unit in dict(listed)
-            and measured in DIMENSIONS
-            and target in USUAL
-            and _spelling(unit, measured) == spelling
-        ):
+        # A gram where the target is a mass is none of the accelerations.
+        is_listed = unit in dict(listed) and measured in DIMENSIONS and target in USUAL
+        if is_listed and _spelling(unit, measured) == spelling:
             return Decimal(0), _of_another_dimension(DIMENSIONS[measured], unit, target)
-    return None
+    return _size_by_pint(unit, spelling, target)
 
 
 def _size_by_pint(unit: str, spelling: str, target: str) -> tuple[Decimal, str]:
@@ -481,9 +439,8 @@ def _of_another_dimension(words: str, unit: str, target: str) -> str:
     return f"is {words}, not {_kind(target)}{_meant(unit, fitting)}"
 
 
-def _meant(unit: str, known: Iterable[str]) -> str:
+def _meant(unit: str, known: list[str]) -> str:
     """A likely spelling: the same letters in another case first, then the nearest."""
-    known = list(known)
     return nearest(unit, [name for name in known if name.lower() == unit.lower()] or known, 0.5)
 
 

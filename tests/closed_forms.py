@@ -53,10 +53,7 @@ def hertz_damp_restitution(d: float) -> float:
         return 1.0
     return float(
         brentq(
-            lambda e: math.log1p(d) - math.log1p(-d * e) - d * (1.0 + e),
-            0.0,
-            min(1.0, (1.0 - 1e-15) / d),
-            xtol=1e-15,
+            lambda e: math.log1p(d) - math.log1p(-d * e) - d * (1.0 + e), 0.0, min(1.0, (1.0 - 1e-15) / d), xtol=1e-15
         )
     )
 
@@ -104,11 +101,7 @@ def capped_hertz_impact(beta: float, mass: float, speed: float, cap: float) -> t
         return depth, duration
     # The elastic part of the way in is an incomplete beta function; its plain integral does as well.
     rise = quad(
-        lambda x: 1.0 / math.sqrt(speed**2 - 0.8 * beta * x**2.5 / mass),
-        0.0,
-        depth_y,
-        epsabs=0.0,
-        epsrel=1e-13,
+        lambda x: 1.0 / math.sqrt(speed**2 - 0.8 * beta * x**2.5 / mass), 0.0, depth_y, epsabs=0.0, epsrel=1e-13
     )
     speed_y = math.sqrt(speed**2 - 2.0 * elastic / mass)
     return depth_y + (energy - elastic) / cap, 2.0 * (rise[0] + mass * speed_y / cap)

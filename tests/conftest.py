@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pickle
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -56,6 +57,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def root() -> Path:
     """Root folder of the checkout."""
     return Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="module")
+def benchmarks(root: Path) -> Iterator[Path]:
+    """Their folder, whose scripts import each other by name, as they do when one of them is run."""
+    sys.path.insert(0, str(root / "benchmarks"))
+    yield root / "benchmarks"
+    sys.path.remove(str(root / "benchmarks"))
 
 
 @contextmanager

@@ -94,9 +94,7 @@ CUT: Any = {"law": "kelvin_voigt_tension_cut", "stiffness": 2e8, "restitution": 
 CASES = {
     "jankowski 2008": Case(jankowski(), floors(0, 1, 2, 3, gap=0.02, restitution=0.65), EL_CENTRO),
     "jankowski 2008, reversed, capped": Case(
-        jankowski(),
-        floors(0, 1, 2, 3, gap=0.02, yield_force=6e5),
-        EL_CENTRO._replace(polarity="reversed", pga=0.5),
+        jankowski(), floors(0, 1, 2, 3, gap=0.02, yield_force=6e5), EL_CENTRO._replace(polarity="reversed", pga=0.5)
     ),
     "5 and 3 storeys, floors against columns": Case(
         (storeys(5, 60e3, 6e7), storeys(3, 80e3, 9e7, damping_rule="rayleigh")),
@@ -118,10 +116,7 @@ CASES = {
     ),
     "storeys, single, storeys": Case(
         (storeys(3, 70e3, 4e7), single(150e3, 0.25), storeys(2, 300e3, 1.5e8, damping_rule="rayleigh")),
-        (
-            meeting(0, 2.5, 1.0, 0.006, **CUT),
-            meeting(1, 1.0, 2.0, 0.012, **CUT),
-        ),
+        (meeting(0, 2.5, 1.0, 0.006, **CUT), meeting(1, 1.0, 2.0, 0.012, **CUT)),
         CHRISTCHURCH,
     ),
     "five in a row, closed gaps": Case(

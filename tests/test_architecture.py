@@ -181,10 +181,7 @@ SCENES = Path("pounding_risk/scene/shipped")
 @pytest.mark.parametrize(
     ("words", "heavy"),
     [
-        (
-            ["--help"],
-            (*DATASETS, *FIGURES, *SCIENCE, "numpy", "numba", "obspy", "pint", "pydantic"),
-        ),
+        (["--help"], (*DATASETS, *FIGURES, *SCIENCE, "numpy", "numba", "obspy", "pint", "pydantic")),
         (["models"], (*DATASETS, *FIGURES, *SCIENCE, "numba", "obspy", "pint")),
         (["validate", str(PACKAGE.parent / SCENES / "paper.toml")], (*DATASETS, *FIGURES, *SCIENCE, "numba", "pint")),
         (["validate", str(PACKAGE.parent / SCENES / "row.toml")], (*DATASETS, *FIGURES, *SCIENCE, "numba", "pint")),

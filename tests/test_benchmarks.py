@@ -21,12 +21,7 @@ DT = 0.01
 PEAKS = ("peak_relative_displacement", "peak_contact_force")
 
 
-@pytest.fixture(scope="module", autouse=True)
-def benchmarks(root):
-    """The scripts import each other by name, as they do when one of them is run."""
-    sys.path.insert(0, str(root / "benchmarks"))
-    yield
-    sys.path.remove(str(root / "benchmarks"))
+pytestmark = pytest.mark.usefixtures("benchmarks")
 
 
 @pytest.fixture(scope="module")

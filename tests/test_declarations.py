@@ -8,14 +8,7 @@ from typing import Any
 import pytest
 
 from pounding_risk.results.variables import VARIABLES
-from pounding_risk.scene.buildings import (
-    KINDS,
-    RigidWall,
-    ShearBuilding,
-    SingleMass,
-    TypologyBuilding,
-    table_of,
-)
+from pounding_risk.scene.buildings import KINDS, RigidWall, ShearBuilding, SingleMass, TypologyBuilding, table_of
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
 
 # A value of each key that differs from its default; a kind that has a key without one here fails below.

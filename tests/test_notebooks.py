@@ -35,13 +35,7 @@ FEWER = {
         ('pga = "{PGA}"\n', 'pga = "{PGA}"\nwindow = ["0 s", "8 s"]\n'),
         ("CLEAR = [5, 20, 50]", "CLEAR = [5, 20]"),
     ],
-    "uncertain_buildings": [
-        (
-            "samples = 1024\nseed = 1",
-            "samples = 64\nseed = 1",
-        ),
-        ("sobol=256", "sobol=16"),
-    ],
+    "uncertain_buildings": [("samples = 1024\nseed = 1", "samples = 64\nseed = 1"), ("sobol=256", "sobol=16")],
 }
 NOTEBOOKS = sorted((Path(__file__).parent.parent / "notebooks").glob("*.ipynb"))
 

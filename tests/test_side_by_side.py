@@ -18,13 +18,7 @@ from pounding_risk.scene.reader import read_scene
 from pounding_risk.solver.pair.api import solve
 from pounding_risk.units import STANDARD_GRAVITY
 
-
-@pytest.fixture(scope="module", autouse=True)
-def benchmarks(root):
-    """The scripts import each other by name, as they do when one of them is run."""
-    sys.path.insert(0, str(root / "benchmarks"))
-    yield root / "benchmarks"
-    sys.path.remove(str(root / "benchmarks"))
+pytestmark = pytest.mark.usefixtures("benchmarks")
 
 
 @pytest.fixture(scope="module")

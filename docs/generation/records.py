@@ -101,8 +101,8 @@ def checks_page() -> str:
     """Every check of quality."""
     heads = ("check", "concerns records that are", "what it looks at")
     rows = [
-        (plain(name), " or ".join(known.states), docstring(known.function).replace("\n", " "))
-        for name, known in CHECKS.items()
+        (plain(name), " or ".join(states), docstring(function).replace("\n", " "))
+        for name, (function, states) in CHECKS.items()
     ]
     return (
         "# Quality checks\n\n`pounding-risk records info` prints what each finds and what it allows; what lasts is a "

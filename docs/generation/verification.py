@@ -14,7 +14,7 @@ import json, sys
 import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.questions.verify import property_rows, values
-from pounding_risk.lab.verification.files import shipped
+from pounding_risk.lab.verification.case import shipped
 from pounding_risk.lab.verification.property import plain
 from pounding_risk.lab.verification.unreached import EXPERIMENTS, UNREACHED
 outcome = pr.verify()

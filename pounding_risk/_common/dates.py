@@ -27,7 +27,7 @@ def now() -> str:
 
 
 def created(by: str, when: str = "") -> dict[str, str]:
-    """Attributes of a dataset made now.
+    """Attributes of a new dataset.
 
     Parameters
     ----------

@@ -100,9 +100,10 @@ def led_to(target: Path) -> Path:
 
 def move_into_place(partial: Path, target: Path) -> None:
     """Sync a file or a folder and move it to its final name, replacing an older one. Raises OSError."""
-    for path in _tree(partial):
+    is_folder = partial.is_dir()
+    for path in [*(partial.rglob("*") if is_folder else ()), partial]:
         _sync(path)
-    if not partial.is_dir():
+    if not is_folder:
         os.replace(partial, target)
         sync_folder(target.parent)
         _remove_orphans(target)
@@ -153,19 +154,15 @@ def _remove_orphans(target: Path) -> None:
         return
     for path in _asides(target, PARTIAL):
         machine, process = path.name.removeprefix(f".{target.name}.").split(".")[:2]
-        if machine == host() and not _is_running(int(process)):
+        if machine != host():
+            continue
+        try:
+            os.kill(int(process), 0)
+        except ProcessLookupError:
             with suppress(OSError):
                 discard(path)
-
-
-def _is_running(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:  # of another user
-        return True
-    return True
+        except OSError:  # a process of another user
+            continue
 
 
 def not_written(target: Path, error: BaseException, repair: str = AGAIN) -> PoundingError:
@@ -209,8 +206,9 @@ def raised(repair: str) -> str:
 def checksum(path: Path) -> str:
     """SHA-256 of a file, or of the names and contents of a folder's files."""
     digest = hashlib.sha256()
-    for name in sorted(_files(path)):
-        if path.is_dir():
+    is_folder = path.is_dir()
+    for name in sorted(file for file in path.rglob("*") if file.is_file()) if is_folder else [path]:
+        if is_folder:
             digest.update(name.relative_to(path).as_posix().encode() + b"\0")
         with open(name, "rb") as file:
             while piece := file.read(PIECE):
@@ -235,17 +233,6 @@ def _asides(target: Path, ending: str) -> Iterator[Path]:
     """Paths beside a target with this ending, of any process on any machine."""
     names = sorted(os.listdir(target.parent)) if target.parent.is_dir() else []
     return (target.with_name(name) for name in names if _is_aside(name, re.escape(target.name), ending))
-
-
-def _files(path: Path) -> Iterator[Path]:
-    return (file for file in path.rglob("*") if file.is_file()) if path.is_dir() else iter((path,))
-
-
-def _tree(path: Path) -> Iterator[Path]:
-    """A file; or everything in a folder, and then the folder."""
-    if path.is_dir():
-        yield from path.rglob("*")
-    yield path
 
 
 def _sync(path: Path) -> None:
@@ -282,12 +269,6 @@ def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path
         raise PoundingError(f"{target}: the folder {folder} does not exist; make it first")
     if not os.access(folder, os.W_OK):
         raise PoundingError(f"{target}: the folder {folder} cannot be written to; choose another one")
-    _check_name(target)
-    return target
-
-
-def _check_name(target: Path) -> None:
-    """Raise PoundingError for a name that cannot be written."""
     try:
         os.fspath(target.absolute()).encode()
     except UnicodeEncodeError:
@@ -298,3 +279,4 @@ def _check_name(target: Path) -> None:
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
             raise PoundingError(f"{target}: {error.strerror}; choose a shorter name") from None
+    return target

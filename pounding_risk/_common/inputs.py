@@ -14,6 +14,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from pounding_risk._common.words import nearest
+
 MB = 1_000_000
 # Most bytes of each kind, far above any that is in use.
 SCENE = 16 * MB  # a scene, states of damage, a published case: text that somebody wrote
@@ -56,6 +58,21 @@ def read_text(path: Path, most: int, errors: str = "strict") -> str:
     """The text of such a file in UTF-8, with its lines ended by ``\\n``; raises UnicodeDecodeError as well."""
     raw = read_whole(path, most)
     return io.TextIOWrapper(io.BytesIO(raw), encoding="utf-8-sig", errors=errors).read()
+
+
+def text_of(path: Path, most: int) -> str:
+    """As `read_text`; raises Unfit alone, whose ``strerror`` says what is wrong with the file, with the repair."""
+    try:
+        return read_text(path, most)
+    except Unfit:
+        raise
+    except UnicodeDecodeError as error:
+        raise Unfit(22, f"byte {error.start} is not UTF-8; save the file with that encoding") from None
+    except (OSError, ValueError) as error:
+        names = [file.name for file in path.parent.iterdir()] if path.parent.is_dir() else []
+        near = nearest(path.name, (name for name in names if name != path.name))
+        reason = getattr(error, "strerror", None) or error
+        raise Unfit(2, f"cannot be read ({reason}){near}; check the name") from None
 
 
 def cannot_be_read(error: Any, repair: str) -> str:

@@ -7,8 +7,10 @@ A spreadsheet runs the cells of a CSV file that begin as a formula does.
 
 from __future__ import annotations
 
+import csv
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from io import StringIO
 from typing import Any
 
 _CONTROLS = "\x00-\x1f\x7f-\x9f"
@@ -26,12 +28,12 @@ _KINDS = (
 
 def refused(text: str) -> str:
     """The sentence on the first letter of a text that no name may have; "" where there is none."""
-    found = _REFUSED.search(text)
-    if found is None:
+    match = _REFUSED.search(text)
+    if match is None:
         return ""
-    kind = next((words for letters, words in _KINDS if letters.match(found[0])), "no character")
+    kind = next((words for letters, words in _KINDS if letters.match(match[0])), "no character")
     quoted = "".join(letter if letter.isprintable() else f"\\u{ord(letter):04x}" for letter in text[:40])
-    return f'has U+{ord(found[0]):04X} at place {found.start() + 1} of "{quoted}", {kind}; leave it out'
+    return f'has U+{ord(match[0]):04X} at place {match.start() + 1} of "{quoted}", {kind}; leave it out'
 
 
 def refused_below(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[tuple[Any, ...], str]]:
@@ -51,7 +53,7 @@ def refused_below(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[tupl
 
 def plain(text: str) -> str:
     r"""The text with ``\uXXXX``, as JSON and TOML write it, for such letters; tabs and ends of lines stay."""
-    return _ESCAPED.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+    return _ESCAPED.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def cell(value: Any) -> Any:
@@ -67,3 +69,10 @@ def cell(value: Any) -> Any:
 def without_mark(text: str) -> str:
     """The text of a cell without the apostrophe of `cell`."""
     return text[1:] if text.startswith("'") and cell(text[1:]) == text else text
+
+
+def csv_text(rows: Iterable[Iterable[Any]]) -> str:
+    """Rows as the text of a CSV file; texts of users go through `cell` before."""
+    out = StringIO()
+    csv.writer(out, lineterminator="\n").writerows(rows)
+    return out.getvalue()

@@ -12,7 +12,7 @@ Value = TypeVar("Value")
 
 
 class Shared(Generic[Value]):
-    """Cache in which the first thread that asks for a value computes it, and others wait for it.
+    """Cache in which the first thread that needs a value computes it, and others wait for it.
 
     Of more than ``most`` values the least recently used are dropped.
     """

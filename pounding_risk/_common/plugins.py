@@ -6,7 +6,7 @@ installed distributions, once in a process, without `importlib.metadata`, whose 
 plug-in is imported when its name is asked for, or when all members of its kind are, never for a list of names, and
 never while this package is being imported: its own modules import from here.
 
-One that cannot be loaded is an error where its name is asked for, and a warning where all members are. Of a name that
+One that cannot be loaded is an error where its name is used, and a warning where all members are. Of a name that
 this package has as well, this package's member counts, with a warning; a name that two plug-ins have is refused.
 """
 
@@ -23,6 +23,7 @@ from contextlib import contextmanager
 from functools import cache, reduce
 from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Any, NamedTuple
 
 from pounding_risk._common.words import nearest
@@ -59,7 +60,7 @@ class Plugin(NamedTuple):
         return f"{self.distribution} {self.version}"
 
     @property
-    def said(self) -> str:
+    def words(self) -> str:
         """Distribution, version and entry point."""
         return f'{self.origin} (entry point "{self.name} = {self.value}" in {PREFIX}{self.group})'
 
@@ -73,12 +74,8 @@ class Plugin(NamedTuple):
         attributes = self.value.partition("[")[0].partition(":")[2].strip()
         return reduce(getattr, filter(None, attributes.split(".")), import_module(self.module))
 
-    def is_from(self, module: str) -> bool:
-        """Whether it is of the package that a module belongs to."""
-        return _top(self.module) == _top(module)
-
     def is_being_imported(self) -> bool:
-        """Whether its module is being imported: then it is not there yet, and asks us for something itself."""
+        """Whether its module is being imported: then it is not there yet, and itself requests something here."""
         return getattr(getattr(sys.modules.get(self.module), "__spec__", None), "_initializing", False)
 
 
@@ -94,7 +91,7 @@ def installed() -> Mapping[str, Plugins]:
             groups[plugin.group][plugin.name] = (*groups[plugin.group].get(plugin.name, ()), plugin)
         else:
             hint = nearest(plugin.group, GROUPS)
-            tell(f"{plugin.said} is left out: no such group{hint}; groups are {', '.join(GROUPS)}")
+            tell(f"{plugin.words} is left out: no such group{hint}; groups are {', '.join(GROUPS)}")
     return groups
 
 
@@ -153,6 +150,8 @@ class Registry(MutableMapping[str, Any]):
     take : callable, optional
         From the name of a plug-in and what it names to the member, for a registry whose members no decorator enters.
         Raises PoundingError for what is none.
+    folder : str, optional
+        A package of ours whose modules enter members; they are imported when members are asked for.
     arrange : callable, optional
         From the names to the order in which they are listed; by default those of this package come first as they were
         entered, plug-ins then by name.
@@ -164,8 +163,9 @@ class Registry(MutableMapping[str, Any]):
         members: Mapping[str, Any] | None = None,
         take: Callable[[str, Any], Any] | None = None,
         arrange: Callable[[Iterable[str]], list[str]] | None = None,
+        folder: str = "",
     ):
-        self.group = group
+        self.group, self.folder = group, folder
         self.members: dict[str, Any] = dict(members or {})
         self._ours, self._take, self._arrange = set(self.members), take, arrange or self._in_order
         self._problems: dict[str, str] = {}  # of plug-ins that were loaded; "" where that went well
@@ -179,9 +179,11 @@ class Registry(MutableMapping[str, Any]):
         return name in self.members
 
     def __iter__(self) -> Iterator[str]:
+        self._import_folder()
         return iter(self._arrange({**self.members, **dict.fromkeys(self._plugins)}))
 
     def __len__(self) -> int:
+        self._import_folder()
         return len({*self.members, *self._plugins})
 
     def items(self) -> ItemsView[str, Any]:
@@ -197,6 +199,10 @@ class Registry(MutableMapping[str, Any]):
 
     def __delitem__(self, name: str) -> None:
         del self.members[name]
+
+    @property
+    def _word(self) -> str:
+        return GROUPS.get(self.group, "member")
 
     def is_ours(self, name: str) -> bool:
         """Whether this package has a member of this name."""
@@ -220,32 +226,50 @@ class Registry(MutableMapping[str, Any]):
         if _top(module) == _top(__name__):
             self._ours.add(name)
         elif taken := self.taken(name, module):
-            raise PoundingError(f"{GROUPS[self.group]} {name}: {taken}")
+            raise PoundingError(f"{GROUPS.get(self.group, 'member')} {name}: {taken}")
         self.members[name] = member
 
     def taken(self, name: str, module: str) -> str:
         """Why a module outside this package may not define a member of this name; "" where it may."""
         if name in self._ours:
-            return f"pounding_risk has a {GROUPS[self.group]} of this name; choose another name"
-        others = [plugin for plugin in self._plugins.get(name, ()) if not plugin.is_from(module)]
-        return f"{others[0].said} has this name; choose another name, or uninstall it" if others else ""
+            return f"pounding_risk has a {GROUPS.get(self.group, 'member')} of this name; choose another name"
+        others = [plugin for plugin in self._plugins.get(name, ()) if _top(plugin.module) != _top(module)]
+        return f"{others[0].words} has this name; choose another name, or uninstall it" if others else ""
 
     def problem(self, name: str) -> str:
         """Load the plug-in of a name, and say why it cannot be used; "" where it can, or where there is none."""
         plugins = self._plugins.get(name, ())
-        if name in self._ours:
-            return self._hidden(name)
-        if not plugins or (name not in self._problems and plugins[0].is_being_imported()):
+        if not plugins:
             return ""
+        subject = f"{GROUPS[self.group]} {name}: {' and '.join(plugin.words for plugin in plugins)}"
+        homes = [plugin.distribution for plugin in plugins]
+        if name in self._ours:
+            return (
+                f"{subject} ignored, as pounding_risk has this name itself; rename it there, or uninstall "
+                f"{' and '.join(homes)}"
+            )
         if name not in self._problems:
-            self._problems[name] = self._collision(name, plugins) or self._load(plugins[0])
+            if plugins[0].is_being_imported():
+                return ""
+            self._problems[name] = (
+                self._load(plugins[0])
+                if len(plugins) == 1
+                else f"{subject} have this name, and which one is meant cannot be known; uninstall "
+                f"{' or '.join(homes)}, or rename it there"
+            )
         return self._problems[name]
 
     @property
     def _plugins(self) -> Plugins:
         return installed().get(self.group, {})
 
+    def _import_folder(self) -> None:
+        folder, self.folder = self.folder, ""  # once, and not again while its modules ask for members
+        for module in iter_modules(import_module(folder).__path__) if folder else ():
+            import_module(f"{folder}.{module.name}")
+
     def _ask(self, name: Any) -> None:
+        self._import_folder()
         if isinstance(name, str) and (problem := self.problem(name)):
             if name not in self._ours:
                 raise PoundingError(problem)
@@ -256,26 +280,6 @@ class Registry(MutableMapping[str, Any]):
         for problem in filter(None, problems.values()):
             tell(problem)
         return {name: self.members[name] for name in self if name in self.members}
-
-    def _hidden(self, name: str) -> str:
-        """That plug-ins of the name of a member of this package are ignored; "" where there are none."""
-        if not (plugins := self._plugins.get(name, ())):
-            return ""
-        homes = " and ".join(plugin.distribution for plugin in plugins)
-        return (
-            f"{GROUPS[self.group]} {name}: {' and '.join(plugin.said for plugin in plugins)} ignored, as pounding_risk "
-            f"has this name itself; rename it there, or uninstall {homes}"
-        )
-
-    def _collision(self, name: str, plugins: tuple[Plugin, ...]) -> str:
-        """Why a name is that of more than one plug-in; "" where it is not."""
-        if len(plugins) == 1:
-            return ""
-        return (
-            f"{GROUPS[self.group]} {name}: {' and '.join(plugin.said for plugin in plugins)} have this name, and which "
-            f"one is meant cannot be known; uninstall {' or '.join(plugin.distribution for plugin in plugins)}, or "
-            "rename it there"
-        )
 
     def _load(self, plugin: Plugin) -> str:
         """Import a plug-in and have it among the members; why that fails, or "" where it does not."""
@@ -293,8 +297,8 @@ class Registry(MutableMapping[str, Any]):
             self.members.pop(plugin.name, None)
             why = str(error) if isinstance(error, PoundingError) else f"{type(error).__name__}: {error}"
             return (
-                f"{GROUPS[self.group]} {plugin.name}: the plug-in {plugin.said} cannot be loaded: {why}; repair it, or "
-                f"uninstall {plugin.distribution}"
+                f"{GROUPS[self.group]} {plugin.name}: the plug-in {plugin.words} cannot be loaded: {why}; repair it, "
+                f"or uninstall {plugin.distribution}"
             )
         return ""
 
@@ -308,7 +312,7 @@ def _own_interrupts() -> Iterator[None]:
 
     def note(number: int, frame: Any) -> None:
         signals.append(number)
-        before(number, frame)  # type: ignore[operator,misc] # callable, as asked above
+        before(number, frame)  # type: ignore[operator,misc] # callable, as checked above
 
     if can_listen:
         signal.signal(signal.SIGINT, note)

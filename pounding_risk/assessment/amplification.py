@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk._common.dates import created
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.options import USUAL_PERCENTILE
@@ -57,7 +56,7 @@ def amplification(
     new: bool = False,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Amplification of two linear buildings by pounding over the ratio of their periods and the gap.
+    """What pounding adds, over the period ratio and the gap.
 
     Amplification is the peak of a building with contact over its peak without, under the same motion: 1 where nothing
     touches. One building stays as it is, the other's period is the ratio times its period, with the mass that it has.
@@ -127,10 +126,9 @@ def amplification(
     RecordError
         For a record that cannot be used.
     """
-    from pounding_risk.results.files import save
     from pounding_risk.studies import amplification as study  # compiled
     from pounding_risk.studies import spectra as closings
-    from pounding_risk.studies.out_file import check_out
+    from pounding_risk.studies.study import check_out, saved
 
     target = check_out(out, "amplification", new)
     requested = read_percentiles(percentiles)
@@ -172,10 +170,7 @@ def amplification(
     peaks = study.responses(scene, shaking, chart.pairs(), workers, progress)
     dataset = study.amplification_dataset(scene, shaking, chart, peaks, requested, motions)
     dataset.attrs |= {"fixed": ("left", "right")[stays], "share_of": share_of, "share_percentile": at}
-    dataset.attrs |= {"finding": finding(dataset), **created("pounding_risk.amplification")}
-    if target is not None:
-        save(dataset, target)
-    return dataset
+    return saved(dataset, "amplification", target, finding=finding(dataset))
 
 
 def _reference(

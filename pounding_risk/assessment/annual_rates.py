@@ -69,7 +69,7 @@ def read_target_rate(value: AnnualRate | float | str | None, has_hazard: bool, p
         return value
     name = f"{prefix}target-rate" if prefix else "target_rate"
     if not has_hazard:
-        raise QuantityError(f"{name}: a rate of contact follows from a hazard curve; add {prefix}hazard hazard.csv")
+        raise QuantityError(f"{name}: a rate of contact follows from a hazard curve; add --hazard hazard.csv")
     return read_rate(value, name)
 
 

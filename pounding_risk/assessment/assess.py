@@ -236,7 +236,7 @@ def assess(
     target_rate: AnnualRate | float | str | None = None,
     gmfs: Fields | str | Path | None = None,
 ) -> Assessment:
-    """Assess the gaps of a dataset of `scan`: probabilities of contact, gaps required, fragilities and a verdict.
+    """Assess gaps: P(contact), required gaps, a verdict.
 
     A share, such as 84 %, may be written 0.84, 84 or "84 %". A target asks for the percentile that leaves it, 90 % of
     0.1, and a percentile leaves a target, 0.16 of 84 %; where both are given the verdict uses the target.

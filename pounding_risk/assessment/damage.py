@@ -62,7 +62,7 @@ def damage(
     confidence: float | str = USUAL_CONFIDENCE,
     gmfs: Fields | str | Path | None = None,
 ) -> xr.Dataset:
-    """Fragility of each damage state with pounding and without, and what pounding changes.
+    """Fragility of damage states with pounding and without.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.motions.levels import say_level
-from pounding_risk.motions.processing.amplitude import USUAL_FACTORS
+from pounding_risk.motions.motion import USUAL_FACTORS
 from pounding_risk.results.amplitudes import intensity_quantity, intensity_unit
 from pounding_risk.statistics import fragility as curves
 from pounding_risk.statistics.fragility import Fit, Shown, Stripe, fragility_curve

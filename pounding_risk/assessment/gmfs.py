@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.tables import AGAIN, Table, read_table
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.assessment.hazard_openquake import measure_of
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.sites.places import find_site, read_site, site_words
-from pounding_risk.motions.sites.tables import AGAIN, Table, place_of, read_table, split_site
+from pounding_risk.motions.sites.places import find_site, place_of, read_site, site_words, split_site
 from pounding_risk.results.amplitudes import Spectral, spectral
 from pounding_risk.statistics.fragility import fragility_curve
 from pounding_risk.statistics.hazard import SEED
@@ -140,7 +140,7 @@ def read_fields(path: str | Path) -> Fields:
         With the line, for a damaged file, for a site that it has not, and for several of which none is named.
     """
     name, where = split_site(str(path))
-    table = read_table(Path(name), ())
+    table = read_table(Path(name), error=PoundingError)
     columns = {what: next((one for one in names if one in table.head), "") for what, names in _NAMES.items()}
     measures = {column: measure_of(column[4:]) for column in table.head if column.startswith("gmv_")}
     if not (columns["site"] and columns["event"] and any(measures.values())):
@@ -157,7 +157,7 @@ def read_fields(path: str | Path) -> Fields:
         event = events.setdefault(key, len(events))
         if table.whole_id(row, columns["site"]) == site:
             if event in rows:
-                raise table.fault(f"has event {key[1]} at site {site} a second time; {AGAIN}", row)
+                raise row.fault(f"has event {key[1]} at site {site} a second time; {AGAIN}")
             rows[event] = row
     levels = {}
     for column, known in measures.items():
@@ -167,7 +167,7 @@ def read_fields(path: str | Path) -> Fields:
         for event, row in rows.items():
             value = table.number(row, column)
             if value < 0.0:
-                raise table.fault(f"{column} is {value:g}; it must be 0 or above: {AGAIN}", row)
+                raise row.fault(f"{column} is {value:g}; it must be 0 or above: {AGAIN}")
             values[event] = known[1] * value
     left = [column for column, known in measures.items() if known is None]
     sentences = [f"{words} {len(events)} events, {len(rows)} of them with a row at the site; all count alike."]
@@ -178,11 +178,11 @@ def read_fields(path: str | Path) -> Fields:
 
 
 def _site(table: Table, column: str, where: str) -> tuple[str, str]:
-    """The id of the site that is asked for, and a sentence on it."""
+    """The id of the site that is wanted for, and a sentence on it."""
     ids = list(dict.fromkeys(table.whole_id(row, column) for row in table.rows))
-    asked = read_site(where, str(table.path)) if where else None
-    if asked is None or asked.place is None:
-        site = asked.id if asked else ids[0] if len(ids) == 1 else ""
+    wanted = read_site(where, str(table.path)) if where else None
+    if wanted is None or wanted.place is None:
+        site = wanted.id if wanted else ids[0] if len(ids) == 1 else ""
         if site not in ids:
             known = f"{len(ids)} sites, {', '.join(ids[:5])}{' ...' if len(ids) > 5 else ''}"
             lacking = f"has no site {site}, and {known}" if site else f"has {known}"
@@ -191,8 +191,8 @@ def _site(table: Table, column: str, where: str) -> tuple[str, str]:
     mesh = _mesh(table.path)
     places = [place_of(mesh, row) for row in mesh.rows]
     names = [mesh.whole_id(row, "site_id") for row in mesh.rows]
-    found = find_site(places, names, asked, str(mesh.path))
-    return names[found.position], site_words(found, asked)
+    found = find_site(places, names, wanted, str(mesh.path))
+    return names[found.position], site_words(found, wanted)
 
 
 def _mesh(path: Path) -> Table:
@@ -206,7 +206,7 @@ def _mesh(path: Path) -> Table:
             f"{path}: a site by its place needs the table of sites {own.name} beside it, and {found} there; copy it "
             "there, or name the site by its id"
         )
-    return read_table(beside[0], ("site_id", "lon", "lat"))
+    return read_table(beside[0], error=PoundingError, needed=("site_id", "lon", "lat"))
 
 
 def _period(intensity: str) -> float:

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.tables import AGAIN, Row, Table, head_of, read_table
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.sites.places import Asked, Site, read_site, site_words
-from pounding_risk.motions.sites.tables import AGAIN, Row, Table, head_of, read_table, split_site
+from pounding_risk.motions.sites.places import Site, SiteRequest, find_site, place_of, read_site, site_words, split_site
 from pounding_risk.results.amplitudes import Spectral
 from pounding_risk.units import STANDARD_GRAVITY
 
@@ -59,8 +59,8 @@ def exported(path: str | Path) -> Exported | None:
     if len(ours) < len(files):
         odd = next(file for file in files if file not in ours)
         raise PoundingError(f"{odd}: is no hazard curve of OpenQuake, as others of {name} are; narrow the pattern")
-    asked = read_site(where) if where else None
-    parts = [_curve_or_spectra(read_table(file, ("lon", "lat")), asked) for file in ours]
+    wanted = read_site(where) if where else None
+    parts = [_curve_or_spectra(read_table(file, error=PoundingError, needed=("lon", "lat")), wanted) for file in ours]
     first = parts[0]
     for file, part in zip(ours, parts, strict=True):
         if (part.years, part.reading[0]) != (first.years, first.reading[0]):
@@ -91,23 +91,26 @@ def _is_export(head: Sequence[str]) -> bool:
     return "lon" in head and "lat" in head
 
 
-def _curve_or_spectra(table: Table, asked: Asked | None) -> Exported:
-    row, site = table.site(asked)
+def _curve_or_spectra(table: Table, wanted: SiteRequest | None) -> Exported:
+    at = table.head.index("custom_site_id") if "custom_site_id" in table.head else -1
+    ids = [row.cells[at] for row in table.rows] if at >= 0 else []
+    site = find_site([place_of(table, row) for row in table.rows], ids, wanted, str(table.path))
+    row = table.rows[site.position]
     columns = [name for name in table.head if name not in ("custom_site_id", "lon", "lat", "depth")]
     if columns and all(map(_POE.fullmatch, columns)):
-        return _curve(table, row, columns, _about(table, site, asked))
+        return _curve(table, row, columns, _about(table, site, wanted))
     if columns and all(map(_SPECTRUM.fullmatch, columns)):
-        return _spectra(table, row, columns, _about(table, site, asked, ", uniform hazard spectra"))
+        return _spectra(table, row, columns, _about(table, site, wanted, ", uniform hazard spectra"))
     raise table.fault(
         "is an export of OpenQuake, and neither a hazard curve (columns poe-0.1 ...) nor uniform hazard spectra "
         "(columns 0.002105~PGA ...); export hcurves or uhs"
     )
 
 
-def _about(table: Table, site: Site, asked: Asked | None, shape: str = "") -> str:
+def _about(table: Table, site: Site, wanted: SiteRequest | None, shape: str = "") -> str:
     """Sentences on the program with the kind and shape of its file, and on the site."""
     kind = table.facts.get("kind", "")
-    return f"OpenQuake{f', {kind}' if kind else ''}{shape}. {site_words(site, asked)}"
+    return f"OpenQuake{f', {kind}' if kind else ''}{shape}. {site_words(site, wanted)}"
 
 
 def _intensity(table: Table, imt: str) -> tuple[str, float]:
@@ -123,7 +126,7 @@ def _intensity(table: Table, imt: str) -> tuple[str, float]:
 def _probability(table: Table, row: Row, column: str) -> float:
     value = table.number(row, column)
     if not 0.0 <= value <= 1.0:
-        raise table.fault(f"{column} is {value:g}; a probability goes from 0 to 1: {AGAIN}", row)
+        raise row.fault(f"{column} is {value:g}; a probability goes from 0 to 1: {AGAIN}")
     return value
 
 
@@ -134,15 +137,14 @@ def _curve(table: Table, row: Row, columns: Sequence[str], about: str) -> Export
     poes = np.array([_probability(table, row, column) for column in columns])
     for at in range(1, len(columns)):
         if not (levels[at] > levels[at - 1] and poes[at] <= poes[at - 1]):
-            raise table.fault(
+            raise row.fault(
                 f"{columns[at]}: intensities must rise and probabilities fall from column to column, and {poes[at]:g} "
-                f"follows {poes[at - 1]:g}; {AGAIN}",
-                row,
+                f"follows {poes[at - 1]:g}; {AGAIN}"
             )
     bounded = (levels > 0.0) & (poes > 0.0) & (poes < 1.0)
     kept = bounded & np.append(poes[1:] < poes[:-1], True)
     if kept.sum() < 2:
-        raise table.fault(f"has {kept.sum()} different probabilities between 0 and 1, two are the least; {AGAIN}", row)
+        raise row.fault(f"has {kept.sum()} different probabilities between 0 and 1, two are the least; {AGAIN}")
     words = []
     if (~bounded).any():
         words.append(f"{counted((~bounded).sum(), 'level')} of {intensity} with a probability of 0 or 1 left out.")
@@ -170,11 +172,10 @@ def _spectra(table: Table, row: Row, columns: Sequence[str], about: str) -> Expo
                 "from which a rate follows: set poes = 0.1 0.02 in the job, or export hazard curves"
             )
         if not (values[0] > 0.0 and (np.diff(values) > 0.0).all() and (np.diff(poes) < 0.0).all()):
-            raise table.fault(
+            raise row.fault(
                 f"{imt} is {', '.join(f'{value:g}' for value in values)} at probabilities of "
                 f"{', '.join(f'{poe:g}' for poe in poes)}; it must be above 0 and rise as they fall (the engine cuts "
-                "it at its strongest level): ask for fewer poes, or export hazard curves",
-                row,
+                "it at its strongest level): ask for fewer poes, or export hazard curves"
             )
         names.append(intensity)
         levels.append(unit * values)

@@ -14,7 +14,6 @@ probability p in t years, which is one of −ln(1 − p)/t. Exports of the OpenQ
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Sequence
 from math import inf, isclose, nan
@@ -24,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk._common.inputs import EXPORT, cannot_be_read, read_text
+from pounding_risk._common.tables import Row, read_table, short, split_unit
 from pounding_risk.assessment.annual_rates import AnnualRate, read_rate
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.assessment.hazard_openquake import Exported, exported
@@ -86,26 +85,6 @@ class Statement(NamedTuple):
         return rate_of_probability(parse(cell, PERCENT) / 100.0 if is_percent else parse(cell, PROBABILITY), self.years)
 
 
-class Line(NamedTuple):
-    """One line of a table: the file, its number, its text and cells."""
-
-    source: Path
-    number: int
-    text: str
-
-    @property
-    def cells(self) -> list[str]:
-        return [cell.strip() for cell in next(csv.reader([self.text], skipinitialspace=True))]
-
-    def fault(self, words: str) -> PoundingError:
-        """The error that this line causes."""
-        return PoundingError(f"{self.source}, line {self.number}: {words}")
-
-    @property
-    def shown(self) -> str:
-        return _shown(self.text)
-
-
 class Column(NamedTuple):
     """Intensity of a column: its name in lower case, and its unit."""
 
@@ -146,10 +125,12 @@ def read_hazard(path: str | Path) -> Hazard | HazardSpectrum:
     curves = exported(path)
     if curves is not None:
         return _of_openquake(curves)
-    lines = _lines(Path(path))
-    cells = lines[0].cells
+    table = read_table(Path(path), HEAD, error=PoundingError, longest=LONGEST)
+    lines, cells = [table.head_row, *table.rows], table.head
     if re.fullmatch(r"period *\[.*\]", cells[0], re.IGNORECASE):
         return _by_period(lines)
+    if len(table.rows) < 2:
+        raise table.fault(f"has {len(table.rows)} rows below its head, two are the least; {HEAD}")
     stated = statement(cells[0])
     if stated is not None:
         return _by_rate(lines, stated)
@@ -164,7 +145,7 @@ def _of_openquake(curves: Exported) -> Hazard | HazardSpectrum:
     rates = [rate_of_probability(poe, curves.years) for poe in curves.probabilities]
     if len(rates) == 1:
         return Hazard(curves.intensities[0], curves.levels[0], rates[0], curves.name, reading)
-    head = Line(Path(curves.name), 1, "")
+    head = Row(Path(curves.name), 1, (), PoundingError)
     return _at_common_rates(head, curves.intensities, list(zip(curves.levels, rates, strict=True)), reading)
 
 
@@ -180,26 +161,7 @@ def statement(head: str) -> Statement | None:
     return Statement("annual rate") if re.fullmatch(A_YEAR, head, re.IGNORECASE) else None
 
 
-def _lines(source: Path) -> list[Line]:
-    """The lines of a table that hold something, the head first."""
-    try:
-        lines = read_text(source, EXPORT).splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise PoundingError(f"{source}: {cannot_be_read(error, HEAD)}") from None
-    rows = [
-        Line(source, at, text)
-        for at, text in enumerate(lines, start=1)
-        if text.strip(" \t,;") and not text.startswith("#")
-    ]
-    for row in rows:
-        if len(row.text) > LONGEST:
-            raise row.fault(f"has {len(row.text):,} letters, and a row is two numbers or a few more; {HEAD}")
-    if len(rows) < 2 or (len(rows) < 3 and not re.match(r"period *\[", rows[0].text.strip(), re.IGNORECASE)):
-        raise PoundingError(f"{source}: has {max(len(rows) - 1, 0)} rows below its head, two are the least; {HEAD}")
-    return rows
-
-
-def _one_curve(lines: list[Line]) -> Hazard:
+def _one_curve(lines: list[Row]) -> Hazard:
     """A curve of two columns, the intensity and how often it is exceeded."""
     head = lines[0]
     column = _column(head, head.cells[0])
@@ -207,7 +169,7 @@ def _one_curve(lines: list[Line]) -> Hazard:
         raise head.fault(f"{head.shown} names no intensity with its unit; {HEAD}")
     stated = statement(head.cells[1])
     if stated is None:
-        raise head.fault(f"the second column is {_shown(head.cells[1])}; it must be {OFTEN}: {_how(head.cells[1])}")
+        raise head.fault(f"the second column is {short(head.cells[1])}; it must be {OFTEN}: {_how(head.cells[1])}")
     table = np.array([_row(line, column, stated) for line in lines[1:]])
     _check_order(lines[1:], table[:, 0], table[:, 1], stated)
     return Hazard(column.name, table[:, 0], table[:, 1], lines[0].source.name, stated.reading)
@@ -220,16 +182,12 @@ def _how(head: str) -> str:
     return "write 'annual rate [1/year]', 'return period [years]' or 'probability in 50 years'"
 
 
-def _row(line: Line, column: Column, stated: Statement) -> tuple[float, float]:
+def _row(line: Row, column: Column, stated: Statement) -> tuple[float, float]:
     """Intensity [SI] and annual rate [1/year] of one row."""
-    cells = line.cells
-    if len(cells) != 2:
-        words = f"the intensity and its {stated.kind}"
-        raise line.fault(f"{line.shown} has {len(cells)} cells; write two, {words}")
-    return _intensity(line, cells[0], column), _rate(line, cells[1], stated)
+    return _intensity(line, line.cells[0], column), _rate(line, line.cells[1], stated)
 
 
-def _rate(line: Line, cell: str, stated: Statement) -> float:
+def _rate(line: Row, cell: str, stated: Statement) -> float:
     if "%" in cell and stated.kind != "probability":
         raise line.fault(f"{line.shown} has a percentage; write a number a year; {HEAD}")
     try:
@@ -240,14 +198,14 @@ def _rate(line: Line, cell: str, stated: Statement) -> float:
         raise line.fault(f"{line.shown} is no row of the table ({error}){chance}{percent}; {HEAD}") from None
 
 
-def _intensity(line: Line, cell: str, column: Column) -> float:
+def _intensity(line: Row, cell: str, column: Column) -> float:
     try:
         return parse(f"{cell} {column.unit}", column.quantity)
     except QuantityError as error:
         raise line.fault(f"{line.shown} is no row of the table ({error}); {HEAD}") from None
 
 
-def _check_order(lines: Sequence[Line], im: Array, rate: Array, stated: Statement, name: str = "intensities") -> None:
+def _check_order(lines: Sequence[Row], im: Array, rate: Array, stated: Statement, name: str = "intensities") -> None:
     """Raise PoundingError with the line where intensities do not rise or rates do not fall."""
     for row in range(1, len(im)):
         if not (im[row] > im[row - 1] and rate[row] < rate[row - 1]):
@@ -257,7 +215,7 @@ def _check_order(lines: Sequence[Line], im: Array, rate: Array, stated: Statemen
             )
 
 
-def _by_rate(lines: list[Line], stated: Statement) -> Hazard | HazardSpectrum:
+def _by_rate(lines: list[Row], stated: Statement) -> Hazard | HazardSpectrum:
     """A row for each annual rate: a curve where there is one intensity, spectra where there are several."""
     head = lines[0]
     columns = [_column(head, cell) for cell in head.cells[1:]]
@@ -266,11 +224,8 @@ def _by_rate(lines: list[Line], stated: Statement) -> Hazard | HazardSpectrum:
         raise head.fault(f"{head.shown} has a column that names no intensity with its unit; {SPECTRA}")
     rows = []
     for line in lines[1:]:
-        cells = line.cells
-        if len(cells) != len(columns) + 1:
-            raise line.fault(f"{line.shown} has {len(cells)} cells; write {len(columns) + 1}, one for each column")
-        values = [_intensity(line, cell, column) for cell, column in zip(cells[1:], named, strict=True)]
-        rows.append([_rate(line, cells[0], stated), *values])
+        values = [_intensity(line, cell, column) for cell, column in zip(line.cells[1:], named, strict=True)]
+        rows.append([_rate(line, line.cells[0], stated), *values])
     table = np.array(rows)
     for at, column in enumerate(named, start=1):
         _check_order(lines[1:], table[:, at], table[:, 0], stated, f"intensities of {column.name}")
@@ -279,26 +234,23 @@ def _by_rate(lines: list[Line], stated: Statement) -> Hazard | HazardSpectrum:
     return _spectrum(head, [column.name for column in named], table[:, 0], table[:, 1:], stated.reading)
 
 
-def _by_period(lines: list[Line]) -> HazardSpectrum:
+def _by_period(lines: list[Row]) -> HazardSpectrum:
     """A row for each period of vibration, 0 for PGA, and a column for each annual rate."""
     head, levels = lines[0], []
     for cell in head.cells[1:]:
         column = _column(head, cell)
         if column is None:
-            raise head.fault(f"{_shown(cell)} has no unit of its intensities; {SPECTRA}")
+            raise head.fault(f"{short(cell)} has no unit of its intensities; {SPECTRA}")
         try:
             levels.append((read_rate(column.name), column))
         except QuantityError as error:
-            raise head.fault(f"{_shown(cell)} says not how often it is exceeded ({error})") from None
+            raise head.fault(f"{short(cell)} says not how often it is exceeded ({error})") from None
     if len(levels) < 2:
         raise head.fault(f"has spectra of {len(levels)} rates, two are the least; {SPECTRA}")
     names, rows = [], []
     for line in lines[1:]:
-        cells = line.cells
-        if len(cells) != len(levels) + 1:
-            raise line.fault(f"{line.shown} has {len(cells)} cells; write {len(levels) + 1}, one for each column")
-        names.append(_period_name(line, cells[0], head.cells[0]))
-        rows.append([_intensity(line, cell, column) for cell, (_, column) in zip(cells[1:], levels, strict=True)])
+        names.append(_period_name(line, line.cells[0], head.cells[0]))
+        rows.append([_intensity(line, cell, column) for cell, (_, column) in zip(line.cells[1:], levels, strict=True)])
     rates = np.array([level.rate for level, _ in levels])
     order = np.argsort(-rates)
     table = np.array(rows)[:, order]
@@ -308,7 +260,7 @@ def _by_period(lines: list[Line]) -> HazardSpectrum:
     return _spectrum(head, names, rates[order], table.T, _level_reading([level for level, _ in levels]))
 
 
-def _by_intensity(lines: list[Line]) -> HazardSpectrum:
+def _by_intensity(lines: list[Row]) -> HazardSpectrum:
     """A row for each intensity, and a column for the curve of each period; an empty cell ends its curve."""
     head = lines[0]
     column = _column(head, head.cells[0])
@@ -319,10 +271,7 @@ def _by_intensity(lines: list[Line]) -> HazardSpectrum:
         raise head.fault(f"{head.shown} has not one form of rates at several periods; {CURVES}")
     stated, curves = named[0][0], []
     for at, (_, name) in enumerate(named, start=1):
-        rows = [line for line in lines[1:] if len(line.cells) <= at or line.cells[at]]
-        for line in rows:
-            if len(line.cells) != len(named) + 1:
-                raise line.fault(f"{line.shown} has {len(line.cells)} cells; write {len(named) + 1}")
+        rows = [line for line in lines[1:] if line.cells[at]]
         if len(rows) < 2:
             raise head.fault(f"has {len(rows)} rates of {name}, two are the least; {CURVES}")
         im = np.array([_intensity(line, line.cells[0], column) for line in rows])
@@ -332,22 +281,22 @@ def _by_intensity(lines: list[Line]) -> HazardSpectrum:
     return _at_common_rates(head, [name for _, name in named], curves, stated.reading)
 
 
-def _rate_at_period(head: Line, cell: str) -> tuple[Statement, str]:
+def _rate_at_period(head: Row, cell: str) -> tuple[Statement, str]:
     """How a column states rates, and the intensity whose curve it holds: "annual rate at 0.5 s [1/year]"."""
     match = re.fullmatch(r"(.*?) at ([^\[\]]+?)\s*(\[[^\]]*\])?", cell)
     stated = statement(f"{match[1]} {match[3] or ''}".strip()) if match else None
     if match is None or stated is None:
-        raise head.fault(f"{_shown(cell)} says not how often intensities at which period are exceeded; {CURVES}")
+        raise head.fault(f"{short(cell)} says not how often intensities at which period are exceeded; {CURVES}")
     if match[2].lower() == "pga":
         return stated, "pga"
     try:
         return stated, Spectral(parse(match[2], PERIOD)).intensity
     except QuantityError as error:
-        raise head.fault(f"{_shown(cell)} names no period ({error}); {CURVES}") from None
+        raise head.fault(f"{short(cell)} names no period ({error}); {CURVES}") from None
 
 
 def _at_common_rates(
-    head: Line, names: Sequence[str], curves: Sequence[tuple[Array, Array]], reading: str
+    head: Row, names: Sequence[str], curves: Sequence[tuple[Array, Array]], reading: str
 ) -> HazardSpectrum:
     """Spectra at the rates that all curves have, each curve straight in the logarithms between its rows."""
     least, most = max(rate[-1] for _, rate in curves), min(rate[0] for _, rate in curves)
@@ -365,9 +314,9 @@ def _level_reading(levels: Sequence[AnnualRate]) -> str:
     return f"The columns {words} are read as annual rates of {rates}, events being independent of each other (Poisson)."
 
 
-def _period_name(line: Line, cell: str, head: str) -> str:
+def _period_name(line: Row, cell: str, head: str) -> str:
     """The intensity of a row that starts with a period: "pga" of 0, or "sa(0.5 s)"."""
-    unit = head.partition("[")[2].rpartition("]")[0]
+    unit = split_unit(head)[1]
     if cell.lower() == "pga" or re.fullmatch(r"0*\.?0+", cell):
         return "pga"
     try:
@@ -376,7 +325,7 @@ def _period_name(line: Line, cell: str, head: str) -> str:
         raise line.fault(f"{line.shown} starts with no period ({error}); {SPECTRA}") from None
 
 
-def _spectrum(head: Line, names: Sequence[str], rate: Array, im: Array, reading: str) -> HazardSpectrum:
+def _spectrum(head: Row, names: Sequence[str], rate: Array, im: Array, reading: str) -> HazardSpectrum:
     """Spectra by rising period, from ``im`` (rates, intensities); raises PoundingError for other intensities."""
     known = [_spectral_name(head, name) for name in names]
     periods = [one.period for one in known]
@@ -402,23 +351,23 @@ def _spectrum(head: Line, names: Sequence[str], rate: Array, im: Array, reading:
     )
 
 
-def _spectral_name(head: Line, name: str) -> Spectral:
+def _spectral_name(head: Row, name: str) -> Spectral:
     """Period and damping of the intensity of a column, the period 0 of PGA."""
     if name == "pga":
         return Spectral(0.0)
     match = re.fullmatch(r"sa\((.+)\)", name)
     found = spectral(match[1]) if match else None
     if found is None:
-        raise head.fault(f"{_shown(name)} is neither pga nor sa at a period such as sa(0.5 s); {SPECTRA}")
+        raise head.fault(f"{short(name)} is neither pga nor sa at a period such as sa(0.5 s); {SPECTRA}")
     return found
 
 
-def _column(head: Line, cell: str) -> Column | None:
+def _column(head: Row, cell: str) -> Column | None:
     """Name and unit of an intensity, from the head of its column; None where it names none with a unit."""
-    match = re.fullmatch(r"\s*(.+?)\s*\[(.+)\]\s*", cell)
-    if match is None:
+    stated, unit = split_unit(cell)
+    if not stated or not unit:
         return None
-    name = match[1].lower()
+    name = stated.lower()
     if re.match(r"pgd\b", name):
         raise head.fault(
             f"the hazard is one of {name}, which datasets do not hold for their motions; take a curve of pga or pgv, "
@@ -426,11 +375,5 @@ def _column(head: Line, cell: str) -> Column | None:
         )
     measure = read_measure(name)
     if name.startswith("sa_avg") and measure is None:
-        raise head.fault(f"{_shown(cell)} names no range of periods; write sa_avg(0.2-2 s) [g]")
-    return Column(name if measure is None or measure.name != "sa_avg" else measure.intensity, match[2])
-
-
-def _shown(text: str) -> str:
-    """Text of a table for an error, at most 60 letters of it."""
-    text = text.strip()
-    return repr(text if len(text) <= 60 else f"{text[:57]}...")
+        raise head.fault(f"{short(cell)} names no range of periods; write sa_avg(0.2-2 s) [g]")
+    return Column(name if measure is None or measure.name != "sa_avg" else measure.intensity, unit)

@@ -100,10 +100,9 @@ def percent_words(value: float) -> str:
 
 def _target(value: Any, name: str) -> float:
     if isinstance(value, str) and "year" in value:
-        option = f"{name}-rate" if name.startswith("--") else f"{name}_rate"
         raise QuantityError(
-            f"{name}: {shown(value)} is a rate; write it as {option}, beside a hazard curve. {name} is the probability "
-            "of contact under one motion of the dataset, such as 10 %"
+            f"{name}: {shown(value)} is a rate; write it as --target-rate (target_rate in Python), beside a hazard "
+            "curve. The target is the probability of contact under one motion of the dataset, such as 10 %"
         )
     try:
         target = share(value, name, high=HALF)

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
-from pounding_risk._common.dates import created
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.options import LEAST, USUAL_PERCENTILE
@@ -58,7 +57,7 @@ def spectra(
     new: bool = False,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Required gap of two linear buildings over the periods of both, under an ensemble of motions.
+    """Gap required over the periods of two linear buildings.
 
     The gap that a motion needs is the largest closing u_left - u_right of two single masses on one ground, from rest
     and without contact, exact between the samples. Beside it stands what rules ask for from the spectral displacements
@@ -110,9 +109,8 @@ def spectra(
     RecordError
         For a record that cannot be used.
     """
-    from pounding_risk.results.files import save
     from pounding_risk.studies import spectra as study  # compiled
-    from pounding_risk.studies.out_file import check_out
+    from pounding_risk.studies.study import check_out, saved
 
     target = check_out(out, "spectra", new)
     requested = read_percentiles(percentiles)
@@ -124,10 +122,7 @@ def spectra(
     shaking = study.shaking_of(subject, np.concatenate([left, right]))
     closings = study.closings(shaking.motions, sides, workers, progress)
     dataset = with_rules(study.gap_dataset(shaking, sides, closings, requested, motions))
-    dataset.attrs |= {"finding": finding(dataset), **created("pounding_risk.spectra")}
-    if target is not None:
-        save(dataset, target)
-    return dataset
+    return saved(dataset, "spectra", target, finding=finding(dataset))
 
 
 def read_percentiles(values: Sequence[float | str], name: str = "percentiles") -> tuple[float, ...]:

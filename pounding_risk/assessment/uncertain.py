@@ -84,7 +84,7 @@ def uncertainty(
     new: bool = False,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Assess what the uncertain numbers of a scene mean, beside what the motions do.
+    """What uncertain numbers of a scene mean for the gap.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def uncertainty(
         For a record that cannot be used.
     """
     from pounding_risk.results.files import save
-    from pounding_risk.studies.out_file import check_out
+    from pounding_risk.studies.study import check_out
 
     file = check_out(out, "uncertainty", new)
     request = Request(

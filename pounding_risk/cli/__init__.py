@@ -22,12 +22,14 @@ from pounding_risk.cli._common.compile_cache import report_trouble
 from pounding_risk.cli._common.options import BAD_INPUT, INTERRUPTED
 from pounding_risk.cli._common.streams import OutputFull, prepare_streams
 from pounding_risk.errors import PoundingError
+from pounding_risk.questions import declared_questions
 
 
 class Commands(FolderGroup):
     """The group of all commands. Errors that a user can repair are printed as sentences, without a traceback."""
 
     plugins = "commands"
+    questions = declared_questions()
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command; bad input ends with status 2, Ctrl-C with 130."""

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from pounding_risk.cli._common.files import draw, out_or
-from pounding_risk.cli._common.notes import FASTER, print_flags, print_left_out, print_notes, print_unused
+from pounding_risk.cli._common.notes import print_flags, print_left_out, print_notes, print_unused
 from pounding_risk.cli._common.options import (
     NONE,
     RUN_FAILED,
@@ -28,6 +28,7 @@ from pounding_risk.cli._common.options import (
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli.validate import print_plan
 from pounding_risk.errors import PoundingError
+from pounding_risk.questions.notes import FASTER
 from pounding_risk.render.terminal import print_pairs
 
 ORDER = 50

@@ -15,7 +15,7 @@ from typing import Any
 from pounding_risk.figures.style import STYLES, blank, law_words, styles, title, write
 
 __all__ = ["STYLES", "amplification", "blank", "law_words", "styles", "title", "write"]  # and what `__dir__` finds
-_OTHERS = {"amplification": "storey_profiles"}  # by the module that has it
+_OTHERS = {"amplification": "row"}  # by the module that has it
 
 
 def _find_figures() -> dict[str, Any]:

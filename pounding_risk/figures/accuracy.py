@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.figures.style import QUIET, blank, legend_below, title
+from pounding_risk.figures.style import QUIET, blank, legend_below, logarithmic, message, title
 from pounding_risk.lab.accuracy_findings import EVENT, OUTPUTS, summed_up
 
 if TYPE_CHECKING:
@@ -54,8 +54,7 @@ def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
 
 
 def _draw(axis: Any, dataset: xr.Dataset, which: tuple[str, str], style: tuple[str, str]) -> None:
-    solver, output = which
-    colour, marker = style
+    (solver, output), (colour, marker) = which, style
     settings = dataset.isel(setting=np.flatnonzero(dataset["method"].values == solver)).sel(output=output)
     times = settings["time"].values
     middle, worst = np.array([summed_up(error) for error in settings["error"].values]).T
@@ -100,19 +99,14 @@ def _frame(axis: Any, words: str, settings: xr.Dataset) -> None:
     axis.set_ylim(FLOOR / 3.0, WORST)
     axis.set_title(words, fontsize=10)
     axis.set_xlabel("processor time per run [s]")
-    axis.set_ylabel("error against the reference")
+    axis.set_ylabel("error against the reference [1]")
     times = settings["time"].values
     axis.set_xlim(0.2 * times.min(), 3.0 * times.max())
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
     if times.max() < 10.0 * times.min():  # too few powers of ten to label these alone
-        axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.xaxis.set_major_formatter(FuncFormatter(lambda seconds, _: f"{seconds:g}"))
-        axis.xaxis.set_minor_formatter(NullFormatter())
+        logarithmic(axis, "x", *axis.get_xlim())
     errors = settings["error"].values
     if np.isnan(errors).all():
-        excuse = "the gap is closed at rest:\nthe first touch has no meaningful time"
-        axis.text(0.5, 0.5, excuse, transform=axis.transAxes, ha="center", va="center", color=QUIET)
+        message(axis, "the gap is closed at rest: the first touch has no meaningful time", 30)
     elif (errors <= FLOOR).any():
         axis.axhline(FLOOR, color=QUIET, linewidth=0.6)
         where = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}

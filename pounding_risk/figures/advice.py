@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, plain, title
+from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, message, plain, title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,14 +49,14 @@ def advice_figure(advice: Advice, note: str = "") -> Figure:
     figure, axes = blank(1, max(len(ranges), 1), size=(5.4 + 4.2 * max(len(ranges), 1), 5.4), sharey=True)
     if not ranges or not advice.influences:
         reason = "no contact in any case" if ranges else "the contact model has no stiffness"
-        axes[0, 0].text(0.5, 0.5, reason, ha="center", color=QUIET, transform=axes[0, 0].transAxes)
+        message(axes[0, 0], reason)
     reach, labels = [1.0], []
     for axis, stiffness_range in zip(axes.flat, ranges, strict=False):
         drawn, of_panel = _panel(axis, advice, stiffness_range)
         reach += drawn
         labels.append(of_panel)
     axes[0, 0].set_ylim(min(0.5, 0.8 * min(reach)), max(2.0, 1.25 * max(reach)))
-    axes[0, 0].set_ylabel("median over that with the scene's stiffness [-]")
+    axes[0, 0].set_ylabel("median over that with the scene's stiffness [1]")
     left_out = len(advice.ranges) - len(ranges)
     more = f"; {counted(left_out, 'more interface')} not drawn" if left_out else ""
     condition = (
@@ -70,18 +70,13 @@ def advice_figure(advice: Advice, note: str = "") -> Figure:
         legend_below(figure, handles, len(handles))
     figure.draw_without_rendering()  # which lays the panels out
     for of_panel in labels:
-        _spread(of_panel)
+        lowest = -np.inf  # points; a label that would overlap the one below is lifted
+        for label in sorted(of_panel, key=lambda label: float(label.xy[1])):
+            height = label.axes.transData.transform(label.xy)[1] * 72.0 / label.axes.figure.dpi
+            lifted = max(height, lowest)
+            label.set_position((5, lifted - height))
+            lowest = lifted + LINE
     return figure
-
-
-def _spread(labels: list[Any]) -> None:
-    """Lift labels that would overlap the one below, by points."""
-    lowest = -np.inf
-    for label in sorted(labels, key=lambda label: float(label.xy[1])):
-        height = label.axes.transData.transform(label.xy)[1] * 72.0 / label.axes.figure.dpi
-        lifted = max(height, lowest)
-        label.set_position((5, lifted - height))
-        lowest = lifted + LINE
 
 
 def _panel(axis: Any, advice: Advice, stiffness_range: StiffnessRange) -> tuple[list[float], list[Any]]:

@@ -37,7 +37,7 @@ def along_figure(assessed: xr.Dataset, interface: str | None = None, note: str =
     note : str
         Added to the caption.
     titled : bool
-        Whether the finding and its conditions are written.
+        Whether finding and conditions are written.
 
     Returns
     -------
@@ -55,11 +55,10 @@ def along_figure(assessed: xr.Dataset, interface: str | None = None, note: str =
     drawn, others = _drawn_axes(part)
     part = part.isel(others)
     figure, axes = blank(1, 2, (11.5, 4.8))
-    if len(drawn) == 2 and not _is_few(part, drawn[1]) and is_number(part, drawn[0]):
-        _share_map(figure, axes[0, 0], part, drawn)
-        _gap_map(figure, axes[0, 1], part, drawn)
+    if len(drawn) == 2 and part.sizes[drawn[1]] > MOST_LINES and all(is_number(part, axis) for axis in drawn):
+        _draw_maps(figure, axes[0], part, drawn)
     else:
-        _lines(axes[0, 0], axes[0, 1], part, drawn)
+        _draw_lines(axes[0, 0], axes[0, 1], part, drawn)
     if titled:
         title(figure, plain(along_finding(part.expand_dims("interface"))), plain(along_caption(assessed, part)), note)
     return figure
@@ -86,7 +85,7 @@ def along_caption(assessed: xr.Dataset, part: xr.Dataset | None = None) -> str:
 
 
 def _of_interface(assessed: Any, interface: str | None) -> Any:
-    """The part of one interface: the one asked for, or the one that needs the widest gap."""
+    """The part of one interface: the one named, or the one that needs the widest gap."""
     names = [str(name) for name in assessed["interface"].values]
     if interface is None:
         dims = [dim for dim in assessed.dims if dim != "interface"]
@@ -115,11 +114,6 @@ def is_number(part: Any, axis: str) -> bool:
     return part[axis].dtype.kind in "if"
 
 
-def _is_few(part: Any, axis: str) -> bool:
-    """True for an axis whose values are drawn as lines."""
-    return part.sizes[axis] <= MOST_LINES or not is_number(part, axis)
-
-
 def shown_values(part: Any, axis: str) -> tuple[Any, str]:
     """The values of an axis in the unit that readers see, and the axis with this unit; texts by their place."""
     moving = [str(key) for key, one in part.coords.items() if one.dims == (axis,) and key != axis]
@@ -139,7 +133,7 @@ def label_side(axis: Any, side: str, part: Any, name: str) -> None:
         getattr(axis, f"set_{side}ticks")(values, [plain(str(text)) for text in part[name].values])
 
 
-def _lines(left: Any, right: Any, part: Any, drawn: list[str]) -> None:
+def _draw_lines(left: Any, right: Any, part: Any, drawn: list[str]) -> None:
     """Draw both along the first axis: one line with its bounds, or a line for each value of the second."""
     along = drawn[0]
     values, _ = shown_values(part, along)
@@ -147,22 +141,23 @@ def _lines(left: Any, right: Any, part: Any, drawn: list[str]) -> None:
     marker = "" if is_number(part, along) and len(values) > 12 else "o"
     for place, (colour, dash) in zip(places, contact_styles(len(places)), strict=True):
         one = part if place is None else part.isel({drawn[1]: place})
-        words = "motions that close it" if place is None else plain(value_words(part, drawn[1], place))
-        own = {"color": colour, "linestyle": dash if is_number(part, along) else "", "marker": marker or None}
-        share, need = one["contact_probability"], one["required_gap"]
-        tone = MEANING["required gap"] if place is None else colour
-        if place is None:
-            _bounds(left, values, one, "contact_probability", 1.0, colour)
-            _bounds(right, values, one, "required_gap", 1e3, tone)
-        left.plot(values, share, label=words, markersize=4, **own)
-        words = f"gap required by {float(part.attrs['percentile']):g} %" if place is None else words
-        right.plot(values, 1e3 * need, label=words, markersize=4, **own | {"color": tone})
+        colours = colour, MEANING["required gap"]
+        words = "motions that close it", f"gap required by {float(part.attrs['percentile']):g} %"
+        if place is not None:
+            colours, words = (colour, colour), (plain(value_words(part, drawn[1], place)),) * 2
+        panels = ((left, "contact_probability", 1.0), (right, "required_gap", 1e3))
+        for (axis, name, factor), tone, label in zip(panels, colours, words, strict=True):
+            if place is None:
+                ends = (factor * one[f"{name}_{end}"] for end in ("low", "high"))
+                axis.fill_between(values, *ends, color=tone, alpha=0.12, linewidth=0.0)
+            look = {"color": tone, "linestyle": dash if is_number(part, along) else "", "marker": marker or None}
+            axis.plot(values, factor * one[name], label=label, markersize=4, **look)
     left.axhline(float(part.attrs["target"]), color=MEANING["target"], linestyle=":", linewidth=1.2, label="target")
     gaps = part["assessed_gap"].isel({drawn[1]: 0} if len(drawn) == 2 else {})
     right.plot(values, 1e3 * gaps, color=MEANING["gap"], linewidth=1.2, label="gap assessed")
-    for axis, words in ((left, "P(contact) [1]"), (right, "gap [mm]")):
+    for axis, label in ((left, "P(contact) [1]"), (right, "gap [mm]")):
         label_side(axis, "x", part, along)
-        axis.set_ylabel(words)
+        axis.set_ylabel(label)
         axis.set_ylim(bottom=0.0)
         axis.legend(fontsize=8)
         if is_number(part, along):
@@ -170,46 +165,31 @@ def _lines(left: Any, right: Any, part: Any, drawn: list[str]) -> None:
     left.set_ylim(0.0, 1.02)
 
 
-def _bounds(axis: Any, values: Any, part: Any, name: str, factor: float, colour: str) -> None:
-    """Shade between the bounds of an output."""
-    low, high = (factor * part[f"{name}_{end}"] for end in ("low", "high"))
-    axis.fill_between(values, low, high, color=colour, alpha=0.12, linewidth=0.0)
-
-
-def _over(axis: Any, part: Any, drawn: list[str]) -> tuple[Any, Any]:
-    """Set up an axis of both numbers; returns their values."""
-    for side, name in zip("xy", drawn, strict=True):
-        label_side(axis, side, part, name)
-    axis.grid(False)
-    return shown_values(part, drawn[0])[0], shown_values(part, drawn[1])[0]
-
-
-def _share_map(figure: Figure, axis: Any, part: Any, drawn: list[str]) -> None:
-    """Draw P(contact) as a map; the line is the target."""
-    values = _over(axis, part, drawn)
-    share = part["contact_probability"].transpose(*drawn[::-1]).values
-    picture = axis.pcolormesh(*values, share, cmap="Blues", vmin=0.0, vmax=1.0, shading="nearest", rasterized=True)
+def _draw_maps(figure: Figure, panels: Any, part: Any, drawn: list[str]) -> None:
+    """Draw P(contact) with the target, and the gap required with contours; the gap assessed is the thick one."""
+    values = [shown_values(part, axis)[0] for axis in drawn]
+    share, need, gaps = (
+        part[name].transpose(*drawn[::-1]).values for name in ("contact_probability", "required_gap", "assessed_gap")
+    )
+    for panel in panels:
+        for side, axis in zip("xy", drawn, strict=True):
+            label_side(panel, side, part, axis)
+        panel.grid(False)
+    left, right = panels
+    picture = left.pcolormesh(*values, share, cmap="Blues", vmin=0.0, vmax=1.0, shading="nearest", rasterized=True)
     target = float(part.attrs["target"])
     if share.min() < target < share.max():
-        line = axis.contour(*values, share, levels=[target], colors="black", linewidths=1.2)
-        axis.clabel(line, fmt=lambda level: f"{100 * level:g} %", fontsize=8)
-    gaps = part["assessed_gap"].values
+        line = left.contour(*values, share, levels=[target], colors="black", linewidths=1.2)
+        left.clabel(line, fmt=lambda level: f"{100 * level:g} %", fontsize=8)
     of = f" of {say(float(gaps.flat[0]), GAP, 6)}" if np.ptp(gaps) == 0.0 else ""
-    axis.set_title(f"P(contact){of}; line: the target", fontsize=9.5)
-    share_bar(figure, picture, axis, "P(contact)")
-
-
-def _gap_map(figure: Figure, axis: Any, part: Any, drawn: list[str]) -> None:
-    """Draw the gap required as a map with contours; the thick one is the gap assessed."""
-    values = _over(axis, part, drawn)
-    need = 1e3 * part["required_gap"].transpose(*drawn[::-1]).values
-    picture = axis.pcolormesh(*values, need, cmap="Oranges", shading="nearest", rasterized=True)
+    left.set_title(f"P(contact){of}; line: the target", fontsize=9.5)
+    share_bar(figure, picture, left, "P(contact)")
+    picture = right.pcolormesh(*values, 1e3 * need, cmap="Oranges", shading="nearest", rasterized=True)
     if need.max() > need.min():
-        lines = axis.contour(*values, need, levels=CONTOURS, colors="black", linewidths=0.7)
-        axis.clabel(lines, fmt="%g", fontsize=8)
-    over = need - 1e3 * part["assessed_gap"].transpose(*drawn[::-1]).values
-    if over.min() < 0.0 < over.max():
-        axis.contour(*values, over, levels=[0.0], colors="black", linewidths=2.0)
+        lines = right.contour(*values, 1e3 * need, levels=CONTOURS, colors="black", linewidths=0.7)
+        right.clabel(lines, fmt="%g", fontsize=8)
+    if (need - gaps).min() < 0.0 < (need - gaps).max():
+        right.contour(*values, need - gaps, levels=[0.0], colors="black", linewidths=2.0)
     percentile = float(part.attrs["percentile"])
-    axis.set_title(f"gap that {percentile:g} % of the motions need [mm]; thick: the gap assessed", fontsize=9.5)
-    figure.colorbar(picture, ax=axis, pad=0.01, aspect=30, label="gap [mm]")
+    right.set_title(f"gap required by {percentile:g} % of the motions [mm]; thick: the gap assessed", fontsize=9.5)
+    figure.colorbar(picture, ax=right, pad=0.01, aspect=30, label="gap [mm]")

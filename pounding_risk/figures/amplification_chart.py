@@ -10,15 +10,13 @@ from pounding_risk.assessment.amplification import (
     OUTPUTS,
     check_amplification,
     gap_dim,
-    raised_words,
     ratio_words,
     reference_name,
-    rises,
     told_words,
 )
 from pounding_risk.assessment.spectra import motions_words, usual_percentile
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import QUIET, blank, contact_styles, plain, title
+from pounding_risk.figures.style import blank, contact_styles, hatch, plain, ratio_axis, title
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +24,6 @@ if TYPE_CHECKING:
 
 EDGES = (0.5, 0.7, 0.8, 0.9, 0.97, 1.03, 1.1, 1.25, 1.5, 2.0, 3.0)  # of the shades; the middle one is no change
 SECTIONS = 4  # gaps along which sections are drawn
-TICKS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0)
 
 
 def amplification_figure(
@@ -84,32 +81,11 @@ def amplification_figure(
         axes[1, column].set_xlabel(plain(ratio_words(results)))
     bar = figure.colorbar(picture, ax=axes[0, :], pad=0.01, aspect=30, ticks=EDGES, label="amplification [1]")
     bar.ax.tick_params(labelsize=8)
-    told = f"{motions_words(results)}; {told_words(results)}; {_staying_words(results, stays)}"
-    # The places have room in the caption alone, whatever the buildings are called.
-    found = rises(shown, output, at)
-    largest = "".join(
-        f"{words} at {where}; " for words, (_, where) in zip(("stiffer", "softer"), found, strict=True) if where
-    )
-    largest = f"largest of the {largest}" if largest else ""
-    heading = f"{raised_words(output, at)}: {', '.join(rise for rise, _ in found)}"
-    title(figure, heading, f"{largest}{told}; dotted area: no motion touches", note)
-    return figure
-
-
-def _staying_words(results: Any, period: float) -> str:
-    """Which building stays, and its period."""
     place = ("left", "right").index(str(results.attrs["fixed"]))
-    return plain(f"T({results['building'].values[place]}) = {period:.3g} s")
-
-
-def _over_ratios(axis: Any, ratios: Any) -> None:
-    """Limits and ticks of an axis of ratios; logarithmic where they span more than three times the smallest."""
-    if ratios[-1] > 3.0 * ratios[0]:
-        axis.set_xscale("log")
-        ticks = [tick for tick in TICKS if ratios[0] <= tick <= ratios[-1]]
-        axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-        axis.set_xticks([], minor=True)
-    axis.set_xlim(ratios[0], ratios[-1])
+    fixed = plain(f"T({results['building'].values[place]}) = {stays:.3g} s")
+    condition = f"{motions_words(results)}; {told_words(results)}; {fixed}; dotted area: no motion touches"
+    title(figure, f"Amplification of the peak {output} by contact, {at:g} % of the motions", condition, note)
+    return figure
 
 
 def _gaps(results: Any) -> tuple[Any, str]:
@@ -134,12 +110,9 @@ def _map(axis: Any, results: Any, values: Any) -> Any:
     grid = values.transpose(gap_dim(results), "period_ratio").values
     picture = axis.pcolormesh(ratios, gaps, grid, shading="nearest", rasterized=True, cmap=colours, norm=norm)
     none = results["contact_share"].transpose(gap_dim(results), "period_ratio").values == 0.0
-    if none.any():
-        still = axis.contourf(ratios, gaps, none.astype(float), levels=[0.5, 1.5], colors="none", hatches=["..."])
-        still.set_edgecolor(QUIET)
-        still.set_linewidth(0.0)
+    hatch(axis, (ratios, gaps), none, "...")
     axis.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
-    _over_ratios(axis, ratios)
+    ratio_axis(axis, "x", ratios)
     axis.set_ylim(gaps[0], gaps[-1])
     axis.set_ylabel(words)
     axis.grid(False)
@@ -158,6 +131,6 @@ def _sections(axis: Any, results: Any, values: Any) -> None:
     axis.axhline(1.0, color="black", linewidth=0.9)
     axis.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
     axis.legend(fontsize=8, title=words, title_fontsize=8)
-    _over_ratios(axis, ratios)
+    ratio_axis(axis, "x", ratios)
     axis.set_ylim(bottom=0.0)
     axis.set_ylabel("amplification [1]")

@@ -1,4 +1,4 @@
-"""Figures of a comparison of contact models: one that answers at a glance, one of the reference impacts."""
+"""Figures of a comparison of contact models: at one place, along an axis of the scene, and of the reference impacts."""
 
 from __future__ import annotations
 
@@ -7,15 +7,36 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.figures.style import QUIET, blank, force_words, motion_words, styles, title
-from pounding_risk.results.scene_axes import settled
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures.along import is_number, label_side, shown_values
+from pounding_risk.figures.style import (
+    QUIET,
+    STYLES,
+    blank,
+    force_words,
+    legend_under,
+    logarithmic,
+    message,
+    motion_words,
+    plain,
+    styles,
+    title,
+)
+from pounding_risk.results.scene_axes import axes_of, open_axes, settled
+from pounding_risk.studies.compare_along import along_finding, check_drawn, is_along, widest_along
 from pounding_risk.studies.compare_findings import (
     LOW,
     NOTABLE,
     flip_share,
+    furthest,
+    index_of_interface,
+    interface_names,
     of_interface,
+    peers,
     place_of,
     place_of_interface,
+    reach,
+    times_words,
     which_interface,
     with_terms_of_its_own,
 )
@@ -42,8 +63,11 @@ FEWEST_TICKS = 3
 STEPS = (0.4, 0.2, 0.1)  # of ticks about 1; the axis has three of the second, as it reaches 0.2 to both sides
 SHOWN = 10.0  # s of a history, about the moment at which the laws differ most
 ROW_HEIGHT = 0.36  # inches of a law in the panels above
-FEWEST_ROWS = 4  # that these panels have room for, so that their titles and ticks stand apart
+FEWEST_ROWS = 4  # that these panels have room for, so that their titles and ticks do not meet
 FAMILIES = {"N/m": ("k", 1e6, "kN/mm"), "N/m^1.5": ("β", 1.0, "N/m$^{1.5}$")}
+MARKERS = "os^D"  # along an axis, of laws that share a style, which repeat after six
+MOST_SHADED = 4  # laws whose ranges are all drawn along an axis; of more that of the one which goes furthest
+MOST_MARKED = 12  # places along an axis that are marked on a line
 
 
 def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None = None) -> Figure:
@@ -77,20 +101,21 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     height = ROW_HEIGHT * max(len(laws), FEWEST_ROWS)
     heights = (height, 2.4) if "history" in dataset else (height,)
     figure, axes = blank(len(heights), 6, (15.0, 1.2 + sum(heights)), height_ratios=heights)
-    limits = _limits(dataset)
+    # A law with terms of its own may lie beyond the scale.
+    shown = dataset.isel(output=[str(name).partition(",")[0] in PANELS for name in dataset["output"].values])
+    shown = shown.isel(contact_model=~with_terms_of_its_own(dataset))
+    limits = ratio_limits(shown["ratio_low"].values, shown["ratio_high"].values)
     for axis, panel in zip(axes[0, :4], PANELS, strict=True):
         _ratios(axis, dataset, panel, (laws, limits))
-        # One scale: what hardly moves looks so beside what does.
-        axis.set_xscale("log")
-        axis.set_xlim(limits)
-        ticks = ratio_ticks(limits)
-        axis.set_xticks(ticks, labels=[f"{tick:g}" for tick in ticks])
-        axis.minorticks_off()
+        logarithmic(axis, "x", *limits, ratio_ticks(limits))  # one scale: what hardly moves looks so
     _flips(axes[0, 4], dataset, laws)
     _ranks(axes[0, 5], dataset, laws)
     for axis in axes[0, 1:]:
         axis.tick_params(labelleft=False)
-    _name_laws(axes[0, 0], dataset, laws)
+    achieved = dict(zip(dataset["contact_model"].values, dataset["reference_restitution"].values, strict=True))
+    labels = [name if np.isnan(achieved[name]) else f"{name}, e {achieved[name]:.2f}" for name, _ in laws]
+    axes[0, 0].set_yticks(range(len(laws)), labels, fontsize=9)
+    axes[0, 0].get_yticklabels()[0].set_fontweight("bold")
     if "history" in dataset:
         span = axes[1, 0].get_gridspec()[1, :]
         for axis in axes[1]:
@@ -124,27 +149,18 @@ def terms_words(dataset: xr.Dataset) -> str:
     return f"{also}{dataset.attrs['same']}{speed} as {dataset.attrs['reference_law']}"
 
 
-def _name_laws(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
-    """Write the laws as tick labels, each with the restitution it achieves; the baseline in bold."""
-    achieved = dict(zip(dataset["contact_model"].values, dataset["reference_restitution"].values, strict=True))
-    labels = [name if np.isnan(achieved[name]) else f"{name}, e {achieved[name]:.2f}" for name, _ in laws]
-    axis.set_yticks(range(len(laws)), labels, fontsize=9)
-    axis.get_yticklabels()[0].set_fontweight("bold")
+def _legend(axis: Any, rows: int) -> None:
+    """A legend below the axis' words: as far below as 1.6 usual rows are high."""
+    legend_under(axis, 1, -1.6 / max(rows, FEWEST_ROWS))
 
 
 def _rows(axis: Any, laws: Laws, words: str, below: str) -> None:
+    """Set up a panel that has a row for each law."""
     axis.set_ylim(len(laws) - 0.5, -0.5)
     axis.set_yticks(range(len(laws)))
     axis.set_title(words, fontsize=9.5)
     axis.set_xlabel(below, fontsize=9)
     axis.tick_params(axis="x", labelsize=8.5)
-
-
-def _limits(dataset: xr.Dataset) -> tuple[float, float]:
-    """Ends of the scale of the panels of ratios; a law with terms of its own may lie beyond."""
-    shown = dataset.isel(output=[str(name).partition(",")[0] in PANELS for name in dataset["output"].values])
-    shown = shown.isel(contact_model=~with_terms_of_its_own(dataset))
-    return ratio_limits(shown["ratio_low"].values, shown["ratio_high"].values)
 
 
 def ratio_limits(lows: ArrayLike, highs: ArrayLike) -> tuple[float, float]:
@@ -196,14 +212,7 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple
     if len(outputs) > 1:
         for output, face in zip(outputs, ("black", "white"), strict=True):
             axis.plot([], [], "o", color="black", markerfacecolor=face, label=output.partition(", ")[2])
-        _legend_below(axis, len(laws))
-
-
-def _legend_below(axis: Any, rows: int) -> None:
-    """A legend that covers no law, below the axis' words: as far below as 1.6 usual rows are high."""
-    below = -1.6 / max(rows, FEWEST_ROWS)
-    position = {"loc": "upper center", "bbox_to_anchor": (0.5, below), "borderpad": 0.3, "handlelength": 1.2}
-    axis.legend(fontsize=8, frameon=False, **position)
+        _legend(axis, len(laws))
 
 
 def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
@@ -218,7 +227,7 @@ def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
         axis.barh(heights, np.nan_to_num(shares), 0.32, color=shade, edgecolor="#444444", hatch=hatch, label=words)
         largest = max(largest, float(np.nanmax(shares, initial=0.0)))
     axis.set_xlim(0.0, 1.12 * largest)
-    _legend_below(axis, len(laws))
+    _legend(axis, len(laws))
 
 
 def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
@@ -231,11 +240,10 @@ def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
         axis.plot(values, heights, "od"[number], color="black", markerfacecolor=face, markersize=5.5, label=words)
     ranks = dataset["rank_agreement"].sel(output=[output for output, _ in RANKED]).values
     if np.isnan(ranks).all():
-        words = "not ranked:\nfewer than\nthree motions\nwith contact"
-        axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", color=QUIET)
+        message(axis, "not ranked: fewer than three motions with contact", 14)
     lowest = min(0.8, float(np.nanmin(ranks, initial=1.0)) - 0.05)
     axis.set_xlim(lowest, 1.0 + 0.05 * (1.0 - lowest))
-    _legend_below(axis, len(laws))
+    _legend(axis, len(laws))
 
 
 def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
@@ -244,15 +252,14 @@ def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     history = dataset["history"]
     facts, baseline = history.attrs, place_of(dataset, str(dataset.attrs["baseline"]))
     time, values = dataset["time"].values, history.values * 1e3
-    apart = np.nanmax(np.abs(values - values[baseline]), axis=0)
-    start = min(max(time[int(apart.argmax())] - 0.4 * SHOWN, 0.0), max(time[-1] - SHOWN, 0.0))
+    difference = np.nanmax(np.abs(values - values[baseline]), axis=0)
+    start = min(max(time[int(difference.argmax())] - 0.4 * SHOWN, 0.0), max(time[-1] - SHOWN, 0.0))
     shown = (time >= start) & (time <= start + SHOWN)
     labelled: set[str] = set()
     for name, kind in laws[1:]:
-        colour, _, dash = KINDS[kind]
+        at, (colour, _, dash) = place_of(dataset, name), KINDS[kind]
         label = "" if kind in labelled else kind
         labelled.add(kind)
-        at = place_of(dataset, name)
         axis.plot(time[shown], values[at, shown], color=colour, linestyle=dash, linewidth=1.0, label=label)
     axis.plot(time[shown], values[baseline, shown], color="black", linewidth=1.8, label=laws[0][0], zorder=2.5)
     low, high = axis.get_ylim()
@@ -261,18 +268,11 @@ def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     axis.set(xlabel="time [s]", ylabel="relative\ndisplacement [mm]", xlim=(start, min(start + SHOWN, time[-1])))
     peaks = np.nanmax(np.abs(values), axis=1)
     case = f"gap {say_in(facts['gap'], 'mm', 6)}, {force_words(facts['yield_force'])}, {motion_words(facts)}"
-    words = (
-        f"{_where(facts)} of {peaks.min():.1f} to {peaks.max():.1f} mm in a case of median spread: {case}; "
-        "where laws differ most"
-    )
-    axis.set_title(words, fontsize=9.5)
-    axis.legend(fontsize=8, loc="upper right", ncols=len(labelled) + 2, handlelength=2.6)
-
-
-def _where(facts: dict[str, Any]) -> str:
-    """What a history's peaks are, with the contact point where it is not the only one of a pair."""
     point = str(facts.get("contact_point", ""))
-    return "Peaks" if point == facts.get("interface", "") else f"{facts['interface']}, floors {point}: peaks"
+    where = "Peaks" if point == facts.get("interface", "") else f"{facts['interface']}, floors {point}: peaks"
+    words = f"{where} of {peaks.min():.1f} to {peaks.max():.1f} mm in a case of median spread: {case}"
+    axis.set_title(f"{words}; where laws differ most", fontsize=9.5)
+    axis.legend(fontsize=8, loc="upper right", ncols=len(labelled) + 2, handlelength=2.6)
 
 
 def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None = None) -> Figure:
@@ -310,7 +310,11 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
             law = dataset.isel(contact_model=index)
             look = {"color": colour, "linestyle": dash, "linewidth": width}
             force = law["impact_force"].values / 1e6
-            axes[row, 0].plot(law["impact_time"].values * 1e3, force, label=_label(law, unit), **look)
+            letter, scale, shown = FAMILIES[unit]
+            stiffness, e = float(law["stiffness"]) / scale, float(law["reference_restitution"])
+            label = f"{names[index]}{'' if int(law['dissipates']) else ', elastic'}\n"
+            label += f"{letter} = {stiffness:.4g} {shown}, e {e:.3f}"
+            axes[row, 0].plot(law["impact_time"].values * 1e3, force, label=label, **look)
             axes[row, 1].plot(law["impact_penetration"].values * 1e3, force, **look)
         axes[row, 0].set_ylabel("contact force [MN]")
         axes[row, 1].legend(*axes[row, 0].get_legend_handles_labels(), fontsize=8, loc="center left",
@@ -327,25 +331,158 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     return figure
 
 
-def _label(law: xr.Dataset, unit: str) -> str:
-    letter, scale, shown = FAMILIES[unit]
-    stiffness, e = float(law["stiffness"]) / scale, float(law["reference_restitution"])
-    elastic = "" if int(law["dissipates"]) else ", elastic"
-    return f"{law['contact_model'].values}{elastic}\n{letter} = {stiffness:.4g} {shown}, e {e:.3f}"
-
-
 def _reference_finding(dataset: xr.Dataset) -> str:
     """Sentence on what the laws have in common, where they differ, and the restitution achieved."""
-    other = ("reference_peak_penetration", 1e3, "penetration", "mm")
+    name, scale, words, unit = "reference_peak_penetration", 1e3, "penetration", "mm"
     if dataset.attrs["same"] == "penetration":
-        other = ("reference_peak_force", 1e-6, "peak force", "MN")
+        name, scale, words, unit = "reference_peak_force", 1e-6, "peak force", "MN"
     damped = dataset.isel(contact_model=np.flatnonzero(dataset["dissipates"].values))
-    name, scale, words, unit = other
     low, high = (scale * float(dataset[name].reduce(edge)) for edge in (np.nanmin, np.nanmax))
     finding = f"Same {dataset.attrs['same']}, but {words} from {low:.3g} to {high:.3g} {unit}"
     if not damped.sizes["contact_model"]:
         return finding
-    e, asked_e = damped["reference_restitution"].values, float(damped["reference_restitution_asked"].max())
-    if np.nanmax(np.abs(e - asked_e)) < 5e-4:
-        return f"{finding}; e {asked_e:.3g}, as asked for, of all laws that take one"
-    return f"{finding}; e achieved {np.nanmin(e):.3f} to {np.nanmax(e):.3f} where {asked_e:.3g} is asked for"
+    e, required = damped["reference_restitution"].values, float(damped["reference_restitution_asked"].max())
+    if np.nanmax(np.abs(e - required)) < 5e-4:
+        return f"{finding}; e {required:.3g}, as required, of all laws that take one"
+    return f"{finding}; e achieved {np.nanmin(e):.3f} to {np.nanmax(e):.3f} where {required:.3g} is required"
+
+
+def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str | None = None) -> Figure:
+    """Contact models against the baseline along one axis of numbers of the scene: a line for each model.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A dataset of `compare` with several places along one such axis; of others one value is selected.
+    note : str
+        Added to the caption.
+    interface : str, optional
+        Which interface of a row is drawn, "left | right"; by default the one where the laws move the peak relative
+        displacement most at any place.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Four panels of ratios with their range over the cases, one of conclusions, one of the cases with contact.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset with one place, or with several along more than one axis, and an interface that it has not.
+    """
+    if not is_along(dataset):
+        raise PoundingError("the comparison has one place along axes of numbers; draw it with agreement_figure")
+    check_drawn(open_axes(dataset), "figure")
+    (axis,) = open_axes(dataset)
+    names = interface_names(dataset)
+    index = widest_along(dataset) if interface is None else index_of_interface(names, interface)
+    others = {one.name: 0 for one in axes_of(dataset) if one.name != axis.name and one.name in dataset.dims}
+    part = of_interface(dataset.isel(others), index)
+    labels = part[list(axis.keys)]
+    labels = labels.drop_vars([name for name in labels.coords if name not in axis.keys])
+    figure, panels = blank(2, 3, (14.5, 7.4))
+    shades_all = _draw_ratios_along(panels.flat[:4], part, labels, axis.name)
+    baseline = str(dataset.attrs["baseline"])
+    conclusion, words = JUDGED[0]
+    judged = part["judged"].sel(conclusion=conclusion)
+    share = 100.0 * part["flips"].sel(conclusion=conclusion) / judged.where(judged > 0)
+    for name, look in _looks_along(part, axis.name).items():
+        _draw_line(panels[1, 1], share.sel(contact_model=name), labels, look)
+    panels[1, 1].set_ylim(0.0, 1.12 * max(10.0, float(share.max()) if share.notnull().any() else 0.0))
+    panels[1, 1].set_title(words, fontsize=9.5)
+    panels[1, 1].set_ylabel("share of the cases with contact [%]", fontsize=9)
+    count = judged.sel(contact_model=baseline)
+    _draw_line(panels[1, 2], count, labels, {"color": "black", "linestyle": "-", "marker": "o", "linewidth": 1.6})
+    panels[1, 2].set_ylim(0.0, 1.12 * max(1.0, float(count.max())))
+    panels[1, 2].locator_params(axis="y", integer=True)
+    panels[1, 2].set_title(f"cases with contact under {baseline}", fontsize=9.5)
+    panels[1, 2].set_ylabel("number of cases [1]", fontsize=9)
+    for panel in panels.flat:
+        label_side(panel, "x", labels, axis.name)
+        panel.tick_params(labelsize=8.5)
+    panels[0, 2].legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1.02), frameon=False, handlelength=3.4)
+    runs = part["impact_count"].size // part.sizes["contact_model"] // part.sizes[axis.name]
+    where = f"interface {names[index]} of {len(names)}" if len(names) > 1 else ""
+    caption = (
+        f"{dataset.attrs['title']}; {counted(runs, 'case')} a law at each place; same {terms_words(dataset)} at each; "
+        f"ratios to {baseline}: median, shaded {LOW:g}-{100 - LOW:g} % of the cases with contact"
+        f"{'' if shades_all else ', of the law that goes furthest'}"
+    )
+    title(figure, plain(along_finding(dataset)), plain("; ".join(filter(None, (where, caption)))), note)
+    return figure
+
+
+def _equal_along(part: xr.Dataset, axis: str) -> set[str]:
+    """The laws that are on equal terms at any place."""
+    return {name for place in range(part.sizes[axis]) for name in peers(part.isel({axis: place}))}
+
+
+def _looks_along(part: xr.Dataset, axis: str) -> dict[str, dict[str, Any]]:
+    """Look of every law beside the baseline; that of one which cannot be on equal terms is thin."""
+    names = [str(name) for name in part["contact_model"].values if str(name) != part.attrs["baseline"]]
+    equal, looks = _equal_along(part, axis), {}
+    for number, (name, (colour, dash)) in enumerate(zip(names, styles(len(names)), strict=True)):
+        marker = MARKERS[number // len(STYLES) % len(MARKERS)]
+        width = 1.6 if name in equal else 0.8
+        looks[name] = {"color": colour, "linestyle": dash, "marker": marker, "linewidth": width}
+    return looks
+
+
+def _draw_line(panel: Any, values: xr.DataArray, labels: xr.Dataset, look: dict[str, Any], label: str = "") -> None:
+    """Draw values along the axis; of texts, which have no order, the points alone."""
+    (axis,) = values.dims
+    places, _ = shown_values(labels, str(axis))
+    if not is_number(labels, str(axis)):
+        look = look | {"linestyle": ""}
+    elif len(places) > MOST_MARKED:
+        look = look | {"marker": ""}
+    panel.plot(places, values, label=label, markersize=4, **look)
+
+
+def _draw_ratios_along(panels: Any, part: xr.Dataset, labels: xr.Dataset, axis: str) -> bool:
+    """Draw median ratios of the four outputs, and ranges of laws on equal terms; returns whether of all of these.
+
+    Of an output known by building, that of the building where the laws go furthest.
+    """
+    looks, equal = _looks_along(part, axis), _equal_along(part, axis)
+    shades_all = sum(name in equal for name in looks) <= MOST_SHADED
+    every_place = [part.isel({axis: place}) for place in range(part.sizes[axis])]
+
+    def most(output: str) -> tuple[str, float, float]:
+        """(Law, its range) where an output is moved furthest at any place, of the laws that the finding is about."""
+        ranges = [furthest(one, output, peers(one) or list(looks)) for one in every_place]
+        return max(ranges, key=lambda one: reach(*one[1:]))
+
+    outputs, shaded = [], {}
+    for words in PANELS:
+        known = [str(name) for name in part["output"].values if str(name).partition(",")[0] == words]
+        output = max(known, key=lambda name: reach(*most(name)[1:]))
+        outputs.append(output)
+        shaded[output] = [name for name in looks if name in equal] if shades_all else [most(output)[0]]
+    # A law with terms of its own may lie beyond the scale.
+    medians = part["ratio_median"].isel(contact_model=~with_terms_of_its_own(part)).sel(output=outputs).values.ravel()
+    ranges = [part.sel(output=output, contact_model=laws) for output, laws in shaded.items()]
+    lows, highs = ([one[f"ratio_{end}"].values.ravel() for one in ranges] for end in ("low", "high"))
+    limits = ratio_limits(np.concatenate([medians, *lows]), np.concatenate([medians, *highs]))
+    places, _ = shown_values(labels, axis)
+    for panel, output in zip(panels, outputs, strict=True):
+        panel.axhspan(1.0 - NOTABLE, 1.0 + NOTABLE, color="#e4e4e4", linewidth=0.0, zorder=0)
+        panel.axhline(1.0, color="black", linewidth=1.6, label=f"{part.attrs['baseline']}, the baseline")
+        beyond = []
+        for name, look in looks.items():
+            cell = part.sel(output=output, contact_model=name)
+            ends = cell["ratio_low"], cell["ratio_high"]
+            if name in shaded[output] and is_number(labels, axis):
+                panel.fill_between(places, *ends, color=look["color"], alpha=0.13, linewidth=0.0)
+            elif name in shaded[output]:
+                panel.vlines(places, *ends, color=look["color"], linewidth=2.4, alpha=0.4)
+            _draw_line(panel, cell["ratio_median"], labels, look, name + ", not on equal terms" * (name not in equal))
+            low, high = float(cell["ratio_median"].min()), float(cell["ratio_median"].max())
+            if high > limits[1] or low < limits[0]:
+                beyond.append(f"beyond: {name}, {times_words(low, high)}")
+        words = "\n".join(beyond)
+        panel.text(0.98, 0.97, words, transform=panel.transAxes, ha="right", va="top", fontsize=8, color=QUIET)
+        logarithmic(panel, "y", *limits, ratio_ticks(limits))
+        panel.set_title(output, fontsize=9.5)
+        panel.set_ylabel("over the baseline's [1]", fontsize=9)
+    return shades_all

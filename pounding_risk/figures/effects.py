@@ -46,8 +46,12 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         in_mm = output == "permanent_set"
         rows = []
         for name in names[1:]:
+            # Cases acted on, at every building or interface.
             acted = yields | bool(dataset["acts_on_all"].sel(effects=name))
-            rows.append(_values(dataset, name, output, acted))
+            after, before = (dataset[output].sel(effects=one).values.astype(float)[acted] for one in (name, BASE))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                values = after.ravel() * 1e3 if in_mm else 100.0 * (after / before - 1.0)
+            rows.append(values if in_mm else values[np.isfinite(values)])
         axis.set_xlim(*_edges(rows))
         axis.locator_params(axis="x", nbins=7)
         for row, values in enumerate(rows, 1):
@@ -56,29 +60,26 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         axis.axvline(0.0, color=QUIET, linewidth=0.8)
         axis.set_title(words, fontsize=10)
         axis.set_xlabel("widening of the gap at the end [mm]" if in_mm else "change by the effects [%]")
-    _costs(axes.flat[len(PANELS)], dataset)
+    axis, ratios = axes.flat[len(PANELS)], dataset["time_ratio"].values
+    for row in range(1, len(ratios)):
+        axis.barh(row, ratios[row], height=0.5, color=STYLES[row % len(STYLES)][0])
+        axis.annotate(f"{ratios[row]:.2f}", (ratios[row], row), xytext=(4, 0), textcoords="offset points", va="center")
+    axis.axvline(1.0, color=QUIET, linewidth=0.8)
+    axis.set_xlim(0.0, 1.25 * max(1.0, ratios.max()))
+    axis.set_title("time of a run", fontsize=10)
+    axis.set_xlabel("over that without effects [1]")
     for axis in axes[:, 0]:
         axis.set_yticks(range(1, len(names)), [name.replace(" + ", "\n+ ") for name in names[1:]])
         axis.set_ylim(len(names) - 0.4, 0.4)
     wide = ", all where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
+    several = dataset.sizes.get("interface", 1) > 1
+    dots = ", dots: a case at one interface, or of one building" if several else ""
     condition = (
         f"{dataset.attrs['title']}; the {int(yields.sum())} of {counted(yields.size, 'case')} that yield without "
-        f"effects{wide}; "
-        f"bars: middle two thirds, line: median{_dots(dataset)}"
+        f"effects{wide}; bars: middle two thirds, line: median{dots}"
     )
     title(figure, dataset.attrs["finding"], condition, note)
     return figure
-
-
-def _values(dataset: xr.Dataset, name: str, output: str, acted: np.ndarray) -> np.ndarray:
-    """Changes in per cent of the cases acted on, at every building or interface; the set itself in mm."""
-    after = dataset[output].sel(effects=name).values.astype(float)[acted]
-    if output == "permanent_set":
-        return after.ravel() * 1e3
-    before = dataset[output].sel(effects=BASE).values.astype(float)[acted]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        change = 100.0 * (after / before - 1.0)
-    return change[np.isfinite(change)]
 
 
 def _edges(rows: list[np.ndarray]) -> tuple[float, float]:
@@ -114,20 +115,3 @@ def _beyond(axis: Any, row: int, values: np.ndarray, unit: str) -> None:
             words, inside = f"{beyond.sum()} beyond, to {far:+.0f} {unit}", 3 if side == "left" else -3
             look = {"xytext": (inside, 0), "textcoords": "offset points", "ha": side, "va": "center"}
             axis.annotate(words, (edge, row + 0.42), fontsize=8, color="black", **look)
-
-
-def _dots(dataset: xr.Dataset) -> str:
-    """What a dot of a row's figure is, which has several a case."""
-    several = dataset.sizes.get("interface", 1) > 1
-    return ", dots: a case at one interface, or of one building" if several else ""
-
-
-def _costs(axis: Any, dataset: xr.Dataset) -> None:
-    ratios = dataset["time_ratio"].values
-    for row in range(1, len(ratios)):
-        axis.barh(row, ratios[row], height=0.5, color=STYLES[row % len(STYLES)][0])
-        axis.annotate(f"{ratios[row]:.2f}", (ratios[row], row), xytext=(4, 0), textcoords="offset points", va="center")
-    axis.axvline(1.0, color=QUIET, linewidth=0.8)
-    axis.set_xlim(0.0, 1.25 * max(1.0, ratios.max()))
-    axis.set_title("time of a run", fontsize=10)
-    axis.set_xlabel("over that without effects [-]")

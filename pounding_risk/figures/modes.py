@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.figures.style import QUIET, blank, plain, styles, title
+from pounding_risk.figures.style import QUIET, blank, message, plain, styles, title
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,12 +41,7 @@ def modes_figure(buildings: Sequence[Modes]) -> Figure:
         axis.set_visible(False)
     for axis in axes[:, 0]:
         axis.set_ylabel("level [m]")
-    moving = [candidate for candidate in buildings if candidate.periods.size]
-    slowest = max(moving, key=lambda candidate: candidate.periods[0], default=None)
-    finding = (
-        f"{plain(slowest.name)} is the slowest, {slowest.periods[0]:.3g} s" if slowest else "every building is rigid"
-    )
-    title(figure, finding, f"the {MOST_MODES} slowest modes of each building on its own, storeys elastic")
+    title(figure, f"Shapes of the {MOST_MODES} slowest modes", "each building on its own, storeys elastic")
     return figure
 
 
@@ -56,8 +51,7 @@ def _shapes(axis: Any, building: Modes) -> None:
     axis.set_xlim(-1.1, 1.1)
     if not building.periods.size:
         axis.set_yticks([])
-        axis.text(0.5, 0.5, "rigid", ha="center", color=QUIET, transform=axis.transAxes)
-        return
+        return message(axis, "rigid")
     has_levels = not np.isnan(building.levels).any()
     levels = building.levels if has_levels else np.ones(building.levels.size)
     if not has_levels:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.errors import PoundingError, RecordError
-from pounding_risk.figures.style import STYLES, blank, plain, title
-from pounding_risk.motions.source import lowest_usable
-from pounding_risk.units import STANDARD_GRAVITY, say_in
+from pounding_risk.figures.style import STYLES, blank, logarithmic, plain, styles, title
+from pounding_risk.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +25,6 @@ TARGET = STYLES[1][0]
 SHORTEST, LONGEST = 0.02, 10.0  # s of the periods drawn
 PERIODS = 120
 MOST_ROWS = 12  # motions in a figure of histories
-NAMED = (0.2, 1.0)  # s, of the title where there is no target
 BINS_PER_DECADE = 40
 RAW = "raw"  # the state of a record whose quiet is noise
 FAINTEST = 1e-4  # of the largest Fourier amplitude after processing: below it there is nothing to see
@@ -39,9 +37,6 @@ class History(NamedTuple):
     size: float
     unit: str
     samples: Samples
-
-
-MARKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # s, on an axis of periods
 
 
 def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note: str = "") -> Figure:
@@ -68,7 +63,7 @@ def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note
         axis.sharex(axes[0, 0] if axis in axes[:, 0] else axes[0, 1])
     old, new = _histories(before), _histories(after)
     for row, (was, now) in enumerate(zip(old, new, strict=True)):
-        _beside(axes[row], (before.times, was), (after.times + shift, now))
+        _draw_beside(axes[row], (before.times, was), (after.times + shift, now))
     for left, right in axes[:3]:
         left.set_xlim(min(0.0, shift), max(before.times[-1], after.times[-1] + shift))
         right.set_xlim(shift, after.times[-1] + shift)
@@ -82,8 +77,8 @@ def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note
     below = figure.add_subplot(span)
     below.grid(True, color="#dddddd", linewidth=0.6)
     below.set_axisbelow(True)
-    _amplitudes(below, before, after)
-    title(figure, _processing_finding(before, after, old[2], new), origin_words(after), note)
+    _draw_amplitudes(below, before, after)
+    title(figure, f"{plain(after.name)} before and after processing", _conditions(before, after, new), note)
     return figure
 
 
@@ -121,21 +116,21 @@ def histories_figure(motions: Sequence[Motion], *, note: str = "") -> Figure:
         row[0].set_title(plain(motion.name), fontsize=9, loc="left", pad=2.0)
     for axis in axes[-1]:
         axis.set_xlabel("time [s]", fontsize=9)
-    peaks = [motion.pga for motion in motions]
-    ends = (
-        f"{say_in(min(peaks), 'g', 3)} to {say_in(max(peaks), 'g', 3)}" if len(peaks) > 1 else say_in(peaks[0], "g", 3)
-    )
-    words = f"{len(motions)} motions" if len(motions) > 1 else plain(motions[0].name)
     condition = "acceleration a, velocity v and displacement d of the ground, from rest; above each its largest value"
-    title(figure, f"{words}: PGA {ends}", condition, note)
+    who = f"{len(motions)} motions" if len(motions) > 1 else plain(motions[0].name)
+    title(figure, f"Histories of {who}", condition, note)
     return figure
 
 
-def origin_words(motion: Motion) -> str:
-    """Event, date, station and component of a motion, as far as they are known."""
-    record = motion.record
+def _conditions(before: Motion, after: Motion, new: Sequence[History]) -> str:
+    """Event, date, station and component of a motion as far as they are known, its peaks, and whether it changed."""
+    record = after.record
     facts = [str(record[key]) for key in ("event", "date", "station") if record.get(key)]
-    return ", ".join([*facts, *([f"component {record['component']}"] if record.get("component") else [])])
+    facts += [f"component {record['component']}"] if record.get("component") else []
+    peaks = (f"{np.abs(history.samples).max() / history.size:.3g} {history.unit}" for history in new)
+    words = ", ".join(f"{name} {peak}" for name, peak in zip(("PGA", "PGV", "PGD"), peaks, strict=True))
+    is_same = before.dt == after.dt and np.array_equal(before.acceleration, after.acceleration)
+    return "; ".join(filter(None, (", ".join(facts), words, "left as it is" if is_same else "")))
 
 
 def _histories(motion: Motion) -> tuple[History, History, History]:
@@ -147,7 +142,7 @@ def _histories(motion: Motion) -> tuple[History, History, History]:
     )
 
 
-def _beside(axes: Any, before: tuple[Samples, History], after: tuple[Samples, History]) -> None:
+def _draw_beside(axes: Any, before: tuple[Samples, History], after: tuple[Samples, History]) -> None:
     """Draw one quantity: both motions on the left, the later one alone on the right with its peak marked."""
     (old_times, old), (times, new) = before, after
     together, alone = axes
@@ -172,22 +167,7 @@ def _beside(axes: Any, before: tuple[Samples, History], after: tuple[Samples, Hi
     )  # fmt: skip
 
 
-def _processing_finding(before: Motion, after: Motion, old: History, new: Sequence[History]) -> str:
-    ground, fast, far = (float(np.abs(history.samples).max()) for history in new)
-    peaks = f"PGA {say_in(ground, 'g', 3)}, PGV {100.0 * fast:.3g} cm/s, PGD {100.0 * far:.3g} cm"
-    if before.dt == after.dt and np.array_equal(before.acceleration, after.acceleration):
-        return f"{after.name} is left as it is: {peaks}"
-    was, now = (_length(float(history.samples[-1])) for history in (old, new[2]))
-    return f"{after.name}: the displacement ends at {now} instead of {was}; {peaks}"
-
-
-def _length(value: float) -> str:
-    if abs(value) >= 100.0:
-        return f"{value:.0f} m"
-    return f"{value:.3g} m" if abs(value) >= 1.0 else f"{100.0 * value:.2g} cm"
-
-
-def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
+def _draw_amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
     """Draw Fourier amplitudes before and after, that of the noise, and the corners of the filter."""
     centred = before.acceleration - before.acceleration.mean()
     new = fourier_amplitude(after.acceleration, after.dt)
@@ -220,7 +200,7 @@ def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
 def _noise(motion: Motion) -> tuple[Samples, Samples] | None:
     """Frequency [Hz] and Fourier amplitude [m/s] of what is recorded before the earthquake, for a length as its own.
 
-    None for a processed record, whose quiet is the filter's, and where there is too little quiet to tell.
+    None for a processed record, whose quiet is the filter's, and where there is too little quiet.
     """
     from pounding_risk.motions.processing.noise import signal_to_noise
 
@@ -256,25 +236,14 @@ def corners(motion: Motion) -> tuple[float, ...]:
 
 def longest_usable(motion: Motion) -> float | None:
     """Longest period [s] at which the spectrum of a motion is not that of its filter; None where it is not known."""
+    from pounding_risk.motions.source import lowest_usable  # with ObsPy, which a report needs not
+
     lowest = lowest_usable(motion.record)
     return 1.0 / lowest if lowest else None
 
 
-class Ensemble(NamedTuple):
-    """Response spectra of an ensemble of motions."""
-
-    periods: Samples  # s
-    acceleration: Samples  # Sa = ω² max|u|, as codes have it [m/s²], (motions, periods)
-    damping: float
-
-    @property
-    def median(self) -> Samples:
-        """The median over the motions [m/s²]."""
-        return np.asarray(np.median(self.acceleration, axis=0))
-
-
-def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> Ensemble:
-    """Sa of every motion at some 120 periods from 0.02 to 10 s, in one call.
+def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> tuple[Samples, Samples]:
+    """Some 120 periods from 0.02 to 10 s, and Sa = ω² max|u| of every motion there [m/s²], in one call.
 
     Raises PoundingError for no motion, and for one of zeros, which a logarithmic scale cannot show.
     """
@@ -287,7 +256,7 @@ def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> Ensemb
         raise PoundingError(f"{', '.join(still)}: every sample is zero, which has no spectrum; leave it out")
     steps, periods = [motion.dt for motion in motions], ensemble_periods(motions)
     spectra = response_spectra([motion.acceleration for motion in motions], steps, periods, damping)
-    return Ensemble(periods, spectra.pseudo_acceleration, damping)
+    return periods, spectra.pseudo_acceleration
 
 
 def ensemble_periods(motions: Sequence[Motion]) -> Samples:
@@ -295,8 +264,7 @@ def ensemble_periods(motions: Sequence[Motion]) -> Samples:
     from pounding_risk.motions.intensity import LEAST_PERIOD
 
     shortest = max(SHORTEST, LEAST_PERIOD * max(motion.dt for motion in motions))
-    periods = np.geomspace(shortest, LONGEST, PERIODS)
-    return np.union1d(periods, [period for period in NAMED if period > periods[0]])
+    return np.geomspace(shortest, LONGEST, PERIODS)
 
 
 def spectra_figure(
@@ -327,61 +295,73 @@ def spectra_figure(
     matplotlib.figure.Figure
         One panel: Sa [g] against period [s].
     """
-    ensemble = ensemble_spectra(motions, damping)
+    periods, spectra = ensemble_spectra(motions, damping)
     figure, axes = blank(1, 1, (9.0, 6.0))
-    _spectra(axes[0, 0], ensemble, target, percentiles)
-    _usable(axes[0, 0], motions)
+    draw_spectra(axes[0, 0], periods, spectra, percentiles)
+    if target is not None:
+        _draw_target(axes[0, 0], target, periods)
+    _draw_usable(axes[0, 0], motions)
     axes[0, 0].legend(fontsize=9, loc="lower left")
     terms = f"damping {100.0 * damping:g} %"
     if len(motions) > 2:
         terms = f"{terms}; median and {percentiles[0]:g} to {percentiles[1]:g} % of the records at each period"
-    title(figure, _spectra_finding(motions, ensemble, target), terms, note)
+    who = f"{len(motions)} records" if len(motions) > 1 else plain(motions[0].name)
+    title(figure, f"Response spectra of {who}{f' and {plain(target.name)}' if target else ''}", terms, note)
     return figure
 
 
-def _spectra(axis: Axes, ensemble: Ensemble, target: Target | None, percentiles: tuple[float, float]) -> None:
-    periods, values = ensemble.periods, ensemble.acceleration / STANDARD_GRAVITY
-    is_ensemble = len(values) > 1
-    look: dict[str, Any] = {"color": "#b0b0b0", "linewidth": 0.6} if is_ensemble else {"color": AFTER, "linewidth": 1.8}
-    for index, spectrum in enumerate(values):
-        words = f"{len(values)} records" if is_ensemble else "the record"
-        axis.plot(periods, spectrum, label="" if index else words, **look)
-    if is_ensemble:
-        axis.plot(periods, ensemble.median / STANDARD_GRAVITY, color=AFTER, linewidth=2.4, label="median")
+def draw_spectra(
+    axis: Axes,
+    periods: Samples,
+    values: Samples,
+    percentiles: tuple[float, float] = (16.0, 84.0),
+    buildings: Sequence[tuple[str, float]] = (),
+    of_selection: str = "",
+) -> None:
+    """Each record's Sa [m/s²], (records, periods), their median and percentiles, and the periods of buildings [s].
+
+    Of a selection, named by what it consists of, without the median: it has the geometric mean of what was compared.
+    """
+    values, is_ensemble = values / STANDARD_GRAVITY, len(values) > 1 or bool(of_selection)
+    words = f"{len(values)} {of_selection}, scaled" if of_selection else f"{len(values)} records"
+    look: dict[str, Any] = {"color": "#b0b0b0", "linewidth": 0.6, "label": words}
+    if not is_ensemble:
+        look = {"color": AFTER, "linewidth": 1.8, "label": "the record"}
+    for spectrum in values:
+        axis.plot(periods, spectrum, **look)
+        look["label"] = ""
+    if is_ensemble and not of_selection:
+        axis.plot(periods, np.median(values, axis=0), color=AFTER, linewidth=2.4, label="median")
     if len(values) > 2:
-        _percentiles(axis, ensemble, percentiles)
-    _target(axis, target, periods)
-
-
-def _percentiles(axis: Axes, ensemble: Ensemble, levels: tuple[float, float], of: str = "") -> None:
-    for index, level in enumerate(levels):
-        words = "" if index else f"{levels[0]:g} and {levels[1]:g} %{of}"
-        share = np.percentile(ensemble.acceleration, level, axis=0) / STANDARD_GRAVITY
-        axis.plot(ensemble.periods, share, color=AFTER, linestyle="--", linewidth=1.4, label=words)
-
-
-def _target(axis: Axes, target: Target | None, periods: Samples) -> None:
-    """Draw the target, and set the scales that every panel of spectra has."""
-    if target is not None:
-        shown = at_periods(target, periods) / STANDARD_GRAVITY
-        axis.plot(periods, shown, color=TARGET, linewidth=2.2, linestyle=(0, (6, 1.5)), label=f"target: {target.name}")
-        inside = np.isfinite(shown)
-        if target.deviation is not None and inside.any():
-            at, spread = periods[inside], np.exp(target.deviation_at(periods[inside]))
-            words = "target, one standard deviation of ln Sa to each side"
-            for values, label in ((shown[inside] * spread, words), (shown[inside] / spread, "")):
-                axis.plot(at, values, color=TARGET, linewidth=1.2, linestyle=(0, (2, 1.5)), label=label)
+        words = f"{percentiles[0]:g} and {percentiles[1]:g} %{f' of the {of_selection}' if of_selection else ''}"
+        for share, label in zip(np.percentile(values, percentiles, axis=0), (words, ""), strict=True):
+            axis.plot(periods, share, color=AFTER, linestyle="--", linewidth=1.4, label=label)
+    for (name, period), (colour, dash) in zip(buildings, styles(len(buildings) + 1)[1:], strict=True):
+        if periods[0] <= period <= periods[-1]:
+            axis.axvline(period, color=colour, linestyle=dash, linewidth=1.6, label=f"{plain(name)}, {period:.3g} s")
     axis.set(xscale="log", yscale="log", xlabel="period [s]", ylabel="spectral acceleration Sa [g]")
     axis.set_xlim(periods[0], periods[-1])
     for scale in (axis.xaxis, axis.yaxis):
         scale.set_major_formatter("{x:g}")
 
 
-def _usable(axis: Axes, motions: Sequence[Motion]) -> None:
+def _draw_target(axis: Axes, target: Target, periods: Samples) -> None:
+    """Draw the target at the periods that it is given for."""
+    shown = at_periods(target, periods) / STANDARD_GRAVITY
+    axis.plot(periods, shown, color=TARGET, linewidth=2.2, linestyle=(0, (6, 1.5)), label=f"target: {target.name}")
+    inside = np.isfinite(shown)
+    if target.deviation is not None and inside.any():
+        at, spread = periods[inside], np.exp(target.deviation_at(periods[inside]))
+        words = "target, one standard deviation of ln Sa to each side"
+        for values, label in ((shown[inside] * spread, words), (shown[inside] / spread, "")):
+            axis.plot(at, values, color=TARGET, linewidth=1.2, linestyle=(0, (2, 1.5)), label=label)
+
+
+def _draw_usable(axis: Axes, motions: Sequence[Motion]) -> None:
     """Draw a line at the period up to which every record is usable, as far as that is known."""
     limits = [limit for limit in map(longest_usable, motions) if limit is not None]
     if limits and min(limits) < axis.get_xlim()[1]:
-        whose = "every record" if len(limits) == len(motions) else f"the {len(limits)} that tell"
+        whose = "every record" if len(limits) == len(motions) else f"{len(limits)} of {len(motions)} records"
         words = f"usable up to {min(limits):.2g} s: {whose if len(motions) > 1 else 'the record'}"
         axis.axvline(min(limits), color="black", linestyle=":", linewidth=1.2, label=words)
 
@@ -410,74 +390,50 @@ def selection_figure(
     rows, target = selection.rows, selection.wanted
     has_spread = selection.target.deviation is not None
     widths = (1.5, 1.0, 1.0) if has_spread else (1.5, 1.0)
-    figure, axes = blank(
-        1, len(widths), (7.0 * sum(widths) / 1.25, max(6.0, 1.6 + 0.28 * len(rows))), width_ratios=widths
-    )
+    size = (7.0 * sum(widths) / 1.25, max(6.0, 1.6 + 0.28 * len(rows)))
+    figure, axes = blank(1, len(widths), size, width_ratios=widths)
     left, right = axes[0][0], axes[0][-1]
     if has_spread:
-        _deviation(axes[0][1], selection)
+        _draw_deviation(axes[0][1], selection)
     periods = ensemble_periods(selection.motions())
-    ensemble = Ensemble(periods, selection.spectra_at(periods), selection.target.damping)
     noun = "components" if target.spectrum == "component" else f"pairs ({target.spectrum})"
     left.axvspan(*target.periods, color="#eeeeee", linewidth=0.0, zorder=0, label="range that is compared")
-    for index, spectrum in enumerate(ensemble.acceleration / STANDARD_GRAVITY):
-        words = "" if index else f"{len(rows)} {noun}, scaled"
-        left.plot(ensemble.periods, spectrum, color="#b0b0b0", linewidth=0.6, label=words)
-    if len(rows) > 2:
-        _percentiles(left, ensemble, percentiles, f" of the {noun}")
+    draw_spectra(left, periods, selection.spectra_at(periods), percentiles, of_selection=noun)
     mean = selection.median_ratio * selection.target.at(selection.periods) / STANDARD_GRAVITY
     left.plot(selection.periods, mean, color=AFTER, linewidth=2.6, label=f"geometric mean of {len(rows)} {noun}")
-    _target(left, selection.target, ensemble.periods)
-    _usable(left, selection.motions())
+    _draw_target(left, selection.target, periods)
+    _draw_usable(left, selection.motions())
     left.legend(fontsize=9, loc="lower left")
-    _misfits(right, selection)
-    low, high = (float(spectrum) for spectrum in (selection.median_ratio.min(), selection.median_ratio.max()))
-    range_words = f"{target.periods[0]:g} to {target.periods[1]:g} s"
-    finding = f"{len(rows)} of {selection.considered} candidates: their geometric mean is {low:.2f} to {high:.2f} times"
+    for position, row in enumerate(rows):
+        look: dict[str, Any] = {"color": "white", "hatch": "////"} if row.limited else {"color": AFTER}
+        right.barh(position, row.misfit, height=0.7, edgecolor=AFTER, **look)
+        beside: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points", "va": "center", "fontsize": 8.5}
+        right.annotate(f"× {row.factor:.2f}", (row.misfit, position), **beside)
+    right.set_yticks(range(len(rows)), [row.name for row in rows], fontsize=8.5)
+    right.set_ylim(len(rows) - 0.4, -0.6)
+    right.set_xlim(0.0, 1.2 * max(row.misfit for row in rows) or 1.0)
+    right.grid(False, axis="y")
+    limited = ", hatched: at a limit" if any(row.limited for row in rows) else ""
+    right.set_title(f"factor (×{limited}) and misfit of each", fontsize=10)
+    right.set_xlabel("misfit, root mean square of ln(Sa / target) [1]")
     factors = [row.factor for row in rows]
-    terms = f"damping {100.0 * selection.target.damping:g} %; factors {min(factors):.2f} to {max(factors):.2f}"
-    title(figure, f"{finding} {selection.target.name} from {range_words}", terms, note)
+    terms = f"compared from {target.periods[0]:g} to {target.periods[1]:g} s; "
+    terms += f"damping {100.0 * selection.target.damping:g} %; factors {min(factors):.2f} to {max(factors):.2f}"
+    title(figure, f"{len(rows)} of {selection.considered} candidates and {selection.target.name}", terms, note)
     return figure
 
 
-def _deviation(axis: Axes, selection: Selection) -> None:
+def _draw_deviation(axis: Axes, selection: Selection) -> None:
     """Draw the standard deviation of ln Sa of the chosen records over the periods, and that of the target."""
     periods = selection.periods
     axis.plot(periods, selection.deviation, color=AFTER, linewidth=2.2, label=f"{len(selection.rows)} chosen")
     goal = selection.target.deviation_at(periods)
     axis.plot(periods, goal, color=TARGET, linewidth=2.2, linestyle=(0, (6, 1.5)), label="target")
-    axis.set(
-        xscale="log", xlabel="period [s]", ylabel="standard deviation of ln Sa [1]", xlim=(periods[0], periods[-1])
-    )
+    logarithmic(axis, "x", periods[0], periods[-1])
+    axis.set(xlabel="period [s]", ylabel="standard deviation of ln Sa [1]")
     axis.set_ylim(bottom=0.0)
-    inside = [mark for mark in MARKS if periods[0] <= mark <= periods[-1]]
-    axis.set_xticks(inside, [f"{mark:g}" for mark in inside])
-    axis.minorticks_off()
     axis.legend(fontsize=9)
     axis.set_title("spread in the range that is compared", fontsize=10)
-
-
-def _misfits(axis: Axes, selection: Selection) -> None:
-    """Draw a bar for each candidate, closest first, with its factor."""
-    rows = selection.rows
-    for position, row in enumerate(rows):
-        look: dict[str, Any] = {"color": "white", "hatch": "////"} if row.limited else {"color": AFTER}
-        axis.barh(position, row.misfit, height=0.7, edgecolor=AFTER, **look)
-        axis.annotate(
-            f"× {row.factor:.2f}",
-            (row.misfit, position),
-            xytext=(4, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=8.5,
-        )
-    axis.set_yticks(range(len(rows)), [row.name for row in rows], fontsize=8.5)
-    axis.set_ylim(len(rows) - 0.4, -0.6)
-    axis.set_xlim(0.0, 1.2 * max(row.misfit for row in rows) or 1.0)
-    axis.grid(False, axis="y")
-    limited = ", hatched: at a limit" if any(row.limited for row in rows) else ""
-    axis.set_title(f"factor (×{limited}) and misfit of each", fontsize=10)
-    axis.set_xlabel("misfit, root mean square of ln(Sa / target) [1]")
 
 
 def at_periods(target: Target, periods: Samples) -> Samples:
@@ -487,18 +443,3 @@ def at_periods(target: Target, periods: Samples) -> Samples:
     if inside.any():
         values[inside] = target.at(periods[inside])
     return values
-
-
-def _spectra_finding(motions: Sequence[Motion], ensemble: Ensemble, target: Target | None) -> str:
-    is_ensemble = len(motions) > 1
-    who = f"{len(motions)} records: their median is" if is_ensemble else f"{motions[0].name} is"
-    if target is None:
-        at = [int(np.abs(ensemble.periods - period).argmin()) for period in NAMED]
-        parts = [f"{say_in(ensemble.median[k], 'g', 3)} at {ensemble.periods[k]:.2g} s" for k in at]
-        return f"{who if is_ensemble else f'{motions[0].name}: Sa is'} {' and '.join(parts)}"
-    ratio = ensemble.median / at_periods(target, ensemble.periods)
-    if np.isnan(ratio).all():
-        return f"{who} nowhere beside {target.name}, whose periods are others"
-    low, high = int(np.nanargmin(ratio)), int(np.nanargmax(ratio))
-    ends = [f"{ratio[k]:.2f} (at {ensemble.periods[k]:.2g} s)" for k in (low, high)]
-    return f"{who} {' to '.join(ends)} times {target.name}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ MARKS = (("^", "-"), ("s", "--"), ("D", "-."))  # of ABS, SRSS and CQC, then aga
 
 
 def separations_figure(table: CodeTable, note: str = "") -> Figure:
-    """Separations that rules ask for beside the gaps that motions need.
+    """Separations that rules require beside the gaps that motions need.
 
     Parameters
     ----------
@@ -33,14 +34,15 @@ def separations_figure(table: CodeTable, note: str = "") -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Left: the gap that each motion needs, and what ABS, SRSS and CQC ask for. Right: every rule over that gap.
+        Left: the gap that each motion needs, and what ABS, SRSS and CQC require. Right: every rule over that gap.
     """
     drawn = [comparison for comparison in table.rules if comparison.exceeded is not None]
     figure, axes = blank(1, 2, (13.5, 3.4 + 0.19 * max(len(drawn), 10)), width_ratios=(1.25, 1.0))
     layout: Any = figure.get_layout_engine()
     layout.set(h_pad=0.1)  # room for the motions' names
     _by_motion(axes[0, 0], table)
-    _by_rule(axes[0, 1], drawn, table)
+    draw_rules(axes[0, 1], drawn, table.motions)
+    axes[0, 1].set_title(f"safe right of 1; {RULE_MARKS_WORDS}", fontsize=8.5)
     left, right = table.buildings
     correlation = "" if table.correlation is None else f", correlation {table.correlation:.2f} under white noise"
     title(figure, table.finding, f"{left} | {right}, motions {table.at}{correlation}", note)
@@ -60,44 +62,32 @@ def _by_motion(axis: Any, table: CodeTable) -> None:
     label = f"required by {table.percentile:g} %: {say_in(rounded_up(table.demand), 'mm', 3)}"
     axis.axhline(1e3 * table.demand, color=MEANING["required gap"], linestyle="--", linewidth=1.2, label=label)
     if order.size <= MOST_NAMES:
-        axis.set_xticks(positions, [_short(table.names[at]) for at in order], rotation=90, fontsize=7)
+        names = [table.names[at].removesuffix(" as recorded").replace(" reversed", " rev.") for at in order]
+        axis.set_xticks(positions, names, rotation=90, fontsize=7)
     else:
         axis.set_xlabel("motion, by the gap it needs")
     axis.set_ylabel("separation [mm]")
     axis.set_ylim(bottom=0.0)
-    axis.set_title(
-        "what each motion needs, and rules of its own elastic peaks (no code's design displacement)", fontsize=9.5
-    )
+    words = "what each motion needs, and rules of its own elastic peaks (no code's design displacement)"
+    axis.set_title(words, fontsize=9.5)
     axis.legend(fontsize=8.5, loc="upper left", handlelength=3.0)
 
 
-def _short(name: str) -> str:
-    """Name of a motion, shortened for a tick label."""
-    return name.removesuffix(" as recorded").replace(" reversed", " rev.")
-
-
-def _by_rule(axis: Any, drawn: list[Comparison], table: CodeTable) -> None:
-    """Median and middle 68 % of each rule over the gap needed; squares are of rules that fall short in some motion."""
+def draw_rules(axis: Any, compared: Sequence[Comparison], motions: int) -> None:
+    """Median and middle 68 % of each rule over the gap needed; squares: insufficient for some of so many motions."""
     axis.axvline(1.0, color="black", linewidth=0.9)
-    colour = MEANING["rule"]
-    for row, comparison in enumerate(drawn):
-        axis.plot([comparison.ratio_low, comparison.ratio_high], [row, row], color=colour, linewidth=2.2)
-        axis.plot(
-            comparison.ratio_median, row, "o" if comparison.safe else "s", **rule_mark(comparison.row.verification)
-        )
-        short = round((comparison.exceeded or 0.0) * table.motions)
-        words = f"short in {short} of {table.motions}" if short else "holds in all"
+    names = []
+    for row, rule in enumerate(compared):
+        axis.plot([rule.ratio_low, rule.ratio_high], [row, row], color=MEANING["rule"], linewidth=2.2)
+        axis.plot(rule.ratio_median, row, "o" if rule.safe else "s", **rule_mark(rule.row.verification))
+        short = round((rule.exceeded or 0.0) * motions)
+        words = f"insufficient for {short} of {motions}" if short else "sufficient for all"
         where = {"transform": axis.get_yaxis_transform(), "ha": "left", "va": "center", "fontsize": 8.5}
         axis.text(1.01, row, words, weight="bold" if short else "normal", **where)
-    axis.set_yticks(range(len(drawn)), [_rule_words(comparison) for comparison in drawn], fontsize=8.5)
-    axis.set_ylim(max(len(drawn), 1) - 0.5, -0.5)
+        doubts = [] if rule.row.verification in (DERIVED, READ) else [rule.row.verification]
+        doubts += ["superseded"] if rule.row.superseded else []
+        names.append(f"{rule.row.title} ({', '.join(doubts)})" if doubts else rule.row.title)
+    axis.set_yticks(range(len(compared)), names, fontsize=8.5)
+    axis.set_ylim(max(len(compared), 1) - 0.5, -0.5)
+    axis.set_xlim(left=0.0)
     axis.set_xlabel("rule over the gap needed [1]: median, 16-84 % of the motions")
-    axis.set_title(f"safe right of 1; {RULE_MARKS_WORDS}", fontsize=8.5)
-
-
-def _rule_words(comparison: Comparison) -> str:
-    """Title of a rule, with what keeps its clause from being relied on."""
-    row = comparison.row
-    doubts = [] if row.verification in (DERIVED, READ) else [row.verification]
-    doubts += ["superseded"] if row.superseded else []
-    return f"{row.title} ({', '.join(doubts)})" if doubts else row.title

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk._common.counted import counted
 from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.elevation import MARKERS, RAISED, WIDTH, between, gap_scale, outline
+from pounding_risk.figures.row import MARKERS, RAISED, WIDTH, gap_scale, outline
 from pounding_risk.figures.style import (
     QUIET,
     STYLES,
@@ -18,6 +17,7 @@ from pounding_risk.figures.style import (
     force_words,
     law_words,
     legend_below,
+    message,
     motion_words,
     plain,
     styles,
@@ -34,7 +34,7 @@ SAME = 1e-9  # of the peak: histories closer than this are the same
 NAMED = 6  # lines of a panel with a colour and a name of their own; the others are grey
 OTHERS = "#c4c4c4"
 FORCE = "peak_contact_force"
-APART = 0.018  # of the tallest height: levels closer than this leave room for one number
+ROOM = 0.018  # of the tallest height: levels closer than this leave room for one number
 
 
 def impact_figure(impacts: Sequence[Any], note: str = "") -> Figure:
@@ -62,45 +62,21 @@ def impact_figure(impacts: Sequence[Any], note: str = "") -> Figure:
         axes[0, 1].plot(impact.penetration * 1e3, impact.force / 1e3, **look)
     axes[0, 0].set(xlabel="time since the touch [ms]", ylabel="contact force [kN]")
     axes[0, 1].set(xlabel="penetration [mm]")
-    title(figure, _impact_finding(impacts), "; ".join(filter(None, ("isolated impacts", note))))
+    title(figure, "Contact force of isolated impacts", note)
     legend_below(figure, axes[0, 0].get_legend_handles_labels()[0], min(2, len(impacts)))
     return figure
 
 
-def _impact_finding(impacts: Sequence[Any]) -> str:
-    flat = [impact for impact in impacts if plateau(impact) > 0.0]
-    elastic = [impact for impact in impacts if plateau(impact) == 0.0]
-    if len(flat) < 2 or len({round(impact.peak_force) for impact in flat}) > 1:
-        forces = [f"{impact.peak_force / 1e3:.0f}" for impact in impacts if np.isfinite(impact.peak_force)]
-        return f"Peak force {', '.join(forces)} kN" if forces else "Instant jumps: no finite force, no penetration"
-    lengths = " and ".join(f"{plateau(impact) * 1e3:.1f} ms ({impact.mass:.0f} kg)" for impact in flat)
-    finding = f"Equal plateaus of {flat[0].peak_force / 1e3:.0f} kN for {lengths}"
-    if not elastic:
-        return finding
-    speeds = " and ".join(f"{speed:g}" for speed in sorted({impact.approach_speed for impact in elastic}))
-    peaks = " and ".join(f"{impact.peak_force / 1e3:.0f}" for impact in elastic)
-    return f"{finding}; none at {speeds} m/s ({peaks} kN)"
-
-
-def plateau(impact: Any) -> float:
-    """Time [s] that an impact spends at its largest force, to a millionth of it."""
-    at_top = impact.force >= impact.peak_force * (1.0 - 1e-6)
-    times = impact.time[at_top]
-    return float(times[-1] - times[0]) if at_top.sum() > 1 else 0.0
-
-
 def _impact_label(impact: Any, impacts: Sequence[Any]) -> str:
-    parts = []
-    if len({other.law for other in impacts}) > 1:
-        parts.append(law_words(impact.law))
+    """What distinguishes an impact from the others, and its restitution."""
+    parts = [law_words(impact.law)] if len({other.law for other in impacts}) > 1 else []
     if len({other.mass for other in impacts}) > 1 or not parts:
         parts.append(f"{impact.mass:.0f} kg")
     if len({other.approach_speed for other in impacts}) > 1 or len(parts) < 2:
         parts.append(f"{impact.approach_speed:g} m/s")
-    restitution_words = (
-        "e" if np.isnan(impact.restitution_asked) else f"e asked {impact.restitution_asked:.2f}, achieved"
-    )
-    return f"{', '.join(parts)}: {restitution_words} {impact.restitution:.2f}"
+    required = impact.restitution_asked
+    e_words = "e" if np.isnan(required) else f"e required {required:.2f}, achieved"
+    return f"{', '.join(parts)}: {e_words} {impact.restitution:.2f}"
 
 
 def simulation_figure(run: xr.Dataset, note: str = "", absolute: bool = False) -> Figure:
@@ -149,7 +125,9 @@ def simulation_figure(run: xr.Dataset, note: str = "", absolute: bool = False) -
         axis.tick_params(labelbottom=axis is axes[count - 1, 0])
     axes[0, 0].set_xlim(float(run["time"][0]), float(run["time"][-1]))
     axes[count - 1, 0].set_xlabel("time [s]")
-    title(figure, run_finding(run), _run_words(run), plain(note))
+    status = str(run.attrs["status"])
+    headline = "Response over time" if status == "complete" else f"The run is not complete: {status}"
+    title(figure, headline, _run_words(run), plain(note))
     return figure
 
 
@@ -241,12 +219,17 @@ def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
     matplotlib.figure.Figure
         Two panels over time, as Figure 8 of Khatiwada et al. (2011).
     """
-    point, several = _strongest_point(runs), runs[0].sizes["contact_point"] > 1
-    parted, runs = parting(*runs), [run.isel(contact_point=point) for run in runs]
+    pushed = [np.nan_to_num(run["contact_force"].transpose("time", "contact_point").values) for run in runs]
+    point = int(np.max([forces.max(axis=0) for forces in pushed], axis=0).argmax())
+    several, parted = runs[0].sizes["contact_point"] > 1, parting(*runs)
+    runs = [run.isel(contact_point=point) for run in runs]
     first = runs[0]
     figure, axes = blank(2, 1, (9.0, 6.4), sharex=True, height_ratios=(2.0, 1.0))
-    peaks = [_signed_peak(run) for run in runs]
-    for (colour, dash), run, (time, value) in zip(styles(2), runs, peaks, strict=True):
+    peaks = []
+    for (colour, dash), run in zip(styles(2), runs, strict=True):
+        at = int(np.abs(run["relative_displacement"].values).argmax())
+        time, value = float(run["time"][at]), float(run["relative_displacement"][at])
+        peaks.append(abs(value) * 1e3)
         label = f"{law_words(run.attrs['contact_model'])}, {force_words(float(run['contact_point_yield_force']))}"
         axes[0, 0].plot(run["time"], run["relative_displacement"] * 1e3, color=colour, linestyle=dash, label=label)
         axes[1, 0].plot(run["time"], run["contact_force"] / 1e3, color=colour, linestyle=dash, linewidth=0.9)
@@ -256,14 +239,19 @@ def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
             va="center", fontsize=9, color=colour,
         )  # fmt: skip
     if np.isfinite(parted):
-        _mark_parting(axes[:, 0], parted)
+        for panel in axes[:, 0]:
+            panel.axvline(parted, color=QUIET, linewidth=0.9, linestyle=":")
+        axes[0, 0].annotate(
+            f"they differ from {parted:.2f} s on", (parted, 0.97), xycoords=("data", "axes fraction"), xytext=(-4, 0),
+            textcoords="offset points", ha="right", va="top", fontsize=9, color=QUIET,
+        )  # fmt: skip
     axes[0, 0].set_ylabel("relative displacement [mm]\n(positive: towards contact)")
     axes[0, 0].legend(fontsize=8.5, loc="lower left", handlelength=3.0)
     axes[1, 0].set(xlabel="time [s]", ylabel="contact force [kN]", xlim=(0.0, float(first["time"].max())))
     here = f"; {first['contact_point'].item()}" if several else ""
     gap = float(first["interface_gap"][int(first["contact_point_interface"])])
     where = f"{first.attrs['title']}{here}; gap {say_in(gap, 'mm', 6)}; {motion_words(first.attrs)}"
-    title(figure, _comparison_finding(runs, parted, [abs(value) * 1e3 for _, value in peaks]), where, note)
+    title(figure, _comparison_finding(runs, parted, peaks), where, note)
     return figure
 
 
@@ -276,47 +264,17 @@ def _comparison_finding(runs: Sequence[xr.Dataset], parted: float, amounts: list
     return f"Identical until {parted:.2f} s; {cause} {word} the peak from {amounts[0]:.2f} to {amounts[1]:.2f} mm"
 
 
-def _strongest_point(runs: Sequence[xr.Dataset]) -> int:
-    """The contact point with the largest force of these runs."""
-    peaks = [np.nan_to_num(run["contact_force"].transpose("time", "contact_point").values).max(axis=0) for run in runs]
-    return int(np.max(peaks, axis=0).argmax())
-
-
-def _mark_parting(panels: Sequence[Axes], parted: float) -> None:
-    for panel in panels:
-        panel.axvline(parted, color=QUIET, linewidth=0.9, linestyle=":")
-    panels[0].annotate(
-        f"they part at {parted:.2f} s", (parted, 0.97), xycoords=("data", "axes fraction"), xytext=(-4, 0),
-        textcoords="offset points", ha="right", va="top", fontsize=9, color=QUIET,
-    )  # fmt: skip
-
-
 def parting(first: xr.Dataset, second: xr.Dataset) -> float:
     """Last time up to which two runs have the same relative displacements [s]; NaN where they never part."""
     times, here, there = np.intersect1d(first["time"].values, second["time"].values, return_indices=True)
-    first_distance, second_distance = (
-        run["relative_displacement"].transpose("time", "contact_point").values for run in (first, second)
-    )
-    apart = np.abs(first_distance[here] - second_distance[there]).max(axis=1) > SAME * max(
-        np.abs(first_distance).max(), np.abs(second_distance).max()
-    )
-    return float(times[max(int(apart.argmax()) - 1, 0)]) if apart.any() else float("nan")
-
-
-def _signed_peak(run: xr.Dataset) -> tuple[float, float]:
-    values = run["relative_displacement"].values
-    index = int(np.abs(values).argmax())
-    return float(run["time"].values[index]), float(values[index])
+    one, other = (run["relative_displacement"].transpose("time", "contact_point").values for run in (first, second))
+    differs = np.abs(one[here] - other[there]).max(axis=1) > SAME * max(np.abs(one).max(), np.abs(other).max())
+    return float(times[max(int(differs.argmax()) - 1, 0)]) if differs.any() else float("nan")
 
 
 def roofs_of(run: xr.Dataset) -> np.ndarray:
     """Displacement of the roof of each building [m], (time, building); zero for a rigid one."""
     return _of_roofs(run, run["displacement"].transpose("time", "building", "storey").values)
-
-
-def _peaks_of_roofs(run: xr.Dataset) -> np.ndarray:
-    """Largest displacement of each roof [m], between the samples of its history too; zero for a rigid building."""
-    return _of_roofs(run, run["storey_displacement"].transpose("building", "storey").values)
 
 
 def _of_roofs(run: xr.Dataset, values: np.ndarray) -> np.ndarray:
@@ -331,50 +289,17 @@ def _at_points(run: xr.Dataset, name: str) -> np.ndarray:
     return run[f"contact_point_{name}" if f"contact_point_{name}" in run else name].values
 
 
-def run_finding(run: xr.Dataset) -> str:
-    """Number of contacts, the strongest one, and what moves most, as a sentence."""
-    if run.attrs["status"] != "complete":
-        return f"The run is not complete: {run.attrs['status']}"
-    counts, forces = _at_points(run, "impact_count"), np.nan_to_num(_at_points(run, FORCE))
-    contacts = counted(counts.sum(), "contact") if (counts > 0).any() else "No contact"
-    if counts.size == 1:
-        most = f"peak relative displacement {1e3 * float(run['peak_relative_displacement'][0]):.2f} mm"
-        force = f", peak force {force_text(float(run[FORCE][0]))}" if counts[0] > 0 else ""
-        return f"{contacts}{force}, {most}"
-    roofs = _peaks_of_roofs(run)
-    at = int(roofs.argmax())
-    most = f"the roof of {run['building'].values[at]} moves most, {say_in(roofs[at], 'mm', 3)}"
-    if not (counts > 0).any():
-        return plain(f"{contacts}; {most}")
-    touched = f"{(counts > 0).sum()} of {counts.size} contact points"
-    point = int(forces.argmax())
-    if not forces[point] > 0.0:  # velocities jump
-        return plain(f"{contacts} at {touched}; {most}")
-    here = run["contact_place"].values == run["contact_point"].values[point]
-    strongest = run.isel(contact=here)["contact_peak_force"].values
-    start = float(run["contact_start"].values[here][np.nan_to_num(strongest).argmax()])
-    pair = between(str(run["interface"].values[int(run["contact_point_interface"].values[point])]))
-    return plain(f"{contacts} at {touched}, up to {force_text(forces[point])} between {pair} at {start:.2f} s; {most}")
-
-
 def _run_words(run: xr.Dataset) -> str:
     """What was run: title, contact model, yield forces, gaps, motion and effects."""
+    forces, gaps = np.unique(run["contact_point_yield_force"].values), np.unique(run["interface_gap"].values)
+    force = force_words(float(forces[0]))
+    if forces.size > 1:
+        ends = [f"{one / 1e3:.0f}" if np.isfinite(one) else r"$\infty$" for one in (forces[0], forces[-1])]
+        force = f"$F_E$ = {' to '.join(ends)} kN"
+    gap = f"gap {' to '.join(f'{1e3 * one:.6g}' for one in dict.fromkeys((gaps[0], gaps[-1])))} mm"
     effects = f", with {run.attrs['effects']}" if run.attrs.get("effects") else ""
-    law, motion = law_words(run.attrs["contact_model"]), f"{motion_words(run.attrs)}{effects}"
-    return f"{plain(run.attrs['title'])}: {plain(law)}, {_force_words(run)}, {_gap_words(run)}, {plain(motion)}"
-
-
-def _force_words(run: xr.Dataset) -> str:
-    forces = np.unique(run["contact_point_yield_force"].values)
-    if forces.size == 1:
-        return force_words(float(forces[0]))
-    ends = [f"{force / 1e3:.0f}" if np.isfinite(force) else r"$\infty$" for force in (forces[0], forces[-1])]
-    return f"$F_E$ = {' to '.join(ends)} kN"
-
-
-def _gap_words(run: xr.Dataset) -> str:
-    gaps = np.unique(run["interface_gap"].values)
-    return f"gap {' to '.join(f'{1e3 * gap:.6g}' for gap in dict.fromkeys((gaps[0], gaps[-1])))} mm"
+    model, motion = plain(law_words(run.attrs["contact_model"])), plain(f"{motion_words(run.attrs)}{effects}")
+    return f"{plain(run.attrs['title'])}: {model}, {force}, {gap}, {motion}"
 
 
 def _largest_lines(
@@ -395,7 +320,7 @@ def _largest_lines(
     if any(names):
         axis.legend(fontsize=7.5, loc="upper right", ncols=2 if len(names) > 3 else 1, framealpha=0.9)
     elif not names:
-        axis.annotate(nothing, (0.5, 0.5), xycoords="axes fraction", ha="center", color=QUIET)
+        message(axis, nothing)
     return {int(at): colour for (colour, _), at in zip(styles(NAMED), order, strict=False)}
 
 
@@ -404,7 +329,8 @@ def _row_peaks(axis: Any, run: xr.Dataset) -> None:
     gaps = run["interface_gap"].values
     scale = gap_scale(gaps.tolist())
     walls = np.concatenate([[0.0], np.cumsum(WIDTH + scale * gaps)])
-    roofs = 1e3 * _peaks_of_roofs(run)
+    # Peaks between the samples of the histories too.
+    roofs = 1e3 * _of_roofs(run, run["storey_displacement"].transpose("building", "storey").values)
     buildings = building_shapes(run)
     tallest = max(building.height for building in buildings)
     for wall, building, peak in zip(walls, buildings, roofs, strict=True):
@@ -435,10 +361,13 @@ def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: li
         level = level if np.isfinite(level) else min(heights[interface : interface + 2])
         # What touches with no force that lasts, where velocities jump, has the colour of the least.
         share = max(peaks[at] / (peaks.max() or 1.0), 1e-9) if counts[at] > 0 else 0.0
-        look = _point_look(share, bool(yields[at]))
+        look: dict[str, Any] = {"c": "white", "s": 22.0, "edgecolors": QUIET, "linewidths": 0.7}
+        if share > 0.0:
+            look = {"c": [share], "cmap": "cividis_r", "vmin": 0.0, "vmax": 1.0, "s": 46.0}
+            look |= {"edgecolors": RAISED, "linewidths": 2.2} if yields[at] else {"edgecolors": "black"}
         marker = MARKERS[str(point["contact_point_kind"].values)]
         axis.scatter(middles[interface], level, marker=marker, zorder=5, **look)
-        is_near = any(other == interface and abs(level - there) < APART * max(heights) for other, there in written)
+        is_near = any(other == interface and abs(level - there) < ROOM * max(heights) for other, there in written)
         if counts[at] > 0 and not is_near:
             written.append((interface, level))
             force = f"{force_text(float(peaks[at]))}, " if peaks[at] > 0.0 else ""
@@ -447,11 +376,3 @@ def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: li
                 (middles[interface], level), xytext=(7, 0), textcoords="offset points", va="center", fontsize=6.8,
                 zorder=6, bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
             )  # fmt: skip
-
-
-def _point_look(share: float, yields: bool) -> dict[str, Any]:
-    """Look of a contact point: the colour of its share of the largest force; small and white where nothing touches."""
-    if not share > 0.0:
-        return {"c": "white", "s": 22.0, "edgecolors": QUIET, "linewidths": 0.7}
-    edge = {"edgecolors": RAISED, "linewidths": 2.2} if yields else {"edgecolors": "black", "linewidths": 0.9}
-    return {"c": [share], "cmap": "cividis_r", "vmin": 0.0, "vmax": 1.0, "s": 46.0, **edge}

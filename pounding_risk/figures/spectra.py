@@ -12,14 +12,13 @@ from pounding_risk.assessment.spectra import (
     JUDGED,
     check_rules,
     check_spectra,
-    finding,
     motions_words,
     ratio_to_rule,
     rule_words,
     usual_percentile,
 )
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import QUIET, STYLES, blank, title
+from pounding_risk.figures.style import ROUND, STYLES, blank, hatch, ratio_axis, title
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,14 +26,13 @@ if TYPE_CHECKING:
 
 RATIOS = (0.5, 0.8, 0.95)  # of the periods, along which sections are drawn
 BANDS = (0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4)  # of a ratio, one shade each
-SHORT = 1.05  # ratio from which a rule is shown as falling short: less is within the scatter of few motions
-TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # s
+SHORT = 1.05  # ratio from which a rule is shown as insufficient: less is within the scatter of few motions
 
 
 def gap_spectra_figure(
     results: xr.Dataset, percentile: float | None = None, rules: Sequence[str] = JUDGED, note: str = ""
 ) -> Figure:
-    """Gap required over the periods of two buildings, and its ratio to what two rules ask for.
+    """Gap required over the periods of two buildings, and its ratio to what two rules require.
 
     Parameters
     ----------
@@ -73,56 +71,38 @@ def gap_spectra_figure(
     _sections(axes[1, 1], shown, drawn)
     dampings = [f"{100.0 * float(results[f'{side}_damping']):.3g} %" for side in ("left", "right")]
     damped = dampings[0] if dampings[0] == dampings[1] else " and ".join(dampings)
-    told = f"single masses without contact, damping {damped}; rules take linear displacements (factors 1)"
-    title(figure, finding(shown, drawn), f"{motions_words(results)}; {told}", note)
+    rules_words = " and ".join(map(rule_words, drawn))
+    assumed = f"single masses without contact, damping {damped}; {rules_words} of linear displacements (factors 1)"
+    headline = f"Required gap over both periods, {at:g} % of the motions"
+    title(figure, headline, f"{motions_words(results)}; {assumed}", note)
     return figure
 
 
 def _over_periods(axis: Any, results: xr.Dataset) -> tuple[Any, Any]:
     """Set up an axis of both periods; returns the periods."""
-    left, right = results["left_period"].values, results["right_period"].values
-    _period_axis(axis, "x", left)
-    _period_axis(axis, "y", right)
-    axis.set_xlabel("period of the left building [s]")
-    axis.set_ylabel("period of the right building [s]")
+    periods = results["left_period"].values, results["right_period"].values
+    for side, values, where in zip("xy", periods, ("left", "right"), strict=True):
+        ratio_axis(axis, side, values)
+        getattr(axis, f"set_{side}label")(f"period of the {where} building [s]")
     axis.grid(False)
-    return left, right
-
-
-def _period_axis(axis: Any, side: str, periods: Any) -> None:
-    """Limits and ticks of an axis of periods; logarithmic where they span more than three times the shortest."""
-    if periods[-1] > 3.0 * periods[0]:
-        getattr(axis, f"set_{side}scale")("log")
-        ticks = [tick for tick in TICKS if periods[0] <= tick <= periods[-1]]
-        getattr(axis, f"set_{side}ticks")(ticks, [f"{tick:g}" for tick in ticks])
-        getattr(axis, f"set_{side}ticks")([], minor=True)
-    getattr(axis, f"set_{side}lim")(periods[0], periods[-1])
+    return periods
 
 
 def _gaps(figure: Figure, axis: Any, results: xr.Dataset, at: float) -> None:
-    """Draw the gap required as a map with labelled contours [mm]."""
+    """Draw the gap required as a map with labelled contours [mm], the five or six round ones below the largest."""
     left, right = _over_periods(axis, results)
     gap = 1e3 * results["required_gap"].isel(percentile=0).values.T
     picture = axis.pcolormesh(left, right, gap, cmap="Blues", shading="gouraud", rasterized=True)
-    levels = _round_levels(float(gap.max()))
+    levels = [step for step in ROUND if step < gap.max()][-6:]
     if levels:
         lines = axis.contour(left, right, gap, levels=levels, colors="black", linewidths=0.8)
         axis.clabel(lines, fmt="%g", fontsize=8)
     figure.colorbar(picture, ax=axis, pad=0.01, aspect=30, label="gap [mm]")
-    axis.set_title(f"gap that {at:g} % of the motions need [mm]", fontsize=9.5)
-
-
-def _round_levels(largest: float) -> list[float]:
-    """Contours at 1, 2 and 5 times powers of ten, the five or six below the largest value."""
-    if largest <= 0.0:
-        return []
-    top = int(np.floor(np.log10(largest)))
-    steps = [factor * 10.0**power for power in (top - 1, top) for factor in (1.0, 2.0, 5.0)]
-    return [step for step in [*steps, 10.0 ** (top + 1)] if step < largest]
+    axis.set_title(f"gap required by {at:g} % of the motions [mm]", fontsize=9.5)
 
 
 def _ratios(figure: Figure, axis: Any, results: xr.Dataset, rule: str) -> None:
-    """Draw the gap required over what a rule asks for, hatched where the rule asks for clearly too little."""
+    """Draw the gap required over what a rule requires, hatched where the rule is clearly insufficient."""
     from matplotlib import colormaps
     from matplotlib.colors import BoundaryNorm
 
@@ -132,11 +112,8 @@ def _ratios(figure: Figure, axis: Any, results: xr.Dataset, rule: str) -> None:
     colours = colormaps["PuOr_r"]
     norm = BoundaryNorm(BANDS, colours.N, extend="both")
     picture = axis.pcolormesh(left, right, ratio, shading="nearest", rasterized=True, cmap=colours, norm=norm)
-    largest = np.nanmax(ratio, initial=0.0)
-    if largest > SHORT:
-        above = axis.contourf(left, right, ratio, levels=[SHORT, largest + 1.0], colors="none", hatches=["//////"])
-        above.set_edgecolor(QUIET)
-        above.set_linewidth(0.0)
+    hatch(axis, (left, right), ratio > SHORT, "//////")
+    if np.nanmin(ratio, initial=SHORT) < SHORT < np.nanmax(ratio, initial=SHORT):
         axis.contour(left, right, ratio, levels=[SHORT], colors="black", linewidths=0.9)
     figure.colorbar(picture, ax=axis, pad=0.01, aspect=30, ticks=BANDS, label=f"gap / {words} [1]")
     most = f"{100.0 * (SHORT - 1.0):.0f} %"
@@ -145,20 +122,22 @@ def _ratios(figure: Figure, axis: Any, results: xr.Dataset, rule: str) -> None:
 
 def _sections(axis: Any, results: xr.Dataset, rules: Sequence[str]) -> None:
     """Draw the gap required and both rules along lines of constant T_right / T_left."""
+    from scipy.interpolate import RegularGridInterpolator
+
     left, right = results["left_period"].values, results["right_period"].values
-    asked = results["separation"].isel(percentile=0)
-    gap = results["required_gap"].isel(percentile=0).values
-    curves = [
-        (gap, "-", 1.9),
-        *((asked.sel(rule=rule).values, dash, 1.1) for rule, dash in zip(rules, ("--", ":"), strict=True)),
-    ]
-    _period_axis(axis, "x", left)
+    required = results["separation"].isel(percentile=0)
+    curves = [(results["required_gap"].isel(percentile=0).values, "-", 1.9)]
+    curves += [(required.sel(rule=rule).values, dash, 1.1) for rule, dash in zip(rules, ("--", ":"), strict=True)]
+    ratio_axis(axis, "x", left)
     for ratio, (colour, _) in zip(RATIOS, STYLES, strict=False):
         inside = left[(ratio * left >= right[0]) & (ratio * left <= right[-1])]
         if inside.size < 2:
             continue
+        places = np.column_stack([np.log(inside), np.log(ratio * inside)])
         for values, dash, width in curves:
-            axis.plot(inside, 1e3 * _along(left, right, values, inside, ratio), dash, color=colour, linewidth=width)
+            # Linear between the logarithms of the periods.
+            along = RegularGridInterpolator((np.log(left), np.log(right)), values, bounds_error=False, fill_value=None)
+            axis.plot(inside, 1e3 * along(places), dash, color=colour, linewidth=width)
         axis.plot([], [], "-", color=colour, linewidth=1.9, label=f"right = {ratio:g} left")
     for words, dash in zip(("gap required", *map(rule_words, rules)), ("-", "--", ":"), strict=True):
         axis.plot([], [], dash, color="black", label=words)
@@ -167,11 +146,3 @@ def _sections(axis: Any, results: xr.Dataset, rules: Sequence[str]) -> None:
     axis.set_ylabel("gap [mm]")
     axis.set_ylim(bottom=0.0)
     axis.set_title("along constant ratios of the periods", fontsize=9.5)
-
-
-def _along(left: Any, right: Any, values: Any, at: Any, ratio: float) -> Any:
-    """Values at right = ratio × left, linear between the logarithms of the periods."""
-    from scipy.interpolate import RegularGridInterpolator
-
-    found = RegularGridInterpolator((np.log(left), np.log(right)), values, bounds_error=False, fill_value=None)
-    return found(np.column_stack([np.log(at), np.log(ratio * at)]))

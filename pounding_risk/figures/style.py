@@ -1,12 +1,12 @@
 """Shared style of figures: frame, title, caption, colours and dashes; files have the same bytes for the same data.
 
-Colours are those of Okabe and Ito (2008), told apart by the colour-blind; lines differ in dash too, for print.
+Colours are those of Okabe and Ito (2008), which the colour-blind distinguish; lines differ in dash too, for print.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from io import StringIO
 from pathlib import Path
 from textwrap import fill, wrap
@@ -28,13 +28,14 @@ MEANING = {
     "gap": "#000000",  # the gap that is judged
     "target": QUIET,  # the probability of contact that is accepted
     "required gap": "#D55E00",
-    "rule": "#009E73",  # what code rules ask; `RULE_MARKS` shows how the text of a clause is known
+    "rule": "#009E73",  # what code rules require; `RULE_MARKS` shows how the text of a clause is known
 }
 # How a mark is filled, by how the text of a rule's clause is known.
 RULE_MARKS = {"derived": "full", "clause read": "full", "quoted": "left", "from memory": "none"}
 RULE_MARKS_WORDS = "full marks: clause read, or derived; half: quoted; open: from memory"
 LETTERS_AN_INCH = 11.0  # of a title in 11 points; a mean letter of DejaVu Sans is 0.55 of its size wide
 CAPTION_SIZE = 8.5  # points
+ROUND = [digit * 10.0**power for power in range(-14, 10) for digit in (1.0, 2.0, 5.0)]  # ticks and contours
 LAW_WORDS = {"jankowski": "nonlinear viscoelastic", "viscous_elastoplastic": "viscous elastoplastic"}
 # Metadata of the day and of the program, which are left out, by suffix.
 NAMELESS: dict[str, dict[str, None]] = {
@@ -75,35 +76,29 @@ def blank(
     return figure, axes
 
 
-def title(figure: Figure, finding: str, condition: str, note: str = "") -> None:
-    """Title a figure with its finding, in two lines at most, and caption it below with what the finding holds for.
+def title(figure: Figure, headline: str, condition: str, note: str = "") -> None:
+    """Title a figure with what it shows or finds, in two lines at most, and caption it below with its conditions.
 
     Parameters
     ----------
     figure : matplotlib.figure.Figure
         With a constrained layout, which leaves room for both.
-    finding : str
+    headline : str
         Clauses separated by "; "; those that two lines do not hold begin the caption.
     condition : str
-        Conditions that the finding holds for.
+        Conditions that the headline holds for.
     note : str
         Words of the user, such as what is assumed.
     """
     letters = int(figure.get_figwidth() * LETTERS_AN_INCH)
-    headline, subline = _in_two_lines(finding, letters)
-    figure.suptitle(headline, fontsize=11, linespacing=1.25)
-    caption = [part for part in (subline, condition, note) if part]
-    most = int(letters * 11.0 / CAPTION_SIZE)
-    figure.supxlabel("\n".join(in_lines(part, most) for part in caption), fontsize=CAPTION_SIZE, linespacing=1.25)
-
-
-def _in_two_lines(finding: str, letters: int) -> tuple[str, str]:
-    """The first clauses, as many as two lines hold but at least one, and the others."""
-    clauses = finding.replace("\n", " ").split("; ")
+    clauses = headline.replace("\n", " ").split("; ")
     count = 1
     while count < len(clauses) and len(wrap("; ".join(clauses[: count + 1]), letters)) <= 2:
         count += 1
-    return in_lines("; ".join(clauses[:count]), letters), "; ".join(clauses[count:])
+    figure.suptitle(in_lines("; ".join(clauses[:count]), letters), fontsize=11, linespacing=1.25)
+    caption = [part for part in ("; ".join(clauses[count:]), condition, note) if part]
+    most = int(letters * 11.0 / CAPTION_SIZE)
+    figure.supxlabel("\n".join(in_lines(part, most) for part in caption), fontsize=CAPTION_SIZE, linespacing=1.25)
 
 
 def in_lines(text: str, most: int) -> str:
@@ -229,10 +224,53 @@ def motion_words(facts: Mapping[Any, Any]) -> str:
     return f"{facts['record']} {facts['polarity']} at {say_in(facts['pga'], 'g')}"
 
 
+def panel(draw: Callable[..., None], *arguments: Any, height: float = 4.2) -> Figure:
+    """A figure of one panel for a report, ``height`` inches high, which a function draws on its axis."""
+    figure, axes = blank(1, 1, (7.2, height))
+    draw(axes[0, 0], *arguments)
+    return figure
+
+
+def message(axis: Any, words: str, letters: int = 46) -> None:
+    """Words in the middle of a panel that has nothing to draw, in lines of so many letters."""
+    look = {"transform": axis.transAxes, "ha": "center", "va": "center", "fontsize": 9.5, "color": QUIET}
+    axis.text(0.5, 0.5, fill(words, letters), **look)
+
+
+def logarithmic(axis: Any, side: str, low: float, high: float, ticks: Sequence[float] = ROUND) -> None:
+    """A logarithmic scale between two ends, with those of the ticks that lie there in full numbers."""
+    inside = [tick for tick in ticks if low <= tick <= high]
+    getattr(axis, f"set_{side}scale")("log")
+    getattr(axis, f"set_{side}lim")(low, high)
+    getattr(axis, f"set_{side}ticks")(inside, [f"{tick:g}" for tick in inside])
+    getattr(axis, f"set_{side}ticks")([], minor=True)
+
+
+def ratio_axis(axis: Any, side: str, values: Any) -> None:
+    """The axis of these rising values, such as periods; logarithmic where they span more than three times the first."""
+    if values[-1] > 3.0 * values[0]:
+        logarithmic(axis, side, values[0], values[-1])
+    getattr(axis, f"set_{side}lim")(values[0], values[-1])
+
+
+def hatch(axis: Any, values: tuple[Any, Any], is_inside: Any, pattern: str) -> None:
+    """Hatch the part of a map over (x, y) values where this is true, (y, x)."""
+    if is_inside.any():
+        drawn = axis.contourf(*values, is_inside.astype(float), levels=[0.5, 1.5], colors="none", hatches=[pattern])
+        drawn.set_edgecolor(QUIET)
+        drawn.set_linewidth(0.0)
+
+
 def share_bar(figure: Figure, picture: Any, axes: Any, words: str, aspect: float = 30.0) -> None:
     """A bar of the colours of shares, in per cent."""
     bar = figure.colorbar(picture, ax=axes, aspect=aspect, pad=0.01, label=words)
     bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
+
+
+def legend_under(axis: Any, columns: int, below: float = -0.13) -> None:
+    """A legend below the axis, where it covers nothing."""
+    position = {"loc": "upper center", "bbox_to_anchor": (0.5, below), "ncols": columns}
+    axis.legend(fontsize=8, frameon=False, handlelength=2.6, columnspacing=1.2, **position)
 
 
 def legend_below(figure: Figure, handles: list[Any], columns: int, caption: str | None = None) -> None:

@@ -8,18 +8,10 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.options import percent_words
-from pounding_risk.assessment.uncertain_words import (
-    OUTPUT_WORDS,
-    check_uncertainty,
-    gap_scatter,
-    indices_words,
-    judged_words,
-    parts_words,
-)
-from pounding_risk.assessment.verdict import share_words
+from pounding_risk.assessment.uncertain_words import OUTPUT_WORDS, check_uncertainty, gap_scatter, indices_words
 from pounding_risk.figures.style import MEANING, QUIET, STYLES, blank, plain, title
 from pounding_risk.statistics.sobol import LEAST_SAMPLES
-from pounding_risk.units import GAP, say, say_in
+from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,64 +48,33 @@ def uncertainty_figure(results: xr.Dataset, note: str = "") -> Figure:
     has_tornado = "quantile" in results.dims
     columns = 3 if has_tornado else 2
     figure, axes = blank(len(names), columns, (4.6 * columns, 0.8 + 4.2 * len(names)))
-    for line, name in zip(axes, names, strict=True):
-        part = results.sel(interface=name) if "interface" in results.dims else results
-        _contact(line[0], part, name if len(names) > 1 else "")
-        _indices(line[1], part)
+    parts = [results.sel(interface=name) if "interface" in results.dims else results for name in names]
+    for line, part, name in zip(axes, parts, names, strict=True):
+        _draw_contact(line[0], part, name if len(names) > 1 else "")
+        _draw_indices(line[1], part)
         if has_tornado:
-            _tornado(line[2], part)
-    title(figure, _finding(results, names), _condition(results), note)
+            _draw_tornado(line[2], part)
+    joint = ", " if "first_order_of_motions" in results else " × "
+    condition = (
+        f"{counted(results.sizes['sample'], 'sample')}{joint}{results.attrs['motions']}; bounds of "
+        f"{percent_words(float(results.attrs['confidence']))} over recordings and samples"
+    )
+    shares = " ".join(dict.fromkeys(filter(None, map(indices_words, parts))))
+    condition = f"{condition}. {shares}" if shares else condition
+    title(figure, "P(contact) over samples and motions, and what it depends on", condition, note)
     return figure
 
 
-def _finding(results: xr.Dataset, names: list[str]) -> str:
-    clauses = []
-    for name in names:
-        part = results.sel(interface=name) if "interface" in results.dims else results
-        share, low, high = (float(part[f"judged_probability{end}"]) for end in ("", "_low", "_high"))
-        who = f"{plain(name)}: " if len(names) > 1 else ""
-        clauses.append(
-            f"{who}P(contact) at {_judged(part)} is {share_words(share)} "
-            f"({share_words(low)} to {share_words(high)}), {part['verdict'].item()} for a "
-            f"target of {percent_words(float(results.attrs['target']))}"
-        )
-        parts = parts_words(part).rstrip(".")
-        clauses.append(f"{who}{parts[0].lower()}{parts[1:]}")
-    return "; ".join(clauses).replace(" %", "\N{NO-BREAK SPACE}%").replace(" mm", "\N{NO-BREAK SPACE}mm")
-
-
-def _judged(part: xr.Dataset) -> str:
-    """The judged gap; the length alone where it is known."""
-    gap, scatter = float(part["judged_gap"]), gap_scatter(part)
-    return judged_words(gap, scatter, "a ") if scatter > 0.0 else say(gap, GAP, 3)
-
-
-def _condition(results: xr.Dataset) -> str:
-    joint = ", " if "first_order_of_motions" in results else " × "
-    parts = (
-        [results.isel(interface=at) for at in range(results.sizes["interface"])]
-        if "interface" in results.dims
-        else [results]
-    )
-    shares = " ".join(dict.fromkeys(filter(None, map(indices_words, parts))))
-    return (
-        f"{counted(results.sizes['sample'], 'sample')}{joint}{results.attrs['motions']}; bounds of "
-        f"{percent_words(float(results.attrs['confidence']))} over recordings and samples"
-        f"{f'. {shares}' if shares else ''}"
-    )
-
-
-def _contact(axis: Any, part: xr.Dataset, name: str) -> None:
+def _draw_contact(axis: Any, part: xr.Dataset, name: str) -> None:
     """Draw P(contact) against the gap: of the samples as bands, in all with bounds, and with all at their medians."""
     gaps, colour = 1e3 * part["gap"].values, MEANING["motions"]
     bands = BANDS if "contact_probability_of_samples" in part else ()  # none where each sample has one motion
     for low, high, depth in bands:
         ends = [part["contact_probability_of_samples"].sel(sample_percentile=end).values for end in (low, high)]
-        axis.fill_between(
-            gaps, *ends, color=colour, alpha=depth, linewidth=0.0, label=f"{low:g} to {high:g} % of samples"
-        )
+        label = f"{low:g} to {high:g} % of samples"
+        axis.fill_between(gaps, *ends, color=colour, alpha=depth, linewidth=0.0, label=label)
     axis.plot(gaps, part["contact_probability"], "-", color=colour, linewidth=2.0, label="samples and motions")
-    for end, label in (("_low", "bounds of these"), ("_high", None)):
+    for end, label in (("_low", "bounds of these"), ("_high", "")):
         axis.plot(gaps, part[f"contact_probability{end}"], ":", color=colour, linewidth=1.2, label=label)
     if "closing_at_medians" in part:
         closing = part["closing_at_medians"].values
@@ -136,12 +97,17 @@ def _ordered(values: Any) -> list[int]:
     return [int(place) for place in order[::-1]]
 
 
-def _indices(axis: Any, part: xr.Dataset) -> None:
+def _draw_indices(axis: Any, part: xr.Dataset) -> None:
     """Draw first-order shares as bars, and total ones where they are known, with bounds."""
     output = str(part["chosen_output"].item())
     one = part.sel(output=output)
-    if "first_order_of_motions" in one:  # beside the numbers
-        one = _with_motions(one)
+    if "first_order_of_motions" in one:  # beside the numbers, as one of them
+        with_motion = {
+            name: ("uncertain_number", np.append(one[name], one[name.replace("first_order", "first_order_of_motions")]))
+            for name in ("first_order", "first_order_low", "first_order_high")
+        }
+        labels = [*map(str, one["uncertain_number"].values), "the motion"]
+        one = type(one)(with_motion, {"uncertain_number": labels})
     names = one["uncertain_number"].values
     order = _ordered(one["first_order"].values)
     kinds = [("first_order", FIRST, "", "first-order")]
@@ -161,30 +127,16 @@ def _indices(axis: Any, part: xr.Dataset) -> None:
     axis.axvline(0.0, color=QUIET, linewidth=0.8)
     axis.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
     axis.set_xlabel("share of the variance over the samples")
-    said = OUTPUT_WORDS.get(output, output.replace("_", " "))
-    what = "first-order and total shares" if len(kinds) > 1 else "first-order shares"
+    words = OUTPUT_WORDS.get(output, output.replace("_", " "))
     if np.isfinite(one["first_order"].values).any():
         if len(kinds) > 1:
             axis.legend(fontsize=8)
-        axis.set_title(f"{what} of {said}, with bounds", fontsize=9.5)
+        which = "first-order and total shares" if len(kinds) > 1 else "first-order shares"
+        axis.set_title(f"{which} of {words}, with bounds", fontsize=9.5)
+    elif float(part["output_deviation"].sel(output=output)) > 0.0:
+        axis.set_title(f"no shares from so few samples: {LEAST_SAMPLES} or more", fontsize=9.5)
     else:
-        varies = float(part["output_deviation"].sel(output=output)) > 0.0
-        why = f"no shares from so few samples: {LEAST_SAMPLES} or more" if varies else f"{said} does not vary"
-        axis.set_title(why if varies else f"{why} over the samples", fontsize=9.5)
-
-
-def _with_motions(one: xr.Dataset) -> xr.Dataset:
-    """First-order shares of the numbers, and that of the motion as one of them."""
-    names = ["first_order", "first_order_low", "first_order_high"]
-    shares = {
-        name: (
-            "uncertain_number",
-            np.append(one[name], one[name.replace("first_order", "first_order_of_motions")]),
-        )
-        for name in names
-    }
-    labels = [*map(str, one["uncertain_number"].values), "the motion"]
-    return type(one)(shares, {"uncertain_number": labels})
+        axis.set_title(f"{words} does not vary over the samples", fontsize=9.5)
 
 
 def _short(name: Any) -> str:
@@ -193,7 +145,7 @@ def _short(name: Any) -> str:
     return f"{first}\n{rest}" if len(str(name)) > 16 and rest else plain(str(name))
 
 
-def _tornado(axis: Any, part: xr.Dataset) -> None:
+def _draw_tornado(axis: Any, part: xr.Dataset) -> None:
     """Draw an output with each number alone from its 10 % to its 90 % quantile."""
     output = str(part["chosen_output"].item())
     name = output if f"{output}_moved" in part else "required_gap"
@@ -214,14 +166,11 @@ def _tornado(axis: Any, part: xr.Dataset) -> None:
     axis.margins(x=0.08)
     axis.locator_params(axis="x", nbins=5)
     axis.set_yticks(range(len(order)), [_short(part["uncertain_number"].values[place]) for place in order], fontsize=8)
-    said = OUTPUT_WORDS.get(name, name)
-    axis.set_xlabel(f"{said} [mm]" if unit == "m" else said)
+    words = OUTPUT_WORDS.get(name, name)
+    axis.set_xlabel(f"{words} [mm]" if unit == "m" else words)
+    at = say_in(values[0, 1], "mm", 3) if unit == "m" else f"{values[0, 1]:.3g}"
     if name == "contact_probability":
         axis.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.3g} %")
-    at = (
-        f"{100 * values[0, 1]:.3g} %"
-        if name == "contact_probability"
-        else (say_in(values[0, 1], "mm", 3) if unit == "m" else f"{values[0, 1]:.3g}")
-    )
+        at = f"{100 * values[0, 1]:.3g} %"
     axis.set_title(f"each number alone; all at their medians: {at}", fontsize=9.5)
     axis.legend(fontsize=8)

@@ -6,7 +6,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, plain, title
-from pounding_risk.units import MISSING, SHOWN
+from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,10 +62,9 @@ def verification_figure(outcome: Any) -> Figure:
         Line2D([], [], linestyle="", marker=MARKERS[kind], color=STYLES[1][0], markerfacecolor="none", label=kind)
         for kind in kinds
     ]
-    far = max(abs(point.ours / point.y - 1.0) for curve in drawn for point in curve.points if point.y)
     more = f"; {len(drawn)} of {len(curves)} curves" if len(curves) > len(drawn) else ""
-    condition = f"distances along the vertical axis, as shares of the published values{more}"
-    title(figure, f"Published points lie within {100.0 * far:.2g} % of our curves", condition)
+    condition = f"bars: uncertainty of the published values{more}"
+    title(figure, "Published points over our curves", condition)
     legend_below(figure, handles, len(handles))
     return figure
 
@@ -106,8 +105,8 @@ def verification_differences_figure(outcome: Any) -> Figure:
     axis = axes[0, 0]
     for row, check in enumerate(checks):
         colour, marker, face = WORDS[check.word]
-        apart = _shown_share(check.difference)
-        axis.plot(apart, row, marker=marker, color=colour, markerfacecolor=face, markersize=5.5, zorder=3)
+        look: dict[str, Any] = {"marker": marker, "color": colour, "markerfacecolor": face, "markersize": 5.5}
+        axis.plot(_shown_share(check.difference), row, zorder=3, **look)
         if isfinite(check.change):
             axis.plot(_shown_share(check.change), row, marker="|", color=QUIET, markersize=7.0)
     axis.axvline(0.05, color=QUIET, linestyle="--", linewidth=1.0)
@@ -119,27 +118,27 @@ def verification_differences_figure(outcome: Any) -> Figure:
         for word, (colour, marker, face) in WORDS.items()
         if any(check.word == word for check in checks)
     ]
-    handles.append(Line2D([], [], linestyle="", marker="|", color=QUIET, label="change of ours, rtol 1e-6 to 1e-9"))
+    handles.append(Line2D([], [], linestyle="", marker="|", color=QUIET, label="tolerance effect, rtol 1e-6 to 1e-9"))
     handles.append(Line2D([], [], linestyle="--", color=QUIET, label="5 %"))
-    far = len(outcome.unacceptable)
-    verdict = f"{far} of {len(checks)} values {'is' if far == 1 else 'are'} unacceptable; " if far else ""
-    finding = verdict + _finding(checks)
-    title(figure, finding[0].upper() + finding[1:], outcome.finding())
+    title(figure, "Difference of published values from ours, and change of ours with the tolerance", outcome.finding())
     legend_below(figure, handles, 3)
     return figure
 
 
-def _finding(checks: list[Any]) -> str:
-    """What the changes say of the differences."""
-    apart = [check for check in checks if check.word != "exact" and isfinite(check.change)]
-    ours = [check for check in apart if not check.is_converged]
-    changes = [check.change for check in checks if isfinite(check.change)]
-    most = f"{max(changes):.0e}" if changes else MISSING
-    if not apart:
-        return "every value that has a tolerance is exact"
-    if ours:
-        return f"{len(ours)} of {len(apart)} differences are not yet beyond what our tolerance changes"
-    return f"our values change by {most} at most: none of the {len(apart)} differences is our solver's"
+def outcome_figure(outcome: Any) -> Figure:
+    """The differences of all published values; of an outcome with properties alone its first property.
+
+    Parameters
+    ----------
+    outcome : Verification
+        As `verify` gives it.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        As `verification_differences_figure` or `property_figure` draws it.
+    """
+    return verification_differences_figure(outcome) if outcome.checks else property_figure(outcome.properties[0])
 
 
 def property_figure(one: Any) -> Figure:

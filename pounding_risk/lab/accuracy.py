@@ -21,10 +21,9 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._common.dates import created
-from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.errors import PoundingError
-from pounding_risk.lab.accuracy_bench import FIXED, REFERENCE, Bench, Outcome
+from pounding_risk.lab.accuracy_bench import FIXED, REFERENCE, Bench, Outcome, bench_of
 from pounding_risk.lab.accuracy_findings import (
     COUNT,
     EVENT,
@@ -39,8 +38,6 @@ from pounding_risk.lab.accuracy_findings import (
     times_to_reach,
 )
 from pounding_risk.lab.accuracy_opensees import hindrance, opensees_outcome
-from pounding_risk.lab.accuracy_pair import pair_bench
-from pounding_risk.lab.accuracy_row import RowBench
 from pounding_risk.lab.baselines.solve_ivp import GaveUp
 from pounding_risk.results.attributes import as_text, versions
 from pounding_risk.results.files import check_target, save
@@ -49,7 +46,6 @@ from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.variants import check_one_scene
 
-BENCHES: dict[str, Callable[[Scene, int], Bench]] = {"pair": pair_bench, "row": RowBench}  # by solver
 GENERAL = {"SciPy DOP853": "DOP853", "SciPy Radau": "Radau"}
 OPENSEES = "OpenSees"
 STEPPED = (*FIXED, OPENSEES)  # methods whose settings are steps
@@ -85,7 +81,7 @@ def accuracy(
     new: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Error and computing time of many settings of many methods on the cases of a scene.
+    """Error and computing time of each setting of each method.
 
     The event-driven solver from loose to tight tolerances, three fixed-step methods, OpenSees where openseespy is
     installed and has the scene's law, and two methods of SciPy are set against the event-driven solver at rtol 1e-12. A
@@ -156,11 +152,6 @@ def accuracy(
     return dataset
 
 
-def bench_of(study: Scene, cases: int) -> Bench:
-    """The scene's cases with the solver that runs it: as many gaps and yield forces as fit, evenly spaced."""
-    return BENCHES[job_kind(study).solver](study, cases)
-
-
 def run_settings(
     bench: Bench, budget: float, optional: set[str], left_out: list[str], progress: Callable[[int, int], None]
 ) -> dict[Setting, Outcome]:
@@ -186,7 +177,11 @@ def run_settings(
         for setting in brief:
             outcomes[setting].append(runs[setting]())
     progress(len(runs), len(runs))
-    return {setting: _middle(repeated) for setting, repeated in outcomes.items()}
+    middle = {}
+    for setting, repeated in outcomes.items():
+        times = {key: median(getattr(outcome, key) for outcome in repeated) for key in ("seconds", "free_seconds")}
+        middle[setting] = repeated[0]._replace(**times)
+    return middle
 
 
 def _settings(bench: Bench, optional: set[str]) -> Iterator[tuple[Setting, Callable[[], Outcome]]]:
@@ -205,11 +200,6 @@ def _settings(bench: Bench, optional: set[str]) -> Iterator[tuple[Setting, Calla
     for name, method in GENERAL.items():
         for rtol in GENERAL_RTOLS[name] if name in optional else ():
             yield Setting(name, rtol), partial(bench.general, method, rtol)
-
-
-def _middle(outcomes: list[Outcome]) -> Outcome:
-    times = {key: median(getattr(outcome, key) for outcome in outcomes) for key in ("seconds", "free_seconds")}
-    return outcomes[0]._replace(**times)
 
 
 def _dataset(study: Scene, bench: Bench, by_setting: dict[Setting, Outcome], reference: np.ndarray) -> xr.Dataset:
@@ -263,7 +253,7 @@ def _errors(bench: Bench, setting: Setting, outcome: Outcome, reference: np.ndar
     if setting.method in GENERAL:
         # SciPy runs some cases only: what was not run has no error.
         errors[np.isnan(outcome.values[..., REACH])] = nan
-    errors[..., [output for output in range(len(OUTPUTS)) if output not in outcome.told]] = nan
+    errors[..., [output for output in range(len(OUTPUTS)) if output not in outcome.outputs]] = nan
     # Where the gap is closed at rest, the moment of the first touch is rounding; no method can have it right.
     errors[bench.closed_at_rest, FIRST] = nan
     errors[_capped(bench, reference), FORCE] = nan
@@ -294,10 +284,10 @@ def _reference_words(dataset: xr.Dataset) -> str:
             found.append((float(np.nanmax(errors[run][:, [REACH, FORCE]])), name, int(run.sum()), counts))
     if not found:
         return words
-    apart, name, runs, counts = found[0]
-    words += f"; {name} differs from it by {apart:.0e} at most in displacement and force ({runs} runs)"
+    difference, name, runs, counts = found[0]
+    words += f"; {name} differs from it by {difference:.0e} at most in displacement and force ({runs} runs)"
     nearest = min(found)
-    if nearest[0] < NEARER * apart and apart > VISIBLE:
+    if nearest[0] < NEARER * difference and difference > VISIBLE:
         why = f"it counts other impacts in {counts} of them" if counts else "with the same impacts"
         words += f": {why}, and {nearest[1]} differs by {nearest[0]:.0e}, so that the former is SciPy's own error"
     return words

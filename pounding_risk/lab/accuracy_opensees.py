@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import product
 from math import log2
@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.lab.accuracy_bench import Bench, Outcome
+from pounding_risk.lab.accuracy_bench import OPEN, Bench, Outcome, PointCase
 from pounding_risk.lab.accuracy_findings import FORCE, GAP, OUTPUTS, REACH, YIELDS
-from pounding_risk.lab.baselines.row import RowMatrices, row_matrices
+from pounding_risk.lab.baselines.matrices import Array
 from pounding_risk.models.contact.law import SLOWEST_TOUCH, snake_case
 from pounding_risk.models.contact.laws import HertzDamp, Jankowski, KelvinVoigt
 from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
@@ -33,24 +33,12 @@ from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.mdof import Chain
 
-Array = NDArray[np.float64]
 NEAREST = 1e-12  # m: the impact materials refuse a gap of zero
-OPEN = 1e3  # m, a gap that no motion closes
 TEST, ITERATIONS = 1e-12, 100  # m, and per step
 GROUND = 1  # node; mass i is node i + 2
-
-
 MATERIALS = tuple(law.__name__ for law in (Jankowski, HertzDamp, KelvinVoigt))  # laws that OpenSees has
 FALLS = "it takes one e for every impact of a contact, not one that falls with the speed"
 ON_SPRINGS = "a building on a foundation that rotates or slides is not built here"
-
-
-class Contacts(NamedTuple):
-    """Gap [m], law and restitution of every contact point."""
-
-    gaps: Array
-    laws: Sequence[Any]
-    rules: Sequence[Any]
 
 
 class Peaks(NamedTuple):
@@ -74,12 +62,12 @@ def load() -> Any:
     return ops
 
 
-def unsaid(chains: Sequence[Chain], points: Sequence[Point], contacts: Contacts) -> str:
+def unsaid(chains: Sequence[Chain], points: Sequence[Point], case: PointCase) -> str:
     """What of a row OpenSees cannot say; "" where it says the same."""
-    kinds = {type(law).__name__ for law in contacts.laws} - set(MATERIALS)
+    kinds = {type(law).__name__ for law in case.laws} - set(MATERIALS)
     if kinds:
         return f"it has no material for {', '.join(sorted(kinds))}; it has Jankowski, HertzDamp and KelvinVoigt"
-    if not has_constant_restitution(contacts.rules):
+    if not has_constant_restitution(case.rules):
         return FALLS
     if any(floor != int(floor) for point in points for _, floor in sides_of(chains, point)):
         return "in one dimension it has no contact part-way up a column"
@@ -113,19 +101,10 @@ class PowerLaw(NamedTuple):
 
 
 def power_law(law: Any, e: float, mass: float, yield_force: float) -> PowerLaw | None:
-    """A contact law in two powers, read off the law itself at some places and compared at others; None for another.
+    """A contact law without a path as the same force in two powers, within 1e-9; None for another.
 
-    Parameters
-    ----------
-    law : ContactLaw
-        A law without a path.
-    e, mass, yield_force : float
-        Restitution, striking mass [kg] and yield force of the contact [N].
-
-    Returns
-    -------
-    PowerLaw or None
-        The same force within 1e-9.
+    Read off the law itself at some places and compared at others, for a restitution ``e``, a striking mass [kg] and a
+    yield force [N].
     """
     memory, slower = (float(law.begin(e, speed, mass)) for speed in (1.0, 0.5))
     elastic = [float(law.force(0.0, delta, 0.0, False)) for delta in (1.0, 2.0)]
@@ -149,11 +128,6 @@ def power_law(law: Any, e: float, mass: float, yield_force: float) -> PowerLaw |
         if abs(found.force(touch, delta, rate) - force) > 1e-9 * abs(force):
             return None
     return found
-
-
-def matrices_of(bench: Bench) -> RowMatrices:
-    """The matrices of the buildings of a bench, and the shares of their masses in each contact point."""
-    return row_matrices(bench.chains, bench.points)
 
 
 def name_of(law: Any) -> str:
@@ -204,102 +178,93 @@ def impact_material(chains: Sequence[Chain], point: Point, contact: tuple[float,
     return "ViscoelasticGap", law.stiffness, law.begin(e, 1.0, mass), opened
 
 
-class OpenSeesRow:
-    """A row in OpenSees; raises PoundingError where openseespy cannot be loaded or cannot say the same."""
-
-    def __init__(self, chains: Sequence[Chain], points: Sequence[Point], contacts: Contacts):
-        if why := unsaid(chains, points, contacts):
-            raise PoundingError(why)
-        self.ops = load()
-        self.chains, self.points, self.contacts = chains, points, contacts
-        self.first = [0, *np.cumsum([chain.mass.size for chain in chains]).tolist()]
-
-    def _node(self, building: int, floor: float) -> int:
-        """The node of a floor; a rigid building is the ground."""
-        return self.first[building] + int(floor) + 1 if self.chains[building].mass.size else GROUND
-
-    def _build(self, acceleration: NDArray[Any], dt: float) -> list[int]:
-        """Nodes, storeys, contacts, the ground motion and the method; returns the contacts' elements."""
-        ops = self.ops
-        ops.wipe()
-        ops.model("basic", "-ndm", 1, "-ndf", 1)
-        ops.node(GROUND, 0.0)
-        ops.fix(GROUND, 1)
-        tag = GROUND
-        for first, chain in zip(self.first, self.chains, strict=False):
-            storeys, to_ground = dashpots(chain)
-            for floor, mass in enumerate(chain.mass.tolist()):
-                node = first + floor + 2
-                ops.node(node, 0.0)
-                ops.mass(node, mass)
-                for spring, dashpot, other in (
-                    (float(chain.spring[floor]), float(storeys[floor]), node - 1 if floor else GROUND),
-                    (0.0, float(to_ground[floor]), GROUND),
-                ):
-                    tag += 1
-                    ops.uniaxialMaterial("Elastic", tag, spring, dashpot)
-                    ops.element("zeroLength", tag, other, node, "-mat", tag, "-dir", 1, "-doRayleigh", 0)
-        elements = []
-        for k, point in enumerate(self.points):
-            tag += 1
-            contact = self.contacts.gaps[k], self.contacts.laws[k], self.contacts.rules[k]
-            material, *numbers = impact_material(self.chains, point, contact)
-            ops.uniaxialMaterial(material, tag, *numbers)
-            sides = self._node(point.interface, point.left_floor), self._node(point.interface + 1, point.right_floor)
-            ops.element("zeroLength", tag, *sides, "-mat", tag, "-dir", 1)
-            elements.append(tag)
-        ops.timeSeries("Path", 1, "-dt", dt, "-values", *acceleration.tolist())
-        ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
-        for mass in range(self.first[-1]):
-            # At rest the first sample acts already; Newmark's rule would start from none and lose an order.
-            ops.setNodeAccel(mass + 2, 1, -float(acceleration[0]), "-commit")
-        for command, *words in (
-            ("constraints", "Plain"),
-            ("numberer", "RCM"),
-            ("system", "ProfileSPD"),
-            ("test", "NormDispIncr", TEST, ITERATIONS),
-            ("algorithm", "ModifiedNewton"),
-            ("integrator", "Newmark", 0.5, 0.25),
-            ("analysis", "Transient"),
-        ):
-            getattr(ops, str(command))(*words)
-        return elements
-
-    def solve(self, acceleration: NDArray[Any], dt: float, h: float) -> Peaks:
-        """One run from rest with steps of ``h`` [s]. Raises PoundingError where a step does not converge."""
-        ops, duration = self.ops, (len(acceleration) - 1) * dt
-        with TemporaryDirectory() as folder, _silenced():
-            elements = self._build(acceleration, dt)
-            files = [os.path.join(folder, name) for name in ("reach", "force")]
-            for file, response in zip(files, (("deformation",), ("material", 1, "stress")), strict=True):
-                ops.recorder("EnvelopeElement", "-file", file, "-precision", 17, "-ele", *elements, *response)
-            begun = process_time()
-            failed = ops.analyze(round(duration / h), h)
-            seconds = process_time() - begun
-            reached = ops.getTime()
-            ops.wipe()  # closes the recorders' files
-            # Rows: smallest, largest, largest in size.
-            reach, force = (np.loadtxt(Path(file), ndmin=2) for file in files)
-        if failed:
-            raise PoundingError(f"no convergence in {ITERATIONS} iterations at {reached:.4g} s of {duration:g} s")
-        # The deformation is that of the right node beyond the left one.
-        return Peaks(np.abs(reach).max(axis=0), np.maximum(-reach[0], 0.0), -force[0], seconds)
+def build(
+    ops: Any, chains: Sequence[Chain], points: Sequence[Point], case: PointCase, acceleration: NDArray[Any], dt: float
+) -> list[int]:
+    """Nodes, storeys, contacts, the ground motion and the method; returns the contacts' elements."""
+    ops.wipe()
+    ops.model("basic", "-ndm", 1, "-ndf", 1)
+    ops.node(GROUND, 0.0)
+    ops.fix(GROUND, 1)
+    tag, masses, nodes = GROUND, 0, {}
+    for building, chain in enumerate(chains):
+        storeys, to_ground = dashpots(chain)
+        for floor, mass in enumerate(chain.mass.tolist()):
+            node = masses + 2
+            nodes[building, floor + 1], masses = node, masses + 1
+            ops.node(node, 0.0)
+            ops.mass(node, mass)
+            for spring, dashpot, other in (
+                (float(chain.spring[floor]), float(storeys[floor]), node - 1 if floor else GROUND),
+                (0.0, float(to_ground[floor]), GROUND),
+            ):
+                tag += 1
+                ops.uniaxialMaterial("Elastic", tag, spring, dashpot)
+                ops.element("zeroLength", tag, other, node, "-mat", tag, "-dir", 1, "-doRayleigh", 0)
+    elements = []
+    for k, point in enumerate(points):
+        tag += 1
+        material, *numbers = impact_material(chains, point, (case.gaps[k], case.laws[k], case.rules[k]))
+        ops.uniaxialMaterial(material, tag, *numbers)
+        # A rigid building is the ground.
+        left = nodes.get((point.interface, int(point.left_floor)), GROUND)
+        right = nodes.get((point.interface + 1, int(point.right_floor)), GROUND)
+        ops.element("zeroLength", tag, left, right, "-mat", tag, "-dir", 1)
+        elements.append(tag)
+    shake(ops, acceleration, dt, range(2, masses + 2))
+    return elements
 
 
-def unsaid_case(bench: Bench) -> str:
-    """What of the cases of a bench OpenSees cannot say; "" where it says the same."""
-    if bench.event_only:
-        return f"it knows no {bench.event_only}"
-    for case in bench.point_cases():
-        if why := unsaid(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules)):
-            return why
-    return ""
+def shake(ops: Any, acceleration: NDArray[Any], dt: float, nodes: Iterable[int], numberer: str = "RCM") -> None:
+    """The ground motion under some nodes at rest, and the method."""
+    ops.timeSeries("Path", 1, "-dt", dt, "-values", *acceleration.tolist())
+    ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
+    for node in nodes:
+        # At rest the first sample acts already; Newmark's rule would start from none and lose an order.
+        ops.setNodeAccel(node, 1, -float(acceleration[0]), "-commit")
+    ops.constraints("Plain")
+    ops.numberer(numberer)
+    ops.system("ProfileSPD")
+    ops.test("NormDispIncr", TEST, ITERATIONS)
+    ops.algorithm("ModifiedNewton")
+    ops.integrator("Newmark", 0.5, 0.25)
+    ops.analysis("Transient")
+
+
+def solve(bench: Bench, case: PointCase, h: float) -> Peaks:
+    """One run from rest with steps of ``h`` [s].
+
+    Raises PoundingError where openseespy cannot be loaded or cannot say the same, or a step does not converge.
+    """
+    if why := unsaid(bench.chains, bench.points, case):
+        raise PoundingError(why)
+    ops, motion = load(), bench.motions[case.motion]
+    duration = (len(motion.acceleration) - 1) * motion.dt
+    with TemporaryDirectory() as folder, silenced():
+        elements = build(ops, bench.chains, bench.points, case, motion.acceleration, motion.dt)
+        files = [os.path.join(folder, name) for name in ("reach", "force")]
+        for file, response in zip(files, (("deformation",), ("material", 1, "stress")), strict=True):
+            ops.recorder("EnvelopeElement", "-file", file, "-precision", 17, "-ele", *elements, *response)
+        begun = process_time()
+        failed = ops.analyze(round(duration / h), h)
+        seconds = process_time() - begun
+        reached = ops.getTime()
+        ops.wipe()  # closes the recorders' files
+        # Rows: smallest, largest, largest in size.
+        reach, force = (np.loadtxt(Path(file), ndmin=2) for file in files)
+    if failed:
+        raise PoundingError(f"no convergence in {ITERATIONS} iterations at {reached:.4g} s of {duration:g} s")
+    # The deformation is that of the right node beyond the left one.
+    return Peaks(np.abs(reach).max(axis=0), np.maximum(-reach[0], 0.0), -force[0], seconds)
 
 
 def hindrance(bench: Bench) -> str:
     """Why OpenSees cannot run the cases of a bench; "" where it can."""
-    if why := unsaid_case(bench):
-        return why
+    if bench.event_only:
+        return f"it knows no {bench.event_only}"
+    for case in bench.point_cases():
+        if why := unsaid(bench.chains, bench.points, case):
+            return why
     try:
         load()
     except PoundingError as error:
@@ -310,37 +275,31 @@ def hindrance(bench: Bench) -> str:
 def opensees_outcome(bench: Bench, dt: float) -> Outcome:
     """All cases in OpenSees, in steps of about ``dt`` [s], a whole number of them a sample.
 
-    It has neither counts nor the moment of the first touch. Raises PoundingError as `OpenSeesRow`.
+    It has neither counts nor the moment of the first touch. Raises PoundingError as `solve`.
     """
-    interfaces = np.array([point.interface for point in bench.points])
-    starts = np.flatnonzero(np.diff(interfaces, prepend=-1))
     cases, required, free_seconds = list(bench.point_cases()), [], 0.0
     steps = [motion.dt / max(1, round(motion.dt / dt)) for motion in bench.motions]
-    for number, (motion, h) in enumerate(zip(bench.motions, steps, strict=True)):
-        laws, rules = next((case.laws, case.rules) for case in cases if case.motion == number)
-        apart = Contacts(np.full(interfaces.size, OPEN), laws, rules)
-        free = OpenSeesRow(bench.chains, bench.points, apart).solve(motion.acceleration, motion.dt, h)
-        required.append(np.maximum.reduceat(free.closing, starts))
+    for number, h in enumerate(steps):
+        free = solve(bench, cases[0]._replace(motion=number, gaps=np.full(len(bench.points), OPEN)), h)
+        required.append(bench.of_interfaces(np.maximum, free.closing))
         free_seconds += free.seconds
-    values, seconds = np.full((len(cases), starts.size, len(OUTPUTS)), np.nan), 0.0
+    values, seconds = np.full((len(cases), len(required[0]), len(OUTPUTS)), np.nan), 0.0
     for number, case in enumerate(cases):
-        row = OpenSeesRow(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules))
-        motion = bench.motions[case.motion]
-        peaks = row.solve(motion.acceleration, motion.dt, steps[case.motion])
+        peaks = solve(bench, case, steps[case.motion])
         seconds += peaks.seconds
         for output, points in (
             (REACH, peaks.relative_displacement),
             (FORCE, peaks.contact_force),
             (YIELDS, peaks.contact_force >= case.yield_forces),
         ):
-            values[number, :, output] = np.maximum.reduceat(points, starts)
+            values[number, :, output] = bench.of_interfaces(np.maximum, points)
         values[number, :, GAP] = required[case.motion]
     times = seconds / len(cases), free_seconds / len(bench.motions)
-    return Outcome(values, np.nan, np.nan, *times, told=(REACH, FORCE, YIELDS, GAP))
+    return Outcome(values, np.nan, np.nan, *times, outputs=(REACH, FORCE, YIELDS, GAP))
 
 
 @contextmanager
-def _silenced() -> Iterator[None]:
+def silenced() -> Iterator[None]:
     """No output from compiled code: both streams go nowhere at the level of the operating system."""
     sys.stdout.flush()
     sys.stderr.flush()

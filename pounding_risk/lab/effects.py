@@ -15,7 +15,7 @@ from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.replacing import check_replaceable
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.lab.accuracy import bench_of
+from pounding_risk.lab.accuracy_bench import bench_of
 from pounding_risk.lab.effects_findings import ALL, COMPARED, NONE, finding
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
 from pounding_risk.models.structures.mdof import chain_of
@@ -40,7 +40,7 @@ def effects(
     new: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Run a scene's grid without effects, with each effect alone and with all of them.
+    """What each effect changes in a scene, and what it costs.
 
     The effects are those of the scene. Where it names none, they are all that act on the ground, or in a row on its
     buildings, or on one of its contact models, with the options of their examples; the attribute ``left_out`` says why
@@ -78,21 +78,22 @@ def effects(
     study = as_scene(study)
     check_one_scene(study, "effects")
     laws = study.grid.contact_models
-    offered = [] if study.effects else [name for name, _ in EFFECTS.items() if _keeps_solver(study, name)]
+    # Effects of buildings are of rows: a pair would be compared with another solver.
+    has_storeys = job_kind(study).has_storeys
+    offered = [] if study.effects else [name for name in EFFECTS if has_storeys or not acts_on_buildings(name)]
     unsuited = {name: why for name in offered if (why := _unsuited(study, name))}
     acting = [name for name in offered if name not in unsuited and any(_acts(study, name, law) for law in laws)]
     switched = study.effects or tuple(_example(name) for name in acting)
     kept_laws = tuple(law for law in laws if all(_acts(study, effect.name, law) for effect in switched))
     study = study.updated(grid=study.grid._replace(contact_models=kept_laws))
     scenes = [(name, study.updated(effects=chosen)) for name, chosen in combinations(switched).items()]
+    report = progress or (lambda done, total: None)
     scans = []
     for number, (_, scene) in enumerate(scenes):
         scans.append(scan(scene, check_fraction=0.0))
-        if progress:
-            progress(number + 1, len(scenes) + 1)
+        report(number + 1, len(scenes) + 1)
     times = run_times([scene for _, scene in scenes], repeats)
-    if progress:
-        progress(len(scenes) + 1, len(scenes) + 1)
+    report(len(scenes) + 1, len(scenes) + 1)
     dataset = _dataset(scenes, scans, times)
     dataset.attrs |= {"effects": as_text({effect.name: effect.written() for effect in switched})}
     dropped_laws = [law for law in laws if law not in kept_laws]
@@ -132,30 +133,18 @@ def _acts(study: Scene, effect: str, label: str) -> bool:
     return not any(refusal(known_law(name), effect) for name in study.models_of(label))
 
 
-def _keeps_solver(study: Scene, effect: str) -> bool:
-    """True where the scene's solver has the effect: those of buildings are of rows, and would be compared with them."""
-    return job_kind(study).has_storeys or not acts_on_buildings(effect)
-
-
 def _unsuited(study: Scene, effect: str) -> str:
     """Why the example of an effect has no place in a scene that names none; "" where it has."""
-    if acts_on_ground(effect):
-        return _refused(study, effect)
-    if not acts_on_buildings(effect):
+    if not acts_on_ground(effect) and not acts_on_buildings(effect):
         return ""
     if effect == "inelastic_storeys" and not any(building.strengths for building in study.buildings):
         return "inelastic_storeys: no building gives storey_strengths"
     try:
-        for building in study.buildings:
+        for building in study.buildings if acts_on_buildings(effect) else ():
             chain_of(building, (_example(effect),))
     except PoundingError as error:
         return str(error)
-    return _refused(study, effect)  # as soil is where velocities jump
-
-
-def _refused(study: Scene, effect: str) -> str:
-    """The sentence with which the scene's own checks refuse an effect; "" where they take its example."""
-    try:
+    try:  # the scene's own checks, which refuse soil where velocities jump
         scene_of({**study.resolved(), "effects": {effect: _example(effect).written()}})
     except SceneError as error:
         return next((fault for fault in error.faults if effect in fault), "")
@@ -164,26 +153,16 @@ def _refused(study: Scene, effect: str) -> str:
 
 def run_times(scenes: list[Scene], repeats: int) -> np.ndarray:
     """Processor time of one run [s] under each scene, (scenes, repeats); the scenes take turns."""
-    timers = [_timer(scene) for scene in scenes]
+    benches = [bench_of(scene, CASES_TIMED) for scene in scenes]
     times = np.zeros((len(scenes), repeats))
     for number in range(-1, repeats):  # the first round compiles and warms the caches
-        for row, timed in enumerate(timers):
-            seconds = timed()
+        for row, (bench, scene) in enumerate(zip(benches, scenes, strict=True)):
+            outcome = bench.event(scene.rtol)
             if number >= 0:
-                times[row, number] = seconds
+                # The motion without contact is common to all cases of a record.
+                common = outcome.free_seconds * len(bench.motions) / bench.size
+                times[row, number] = outcome.seconds - common
     return times
-
-
-def _timer(scene: Scene) -> Callable[[], float]:
-    """What runs some cases of a scene and tells the processor time of one [s]."""
-    bench = bench_of(scene, CASES_TIMED)
-
-    def timed() -> float:
-        outcome = bench.event(scene.rtol)
-        # The motion without contact is common to all cases of a record.
-        return outcome.seconds - outcome.free_seconds * len(bench.motions) / bench.size
-
-    return timed
 
 
 def _dataset(scenes: list[tuple[str, Scene]], scans: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
@@ -198,11 +177,6 @@ def _dataset(scenes: list[tuple[str, Scene]], scans: list[xr.Dataset], times: np
     dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), described("1", words))
     ratios = np.median(times / times[0], axis=1)
     dataset["time_ratio"] = ("effects", ratios, described("1", "time of one run over that without effects"))
-    dataset.attrs = {
-        key: value for key, value in scans[0].attrs.items() if key not in ("scene", "scene_resolved", "references")
-    }
-    dataset.attrs |= {
-        "scene": scans[0].attrs["scene"],
-        "references": "; ".join(dict.fromkeys(scan.attrs["references"] for scan in scans)),
-    }
+    dataset.attrs = {key: value for key, value in scans[0].attrs.items() if key != "scene_resolved"}
+    dataset.attrs["references"] = "; ".join(dict.fromkeys(scan.attrs["references"] for scan in scans))
     return dataset

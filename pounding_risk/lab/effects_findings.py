@@ -52,29 +52,23 @@ def changed_cases(dataset: xr.Dataset, name: str) -> int:
     """In how many cases these effects change a reported digit of any output."""
     altered = np.zeros(dataset["status"].sel(effects=NONE).shape, dtype=bool)
     for output in COMPARED:
-        before, after = (_printed(dataset[output].sel(effects=which)) for which in (NONE, name))
-        differs = before != after
+        before, after = (dataset[output].sel(effects=which).values for which in (NONE, name))
+        pairs = zip(before.ravel(), after.ravel(), strict=True)
+        printed = [f"{one:.{DIGITS}g}" != f"{other:.{DIGITS}g}" for one, other in pairs]
+        differs = np.reshape(printed, before.shape)
         altered |= differs.any(axis=-1) if differs.ndim > altered.ndim else differs
     return int(altered.sum())
-
-
-def _printed(values: xr.DataArray) -> np.ndarray:
-    return np.array([f"{value:.{DIGITS}g}" for value in values.values.ravel()]).reshape(values.shape)
-
-
-def idle(dataset: xr.Dataset) -> list[str]:
-    """The effects that change no reported digit."""
-    return [str(name) for name in dataset["effects"].values[1:] if changed_cases(dataset, str(name)) == 0]
 
 
 def finding(dataset: xr.Dataset) -> str:
     """One sentence: which effect changes most, what the effects cost, and which change no reported digit."""
     names = [str(name) for name in dataset["effects"].values[1:]]
-    without = idle(dataset)
+    without = [name for name in names if changed_cases(dataset, name) == 0]
+    cases = counted(int(dataset["status"].sel(effects=NONE).size), "case")
     most = float(dataset["time_ratio"].max())
     cost = f"a run takes {most:.2f} times as long at most" if most > 1.0 else "none takes time"
     if len(without) == len(names):
-        return f"No effect changes a reported digit of any of the {counted(_cases(dataset), 'case')}; {cost}."
+        return f"No effect changes a reported digit of any of the {cases}; {cost}."
     output, words = next(iter(COMPARED.items()))
     # All together is no effect of its own: it is named where no single one stands beside it.
     single = [name for name in names if name not in without and name != ALL] or [ALL]
@@ -84,7 +78,7 @@ def finding(dataset: xr.Dataset) -> str:
     idle_words = f"; {' and '.join(without)} change no reported digit" if without else ""
     return (
         f"{strongest} changes the {words} most: by {percent(change.min())} to {percent(change.max())}, in "
-        f"{changed_cases(dataset, strongest)} of {counted(_cases(dataset), 'case')} ({yielding(dataset)} yield); {cost}"
+        f"{changed_cases(dataset, strongest)} of {cases} ({yielding(dataset)} yield); {cost}"
         f"{idle_words}."
     )
 
@@ -105,10 +99,6 @@ def yielding_cases(dataset: xr.Dataset) -> np.ndarray:
     """True for the cases in which F_E is reached without effects, of a row anywhere."""
     yields = dataset["yield_exceedance"].sel(effects=NONE) == 1
     return np.asarray((yields.any("interface") if "interface" in yields.dims else yields).values)
-
-
-def _cases(dataset: xr.Dataset) -> int:
-    return int(dataset["status"].sel(effects=NONE).size)
 
 
 def rows(dataset: xr.Dataset) -> Iterator[tuple[str, int, float, float, dict[str, tuple[float, float, float]]]]:

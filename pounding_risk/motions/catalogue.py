@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.generated import is_recipe
+from pounding_risk.motions.record import Source
 from pounding_risk.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -174,6 +175,18 @@ def load(id: str) -> Stream:
     return stream
 
 
+def source(id: str, also: Iterable[str] = ()) -> Source:
+    """The record as a source, with its facts; raises as `load`, and as `entry`."""
+    known = entry(id, also)
+    trace = load(id)[0]
+    keys = ("id", "event", "magnitude", "date", "station", "component", "azimuth", "state", "format", "file")
+    record = {key: getattr(known, key) for key in (*keys, "package", "version", "sha256", "origin", "terms", "note")}
+    if known.format == "PEER_AT2":
+        return Source(id, trace, record, "units: g, times 9.80665 m/s²")
+    record["start"] = trace.stats.starttime.isoformat()
+    return Source(id, trace, record, f"units: counts, divided by {known.sensitivity:.10g} counts per m/s²")
+
+
 def _parsed(record: Entry, raw: bytes) -> Stream:
     """The stream of a file's bytes, in the units of the file."""
     if record.format == "PEER_AT2":
@@ -207,22 +220,22 @@ def _entry(facts: dict[str, Any]) -> Entry:
     return Entry(**facts)
 
 
-def similar(name_asked: str, also: Iterable[str] = ()) -> list[str]:
-    """Ids near to the one asked for, best first: of the same letters, then similar, then by earthquake or station.
+def similar(id: str, also: Iterable[str] = ()) -> list[str]:
+    """Ids near to the one requested, best first: of the same letters, then similar, then by earthquake or station.
 
     Ids of the same recording come alone where there are any; ``also`` are ids beside those of the catalogue.
     """
     names = [*_catalogue(), *also]
-    same = [name for name in names if name.lower() == name_asked.lower()]
-    sisters = [name for name in names if name.lower().partition("-")[0] == name_asked.lower().partition("-")[0]]
+    same = [name for name in names if name.lower() == id.lower()]
+    sisters = [name for name in names if name.lower().partition("-")[0] == id.lower().partition("-")[0]]
     folded = {name.lower(): name for name in sisters or names}
-    near = same or [folded[name] for name in get_close_matches(name_asked.lower(), list(folded), NEAREST, 0.6)]
-    return near or _by_place(name_asked)[:NEAREST]
+    near = same or [folded[name] for name in get_close_matches(id.lower(), list(folded), NEAREST, 0.6)]
+    return near or _by_place(id)[:NEAREST]
 
 
-def _by_place(name_asked: str) -> list[str]:
-    """Horizontal records whose earthquake or station contains the letters asked for."""
-    word = _letters(name_asked)
+def _by_place(name: str) -> list[str]:
+    """Horizontal records whose earthquake or station contains the letters of a name."""
+    word = _letters(name)
     if len(word) < SHORTEST_WORD:
         return []
     return [
@@ -234,6 +247,11 @@ def _letters(text: str) -> str:
     return "".join(letter for letter in text.lower() if letter.isalnum())
 
 
+def has(id: str) -> bool:
+    """True for an id of the catalogue."""
+    return id in _catalogue()
+
+
 def is_file(name: str) -> bool:
     """True for what names a file, or a pattern of files, rather than an id or a generated motion."""
-    return not is_recipe(name) and all(entry.id != name for entry in entries())
+    return not is_recipe(name) and not has(name)

@@ -27,7 +27,7 @@ from pounding_risk.motions.processing.signals import Samples
 ROUNDING = 1e-5
 COARSE = 0.05  # likewise about the peak alone, before offsets are taken out: what is far from it needs no closer look
 ABOUT_PEAK = 128  # samples before and after it
-# Files in g are converted with 980, 980.665 and 981 cm/s² a g: 7e-4 apart.
+# Files in g are converted with 980, 980.665 and 981 cm/s² a g: they differ by 7e-4.
 SAME_SIZE = 1e-3
 LEAST_SHARED = 0.5  # of the energy of either, within the time that both cover
 SAME_STEP = 1e-6  # relative difference of time steps that are one, written with different digits
@@ -141,7 +141,7 @@ def _factor(one: _Record, other: _Record, lag: int) -> float | None:
 
 
 def _unlike(first: Samples, second: Samples) -> float:
-    """1 − r² of two stretches of equal length, r their correlation; 1 where one is too short or holds no motion."""
+    """1 − r² of two intervals of equal length, r their correlation; 1 where one is too short or holds no motion."""
     both = float(first @ first) * float(second @ second) if len(first) > 2 else 0.0
     return 1.0 - float(first @ second) ** 2 / both if both > 0.0 else 1.0
 

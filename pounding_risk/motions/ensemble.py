@@ -14,20 +14,28 @@ from typing import Any, NamedTuple
 
 from pounding_risk._common.progress import Progress
 from pounding_risk.errors import RecordError
-from pounding_risk.motions import record_sets, scaling, treatment
+from pounding_risk.motions import read, record_sets, scaling
 from pounding_risk.motions.copies import Copy, copies
-from pounding_risk.motions.formats import is_record
+from pounding_risk.motions.formats import is_record, split_component
 from pounding_risk.motions.manifest import read_manifest, source_of
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing import DEFAULT_CHAIN
 from pounding_risk.motions.processing.noise import shared_corners
-from pounding_risk.motions.read import processed
-from pounding_risk.motions.record import FACTOR_OF_SITE, GENERATED, RAW, STATED, Source, recording, recording_words
+from pounding_risk.motions.record import (
+    FACTOR_OF_SITE,
+    GENERATED,
+    RAW,
+    STATED,
+    Source,
+    is_vertical,
+    recording,
+    recording_words,
+)
 from pounding_risk.motions.request import RecordRequest, conflicts, matching
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.sites.event_grid import grid_sources, is_grid, sources_at
-from pounding_risk.motions.sites.places import Asked
-from pounding_risk.motions.source import components, file_name, generated, is_vertical, open_source, split_component
+from pounding_risk.motions.sites.places import SiteRequest
+from pounding_risk.motions.source import components, file_name, generated, open_source
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
 SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
@@ -96,7 +104,7 @@ def read_ensemble(
         motions.append(_as_chosen(motion, chosen[number - 1], request.manifest) if request.manifest else motion)
         if progress is not None:
             progress(number, len(groups))
-    motions = treatment.treated(motions, treatment.treatment_of(request, scaled=scaled))
+    motions = read.treated(motions, read.treatment_of(request, scaled=scaled))
     return MotionEnsemble(tuple(_distinct(motions)), (*left_out, *repeated), (*repeated, *copied))
 
 
@@ -112,8 +120,8 @@ def _of_sources(request: RecordRequest, folder: Path, left_out: list[str]) -> It
     for pattern in request.files:
         sources += horizontals(list(sources_named(pattern, folder, left_out, **stated)), left_out)
     if request.sites:
-        asked = None if request.place is None else Asked(request.place)
-        sources = horizontals(list(grid_sources(folder / request.sites, asked, **stated)), left_out)
+        wanted = None if request.place is None else SiteRequest(request.place)
+        sources = horizontals(list(grid_sources(folder / request.sites, wanted, **stated)), left_out)
     return map(_Chosen, each_once(sources))
 
 
@@ -129,22 +137,19 @@ def _each_once(chosen: list[_Chosen], one_size: bool) -> tuple[list[_Chosen], li
     """The records without those that would drive the same runs as an earlier one.
 
     With a sentence for each that is left out, and one for each other copy, which stays and shares its recording.
-    ``one_size`` is True where all motions are scaled to one amplitude, so that their own does not tell them apart.
+    ``one_size`` is True where all motions are scaled to one amplitude, so that their own does not distinguish them.
     """
     same = copies([(record.source.trace.data * record.factor, record.source.trace.stats.delta) for record in chosen])
     repeated = [copy for copy in same if copy.is_same_motion(any_size=one_size)]
-    left_out = [_repetition(copy, chosen) for copy in repeated]
+    left_out = []
+    for copy in repeated:
+        first, second = (chosen[number].source for number in (copy.original, copy.place))
+        same_file = first.record["file"] != second.record["file"] and first.record["sha256"] == second.record["sha256"]
+        words = "is a copy of the file" if same_file else "holds the same motion as"
+        left_out.append(f"{second.name} {words} {first.name}, which is used once")
     sentences = [_in_one_recording(copy, chosen) for copy in same if copy not in repeated]
     gone = {copy.place for copy in repeated}
     return [record for number, record in enumerate(chosen) if number not in gone], left_out, sentences
-
-
-def _repetition(copy: Copy, chosen: Sequence[_Chosen]) -> str:
-    """The sentence for a copy that is left out."""
-    first, second = (chosen[number].source for number in (copy.original, copy.place))
-    same_file = first.record["file"] != second.record["file"] and first.record["sha256"] == second.record["sha256"]
-    words = "is a copy of the file" if same_file else "holds the same motion as"
-    return f"{second.name} {words} {first.name}, which is used once"
 
 
 def _in_one_recording(copy: Copy, chosen: list[_Chosen]) -> str:
@@ -213,7 +218,11 @@ def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[_Chosen]:
         raise RecordError(f"{path}: names no record; choose again")
     for number, row in enumerate(rows, start=2):
         where = f"{path}, line {number}"
-        _check_row(where, row)
+        empty = [key for key in ("name", "PGA [m/s2]", "factor") if row[key] is None]
+        if empty:
+            raise RecordError(f"{where}: {' and '.join(empty)} left empty; choose again")
+        if not (isfinite(row["factor"]) and row["factor"] > 0.0):
+            raise RecordError(f"{where}: the factor is {row['factor']:g}; it must be greater than 0 and finite")
         source = open_source(source_of(row, path.parent), unit=request.unit or None, dt=request.dt)
         if source.record["sha256"] != row["sha256"]:
             raise RecordError(
@@ -237,15 +246,6 @@ def _as_chosen(motion: Motion, chosen: _Chosen, manifest: str) -> Motion:
     return motion
 
 
-def _check_row(where: str, row: Mapping[str, Any]) -> None:
-    """Raise RecordError for a row of a manifest without a name or a PGA, or with a factor that is not above zero."""
-    empty = [key for key in ("name", "PGA [m/s2]", "factor") if row[key] is None]
-    if empty:
-        raise RecordError(f"{where}: {' and '.join(empty)} left empty; choose again")
-    if not (isfinite(row["factor"]) and row["factor"] > 0.0):
-        raise RecordError(f"{where}: the factor is {row['factor']:g}; it must be greater than 0 and finite")
-
-
 def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple[Source, ...]]:
     """The two horizontals of each recording; raises RecordError for a recording with another number of components.
 
@@ -256,39 +256,32 @@ def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple
         recordings.setdefault(recording(source.record, source.name), []).append(source)
     for parts in recordings.values():
         if len(parts) != 2:
-            listed = ", ".join(file_name(source) for source in parts)
+            record, listed = parts[0].record, ", ".join(file_name(source) for source in parts)
+            facts = [str(record[key]) for key in ("event", "station") if record.get(key)]
             without = f"; excluded: {'; '.join(repeated)}" if repeated else ""
             raise RecordError(
-                f"direction: of {_recording(parts[0])} there is {listed}; a row's direction takes the two "
-                f"horizontal components of each recording: name both, or leave direction out{without}"
+                f"direction: of {' at '.join(facts) or parts[0].name} there is {listed}; a row's direction takes the "
+                f"two horizontal components of each recording: name both, or leave direction out{without}"
             )
     return [tuple(parts) for parts in recordings.values()]
 
 
-def _recording(source: Source) -> str:
-    record = source.record
-    return " at ".join(str(record[key]) for key in ("event", "station") if record.get(key)) or source.name
-
-
 def treated(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
     """The motion of one component, or of two turned to the row, processed, cut and scaled as the request wants it."""
-    return treatment.treated([_in_direction(request, group)], treatment.treatment_of(request))[0]
+    return read.treated([_in_direction(request, group)], read.treatment_of(request))[0]
 
 
 def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
-    """One component, or two turned to the row, processed."""
-    return _turned(request, group) if len(group) == 2 else processed(group[0], request.processing)
-
-
-def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
-    """Both horizontals, processed alike, turned to the direction of the row."""
+    """One component, or both horizontals, processed alike and turned to the direction of the row."""
+    if len(group) == 1:
+        return read.processed(group[0], request.processing)
     assert request.direction is not None
     processing: Any = request.processing
     words: tuple[str, ...] = ()
     flags: tuple[str, ...] = ()
-    if processing == "auto" and all(source.record["state"] == RAW for source in pair):
-        processing, words, flags = _one_band(pair)
-    first, second = (processed(source, processing) for source in pair)
+    if processing == "auto" and all(source.record["state"] == RAW for source in group):
+        processing, words, flags = _one_band(group)
+    first, second = (read.processed(source, processing) for source in group)
     motion = rotated(first, second, request.direction)
     return replace(motion, processing=(*motion.processing, *words)).doubted(flags)
 
@@ -300,7 +293,7 @@ def _one_band(pair: tuple[Source, ...]) -> tuple[list[dict[str, Any]], tuple[str
     """
     steps = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
     at = next(number for number, step in enumerate(steps) if step["step"] == "bandpass")
-    before = [processed(source, steps[:at]) for source in pair]
+    before = [read.processed(source, steps[:at]) for source in pair]
     if before[0].dt != before[1].dt:  # `rotated` refuses them
         return steps, (), ()
     corners = shared_corners([motion.acceleration for motion in before], before[0].dt)
@@ -311,23 +304,14 @@ def _one_band(pair: tuple[Source, ...]) -> tuple[list[dict[str, Any]], tuple[str
 def _distinct(motions: Sequence[Motion]) -> list[Motion]:
     """Motions with distinct names: where several share one, the file's, then with its folder, then with a number."""
     names = [motion.name for motion in motions]
-    for longer in (_as_file, _in_folder):
+    for count in (1, 2):
         again = {name for name in names if names.count(name) > 1}
-        names = [longer(motion) if name in again else name for motion, name in zip(motions, names, strict=True)]
+        for at, motion in enumerate(motions):
+            if names[at] in again:
+                # The whole recipe of a generated motion.
+                source = str(motion.record.get("source") or motion.name)
+                parts = (source,) if motion.record.get("state") == GENERATED else Path(source).parts
+                names[at] = "/".join(parts[-count:])
     again = {name for name in names if names.count(name) > 1}
     names = [f"{name} ({at})" if name in again else name for at, name in enumerate(names, start=1)]
     return [replace(motion, name=name) for motion, name in zip(motions, names, strict=True)]
-
-
-def _as_file(motion: Motion) -> str:
-    return "/".join(_parts(motion)[-1:])
-
-
-def _in_folder(motion: Motion) -> str:
-    return "/".join(_parts(motion)[-2:])
-
-
-def _parts(motion: Motion) -> tuple[str, ...]:
-    """Folders and file that a motion is from; the whole recipe of one that is generated."""
-    source = str(motion.record.get("source") or motion.name)
-    return (source,) if motion.record.get("state") == GENERATED else Path(source).parts

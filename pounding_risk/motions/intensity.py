@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike
 
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.motions.source import check_samples
+from pounding_risk.motions.record import check_samples
 from pounding_risk.motions.spectra import directions, spectra
 from pounding_risk.units import DAMPING, STANDARD_GRAVITY, bounds
 
@@ -141,7 +141,7 @@ def peak_ground_velocity(acceleration: ArrayLike, dt: float) -> float:
     Returns
     -------
     float
-        PGV [m/s], exact for linear a: crests between samples count. Raises as `measure`.
+        PGV [m/s], exact for linear a: local maxima between samples count. Raises as `measure`.
     """
     return _peaks_of_motion(_checked(acceleration, dt), dt)[0]
 
@@ -243,7 +243,7 @@ def response_spectra(
     Returns
     -------
     Spectra
-        Peaks from rest, in SI. Crests between samples are found to 4e-6 or better.
+        Peaks from rest, in SI. Local maxima between samples are found to 4e-6 or better.
 
     Raises
     ------
@@ -256,7 +256,7 @@ def response_spectra(
     ----------
     ü + 2 ζ ω u̇ + ω² u = −a_g, exact for linear a_g: Nigam and Jennings (1969). See `pounding_risk.motions.spectra`.
     """
-    alone = _is_one(acceleration)
+    alone = len(acceleration) == 0 or np.ndim(acceleration[0]) == 0  # type: ignore[arg-type,index]
     records: Sequence[Any] = [acceleration] if alone else list(acceleration)  # type: ignore[arg-type]
     steps = np.array(np.broadcast_to(np.asarray(dt, dtype=float), (len(records),)))
     samples = [
@@ -290,7 +290,7 @@ def rotated_spectra(
     -------
     Rotated
         PSA [m/s²] and PGA [m/s²] along 180 directions. The response along a direction is that to both components,
-        combined; its peak is the largest over time, crests between samples included, to 1e-5 at 5 % damping.
+        combined; its peak is the largest over time, local maxima between samples included, to 1e-5 at 5 % damping.
 
     Raises
     ------
@@ -314,11 +314,6 @@ def rotated_spectra(
     peaks = directions(first, second, float(dt), valid, float(damping), turns)
     pga = np.array([np.abs(c * first + s * second).max() for c, s in turns.T])
     return Rotated(valid, float(damping), peaks * ((2.0 * pi / valid) ** 2)[:, None], pga)
-
-
-def _is_one(acceleration: Any) -> bool:
-    """True for the samples of one record, False for a sequence of records."""
-    return len(acceleration) == 0 or np.ndim(acceleration[0]) == 0
 
 
 def _checked(acceleration: Any, dt: float, name: str = "the acceleration") -> Samples:

@@ -19,11 +19,12 @@ from math import isclose
 from pathlib import Path
 from typing import Any
 
-from pounding_risk._common.inputs import MANIFEST, Unfit, read_whole
+from pounding_risk._common.inputs import MANIFEST, Unfit, text_of
 from pounding_risk._common.letters import cell, without_mark
+from pounding_risk._common.tables import csv_rows, uneven
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.formats import split_component
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.source import split_component
 from pounding_risk.motions.write import write_text
 
 SEPARATOR = " | "  # between the steps of the processing
@@ -61,7 +62,8 @@ CHECKED = ("sha256", "dt [s]", "npts", "PGA [m/s2]", "processing")
 
 def manifest(motions: Iterable[Motion]) -> list[dict[str, Any]]:
     """One row for each motion, with the columns of ``COLUMNS``; None where a record does not state a value."""
-    return [{name: _value(value_of(motion)) for name, (value_of, _) in COLUMNS.items()} for motion in motions]
+    rows = [{name: value_of(motion) for name, (value_of, _) in COLUMNS.items()} for motion in motions]
+    return [{name: None if value == "" else value for name, value in row.items()} for row in rows]
 
 
 def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
@@ -131,21 +133,16 @@ def read_manifest(path: str | Path) -> list[dict[str, Any]]:
     RecordError
         For a file that cannot be read, other columns, and a value that is no number where one belongs.
     """
-    source = Path(path)
+    source, faults = Path(path), list[str]()
     try:
-        reader = csv.DictReader(StringIO(read_whole(source, MANIFEST).decode("utf-8-sig"), newline=""))
-        columns, rows = list(reader.fieldnames or ()), list(reader)
-    except FileNotFoundError:
-        raise RecordError(f"{source}: no such manifest; check the name and the folder") from None
+        rows = csv_rows(text_of(source, MANIFEST), faults, "write the manifest again", is_ours=True)
     except Unfit as error:
         raise RecordError(f"{source}: {error.strerror}") from None
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise RecordError(f"{source}: cannot be read as CSV ({error}); write the manifest again") from None
+    columns = rows[0][1] if rows else []
     if columns != list(COLUMNS):
-        raise RecordError(
-            f"{source}: its columns are {', '.join(columns) or 'none'}; a manifest has {', '.join(COLUMNS)}"
-        )
-    return [_read(source, number, row) for number, row in enumerate(rows, start=2)]
+        words = faults[0] if faults else f"its columns are {', '.join(columns)}; a manifest has {', '.join(COLUMNS)}"
+        raise RecordError(f"{source}: {words}")
+    return [_read(source, number, cells) for number, (_, cells) in enumerate(rows[1:], start=2)]
 
 
 def check_manifest(path: str | Path, motions: Iterable[Motion]) -> None:
@@ -184,20 +181,16 @@ def _by_name(rows: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
     return by_name
 
 
-def _value(value: Any) -> Any:
-    return None if value == "" else value
-
-
-def _read(source: Path, number: int, row: Mapping[str, Any]) -> dict[str, Any]:
-    if None in row or None in row.values():
-        raise RecordError(f"{source}: line {number} has not one value a column; write the manifest again")
+def _read(source: Path, number: int, cells: list[str]) -> dict[str, Any]:
+    if words := uneven(cells, tuple(COLUMNS)):
+        raise RecordError(f"{source}: line {number} {words}; write the manifest again")
     values: dict[str, Any] = {}
-    for name, (_, kind) in COLUMNS.items():
+    for cell_text, (name, (_, kind)) in zip(cells, COLUMNS.items(), strict=True):
         try:
-            values[name] = kind(without_mark(row[name])) if row[name] else None
+            values[name] = kind(without_mark(cell_text)) if cell_text else None
         except ValueError:
             raise RecordError(
-                f'{source}: line {number}, {name}: "{row[name]}" is no number; write the manifest again'
+                f'{source}: line {number}, {name}: "{cell_text}" is no number; write the manifest again'
             ) from None
     return values
 

@@ -111,8 +111,11 @@ def match(
     spectra = simulated(aim, count)
     chosen: list[int] = []
     factors: list[Samples] = []
+    with np.errstate(divide="ignore"):
+        low, high = np.log(limits.factors)
     for spectrum in spectra:
-        factor = _factors(logs, fixed, spectrum, limits)
+        # Logarithms of the factors of all candidates for this spectrum.
+        factor = np.asarray(np.clip((spectrum - logs).mean(axis=1), low, high)) if fixed is None else fixed
         cost = ((logs + factor[:, None] - spectrum) ** 2).sum(axis=1)
         cost[~_allowed(chosen, events, limits)] = np.inf
         best = int(np.argmin(cost))
@@ -122,15 +125,6 @@ def match(
         factors.append(factor)
     _replace(logs, chosen, factors, aim, limits, events)
     return [Choice(one, float(np.exp(factor[one]))) for one, factor in zip(chosen, factors, strict=True)]
-
-
-def _factors(logs: Samples, fixed: Samples | None, spectrum: Samples, limits: Limits) -> Samples:
-    """Logarithms of the factors of all candidates for one spectrum of ln Sa."""
-    if fixed is not None:
-        return fixed
-    with np.errstate(divide="ignore"):
-        low, high = np.log(limits.factors)
-    return np.asarray(np.clip((spectrum - logs).mean(axis=1), low, high))
 
 
 def _allowed(chosen: Sequence[int], events: Sequence[Hashable], limits: Limits) -> NDArray[np.bool_]:

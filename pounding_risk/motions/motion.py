@@ -14,12 +14,18 @@ import numpy as np
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing import Done
-from pounding_risk.motions.processing.amplitude import in_si, scale_samples_to
+from pounding_risk.motions.processing.basic import window
+from pounding_risk.motions.processing.resample import MOST
 from pounding_risk.motions.processing.signals import Samples, velocity_displacement
-from pounding_risk.motions.processing.window import ROUNDING, cut, doubts, reversed_polarity, with_zeros
+from pounding_risk.motions.quality import FIRST_OF_PEAK, LONGEST_STEP
+from pounding_risk.motions.record import USABLE, check_samples, lowest_usable
 from pounding_risk.motions.request import AS_RECORDED, REVERSED
-from pounding_risk.motions.source import USABLE, check_samples, lowest_usable
-from pounding_risk.units import PGA, STANDARD_GRAVITY, TAIL, TIME, shown
+from pounding_risk.units import PGA, STANDARD_GRAVITY, TAIL, TIME, QuantityError, shown, si
+
+USUAL_FACTORS = (0.25, 4.0)
+LARGEST_PGA, SMALLEST_PGA = 3.0, 0.001  # g; beyond these a unit is likely wrong
+ROUNDING = 1e-6  # steps: 5 s may be 1000 + 1e-13 steps of 0.005 s
+WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -117,24 +123,58 @@ class Motion(ShortRepr):
             record={**self.record, "polarity": REVERSED if now == AS_RECORDED else AS_RECORDED},
             own_grounds=tuple(None if samples is None else -samples for samples in self.own_grounds),
         )
-        return turned.after(reversed_polarity(self.acceleration))
+        return turned.after(Done(-self.acceleration, "polarity: reversed"))
+
+    def scaled(self, factor: float, aim: str = "") -> Motion:
+        """The motion times a factor; ``aim`` says why, for the sentence. Flagged where factor or PGA are unusual."""
+        samples = self.acceleration * factor
+        pga = float(np.abs(samples).max())
+        flags = list(unit_doubts(pga, "after scaling"))
+        if not USUAL_FACTORS[0] <= factor <= USUAL_FACTORS[1]:
+            flags.append(f"the scale factor {factor:.4g} is outside {USUAL_FACTORS[0]:g} to {USUAL_FACTORS[1]:g}")
+        peaks = f"from PGA {self.pga / STANDARD_GRAVITY:.5g} g to {pga / STANDARD_GRAVITY:.5g} g"
+        words = f"scale: times {factor:.10g}{f' to {aim}' if aim else ''}, {peaks}"
+        return self.after(Done(samples, words, tuple(flags), factor=factor))
 
     def scaled_to(self, pga: float | str) -> Motion:
         """The motion times one factor, so that max|a| is ``pga`` [m/s², or text such as "0.5 g"]."""
-        return self.after(scale_samples_to(self.acceleration, in_si("pga", pga, PGA), self.name))
+        target = in_si("pga", pga, PGA)
+        if self.pga == 0.0:
+            raise RecordError(f"{self.name}: every sample is zero, which no factor scales; check record and window")
+        scaled = self.scaled(target / self.pga)
+        if not abs(scaled.pga - target) <= 1e-12 * target:
+            raise RecordError(f"{self.name}: a PGA of {target:g} m/s² is out of reach for samples of {self.pga:g} m/s²")
+        return scaled
 
     def cut(self, start: float | str, end: float | str) -> Motion:
         """The part of the motion from ``start`` to ``end`` [s]; flagged where the strongest shaking is outside it."""
-        part = self.after(cut(self.acceleration, self.dt, span_of((start, end))))
-        return part.doubted(doubts(part.acceleration, self.dt))
+        return self.within(*span_of((start, end))).checked()
+
+    def within(self, start: float, end: float) -> Motion:
+        """As `cut`, in seconds, without the flags of `checked`."""
+        done = window(self.acceleration, self.dt, start=start, end=end)
+        inside = float(np.abs(done.samples).max())
+        part = self.after(done)
+        if inside < WEAK_WINDOW * self.pga:
+            share = f"{100.0 * inside / self.pga:.2g} % of the record's"
+            part = part.doubted((f"the window leaves the strong shaking out: its PGA is {share}",))
+        return part
 
     def with_tail(self, seconds: float | str) -> Motion:
         """The motion followed by at least that duration [s] of zeros, in which the buildings vibrate freely.
 
         Whole time steps, after one in which a motion that does not end at zero goes to it on a straight line.
         """
-        longer = self.after(with_zeros(self.acceleration, self.dt, in_si("tail", seconds, TAIL)))
-        return replace(longer, tail=self.tail + longer.acceleration.size - self.acceleration.size)
+        duration = in_si("tail", seconds, TAIL)
+        count, ramp = ceil(duration / self.dt - ROUNDING), bool(self.acceleration[-1]) and duration > 0.0
+        if count > MOST:
+            raise RecordError(
+                f"a tail of {duration:g} s makes {count} samples, {MOST} are allowed; write a shorter one"
+            )
+        straight = f", after a straight line to zero over {self.dt:g} s" if ramp else ""
+        words = f"tail: {count * self.dt:g} s of zeros added{straight}"
+        longer = self.after(Done(np.pad(self.acceleration, (0, count + ramp)), words))
+        return replace(longer, tail=self.tail + count + ramp)
 
     def reaching(self, lag: float) -> Motion:
         """The motion as buildings need it of which the last is reached ``lag`` [s] after the first.
@@ -190,6 +230,16 @@ class Motion(ShortRepr):
         tail, late = max(0, self.tail - gone), max(0, self.late - gone)
         return replace(self, acceleration=self.acceleration[:count], own_grounds=own, tail=tail, late=late)
 
+    def checked(self) -> Motion:
+        """The motion with flags about the samples that a run takes: a start in motion, and a long time step."""
+        flags, first = [], abs(float(self.acceleration[0]))
+        if first > FIRST_OF_PEAK * self.pga:
+            share = f"{100.0 * first / self.pga:.1f} %"
+            flags.append(f"the motion starts at {share} of its PGA: a late trigger, or a cut in motion")
+        if self.dt > LONGEST_STEP:
+            flags.append(f"the time step {self.dt:g} s is longer than {LONGEST_STEP:g} s: peaks may be missed")
+        return self.doubted(flags)
+
     def doubted(self, flags: Sequence[str]) -> Motion:
         """The motion with further flags; each sentence stands once."""
         return replace(self, flags=tuple(dict.fromkeys((*self.flags, *flags))))
@@ -221,3 +271,20 @@ def span_of(window: Any) -> tuple[float, float]:
     if isinstance(window, str) or not isinstance(window, Sequence) or len(window) != 2:
         raise RecordError(f"window: {shown(window)} is not a start and an end; give two times such as (0.0, 6.0)")
     return in_si("window", window[0], TIME), in_si("window", window[1], TIME)
+
+
+def in_si(key: str, value: Any, quantity: Any) -> float:
+    """A number in SI from a number or from text with a unit; raises RecordError that names ``key``."""
+    try:
+        return si(value, quantity)
+    except QuantityError as error:
+        raise RecordError(f"{key}: {error}") from None
+
+
+def unit_doubts(pga: float, when: str) -> tuple[str, ...]:
+    """A flag for a peak [m/s²] outside the range of earthquakes, for which a unit is likely wrong."""
+    in_g = pga / STANDARD_GRAVITY
+    if SMALLEST_PGA <= in_g <= LARGEST_PGA:
+        return ()
+    side = f"above {LARGEST_PGA:g} g" if in_g > LARGEST_PGA else f"below {SMALLEST_PGA:g} g"
+    return (f"PGA {when} is {in_g:.3g} g, {side}: check the unit",)

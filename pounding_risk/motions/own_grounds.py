@@ -37,18 +37,9 @@ def read_own(name: str, request: RecordRequest, folder: Path) -> Motion:
         As `read_ensemble`, and where the name is not that of one motion.
     """
     names, files = ((), (name,)) if is_file(name) else ((name,), ())
-    asked = request._replace(
-        names=names,
-        files=files,
-        pga=None,
-        scale=None,
-        sa=None,
-        to_median=None,
-        set="",
-        manifest="",
-        generated=(),
-    )
-    motions = read_ensemble(asked, folder).motions
+    unscaled = request._replace(pga=None, scale=None, sa=None, to_median=None)
+    alone = unscaled._replace(names=names, files=files, set="", manifest="", generated=())
+    motions = read_ensemble(alone, folder).motions
     if len(motions) != 1:
         listed = f"it is {', '.join(motion.name for motion in motions)}" if motions else "nothing answers to it"
         raise RecordError(f"{name}: a building stands on one record, and {listed}; name one file or component")
@@ -85,8 +76,8 @@ def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
 
     shared, factor = drawn(motion), motion.record.get("factor", 1.0)
     scaled = [None if record is None else factor * drawn(record) for record in own]
-    apart = tuple(None if samples is None or np.array_equal(samples, shared) else samples for samples in scaled)
-    for samples in apart:
+    own_samples = tuple(None if samples is None or np.array_equal(samples, shared) else samples for samples in scaled)
+    for samples in own_samples:
         if samples is not None:
             samples.flags.writeable = False
     sentences = [f"beside it: {record.name}, times {factor:g}" for record in others]
@@ -94,21 +85,18 @@ def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
         sentences.append(f"time step {motion.dt:g} s divided by {parts[id(motion)]}, on straight lines")
     if shared.size > (motion.acceleration.size - 1) * parts[id(motion)] + 1:
         sentences.append(f"zeros up to {(count - 1) * dt:g} s, where the longest record beside it ends")
+    keys = ("source", "sha256")  # with the name, what it takes to find a record again
+    beside = [{"name": record.name, **{key: str(record.record.get(key, "")) for key in keys}} for record in others]
     flags = [f"{record.name}, beside it: {flag}" for record in others for flag in record.flags]
     return replace(
         motion,
         acceleration=shared,
         dt=dt,
-        record={**motion.record, "beside": [_facts(record) for record in others]},
+        record={**motion.record, "beside": beside},
         processing=(*motion.processing, *sentences),
-        own_grounds=apart if any(samples is not None for samples in apart) else (),
+        own_grounds=own_samples if any(samples is not None for samples in own_samples) else (),
         tail=shared.size - ((motion.acceleration.size - motion.tail - 1) * parts[id(motion)] + 1),
     ).doubted(flags)
-
-
-def _facts(record: Motion) -> dict[str, str]:
-    """What it takes to find a record again."""
-    return {"name": record.name, **{key: str(record.record.get(key, "")) for key in ("source", "sha256")}}
 
 
 def _parts(record: Motion, dt: float, motions: Sequence[Motion]) -> int:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from pounding_risk._common.plugins import Registry
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing import DRIFT_OF_PEAK
 from pounding_risk.motions.processing.basic import SHORTEST_PRE_EVENT
@@ -76,15 +77,9 @@ class CheckedRecord:
         return velocity_displacement(self.samples, self.dt)
 
 
-class Check(NamedTuple):
-    """A check of the registry: its function, and the states of a record to which it applies."""
-
-    function: Callable[[CheckedRecord], Finding | None]
-    states: tuple[str, ...]
-
-
 Result = tuple[str, str, bool] | None  # what was found, what is allowed, whether that is met
-CHECKS: dict[str, Check] = {}
+Check = Callable[[CheckedRecord], Result]
+CHECKS = Registry("")  # each with the states of a record to which it applies
 # What no processing mends, and what says that a motion has not come to rest: flags of a motion. Others of its doubts
 # are flagged by the steps that met them.
 LASTING = ("duration", "clipping", "spikes", "zero crossings")
@@ -92,19 +87,12 @@ OF_BUILDINGS = ("time step of the stiffest building", "period of the softest bui
 AT_REST = ("velocity at the end", "displacement at the end", "tail")
 
 
-def check(
-    name: str, states: tuple[str, ...] = (RAW, PROCESSED)
-) -> Callable[[Callable[[CheckedRecord], Result]], Callable[[CheckedRecord], Finding | None]]:
+def check(name: str, states: tuple[str, ...] = (RAW, PROCESSED)) -> Callable[[Check], Check]:
     """Enter a function in the registry: it returns what it found, what is allowed and whether that is met, or None."""
 
-    def enter(function: Callable[[CheckedRecord], Result]) -> Callable[[CheckedRecord], Finding | None]:
-        def finding(record: CheckedRecord) -> Finding | None:
-            result = function(record)
-            return None if result is None else Finding(name, *result)
-
-        finding.__doc__ = function.__doc__
-        CHECKS[name] = Check(finding, states)
-        return finding
+    def enter(function: Check) -> Check:
+        CHECKS.enter(name, (function, states), function.__module__)
+        return function
 
     return enter
 
@@ -134,7 +122,7 @@ def quality(
     usable : float, optional
         The lowest frequency that the record's filter left [Hz].
     state : str
-        "raw" also asks for quiet before the earthquake, and for an earthquake that stands out of the noise, which a
+        "raw" also requires quiet before the earthquake, and an earthquake that stands out of the noise, which a
         processed record need not have any more.
     checks : tuple of str, optional
         Names of checks; all of `CHECKS` unless given.
@@ -148,8 +136,8 @@ def quality(
     if record.peak == 0.0:
         return (Finding("motion", "every sample is the same", "a motion", False),)
     names = CHECKS if checks is None else checks
-    findings = (CHECKS[name].function(record) for name in names if state in CHECKS[name].states)
-    return tuple(finding for finding in findings if finding is not None)
+    results = {name: CHECKS[name][0](record) for name in names if state in CHECKS[name][1]}
+    return tuple(Finding(name, *result) for name, result in results.items() if result is not None)
 
 
 def failed(findings: tuple[Finding, ...]) -> tuple[str, ...]:

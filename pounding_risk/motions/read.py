@@ -1,32 +1,72 @@
-"""Reading records: from the catalogue, a file or an ObsPy trace to a motion that is processed, cut and scaled."""
+"""Reading records: from the catalogue, a file or an ObsPy trace to a motion that is processed, cut and scaled.
+
+After the processing comes a treatment in one order: window, polarity, amplitude, tail of zeros. `read_motion`, the
+records of a scene and those of a manifest all pass `treated`; nothing else cuts or scales them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions import scaling
 from pounding_risk.motions.generated import Recipe, recipe
-from pounding_risk.motions.motion import Motion, span_of
+from pounding_risk.motions.motion import Motion, in_si, span_of, unit_doubts
 from pounding_risk.motions.processing import DEFAULT_CHAIN, Step, read_steps
-from pounding_risk.motions.processing.amplitude import in_si, unit_doubts
 from pounding_risk.motions.quality import AT_REST, LASTING, OFFSET_OF_PEAK, failed, quality
-from pounding_risk.motions.record import FACTOR_OF_SITE, GENERATED, RAW, STILL, Source
-from pounding_risk.motions.request import AS_RECORDED, REVERSED, conflicts
-from pounding_risk.motions.scaling import by_factor
-from pounding_risk.motions.sites.places import site_of
-from pounding_risk.motions.source import check_shaking, components, open_source
-from pounding_risk.motions.treatment import Treatment, treated
+from pounding_risk.motions.record import (
+    FACTOR_OF_SITE,
+    GENERATED,
+    RAW,
+    STILL,
+    Source,
+    check_shaking,
+    recording,
+    site_of,
+)
+from pounding_risk.motions.request import AS_RECORDED, REVERSED, RecordRequest, Spectral, conflicts
+from pounding_risk.motions.source import components, open_source
 from pounding_risk.units import PGA, SCALE, STEP, TAIL, shown
 
 if TYPE_CHECKING:
     from obspy import Stream, Trace
 
 CHANGE_OF_PEAK = 0.02
+
+
+class Treatment(NamedTuple):
+    """The treatment of a processed record, in SI; the fields stand in the order in which they act.
+
+    Of ``pga``, ``sa`` and ``to_median`` one at most is given; ``scale`` stands alone or follows ``to_median``
+    (`pounding_risk.motions.request.conflicts` has the rule).
+    """
+
+    window: tuple[float, float] | None = None  # s; None keeps the whole record
+    polarity: str = AS_RECORDED
+    pga: float | None = None  # m/s²
+    sa: Spectral | None = None
+    to_median: str | Spectral | None = None  # of the motions that are treated together
+    scale: float | None = None  # factor
+    tail: float = 0.0  # s of zeros after the motion, at least
+
+
+def treatment_of(request: RecordRequest, *, scaled: bool = True) -> Treatment:
+    """The treatment of a request, in the records' own polarity; without ``scaled`` the amplitude is kept."""
+    if not scaled:
+        return Treatment(request.window, tail=request.tail)
+    return Treatment(
+        request.window,
+        pga=request.pga,
+        sa=request.sa,
+        to_median=request.to_median,
+        scale=request.scale,
+        tail=request.tail,
+    )
 
 
 def read_motion(
@@ -82,7 +122,17 @@ def read_motion(
     Window, polarity, amplitude and tail follow the processing, in this order. Numbers are in SI, text has its unit
     ("6 s", "0.5 g").
     """
-    how = _treatment(window=window, pga=pga, scale=scale, polarity=polarity, tail=tail)
+    for _, sentence in conflicts([key for key, value in (("pga", pga), ("scale", scale)) if value is not None]):
+        raise RecordError(sentence)
+    if polarity not in (AS_RECORDED, REVERSED):
+        raise RecordError(f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"')
+    how = Treatment(
+        window=None if window is None else span_of(window),
+        polarity=polarity,
+        pga=None if pga is None else in_si("pga", pga, PGA),
+        scale=None if scale is None else in_si("scale", scale, SCALE),
+        tail=in_si("tail", tail, TAIL),
+    )
     opened = open_source(source, unit=unit, dt=None if dt is None else in_si("dt", dt, STEP))
     return treated([processed(opened, processing)], how)[0]
 
@@ -128,17 +178,64 @@ def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "a
     # A window comes after the chain and not before: the offset is seen in the quiet before the earthquake
     # and the drift at its end, and a filter rings where a record is cut in mid-shaking. A cut that is to come
     # earlier, such as one of two earthquakes in a file, is a step of the chain.
-    return _at_site(_after_steps(motion, _chain(processing, record["state"])))
+    motion = _after_steps(motion, _chain(processing, record["state"]))
+    if site := site_of(record):
+        motion = replace(motion, processing=(*motion.processing, f"site: {site}"))
+        factor = record[FACTOR_OF_SITE]
+        motion = motion if factor == 1.0 else scaling.by_factor(motion, factor, f"the factor of {record['site']}")
+    return motion
 
 
-def _at_site(motion: Motion) -> Motion:
-    """A motion of a site with the factor of its table, and a sentence on the site."""
-    site = site_of(motion.record)
-    if not site:
-        return motion
-    motion = replace(motion, processing=(*motion.processing, f"site: {site}"))
-    factor = motion.record[FACTOR_OF_SITE]
-    return motion if factor == 1.0 else by_factor(motion, factor, f"the factor of {motion.record['site']}")
+def treated(motions: Sequence[Motion], how: Treatment) -> list[Motion]:
+    """Apply a treatment to motions, all at once where their median sets the amplitude.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        Processed, and turned to the row where that is requested; the ensemble, where there is a median to reach.
+    how : Treatment
+        What is done to each of them.
+
+    Returns
+    -------
+    list of Motion
+        The motions as runs take them.
+
+    Raises
+    ------
+    RecordError
+        For a window or tail out of range, a window without shaking, and an amplitude out of reach.
+    """
+    shaking = [_before_scaling(motion, how) for motion in motions]
+    if how.pga is not None:
+        shaking = [motion.scaled_to(how.pga) for motion in shaking]
+    if how.sa is not None:
+        if how.sa.value is None:
+            raise RecordError("sa: names a period and no value to scale to; give one, such as 0.4 g")
+        at_period = (how.sa.value, how.sa.period, how.sa.damping)
+        shaking = [scaling.to_spectral_acceleration(motion, *at_period) for motion in shaking]
+    if how.to_median is not None:  # of their ensemble; both components of a recording share one factor
+        aim = how.to_median
+        measure, damping = (aim, 0.05) if isinstance(aim, str) else (f"sa({aim.period!r} s)", aim.damping)
+        groups = [recording(motion.record, motion.name) for motion in shaking]
+        shaking = list(scaling.to_median(shaking, measure, groups=groups, damping=damping))
+    if how.scale is not None:
+        shaking = [scaling.by_factor(motion, how.scale) for motion in shaking]
+    # Generated ground says itself how it starts, unless it is cut.
+    is_checked = [motion.record.get("state") != GENERATED or how.window is not None for motion in shaking]
+    shaking = [motion.checked() if check else motion for motion, check in zip(shaking, is_checked, strict=True)]
+    return [motion.with_tail(how.tail) if how.tail else motion for motion in shaking]
+
+
+def _before_scaling(motion: Motion, how: Treatment) -> Motion:
+    """The window of a motion, in the polarity that is wanted; raises RecordError where it holds no shaking."""
+    where, repair = str(motion.record.get("source") or motion.name), "its processing"
+    if how.window is not None:
+        motion = motion.within(*how.window)
+        where, repair = f"{where}, {how.window[0]:g} to {how.window[1]:g} s", "its window"
+    if not motion.record.get(STILL):
+        check_shaking(motion.acceleration, where, repair)
+    return motion.reversed() if how.polarity == REVERSED else motion
 
 
 def read_trace(
@@ -197,29 +294,6 @@ def read_stream(source: str | Path | Stream, **choices: Any) -> Stream:
         step = None if dt is None else in_si("dt", dt, STEP)
         return Stream([read_trace(component, **choices) for component in components(Path(source), unit=unit, dt=step)])
     return Stream([read_trace(source, **choices)])
-
-
-def _treatment(
-    *,
-    window: tuple[float | str, float | str] | None,
-    pga: float | str | None,
-    scale: float | str | None,
-    polarity: str,
-    tail: float | str,
-) -> Treatment:
-    """The treatment that `read_motion` is asked for, in SI; raises RecordError for values out of range and rivals."""
-    keys = [key for key, value in (("pga", pga), ("scale", scale)) if value is not None]
-    for _, sentence in conflicts(keys):
-        raise RecordError(sentence)
-    if polarity not in (AS_RECORDED, REVERSED):
-        raise RecordError(f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"')
-    return Treatment(
-        window=None if window is None else span_of(window),
-        polarity=polarity,
-        pga=None if pga is None else in_si("pga", pga, PGA),
-        scale=None if scale is None else in_si("scale", scale, SCALE),
-        tail=in_si("tail", tail, TAIL),
-    )
 
 
 def _after_steps(motion: Motion, chain: Sequence[Step]) -> Motion:

@@ -14,7 +14,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import cache
 from hashlib import sha256
 from importlib import metadata
@@ -24,6 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.record import PROCESSED, Source
@@ -141,7 +141,7 @@ def find(id: str) -> Member | None:
 def similar(id: str) -> Iterator[str]:
     """Ids of the sets near to an id with a record sequence number; none without the packages.
 
-    The files of the sets are opened where the first id is asked for.
+    The files of the sets are opened where the first id is requested.
     """
     if id.upper().startswith("RSN") and not missing():
         yield from (member.id for file in (_FAR, _PULSE, _NO_PULSE) for member in _members(file))
@@ -206,8 +206,7 @@ def missing() -> list[str]:
 
 def _files(name: str) -> tuple[SetFile, ...]:
     if name not in FILES:
-        near = get_close_matches(name, FILES, 1, 0.6) if isinstance(name, str) else []
-        hint = f" (did you mean {near[0]}?)" if near else ""
+        hint = nearest(name, FILES) if isinstance(name, str) else ""
         raise RecordError(f"{shown(name)} is not a set of records{hint}; the sets are {', '.join(FILES)}")
     return FILES[name]
 

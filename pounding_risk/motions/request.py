@@ -56,7 +56,7 @@ class StepTable(Mapping[str, Any]):
 
 
 class Spectral(NamedTuple):
-    """Spectral acceleration at a period, with the value to reach where one is asked for."""
+    """Spectral acceleration at a period, with the value to reach where one is requested."""
 
     period: float  # s
     damping: float = 0.05

@@ -90,7 +90,10 @@ def rotated(first: Motion, second: Motion, direction: float, *, azimuths: tuple[
         )
     turned = samples[0] * along[0] + samples[1] * along[1]
     weights = f"{first.name} times {along[0]:.6g} and {second.name} times {along[1]:.6g}"
-    sentence = f"rotation: {weights}, {_to(direction, azimuth_pair)}"
+    from_north = "clockwise from the first"
+    if azimuth_pair:
+        from_north = f"clockwise from north, from {azimuth_pair[0]:g}° and {azimuth_pair[1]:g}°"
+    sentence = f"rotation: {weights}, to {direction:g}° {from_north}"
     if not _is_square(angle):
         sentence += f"; the components are {angle:g}° apart and were solved for as such"
     if recording(first.record, "") != recording(second.record, ""):
@@ -102,8 +105,10 @@ def rotated(first: Motion, second: Motion, direction: float, *, azimuths: tuple[
         turned,
         first.dt,
         _record(first, second, direction if azimuth_pair else None),
-        processing=(*_told(first, first.processing), *_told(second, second.processing), *words, sentence),
-        flags=tuple(dict.fromkeys((*_told(first, first.flags), *_told(second, second.flags), *doubts))),
+        processing=(*(f"{one.name}: {step}" for one in (first, second) for step in one.processing), *words, sentence),
+        flags=tuple(
+            dict.fromkeys((*(f"{one.name}: {flag}" for one in (first, second) for flag in one.flags), *doubts))
+        ),
     )
 
 
@@ -140,18 +145,25 @@ def _is_square(angle: float) -> bool:
 
 def _aligned(first: Motion, second: Motion) -> tuple[tuple[Samples, Samples], tuple[str, ...], tuple[str, ...]]:
     """Samples of both components at the same times, sentences about what was cut, and flags."""
-    later = _later(first, second)
+    starts = [motion.record.get("start") for motion in (first, second)]
+    later = 0.0  # samples by which the second starts after the first; 0 where a start is unknown
+    if all(starts):
+        one, other = (datetime.fromisoformat(str(start)) for start in starts)
+        later = (other - one).total_seconds() / first.dt
     shift = round(later)
-    starts = (max(0, shift), max(0, -shift))
-    both = [motion.acceleration[start:] for motion, start in zip((first, second), starts, strict=True)]
+    gone = (max(0, shift), max(0, -shift))
+    both = [motion.acceleration[count:] for motion, count in zip((first, second), gone, strict=True)]
     count = min(len(part) for part in both)
     if count < 2:
+        spans = [
+            f"{one.duration:g} s{f' from {at}' if at else ''}" for one, at in zip((first, second), starts, strict=True)
+        ]
         raise RecordError(
-            f"{first.name} and {second.name} share {count} samples: {_span(first)} and {_span(second)}; take two "
-            "components of one recording"
+            f"{first.name} and {second.name} share {count} samples: {' and '.join(spans)}; take two components of one "
+            "recording"
         )
     words = []
-    for motion, start, part in zip((first, second), starts, both, strict=True):
+    for motion, start, part in zip((first, second), gone, both, strict=True):
         end = len(part) - count
         if start or end:
             words.append(
@@ -164,33 +176,8 @@ def _aligned(first: Motion, second: Motion) -> tuple[tuple[Samples, Samples], tu
     return (both[0][:count], both[1][:count]), tuple(words), doubts
 
 
-def _later(first: Motion, second: Motion) -> float:
-    """Samples by which the second component starts after the first; 0 where a start is unknown."""
-    starts = [motion.record.get("start") for motion in (first, second)]
-    if not all(starts):
-        return 0.0
-    one, other = (datetime.fromisoformat(start) for start in starts)  # type: ignore[arg-type]
-    return (other - one).total_seconds() / first.dt
-
-
-def _span(motion: Motion) -> str:
-    start = motion.record.get("start")
-    return f"{motion.duration:g} s from {start}" if start else f"{motion.duration:g} s"
-
-
-def _to(direction: float, azimuth_pair: tuple[float, float] | None) -> str:
-    if azimuth_pair is None:
-        return f"to {direction:g}° clockwise from the first"
-    return f"to {direction:g}° clockwise from north, from {azimuth_pair[0]:g}° and {azimuth_pair[1]:g}°"
-
-
-def _told(motion: Motion, sentences: tuple[str, ...]) -> tuple[str, ...]:
-    """Sentences about one component, each after its name."""
-    return tuple(f"{motion.name}: {sentence}" for sentence in sentences)
-
-
 def _record(first: Motion, second: Motion, azimuth: float | None) -> dict[str, Any]:
-    """Facts that both records state alike, and both values of the facts that tell the components apart."""
+    """Facts that both records state alike, and both values of the facts that distinguish the components."""
     one, other = first.record, second.record
     record = {key: one[key] for key in SHARED if key in one and one[key] == other.get(key)}
     for key in ("id", "file", "sha256", "component"):

@@ -23,8 +23,7 @@ from typing import Any
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.processing.amplitude import in_si, scale_samples, scale_samples_to
+from pounding_risk.motions.motion import Motion, in_si
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.units import DAMPING, PERIOD, PGA, SCALE, STANDARD_GRAVITY, Quantity, shown
 
@@ -52,7 +51,7 @@ def by_factor(motion: Motion, factor: float | str, aim: str = "") -> Motion:
     Motion
         The motion times the factor. Raises RecordError for a factor that is not above 0.
     """
-    return motion.after(scale_samples(motion.acceleration, in_si("scale", factor, SCALE), aim))
+    return motion.scaled(in_si("scale", factor, SCALE), aim)
 
 
 def to_pga(motion: Motion, pga: float | str) -> Motion:
@@ -70,7 +69,7 @@ def to_pga(motion: Motion, pga: float | str) -> Motion:
     Motion
         The motion times one factor.
     """
-    return motion.after(scale_samples_to(motion.acceleration, in_si("pga", pga, PGA), motion.name))
+    return motion.scaled_to(pga)
 
 
 def to_pgv(motion: Motion, pgv: float | str) -> Motion:

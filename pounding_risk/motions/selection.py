@@ -31,13 +31,11 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.copies import copies
 from pounding_risk.motions.matching import Aim, Limits, match
-from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.processing.amplitude import USUAL_FACTORS, in_si
+from pounding_risk.motions.motion import USUAL_FACTORS, Motion, in_si
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.motions.record import recording
+from pounding_risk.motions.record import is_vertical, lowest_usable, recording
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.scaling import by_factor, period_range, spectral_accelerations
-from pounding_risk.motions.source import is_vertical, lowest_usable
 from pounding_risk.motions.target_spectra import Target
 from pounding_risk.units import PGA, shown
 
@@ -99,7 +97,14 @@ class Criteria:
         if self.pga is not None:
             object.__setattr__(self, "pga", tuple(in_si("pga", bound, PGA) for bound in self.pga))
         for key in ("limits", *FILTERS):
-            _check_bounds(key, getattr(self, key))
+            bounds = getattr(self, key)
+            if bounds is None:
+                continue
+            numbers = isinstance(bounds, Sequence) and all(isinstance(bound, int | float) for bound in bounds)
+            if not numbers or len(bounds) != 2 or not bounds[0] <= bounds[1]:
+                raise RecordError(
+                    f"{key}: {shown(bounds)} is no range; give the smallest and the largest, such as (0.25, 4.0)"
+                )
         if self.limits[0] <= 0.0:
             raise RecordError(
                 f"limits: a factor of {self.limits[0]:g} scales nothing; write two above 0, such as 0.25, 4"
@@ -153,7 +158,7 @@ class Selection(ShortRepr):
         low, high = self.wanted.periods
         aim = f"the target {self.target.name} from {low:g} to {high:g} s"
         return tuple(
-            by_factor(_doubted(motion, row.doubts), row.factor, aim) for row in self.rows for motion in row.motions
+            by_factor(motion.doubted(row.doubts), row.factor, aim) for row in self.rows for motion in row.motions
         )
 
     @property
@@ -178,7 +183,7 @@ class Selection(ShortRepr):
     def least_mean_ratio(self) -> float:
         """The least of (arithmetic mean of the scaled spectra / target) over the range.
 
-        ASCE 7-16, 16.2.3.2 asks for 0.9, with "rotd100" and the range from 0.2 of the shortest to 2 of the longest
+        ASCE 7-16, 16.2.3.2 requires 0.9, with "rotd100" and the range from 0.2 of the shortest to 2 of the longest
         first-mode period.
         """
         return float((self.spectra.mean(axis=0) / self.target.at(self.periods)).min())
@@ -213,10 +218,10 @@ class Selection(ShortRepr):
         rule = ""
         if self.wanted.spectrum == "rotd100":
             rule = (
-                f", {'not ' if mean < LEAST_OF_TARGET else ''}the {LEAST_OF_TARGET:g} that ASCE 7-16, 16.2.3.2 asks for"
+                f", {'not ' if mean < LEAST_OF_TARGET else ''}the {LEAST_OF_TARGET:g} that ASCE 7-16, 16.2.3.2 requires"
             )
         return (
-            f"chosen: {len(self.rows)} of {self.considered} candidates, {self.wanted.count} asked for",
+            f"chosen: {len(self.rows)} of {self.considered} candidates, {self.wanted.count} requested",
             f"excluded: {left_out}",
             f"factors: {min(factors):.3g} to {max(factors):.3g}, {limited} of them at a limit",
             f"misfits: {min(misfits):.3g} to {max(misfits):.3g}, root mean square of ln(Sa / target)",
@@ -280,7 +285,12 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
     the same ``rsn``, or else of the same event, date and station; a recording with one, or with more than two, is
     left out. So are records without a fact that a criterion needs, copies, and records whose spectrum is zero.
     """
-    criteria = _criteria(choices)
+    unknown = [key for key in choices if key not in Criteria.__dataclass_fields__]
+    if unknown:
+        raise RecordError(
+            f"{', '.join(unknown)}: no choice of a selection; it takes {', '.join(Criteria.__dataclass_fields__)}"
+        )
+    criteria = Criteria(**choices)
     periods = np.geomspace(*criteria.periods, NODES)
     goal = target.at(periods)
     left_out: Counter[str] = Counter()
@@ -311,23 +321,6 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
         why = ", ".join(f"{count} for {reason}" for reason, count in left_out.items()) or "none was given"
         raise RecordError(f"no record is left of {considered}: {why}; widen the choice")
     return Selection(target, criteria, periods, tuple(chosen), considered, dict(left_out))
-
-
-def _criteria(choices: dict[str, Any]) -> Criteria:
-    unknown = [key for key in choices if key not in Criteria.__dataclass_fields__]
-    if unknown:
-        raise RecordError(
-            f"{', '.join(unknown)}: no choice of a selection; it takes {', '.join(Criteria.__dataclass_fields__)}"
-        )
-    return Criteria(**choices)
-
-
-def _check_bounds(key: str, bounds: Any) -> None:
-    if bounds is None:
-        return
-    numbers = isinstance(bounds, Sequence) and all(isinstance(bound, int | float) for bound in bounds)
-    if not numbers or len(bounds) != 2 or not bounds[0] <= bounds[1]:
-        raise RecordError(f"{key}: {shown(bounds)} is no range; give the smallest and the largest, such as (0.25, 4.0)")
 
 
 def _candidates(motions: list[Motion], criteria: Criteria, left_out: Counter[str]) -> list[tuple[Motion, ...]]:
@@ -399,7 +392,7 @@ def _matched(rows: list[Row], target: Target, criteria: Criteria) -> list[Row]:
     if criteria.count < 2 or len(rows) < 2:
         raise RecordError(
             f"{target.name}: a standard deviation needs two records at least; {len(rows)} can be chosen and "
-            f"{criteria.count} asked for: ask for more, or widen the choice"
+            f"{criteria.count} requested: request more, or widen the choice"
         )
     periods = np.geomspace(*criteria.periods, NODES)
     aim = Aim(periods, np.log(target.at(periods)), target.deviation_at(periods), target.pivot)
@@ -422,12 +415,6 @@ def _doubts(parts: tuple[Motion, ...], criteria: Criteria) -> tuple[str, ...]:
         return ()
     longest = f"{1.0 / lowest:.3g} s"
     return (f"compared up to {criteria.periods[1]:g} s, and usable up to {longest} ({lowest:.4g} Hz) only",)
-
-
-def _doubted(motion: Motion, doubts: tuple[str, ...]) -> Motion:
-    return Motion(
-        motion.name, motion.acceleration, motion.dt, motion.record, motion.processing, (*motion.flags, *doubts)
-    )
 
 
 def _alone(candidates: list[tuple[Motion, ...]], periods: Samples, damping: float) -> Samples:

@@ -12,9 +12,8 @@ Ordinates are pseudo-spectral accelerations: codes go from them to displacements
 
 from __future__ import annotations
 
-import csv
-import re
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import isfinite, sqrt
 from pathlib import Path
@@ -23,13 +22,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pounding_risk._common.inputs import SPECTRUM, Unfit, read_text
+from pounding_risk._common.inputs import SPECTRUM
+from pounding_risk._common.tables import first_line, read_table, split_unit
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import record_sets
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.sites.conditional_spectrum import is_conditional, read_conditional
-from pounding_risk.motions.sites.tables import split_site
-from pounding_risk.units import PERIOD, PGA, STANDARD_GRAVITY, Quantity, QuantityError, parse, shown
+from pounding_risk.motions.sites.places import split_site
+from pounding_risk.units import PERIOD, PGA, STANDARD_GRAVITY, QuantityError, parse, shown
 
 NODES = 200  # periods at which a shape is tabulated, besides its corners
 SHORTEST, LONGEST, LONGEST_EC8 = 0.01, 10.0, 4.0  # s; EN 1998-1 ends at 4 s, and its annex A goes on
@@ -53,7 +53,6 @@ GROUNDS = {
         "E": (1.6, 0.05, 0.25, 1.2),
     },
 }
-_HEADER = re.compile(r".*[\[(]\s*([^\])]+?)\s*[\])]\s*")
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,9 +121,11 @@ class Target:
         if outside.size:
             raise RecordError(
                 f"{self.name}: is given from {self.periods[0]:g} to {self.periods[-1]:g} s, and {outside.flat[0]:g} s "
-                "is asked for; narrow the range of periods"
+                "is requested; narrow the range of periods"
             )
-        return self.shape(at) if self.shape else self._between(at)
+        if self.shape:
+            return self.shape(at)
+        return self._joined(at, self.acceleration, np.log(self.acceleration), np.exp)
 
     @property
     def pivot(self) -> float | None:
@@ -142,17 +143,16 @@ class Target:
         self.at(at)
         if self.deviation is None:
             return np.zeros(at.shape)
+        return self._joined(at, self.deviation, self.deviation)
+
+    def _joined(
+        self, at: Samples, values: Samples, over_log: Samples, back: Callable[[Samples], Samples] = np.asarray
+    ) -> Samples:
+        """Values by straight lines of ``over_log`` over ln(period), and from a period of 0 over the period."""
         start = 1 if self.periods[0] == 0.0 else 0
         first = self.periods[start]
-        joined = np.interp(np.log(np.maximum(at, first)), np.log(self.periods[start:]), self.deviation[start:])
-        return np.where(at < first, np.interp(at, self.periods, self.deviation), joined)
-
-    def _between(self, at: Samples) -> Samples:
-        start = 1 if self.periods[0] == 0.0 else 0
-        periods, values = self.periods[start:], self.acceleration[start:]
-        safe = np.maximum(at, periods[0])
-        joined = np.exp(np.interp(np.log(safe), np.log(periods), np.log(values)))
-        return np.where(at < periods[0], np.interp(at, self.periods, self.acceleration), joined)
+        joined = np.interp(np.log(np.maximum(at, first)), np.log(self.periods[start:]), over_log[start:])
+        return np.where(at < first, np.interp(at, self.periods, values), back(joined))
 
 
 def read_target(text: str | Path, *, damping: float = 0.05) -> Target:
@@ -191,18 +191,13 @@ def read_target(text: str | Path, *, damping: float = 0.05) -> Target:
         carried = record_sets.carried_spectra(name)
         return Target(name, carried.periods, np.exp(np.log(carried.pseudo_acceleration).mean(axis=0)))
     file, poe = split_site(name)
-    if is_conditional(Path(file)):
-        return _conditional(Path(file), poe, damping)
-    return _file(Path(text), damping)
-
-
-def _conditional(path: Path, poe: str, damping: float) -> Target:
-    """The target of a conditional spectrum, which OpenQuake gives for 5 % damping."""
+    if not is_conditional(Path(file)):
+        return _file(Path(text), damping)
     if damping != OF_MODELS:
-        raise RecordError(f"{path}: is for {100 * OF_MODELS:g} % damping; leave the damping of {100 * damping:g} % out")
-    read = read_conditional(path, poe)
-    name = f"{path.stem}{f'#{poe}' if poe else ''}"
-    return Target(name, read.periods, read.median, damping, deviation=read.deviation, origin=read.words)
+        raise RecordError(f"{file}: is for {100 * OF_MODELS:g} % damping; leave the damping of {100 * damping:g} % out")
+    known = read_conditional(Path(file), poe)
+    stem = f"{Path(file).stem}{f'#{poe}' if poe else ''}"
+    return Target(stem, known.periods, known.median, damping, deviation=known.deviation, origin=known.words)
 
 
 def asce7(sds: float, sd1: float, tl: float) -> Target:
@@ -310,14 +305,6 @@ def _tabulated(
     return Target(name, periods, shape(periods), damping, shape)
 
 
-def _asce7_of(values: Mapping[str, Any]) -> Target:
-    return asce7(values["sds"], values["sd1"], values["tl"])
-
-
-def _ec8_of(values: Mapping[str, Any]) -> Target:
-    return eurocode8(values["ag"], values["ground"].upper(), values["type"], values.get("damping", 0.05))
-
-
 def _number(text: str) -> float:
     return float(text.removesuffix(" s").removesuffix(" g"))
 
@@ -326,12 +313,12 @@ def _acceleration(text: str) -> float:
     return parse(text, PGA)  # a_g is quoted in g as often as in m/s²
 
 
-# What a shape takes: how each key is read, its example, and which must be there.
-SHAPES: dict[str, tuple[Callable[[Mapping[str, Any]], Target], dict[str, Callable[[str], Any]], str]] = {
-    "asce7": (_asce7_of, {"sds": _number, "sd1": _number, "tl": _number}, "asce7:sds=1.0,sd1=0.6,tl=8"),
+# What a shape takes: how each key is read, in the order of the arguments, and its example. Only damping may be absent.
+SHAPES: dict[str, tuple[Callable[..., Target], dict[str, Callable[[str], Any]], str]] = {
+    "asce7": (asce7, {"sds": _number, "sd1": _number, "tl": _number}, "asce7:sds=1.0,sd1=0.6,tl=8"),
     "ec8": (
-        _ec8_of,
-        {"ag": _acceleration, "ground": str, "type": int, "damping": float},
+        eurocode8,
+        {"ag": _acceleration, "ground": str.upper, "type": int, "damping": float},
         "ec8:ag=0.25 g,ground=B,type=1",
     ),
 }
@@ -353,54 +340,27 @@ def _shape(name: str, kind: str, parameters: str) -> Target:
     absent = [key for key in readers if key not in values and key != "damping"]
     if absent:
         raise RecordError(f'{name}: says nothing of {" and ".join(absent)}; write "{example}"')
-    return make(values)
+    return make(*(values[key] for key in readers if key in values))
 
 
 def _file(path: Path, damping: float) -> Target:
-    try:
-        lines = read_text(path, SPECTRUM).splitlines()
-    except FileNotFoundError:
-        raise RecordError(
-            f"{path}: no such file, and no shape; write {' or '.join(shape[2] for shape in SHAPES.values())}, or a file"
-        ) from None
-    except Unfit as error:
-        raise RecordError(f"{path}: {error.strerror}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise RecordError(f"{path}: cannot be read as text ({error}); save it as CSV") from None
-    rows = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    if not rows:
-        raise RecordError(f"{path}: has no lines; write a header such as period [s], Sa [g], and the numbers below")
-    mark = next((mark for mark in (";", "\t", ",") if mark in rows[0]), ",")
-    head, *body = csv.reader(rows, delimiter=mark)
-    units = _units(path, head)
-    table = [_row(path, number, words) for number, words in enumerate(body, start=1)]
-    columns = np.array(table, dtype=np.float64).reshape(-1, 2).T
-    return Target(path.stem, columns[0] * units[0], columns[1] * units[1], damping)
-
-
-def _units(path: Path, head: list[str]) -> tuple[float, float]:
-    """The factor of each column to SI."""
+    if not os.path.exists(path):  # False for a name that is too long, too
+        shapes = " or ".join(shape[2] for shape in SHAPES.values())
+        raise RecordError(f"{path}: no such file, and no shape; write {shapes}, or a file")
+    repair = "write a header such as period [s], Sa [g], and a period and an ordinate in each row below"
+    mark = next((mark for mark in ";\t" if mark in first_line(path)), ",")
+    table = read_table(path, repair, error=RecordError, most=SPECTRUM, mark=mark)
     sizes = []
-    quantities: tuple[Quantity, Quantity] = (PERIOD, PGA)
-    for words, quantity in zip(head, quantities, strict=False):
-        unit = _HEADER.fullmatch(words)
+    for words, quantity in zip(table.head, (PERIOD, PGA), strict=False):
+        _, unit = split_unit(words.replace("(", "[").replace(")", "]"))
         try:
-            sizes.append(parse(f"1 {unit[1]}", quantity) if unit else 0.0)
+            sizes.append(parse(f"1 {unit}", quantity) if unit else 0.0)
         except QuantityError as error:
-            raise RecordError(f'{path}: the column "{words.strip()}": {error}') from None
-    if len(head) != 2 or 0.0 in sizes:
+            raise RecordError(f'{path}: the column "{words}": {error}') from None
+    if len(table.head) != 2 or 0.0 in sizes:
         raise RecordError(
-            f'{path}: the first line is "{", ".join(words.strip() for words in head)}"; it must name two columns with '
-            "their units in brackets, such as period [s], Sa [g]: units are not guessed"
+            f'{path}: the first line is "{", ".join(table.head)}"; it must name two columns with their units in '
+            "brackets, such as period [s], Sa [g]: units are not guessed"
         )
-    return sizes[0], sizes[1]
-
-
-def _row(path: Path, number: int, words: list[str]) -> tuple[float, float]:
-    try:
-        period, value = (float(word) for word in words)
-    except ValueError:
-        raise RecordError(
-            f"{path}: row {number} is {shown(', '.join(words))}; write a period and an ordinate"
-        ) from None
-    return period, value
+    values = np.array([[table.number(row, name) for name in table.head] for row in table.rows])
+    return Target(path.stem, values[:, 0] * sizes[0], values[:, 1] * sizes[1], damping)

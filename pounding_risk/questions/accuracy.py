@@ -22,6 +22,10 @@ from pounding_risk.render.sheet import (
 if TYPE_CHECKING:
     import xarray as xr
 
+ORDER = 70
+FUNCTION = "lab.accuracy"
+FIGURES = {"": "accuracy.accuracy_figure"}
+UNIT = "settings"
 HEADS = ("displacement", "force", "count", "yields", "first touch", "gap")
 
 

@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from pounding_risk.studies.advice import Advice
     from pounding_risk.studies.advice_stiffness import StiffnessRange
 
+ORDER = 65
+FUNCTION = "studies.advice"
+FIGURES = {"": "advice.advice_figure"}
+UNIT = "scans"
 Row = list[Cell | str]
 
 

@@ -4,14 +4,39 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pounding_risk.assessment.amplification import ratio_words, reference_name, table_rows, told_words
+from pounding_risk.assessment.amplification import (
+    amplification_table,
+    ratio_words,
+    reference_name,
+    table_rows,
+    told_words,
+)
 from pounding_risk.assessment.spectra import motions_words
+from pounding_risk.questions._declaration import FROM_TO, RANGE, Option, text_file
 from pounding_risk.questions.notes import notes_of
 from pounding_risk.render.sheet import Block, Cell, facts, head, number, paragraph, percent, table
 
 if TYPE_CHECKING:
     import xarray as xr
 
+ORDER = 126
+FUNCTION = "assessment.amplification"
+SUBJECT = "records"
+UNIT = "runs"
+FIGURES = {"": "amplification_chart.amplification_figure"}
+FILES = {
+    "table": text_file(
+        "Write the whole table", ".csv", lambda dataset: amplification_table(dataset).to_csv(index=False)
+    )
+}
+OPTIONS = {
+    "ratios": RANGE,
+    "periods": Option("--period", list[str]),
+    "gaps": FROM_TO,
+    "gap_shares": RANGE,
+    "damping": Option(kind=list[str]),
+    "percentiles": Option("--percentile"),
+}
 Row = list[Cell | str]
 
 

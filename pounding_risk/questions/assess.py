@@ -2,18 +2,136 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+import xarray as xr
+
+from pounding_risk.assessment.along import IDLE as IDLE_AXES
+from pounding_risk.assessment.along import OWN
+from pounding_risk.assessment.assess import plain
+from pounding_risk.assessment.setback import ASSUMED
+from pounding_risk.errors import PoundingError
 from pounding_risk.questions import adequacy, rates
+from pounding_risk.questions._declaration import text_file
+from pounding_risk.questions.along import sheet as along_sheet
 from pounding_risk.questions.required_gap import enough
 from pounding_risk.questions.rules import rules
+from pounding_risk.questions.setback import sheet as setback_sheet
+from pounding_risk.questions.uncertainty import sheet as uncertainty_sheet
 from pounding_risk.render.sheet import KEPT, MISSING, Block, count, head, heading, listing, number, paragraph, table
+from pounding_risk.results.kinds import kind_of
+from pounding_risk.results.scene_axes import check_settled, open_axes
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
 
 
-def sheet(assessment: Assessment) -> list[Block]:
+ORDER = 130
+FUNCTION = "assessment.assess"
+SAMPLE = "sample"  # the axis of uncertain numbers
+IDLE = ("gap", "intensity", "hazard", "gmfs", "site", "target_rate", "figure")  # of a setback
+
+
+def answer(results: Any, *, setback: bool = False, **options: Any) -> Any:
+    """The assessment that fits a dataset: of its gaps, along its axes, over its samples, or of setbacks.
+
+    Parameters
+    ----------
+    setback : bool
+        Instead: distance of each building from a property line.
+
+    Returns
+    -------
+    Assessment, xarray.Dataset or tuple of Setback
+        As `assess`, `assess_along`, `uncertainty` or `setbacks` gives it.
+    """
+    axes = [] if isinstance(results, Path) else [axis.name for axis in open_axes(results)]
+    if setback:
+        from pounding_risk.assessment.setback import setbacks
+
+        return setbacks(results, **options)
+    if not axes:
+        from pounding_risk.assessment.assess import assess
+
+        return assess(results, **options)
+    of_places = [name for name in ("hazard", "gmfs") if name in options]
+    if axes == [SAMPLE]:
+        from pounding_risk.assessment.uncertain import uncertainty
+
+        for name in of_places:
+            raise PoundingError(
+                f"{name}: is not joined with samples of uncertain numbers; choose one with --select sample=0"
+            )
+        return uncertainty(results, **options)
+    if of_places or "intensity" in options:
+        check_settled(results)
+    from pounding_risk.assessment.along import assess_along
+
+    return assess_along(results, **options)
+
+
+def check(given: Mapping[str, Any]) -> None:
+    """Raise PoundingError for options that a setback does not take."""
+    for name in IDLE if given.get("setback") else ():
+        if name in given:
+            raise PoundingError(f"{name}: is not taken with --setback, which no neighbour enters; leave it out")
+
+
+def drawing(assessed: Any) -> str:
+    """The figure of an answer."""
+    if not isinstance(assessed, xr.Dataset):
+        return "assess.assessment_figure"
+    return "uncertainty.uncertainty_figure" if kind_of(assessed) == "uncertainty" else "along.along_figure"
+
+
+def as_json(assessed: Any) -> str:
+    """All of an answer as JSON."""
+    return json.dumps(_facts(assessed), ensure_ascii=False, indent=1) + "\n"
+
+
+def _facts(assessed: Any) -> Any:
+    if isinstance(assessed, tuple):
+        return plain({"assumed": ASSUMED, "setbacks": [asdict(one) for one in assessed]})
+    if not isinstance(assessed, xr.Dataset):
+        return assessed.as_dict()
+    if kind_of(assessed) == "uncertainty":
+        raise PoundingError(
+            "out: samples of uncertain numbers are written by `pounding-risk uncertainty RESULTS -o uncertainty.nc`"
+        )
+    rows = assessed.to_dataframe().reset_index().astype(object)
+    attributes = dict(assessed.attrs) | {name: json.loads(assessed.attrs[name]) for name in (OWN, IDLE_AXES)}
+    return attributes | {"places": rows.where(rows.notna(), None).to_dict("records")}
+
+
+FIGURES = {"": drawing}
+FILES = {"out": text_file("", ".json", as_json)}
+
+
+def sheet(assessment: Any) -> list[Block]:
+    """The sheet of an answer, by its kind.
+
+    Parameters
+    ----------
+    assessment : Assessment, xarray.Dataset or tuple of Setback
+        As `answer` gives it.
+    """
+    if isinstance(assessment, tuple):
+        return setback_sheet(assessment)
+    if not isinstance(assessment, xr.Dataset):
+        return gaps(assessment)
+    if kind_of(assessment) == "uncertainty":
+        more = (
+            "`pounding-risk uncertainty` has more of this; `--select sample=0` gives the whole assessment of a sample"
+        )
+        return [*uncertainty_sheet(assessment), paragraph(more)]
+    return along_sheet(assessment)
+
+
+def gaps(assessment: Assessment) -> list[Block]:
     """The verdicts, then the tables of each interface, left to right.
 
     Parameters

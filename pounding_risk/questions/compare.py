@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import isnan, nan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from pounding_risk.questions._declaration import Option
 from pounding_risk.render.sheet import (
     Block,
     Cell,
@@ -21,7 +23,8 @@ from pounding_risk.render.sheet import (
 )
 from pounding_risk.results.summary import failures
 from pounding_risk.results.tolerance_check import findings
-from pounding_risk.studies.compare_along import FLIPPED, is_along, keys_along, rows_along, widest_along
+from pounding_risk.scene.scene import Scene
+from pounding_risk.studies.compare_along import FLIPPED, check_drawn, is_along, keys_along, rows_along, widest_along
 from pounding_risk.studies.compare_findings import (
     AT_SOME,
     FIRST_TWO,
@@ -39,6 +42,13 @@ from pounding_risk.studies.compare_findings import (
 if TYPE_CHECKING:
     import xarray as xr
 
+ORDER = 60
+FUNCTION = "studies.compare"
+OPTIONS = {"laws": Option("--law")}
+FIGURES = {
+    "": lambda comparison: "compare.agreement_along_figure" if is_along(comparison) else "compare.agreement_figure",
+    "-impacts": lambda comparison: "" if is_along(comparison) else "compare.reference_figure",
+}
 Row = list[Cell | str]
 # Whether the yield force acts in a law, of a row where each interface has a model of its own at some of them.
 YIELDS: dict[int, list[str]] = {0: [], 1: ["yields at F_E"], AT_SOME: ["yields at F_E at some interfaces"]}
@@ -195,3 +205,18 @@ def _range(law: str, low: float, high: float) -> Cell | str:
     """The 16 to 84 % range of a ratio, and the law that has it."""
     cell = between(low, high, "1", 3)
     return "–" if isnan(high) else cell | {"text": f"{cell['text']} ({law})"}
+
+
+def check(given: Mapping[str, Any]) -> None:
+    """Raise PoundingError for a figure that cannot be drawn, and for an interface that the scene has not."""
+    study = given["study"]
+    if isinstance(study, Scene):
+        if "figure" in given:
+            check_drawn(study.axes, "--figure")
+        if "interface" in given:
+            index_of_interface(study.interface_names, given["interface"])
+
+
+def failed(comparison: xr.Dataset) -> bool:
+    """Whether a run failed."""
+    return bool(failures(comparison))

@@ -5,13 +5,18 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from pounding_risk.assessment.damage_words import POUNDING, case_words, finding, measure_words
+from pounding_risk.assessment.damage_words import POUNDING, case_words, damage_table, finding, measure_words
+from pounding_risk.questions._declaration import text_file
 from pounding_risk.render.sheet import Block, Cell, between, count, figure, head, listing, number, paragraph, table
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+ORDER = 137
+FUNCTION = "assessment.damage"
+FIGURES = {"": "damage.damage_figure", "ida": "damage.ida_figure"}
+FILES = {"out": text_file("", ".csv", damage_table)}
 Row = list[Cell | str]
 
 

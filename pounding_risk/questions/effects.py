@@ -23,6 +23,11 @@ from pounding_risk.units import MISSING
 if TYPE_CHECKING:
     import xarray as xr
 
+ORDER = 80
+FUNCTION = "lab.effects"
+FIGURES = {"": "effects.effects_figure"}
+UNIT = "scans"
+OPTIONS = {"repeats": None}
 HEADS = {
     "peak_relative_displacement": "displacement",
     "peak_contact_force": "force",

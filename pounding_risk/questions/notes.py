@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
     from pounding_risk.render.sheet import Block
 
+FASTER = "faster than the range of the restitution relation, which is held at its end there"
 FEW_RECORDS = 3  # records that share a note and are all named in it
 
 

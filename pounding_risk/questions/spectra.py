@@ -2,15 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
-from pounding_risk.assessment.spectra import motions_words, shortfalls, table_rows, usual_percentile
+from pounding_risk._common.words import nearest
+from pounding_risk.assessment.spectra import charted, motions_words, shortfalls, table_rows, usual_percentile
+from pounding_risk.errors import PoundingError
+from pounding_risk.questions._declaration import FROM_TO, Option
 from pounding_risk.questions.notes import notes_of
 from pounding_risk.render.sheet import Block, Cell, amount, facts, head, number, paragraph, percent, table
 
 if TYPE_CHECKING:
     import xarray as xr
 
+ORDER = 125
+FUNCTION = "assessment.spectra"
+SUBJECT = "records"
+UNIT = "records"
+FIGURES = {"": "spectra.gap_spectra_figure"}
+OPTIONS = {
+    "periods": FROM_TO,
+    "right_periods": FROM_TO,
+    "damping": Option(kind=list[str]),
+    "percentiles": Option("--percentile"),
+    "rules": Option("--rule", list[str], help="Of the figure, a rule of the table; twice. By default srss and cqc."),
+}
 Row = list[Cell | str]
 SIDES = ("left", "right")
 
@@ -34,6 +50,17 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
         _facts(dataset),
         *notes_of(dataset),
     ]
+
+
+def check(given: Mapping[str, Any]) -> None:
+    """Raise PoundingError for rules of the figure that are not two of those of the table."""
+    rules, known = given.get("rules", ()), charted()
+    for rule in rules:
+        if rule not in known:
+            words = f'"{rule}" is none of the table{nearest(rule, known)}, which has {", ".join(known)}'
+            raise PoundingError(f"rules: {words}")
+    if rules and len(set(rules)) != 2:
+        raise PoundingError("rules: the figure shows two rules; name two, such as --rule srss --rule eurocode8")
 
 
 def _gaps(dataset: xr.Dataset) -> Block:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk.assessment.uncertain_samples import ALL_MOTIONS
 from pounding_risk.assessment.uncertain_words import (
     OUTPUT_WORDS,
     gap_scatter,
@@ -15,6 +17,8 @@ from pounding_risk.assessment.uncertain_words import (
     parts_words,
     samples_words,
 )
+from pounding_risk.errors import PoundingError
+from pounding_risk.questions._declaration import Option
 from pounding_risk.questions.notes import of_records
 from pounding_risk.render.sheet import (
     Block,
@@ -31,18 +35,25 @@ from pounding_risk.render.sheet import (
     probability,
     table,
 )
+from pounding_risk.scene.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+ORDER = 135
+FUNCTION = "assessment.uncertain"
+SUBJECT = "scene or results"
+UNIT = "batches"
+FIGURES = {"": "uncertainty.uncertainty_figure"}
+OPTIONS = {"sobol": Option(kind=int)}
 Row = list[Cell | str]
 Heads = list[tuple[str, str]]
 ALONE = "motions alone"  # the curve of the dispersion within a sample
 GAP_ROWS = 9  # gaps of the table of P(contact)
 
 
-def sheet(dataset: xr.Dataset, *, tornado: bool = True) -> list[Block]:
+def sheet(dataset: xr.Dataset, *, tornado: bool = False) -> list[Block]:
     """The verdict on each interface with its tables, the figure, and what is assumed.
 
     Parameters
@@ -177,6 +188,21 @@ def _indices(part: xr.Dataset) -> Block:
 
 def _share(one: xr.Dataset, name: str) -> list[Cell]:
     return [number(one[name], "%", 2), between(one[f"{name}_low"], one[f"{name}_high"], "%", 2)]
+
+
+def check(given: Mapping[str, Any]) -> None:
+    """Raise PoundingError for a tornado of what has none."""
+    source = given["source"]
+    if not given.get("tornado"):
+        return
+    if isinstance(source, Path) and source.suffix.lower() == ".toml":
+        return  # not opened yet
+    if not isinstance(source, Scene):
+        raise PoundingError(
+            "tornado: each number is moved alone in a run of the scene, which a dataset has not; name the scene"
+        )
+    if source.uncertain is not None and source.uncertain.is_drawn:
+        raise PoundingError(f"tornado: is over all motions, and one is drawn with each sample; {ALL_MOTIONS}")
 
 
 def _tornado(part: xr.Dataset) -> Block:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pounding_risk.lab.verification.property import bounds, plain, rounded
 from pounding_risk.lab.verification.run import EXACT, RUNGS, said, share
+from pounding_risk.questions._declaration import File, Option
 from pounding_risk.render.sheet import Block, Cell, facts, figure, heading, listing, paragraph, table
 
 if TYPE_CHECKING:
@@ -15,6 +16,13 @@ if TYPE_CHECKING:
 
     from pounding_risk.lab.verification import Check, Property, Verification
 
+ORDER = 88
+FUNCTION = "lab.verification.run"
+OPTIONS = {"cases": Option(kind=list[str], metavar="[CASE | PROPERTY | FILE | FOLDER]", is_argument=True)}
+FILES = {"out": File((".html", ".pdf"), "", "reports.verification.verification_page")}
+FIGURES = {"": "verification.outcome_figure"}
+HELP = "Ends with status 1 where a value is unacceptable or a property fails."
+DISAGREES = 1  # exit status
 HEADS = (
     *(("case", "l"), ("quantity", "l"), ("source", "l"), ("kind", "l"), ("published", "r"), ("ours", "r")),
     *(("difference", "r"), ("tolerance effect", "r"), ("", "l")),
@@ -45,6 +53,11 @@ def sheet(outcome: Verification) -> list[Block]:
         *map(paragraph, far),
         paragraph(outcome.finding()),
     ]
+
+
+def status(outcome: Verification) -> int:
+    """Exit status of the command."""
+    return DISAGREES if outcome.unacceptable or outcome.failing else 0
 
 
 def sections_of(outcome: Verification) -> list[tuple[str, str, list[Block]]]:
@@ -211,7 +224,7 @@ def _number(value: float, unit: str) -> str:
 
 def _unreached(outcome: Verification) -> list[Block]:
     """What is not among the cases, on the page of all that ship."""
-    from pounding_risk.lab.verification.properties import PROPERTIES
+    from pounding_risk.lab.verification.run import PROPERTIES
     from pounding_risk.lab.verification.unreached import EXPERIMENTS, UNREACHED
 
     if len(outcome.properties) < len(PROPERTIES):

@@ -17,8 +17,6 @@ from pounding_risk.units import MISSING, SHOWN, rounded
 Block = dict[str, Any]
 Cell = dict[str, Any]
 
-DRAWN = (7.2, 3.5)  # inches, of a figure that a section draws
-SMALL = 8.5  # points, of legends and notes in it
 LONG = 24  # rows of a table that stands whole in the text
 KEPT = 12  # rows of a longer one that stay there; all of them stand in the appendix
 

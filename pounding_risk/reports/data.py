@@ -15,7 +15,6 @@ from pounding_risk._common.files import checksum
 from pounding_risk.assessment.along import Place, assess_along, usual_place
 from pounding_risk.assessment.demands import interfaces
 from pounding_risk.assessment.row import RowCase, row_case
-from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.attributes import told
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
-    from pounding_risk.assessment.separations.table import CodeTable
 
 NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "status", "simulated")
 ADDED = ("peak_closing_free", "record_spectral_acceleration", "building_period")
@@ -58,12 +56,11 @@ NOT_SIGNED = Signature()
 
 
 class Pair(NamedTuple):
-    """One interface: its assessment, separations of codes, and its part of the dataset."""
+    """One interface: its assessment and its part of the dataset."""
 
     name: str
     anchor: str
     assessed: InterfaceAssessment
-    codes: CodeTable
     results: xr.Dataset  # at the amplitude that is assessed
     at: str  # this amplitude in words
 
@@ -103,14 +100,12 @@ class ReportData:
 
     @cached_property
     def pairs(self) -> tuple[Pair, ...]:
-        """Every interface with its assessment and codes, left to right."""
+        """Every interface with its assessment, left to right."""
         parts = zip(self.assessment.interfaces, interfaces(self.results), strict=True)
-        return tuple(self._pair(number, assessed, part) for number, (assessed, (_, part)) in enumerate(parts, start=1))
-
-    def _pair(self, number: int, assessed: InterfaceAssessment, results: xr.Dataset) -> Pair:
-        results = at_amplitude(results, assessed.amplitude)
-        codes = code_table(results, self.assessment.percentile)
-        return Pair(assessed.name, f"interface-{number}", assessed, codes, results, f", motions {assessed.at}")
+        return tuple(
+            Pair(one.name, f"interface-{number}", one, at_amplitude(part, one.amplitude), f", motions {one.at}")
+            for number, (one, (_, part)) in enumerate(parts, start=1)
+        )
 
     @property
     def several(self) -> bool:

@@ -47,9 +47,7 @@ def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = prin
     drawn = {
         "paper.png": figures.comparison_figure([elastic, plastic], note=assumed.replace("F_E", "$F_E$")),
         "impacts.png": figures.impact_figure(runs.figure_4(), note=runs.STRIKER_NOTE),
-        "yield_force.png": figures.window_figure(
-            window.searched, (window.low, window.high), note=f"{_damping(study)} assumed"
-        ),
+        "yield_force.png": figures.scan_figure(window.searched, note=f"{_damping(study)} assumed"),
         "map.png": figures.scan_figure(ensemble, note=f"{_damping(study)} assumed"),
         "ratio.png": figures.ratio_figure(ensemble, note=f"{_damping(study)} assumed"),
     }

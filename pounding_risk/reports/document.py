@@ -1,8 +1,9 @@
 """The document of a report: sections of blocks, numbered, with an appendix of whole tables.
 
 Sections are the modules of the folder `sections`. Each has ``TITLE``, ``ORDER``, which is its place in the report, and
-``write``, which makes blocks from a `ReportData` and draws the figures that only this section has. A section without
-blocks is left out. Tables longer than `LONG` rows keep some rows in the text and stand whole in the appendix.
+``write``, which makes blocks from a `ReportData`; those that show one other answer are rows of `sections/answers.py`. A
+section without blocks is left out. Tables longer than `LONG` rows keep some rows in the text and stand whole in the
+appendix.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pounding_risk.figures.style import svg_text
 from pounding_risk.render.sheet import LONG, Block, paragraph
 from pounding_risk.reports import sections as folder
 from pounding_risk.reports.data import ReportData
+from pounding_risk.reports.sections import answers
 
 Document = dict[str, Any]
 APPENDIX = "Whole tables"
@@ -30,10 +32,13 @@ class Section(NamedTuple):
 
 
 def find_sections() -> dict[str, Section]:
-    """The sections of the folder by module name, in the order that the modules state."""
-    modules = [import_module(f"{folder.__name__}.{found.name}") for found in iter_modules(folder.__path__)]
-    ordered = sorted(modules, key=lambda module: module.ORDER)
-    return {module.__name__.rpartition(".")[2]: Section(module.TITLE, module.write) for module in ordered}
+    """The sections of the folder by name, in their order."""
+    rows = list(answers.ROWS)
+    for name in (found.name for found in iter_modules(folder.__path__)):
+        module = import_module(f"{folder.__name__}.{name}")
+        if module is not answers:
+            rows.append((name, module.ORDER, module.TITLE, module.write))
+    return {name: Section(title, write) for name, _, title, write in sorted(rows, key=lambda row: row[1])}
 
 
 SECTIONS = find_sections()

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from pounding_risk.assessment.demands import open_dataset
-from pounding_risk.assessment.row import RowCase, row_case
+from pounding_risk.assessment.row import row_case
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import check_target
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 FIGURES = (".png", ".svg", ".pdf")
 Footprints = Mapping[str, ArrayLike | Sequence[ArrayLike]]
@@ -80,37 +79,25 @@ def draw(
     if len(listed) > 1 and (set(targets) != {"plan"} or moving is not None):
         raise PoundingError(f"{len(listed)} datasets are given: only a plan shows several rows; name one dataset")
     opened = [open_dataset(dataset)[0] for dataset in listed]
-    written = () if moving is None else (_animated(opened[0], moving),)
-    if not targets:
-        return written
-    options = {"gap": gap, "contact_model": contact_model, "yield_force": yield_force}
-    options |= {"pga": pga, "intensity_level": intensity_level}
-    cases = [row_case(dataset, **options) for dataset in opened]  # type: ignore[arg-type]
-    drawn = {name: _figure(name, cases, street, building) for name in targets}
-    from pounding_risk.figures.style import write
+    written = []
+    if moving is not None:
+        from pounding_risk.reports.animation import animate
 
-    return (*written, *(write(drawn[name], target) for name, target in targets.items()))
+        written.append(animate(opened[0], moving))
+    if targets:
+        from pounding_risk import figures
 
-
-def _animated(run: xr.Dataset, target: Path) -> Path:
-    from pounding_risk.reports.animation import animate
-
-    return animate(run, target)
-
-
-def _figure(name: str, cases: list[RowCase], street: Any, building: Sequence[str]) -> Figure:
-    if name == "elevation":
-        from pounding_risk.figures.elevation import elevation_figure
-
-        return elevation_figure(cases[0])
-    if name == "profiles":
-        from pounding_risk.figures.storey_profiles import profiles_figure
-
-        return profiles_figure(cases[0], building)
-    from pounding_risk.figures.plan_view import plan_figure
-
-    footprints = footprints_of(street) if isinstance(street, str | Path) else street
-    return plan_figure(cases, footprints)
+        case: dict[str, Any] = {"gap": gap, "contact_model": contact_model, "yield_force": yield_force}
+        cases = [row_case(one, **case, pga=pga, intensity_level=intensity_level) for one in opened]
+        footprints = footprints_of(street) if isinstance(street, str | Path) and plan is not None else street
+        drawing = {
+            "elevation": lambda: figures.elevation_figure(cases[0]),
+            "plan": lambda: figures.plan_figure(cases, footprints),
+            "profiles": lambda: figures.profiles_figure(cases[0], building),
+        }
+        drawn = {name: drawing[name]() for name in targets}
+        written += [figures.write(drawn[name], target) for name, target in targets.items()]
+    return tuple(written)
 
 
 def footprints_of(street: str | Path) -> dict[str, tuple[Any, ...]]:

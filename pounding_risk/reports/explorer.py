@@ -381,8 +381,7 @@ def row_pictures(dataset: xr.Dataset) -> str:
     if "contact_point_impact_count" not in dataset or open_axes(dataset):
         return ""
     from pounding_risk.assessment.row import row_case
-    from pounding_risk.figures.elevation import elevation_figure
-    from pounding_risk.figures.plan_view import plan_figure
+    from pounding_risk.figures.row import elevation_figure, plan_figure
     from pounding_risk.figures.style import svg_text
 
     case = row_case(dataset)

@@ -97,6 +97,13 @@ class Pounding(ShortRepr):
     def __init__(self, dataset: xr.Dataset) -> None:
         self._dataset = dataset
 
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        """A question about results that has no method here: that of its function."""
+        function = None if name.startswith("_") else getattr(pounding_risk, name, None)
+        if function is None or next(iter(signature(function).parameters), "") != "results":
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        return _bound(function, self)
+
     @property
     def kind(self) -> str:
         """The call that made the dataset, such as scan, simulate or spectra; "" where none did."""

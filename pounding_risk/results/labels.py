@@ -12,8 +12,7 @@ from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.effects import EFFECTS, acts_on_law, bare, references
 from pounding_risk.motions.intensity import LEAST_PERIOD, response_spectra
 from pounding_risk.motions.levels import PEAK, Measure
-from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.processing.amplitude import USUAL_FACTORS
+from pounding_risk.motions.motion import USUAL_FACTORS, Motion
 from pounding_risk.motions.record import recording_numbers
 from pounding_risk.motions.scaling import peak_velocities
 from pounding_risk.results.attributes import as_text, versions

@@ -66,7 +66,7 @@ class Summary(ShortRepr):
 
 
 def summary(results: xr.Dataset | str | Path) -> Summary:
-    """Count the cases of a scan, and compute the spread of every variable.
+    """How a dataset's cases ended, and the range of outputs.
 
     Parameters
     ----------

@@ -11,9 +11,8 @@ from pounding_risk.motions.levels import FACTOR, PEAK
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.own_grounds import read_own, set_beside
 from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality
-from pounding_risk.motions.record import STILL
+from pounding_risk.motions.record import STILL, lowest_usable
 from pounding_risk.motions.request import INTENSITY, conflicts
-from pounding_risk.motions.source import lowest_usable
 from pounding_risk.scene.scene import Scene
 from pounding_risk.units import shown
 

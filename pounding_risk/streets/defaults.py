@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
@@ -12,17 +11,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH, USUAL_DEPTH
 from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.models.structures.typologies import EUROPEAN, known_typology
-from pounding_risk.streets.hazus import (
-    FAMILIES,
-    LEVELS,
-    OF_TYPOLOGY,
-    Chain,
-    Type,
-    chain,
-    family_of,
-    level_of,
-    type_of,
-)
+from pounding_risk.streets.hazus import FAMILIES, LEVELS, OF_TYPOLOGY, Chain, Type, chain, family_of, level_of, type_of
 from pounding_risk.streets.table import AREA, HEIGHT, LOAD, STOREYS, Entry, Mapped
 from pounding_risk.units import (
     DAMPING,
@@ -46,8 +35,6 @@ FACING = Quantity("1", 0.0, 1.0, "share of a front", open_high=True, example="0.
 STATED = "stated for buildings without one"
 CHAINS = ("typology", "hazus")
 OF_HAZUS = ("hazus type", "code level")  # columns that no storeys of a typology are made of
-
-Fill = Callable[[str, str, str], None]  # column, value, rule
 
 
 @dataclass(frozen=True)
@@ -194,166 +181,152 @@ def unnamed(number: int) -> str:
 
 def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
     """The building of an entry, the ``number``-th of its file, with missing values filled in."""
-    values = entry.values
-    name, street = values.get("name", unnamed(number)), values.get("street", "")
-    where = f"{entry.place}, {name}"
-
-    def fill(column: str, value: str, rule: str) -> None:
-        notes.filled.append(Filled(street, name, column, value, rule))
-
-    by_type = ("typology",) if "hazus type" in values else ()
-    unused = by_type if rules.chain == "hazus" else OF_HAZUS
-    for column, value, rule in entry.derived:
-        if column not in unused:
-            fill(column, value, rule)
-    if "name" not in values:
-        fill("name", name, "its place in the file")
-    of_type = FAMILIES[family_of(values["hazus type"])].typology if family_of(values.get("hazus type", "")) else ""
-    named = values.get("typology") or of_type or rules.typology
-    typology = "_".join(named.lower().split())  # "Concrete frame" is concrete_frame
-    family = _family(where, values, typology, rules, notes)
-    height, storeys = _size(where, values, _of_height(family, values, rules), notes, fill)
-    if "typology" not in values and "hazus type" not in (values if family else ()):
-        fill("typology", typology, f"its hazus type {values['hazus type']}" if of_type else STATED)
-    kind = type_of(family, storeys) if family else None
-    _check_typology(where, typology, height, "period" in values or kind is not None, notes)
-    damping = values.get("damping", kind.damping if kind else rules.damping)
-    if "damping" not in values:
-        fill("damping", say(damping, DAMPING), f"Hazus, {kind.name}" if kind else STATED)
-    walls = values.get("left wall", nan), values.get("right wall", nan)
-    if walls[0] >= walls[1]:
-        notes.faults.append(f"{where}, right wall: is not to the right of its left wall; exchange the two")
-    mass = _floor_mass(where, entry, rules, notes, fill)
-    depth = values.get("floor depth", rules.floor_depth)
-    if "floor depth" not in values:
-        fill("floor depth", say(depth, FLOOR_DEPTH), STATED)
-    facts = (height, storeys, typology, mass, damping, values.get("period"), depth, values.get("gap", nan))
-    storey_chain = (
-        None if kind is None or isnan(mass) else _chain(where, kind, values, (storeys, mass), rules, notes, fill)
-    )
-    return House(name, street, *facts, walls, entry.footprint, entry.mapped, entry.place, storey_chain)
+    return _Completed(number, entry, rules, notes).house()
 
 
-def _family(where: str, values: Mapping[str, Any], typology: str, rules: Rules, notes: Notes) -> str:
-    """The family of Hazus that storeys are made of: as given, or that of the typology; "" for storeys of a typology."""
-    if rules.chain != "hazus":
+class _Completed:
+    """An entry whose missing values are filled by rule, each with a note."""
+
+    def __init__(self, number: int, entry: Entry, rules: Rules, notes: Notes) -> None:
+        self.entry, self.values, self.rules, self.notes = entry, entry.values, rules, notes
+        self.name, self.street = self.values.get("name", unnamed(number)), self.values.get("street", "")
+        self.where = f"{entry.place}, {self.name}"
+
+    def fill(self, column: str, value: str, rule: str) -> None:
+        """Note a value that a rule gave."""
+        self.notes.filled.append(Filled(self.street, self.name, column, value, rule))
+
+    def fault(self, words: str) -> None:
+        """Note what is wrong; ``words`` begin with the column, or with what the entry does."""
+        self.notes.faults.append(f"{self.where}{words}")
+
+    def house(self) -> House:
+        """The building."""
+        values, rules = self.values, self.rules
+        by_type = ("typology",) if "hazus type" in values else ()
+        unused = by_type if rules.chain == "hazus" else OF_HAZUS
+        for column, value, rule in self.entry.derived:
+            if column not in unused:
+                self.fill(column, value, rule)
+        if "name" not in values:
+            self.fill("name", self.name, "its place in the file")
+        of_type = FAMILIES[family_of(values["hazus type"])].typology if family_of(values.get("hazus type", "")) else ""
+        named = values.get("typology") or of_type or rules.typology
+        typology = "_".join(named.lower().split())  # "Concrete frame" is concrete_frame
+        family = self._family(typology)
+        height, storeys = self._size(family)
+        if "typology" not in values and "hazus type" not in (values if family else ()):
+            self.fill("typology", typology, f"its hazus type {values['hazus type']}" if of_type else STATED)
+        kind = type_of(family, storeys) if family else None
+        try:
+            known = known_typology(typology)
+            if "period" not in values and kind is None and not isnan(height):
+                known.period(height)
+        except PoundingError as error:
+            self.fault(f", typology: {error}")
+        damping = values.get("damping", kind.damping if kind else rules.damping)
+        if "damping" not in values:
+            self.fill("damping", say(damping, DAMPING), f"Hazus, {kind.name}" if kind else STATED)
+        walls = values.get("left wall", nan), values.get("right wall", nan)
+        if walls[0] >= walls[1]:
+            self.fault(", right wall: is not to the right of its left wall; exchange the two")
+        mass = self._floor_mass()
+        depth = values.get("floor depth", rules.floor_depth)
+        if "floor depth" not in values:
+            self.fill("floor depth", say(depth, FLOOR_DEPTH), STATED)
+        facts = (height, storeys, typology, mass, damping, values.get("period"), depth, values.get("gap", nan))
+        storey_chain = None if kind is None or isnan(mass) else self._chain(kind, storeys, mass)
+        entry = self.entry
+        return House(self.name, self.street, *facts, walls, entry.footprint, entry.mapped, entry.place, storey_chain)
+
+    def _family(self, typology: str) -> str:
+        """The family of Hazus that storeys are made of: as given, or of the typology; "" for storeys of a typology."""
+        if self.rules.chain != "hazus":
+            return ""
+        given = self.values.get("hazus type", "")
+        family = family_of(given) if given else OF_TYPOLOGY.get(typology.removesuffix(EUROPEAN), "")
+        if family and type_of(family, 1) is not None:
+            return family
+        if given:
+            known = ", ".join(name for name in FAMILIES if type_of(name, 1))
+            self.fault(f", hazus type: {shown(given)} has no storeys here; it may be {known}")
         return ""
-    given = values.get("hazus type", "")
-    family = family_of(given) if given else OF_TYPOLOGY.get(typology.removesuffix(EUROPEAN), "")
-    if family and type_of(family, 1) is not None:
-        return family
-    if given:
-        known = ", ".join(name for name in FAMILIES if type_of(name, 1))
-        notes.faults.append(f"{where}, hazus type: {shown(given)} has no storeys here; it may be {known}")
-    return ""
 
+    def _chain(self, kind: Type, storeys: int, mass: float) -> Chain | None:
+        """Storeys by Hazus for a number of them and a mass of a floor, each value listed."""
+        values, family = self.values, family_of(kind.name)
+        given = values.get("code level", self.rules.code_level).lower()
+        level = level_of(family, given)
+        if given not in LEVELS:
+            self.fault(f", code level: {shown(given)} is none; it may be {', '.join(LEVELS)}")
+            return None
+        if "hazus type" not in values:
+            self.fill("hazus type", kind.name, f"{FAMILIES[family].words}, as its typology")
+        if level != given:
+            self.fill("code level", level, f"the manual has no {given} code of {family}")
+        elif "code level" not in values:
+            self.fill("code level", level, STATED)
+        exact = chain(kind, level, storeys, mass, period=values.get("period"))
+        stiffness, *strengths = (float(f"{value:.6g}") for value in (exact.stiffness, *exact.strengths))
+        rule = f"Hazus, {kind.name} of {level} code"
+        if "period" not in values:
+            self.fill("period", say(exact.period, PERIOD), f"Hazus, {kind.name}: {kind.period:.4g} s a storey")
+        self.fill("storey stiffness", say(stiffness, STIFFNESS), "its period and masses, all storeys equal")
+        self.fill("storey strengths", f"{say(strengths[0], STOREY_STRENGTH)} at the ground", rule)
+        self.fill("damage limits", ", ".join(f"{100.0 * drift:.4g} %" for drift in exact.drifts), rule)
+        return exact._replace(stiffness=stiffness, strengths=tuple(strengths))
 
-def _of_height(family: str, values: Mapping[str, Any], rules: Rules) -> Rules:
-    """The rules with the height of a storey of a type, where the height follows from it."""
-    kind = type_of(family, values["storeys"]) if family and "storeys" in values and "height" not in values else None
-    return replace(rules, storey_height=kind.storey_height) if kind else rules
-
-
-def _chain(
-    where: str,
-    kind: Type,
-    values: Mapping[str, Any],
-    size: tuple[int, float],
-    rules: Rules,
-    notes: Notes,
-    fill: Fill,
-) -> Chain | None:
-    """Storeys by Hazus for a number of them and a mass of a floor, each value listed."""
-    given = values.get("code level", rules.code_level).lower()
-    family = family_of(kind.name)
-    level = level_of(family, given)
-    if given not in LEVELS:
-        notes.faults.append(f"{where}, code level: {shown(given)} is none; it may be {', '.join(LEVELS)}")
-        return None
-    if "hazus type" not in values:
-        fill("hazus type", kind.name, f"{FAMILIES[family].words}, as its typology")
-    if level != given:
-        fill("code level", level, f"the manual has no {given} code of {family}")
-    elif "code level" not in values:
-        fill("code level", level, STATED)
-    made = chain(kind, level, *size, period=values.get("period"))
-    strengths = tuple(_in_digits(strength) for strength in made.strengths)
-    made = made._replace(stiffness=_in_digits(made.stiffness), strengths=strengths)
-    rule = f"Hazus, {kind.name} of {level} code"
-    if "period" not in values:
-        fill("period", say(made.period, PERIOD), f"Hazus, {kind.name}: {kind.period:.4g} s a storey")
-    fill("storey stiffness", say(made.stiffness, STIFFNESS), "its period and masses, all storeys equal")
-    fill("storey strengths", f"{say(made.strengths[0], STOREY_STRENGTH)} at the ground", rule)
-    fill("damage limits", ", ".join(f"{100.0 * drift:.4g} %" for drift in made.drifts), rule)
-    return made
-
-
-def _in_digits(value: float) -> float:
-    return float(f"{value:.6g}")
-
-
-def _check_typology(where: str, name: str, height: float, has_period: bool, notes: Notes) -> None:
-    """Note a fault for an unknown typology, and for one whose period is for lower buildings."""
-    try:
-        kind = known_typology(name)
-        if not has_period and not isnan(height):
-            kind.period(height)
-    except PoundingError as error:
-        notes.faults.append(f"{where}, typology: {error}")
-
-
-def _size(where: str, values: Mapping[str, Any], rules: Rules, notes: Notes, fill: Fill) -> tuple[float, int]:
-    """Height and number of storeys; where one is missing it follows from the other."""
-    usual = rules.storey_height
-    if "height" not in values and "storeys" not in values and rules.storeys is None:
-        notes.faults.append(f"{where}: gives neither height nor storeys; write one of the two, or state --storeys")
-        return nan, 1
-    if "height" not in values:
-        storeys = values.get("storeys", rules.storeys)
-        storeys = round(storeys)
+    def _size(self, family: str) -> tuple[float, int]:
+        """Height and number of storeys; where one is missing it follows from the other."""
+        values, usual = self.values, self.rules.storey_height
+        if "height" not in values:
+            storeys = values.get("storeys", self.rules.storeys)
+            if storeys is None:
+                self.fault(": gives neither height nor storeys; write one of the two, or state --storeys")
+                return nan, 1
+            kind = type_of(family, storeys) if family and "storeys" in values else None
+            usual, storeys = kind.storey_height if kind else usual, round(storeys)
+            if "storeys" not in values:
+                self.fill("storeys", str(storeys), "stated for buildings without height and storeys")
+            height = storeys * usual
+            self.fill("height", f"{height:g} m", f"its storeys at {usual:g} m each")
+            return height, storeys
+        height = values["height"]
         if "storeys" not in values:
-            fill("storeys", str(storeys), "stated for buildings without height and storeys")
-        height = storeys * usual
-        fill("height", f"{height:g} m", f"its storeys at {usual:g} m each")
+            storeys = max(round(height / usual), 1)
+            if storeys > MOST_STOREYS:
+                words = f"{height:g} m would be {storeys} storeys of {usual:g} m, {MOST_STOREYS} are the most"
+                self.fault(f", height: {words}; check its unit")
+            self.fill("storeys", str(storeys), f"its height at {usual:g} m a storey")
+            return height, storeys
+        storeys = values["storeys"]
+        if not LOWEST_STOREY <= height / storeys <= HIGHEST_STOREY:
+            words = f"{storeys} storeys in {height:g} m are {height / storeys:.2g} m each"
+            self.notes.doubts.append(f"{self.where}: {words}; check both, and the unit of the height")
         return height, storeys
-    height = values["height"]
-    if "storeys" not in values:
-        storeys = max(round(height / usual), 1)
-        if storeys > MOST_STOREYS:
-            words = f"{height:g} m would be {storeys} storeys of {usual:g} m, {MOST_STOREYS} are the most"
-            notes.faults.append(f"{where}, height: {words}; check its unit")
-        fill("storeys", str(storeys), f"its height at {usual:g} m a storey")
-        return height, storeys
-    storeys = values["storeys"]
-    if not LOWEST_STOREY <= height / storeys <= HIGHEST_STOREY:
-        words = f"{storeys} storeys in {height:g} m are {height / storeys:.2g} m each"
-        notes.doubts.append(f"{where}: {words}; check both, and the unit of the height")
-    return height, storeys
 
-
-def _floor_mass(where: str, entry: Entry, rules: Rules, notes: Notes, fill: Fill) -> float:
-    """Mass of each floor: as given, or of its area under a load."""
-    values = entry.values
-    if "floor mass" in values:
-        for column in ("floor area", "floor load"):
-            if column in values:
-                notes.doubts.append(f"{where}: its {column} is not used, as its floor mass is given")
-        return float(values["floor mass"])
-    size = values.get("floor area")
-    if size is None and entry.footprint is not None:
-        size = round(entry.footprint.area, 2)
-        fill("floor area", f"{size:g} m²", "that of its footprint")
-    elif size is None and rules.floor_area is not None:
-        size = rules.floor_area
-        fill("floor area", f"{size:g} m²", STATED)
-    elif size is None:
-        notes.faults.append(
-            f"{where}: gives neither floor mass nor floor area; write one, or state an area for all such"
-        )
-        return nan
-    load = values.get("floor load", rules.floor_load)
-    if "floor load" not in values:
-        fill("floor load", f"{load / 1e3:g} kN/m²", STATED)
-    mass = float(round(size * load / STANDARD_GRAVITY))
-    fill("floor mass", say(mass, MASS, 6), "floor area × floor load / g")
-    return mass
+    def _floor_mass(self) -> float:
+        """Mass of each floor: as given, or of its area under a load."""
+        values, footprint, area = self.values, self.entry.footprint, self.rules.floor_area
+        if "floor mass" in values:
+            for column in ("floor area", "floor load"):
+                if column in values:
+                    words = f"its {column} is not used, as its floor mass is given"
+                    self.notes.doubts.append(f"{self.where}: {words}")
+            return float(values["floor mass"])
+        size = values.get("floor area")
+        if size is None and footprint is not None:
+            size = round(footprint.area, 2)
+            self.fill("floor area", f"{size:g} m²", "that of its footprint")
+        elif size is None and area is not None:
+            size = area
+            self.fill("floor area", f"{size:g} m²", STATED)
+        elif size is None:
+            self.fault(": gives neither floor mass nor floor area; write one, or state an area for all such")
+            return nan
+        load = values.get("floor load", self.rules.floor_load)
+        if "floor load" not in values:
+            self.fill("floor load", f"{load / 1e3:g} kN/m²", STATED)
+        mass = float(round(size * load / STANDARD_GRAVITY))
+        self.fill("floor mass", say(mass, MASS, 6), "floor area × floor load / g")
+        return mass

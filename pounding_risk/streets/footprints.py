@@ -27,6 +27,8 @@ class Facing(NamedTuple):
     left: int
     right: int
     gap: float  # negative where they overlap
+    faced: float = nan  # m, across the street
+    share: float = nan  # of the shorter front
 
 
 class Outline(NamedTuple):
@@ -36,13 +38,6 @@ class Outline(NamedTuple):
     ends: Array
     low: Array
     high: Array
-
-
-class ClosePairs(NamedTuple):
-    """Pairs of footprints in the order of their places, and the distance of each in any direction [m]."""
-
-    pairs: Pairs
-    distances: Array  # 0 where two touch or overlap
 
 
 def rings(footprint: Geometry) -> tuple[Array, ...]:
@@ -61,15 +56,15 @@ def outline_of(footprint: Geometry) -> Outline:
     return Outline(starts, ends, starts.min(axis=0), starts.max(axis=0))
 
 
-def close_pairs(footprints: Sequence[Geometry], reach: float) -> ClosePairs:
-    """All pairs of footprints with a clear distance up to ``reach`` [m], in any direction."""
+def close_pairs(footprints: Sequence[Geometry], reach: float) -> tuple[Pairs, Array]:
+    """All pairs of footprints with a clear distance up to ``reach`` [m], in the order of their places, and it."""
     import shapely
 
     shapes = np.array(footprints, dtype=object)
     first, second = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=reach)
     pairs = np.column_stack([first, second])[first < second]
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
-    return ClosePairs(pairs, shapely.distance(shapes[pairs[:, 0]], shapes[pairs[:, 1]]))
+    return pairs, shapely.distance(shapes[pairs[:, 0]], shapes[pairs[:, 1]])
 
 
 def groups(count: int, pairs: Pairs) -> list[Pairs]:
@@ -138,12 +133,12 @@ def facing(outlines: Sequence[Outline], pairs: Pairs, farthest: float, tolerance
     low, high = (np.array([outline[end] for outline in outlines]) for end in (2, 3))  # (n, 2 of u and v)
     first, second = pairs.T
     over = np.minimum(high[first, 1], high[second, 1]) - np.maximum(low[first, 1], low[second, 1])
-    apart = low[second, 0] - high[first, 0], low[first, 0] - high[second, 0]  # from one to the next at larger u
+    ahead = low[second, 0] - high[first, 0], low[first, 0] - high[second, 0]  # from one to the next at larger u
     pairs_facing = []
-    for at in np.flatnonzero((over > tolerance) & (np.maximum(*apart) < farthest)):
+    for at in np.flatnonzero((over > tolerance) & (np.maximum(*ahead) < farthest)):
         one, other = int(first[at]), int(second[at])
         # Where one lies wholly before the other along u, the order is known.
-        orders = [order for order, gap in zip(((one, other), (other, one)), apart, strict=True) if gap[at] >= 0.0]
+        orders = [order for order, gap in zip(((one, other), (other, one)), ahead, strict=True) if gap[at] >= 0.0]
         nearest = [
             Facing(*order, clear_distance(outlines[order[0]], outlines[order[1]]))
             for order in orders or ((one, other), (other, one))
@@ -196,9 +191,9 @@ def faced(left: Outline, right: Outline, farthest: float) -> tuple[float, float]
     levels = np.unique(np.concatenate([left.starts[:, 1], right.starts[:, 1]]))
     steps = np.diff(levels)
     inner = (levels[:-1] + 0.25 * steps, levels[:-1] + 0.75 * steps)
-    apart = np.array([reaches(right, level, -1.0) - reaches(left, level, 1.0) for level in inner])
-    both = np.isfinite(apart).all(axis=0)  # inf where one of them does not reach
-    low, high = np.sort(apart[:, both], axis=0)
+    clear = np.array([reaches(right, level, -1.0) - reaches(left, level, 1.0) for level in inner])
+    both = np.isfinite(clear).all(axis=0)  # inf where one of them does not reach
+    low, high = np.sort(clear[:, both], axis=0)
     spread = high - low  # over half of the interval
     start, whole = low - 0.5 * spread, 2.0 * spread
     share = np.clip((farthest - start) / np.where(spread > 0.0, whole, 1.0), 0.0, 1.0)

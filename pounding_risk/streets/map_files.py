@@ -88,7 +88,7 @@ def _from_layer(path: Path, layer: str | None) -> Features:
 
 
 def _layer(path: Path, layer: str | None, layers: Mapping[str, Any]) -> str:
-    """The layer that is asked for, or the only one of polygons; raises BlockError."""
+    """The layer that is chosen, or the only one of polygons; raises BlockError."""
     if layer is not None:
         if layer not in layers:
             sentence = f"has no layer {shown(layer)}{nearest(layer, layers)}; it has {', '.join(layers) or 'none'}"

@@ -1,7 +1,7 @@
 """Files of maps as tables of a street: GeoJSON, GeoPackage, FlatGeobuf and GeoParquet, each feature a building.
 
-Footprints are checked, repaired where what is meant is plain, and laid flat in metres; all faults are told at once by
-feature. Attributes of OpenStreetMap and of Overture are read as they are. The module needs the extra [maps].
+Footprints are checked, repaired where what is meant is plain, and laid flat in metres; all faults are reported at
+once by feature. Attributes of OpenStreetMap and of Overture are read as they are. The module needs the extra [maps].
 """
 
 from __future__ import annotations
@@ -54,38 +54,23 @@ from pounding_risk.units import GAP, say, shown
 
 COARSE = 5e-3  # m on the ground; coarser coordinates are doubted
 MOST_DECIMALS = 8  # of degrees that are still so coarse
-FARTHEST_APART = (
-    500e3  # m; within, lengths of a transverse Mercator projection about the middle are off by 8e-4 at most
-)
+# m; within, lengths of a transverse Mercator projection about the middle are off by 8e-4 at most.
+FARTHEST_APART = 500e3
 SMALLEST, LARGEST = 0.5, 2e3  # m, across a footprint; outside, its coordinates are taken for those of another kind
 REPAIRABLE = 0.01  # share of its area by which a repair may change a footprint; else it is drawn again
-MOST_FAULTS = 50  # of a map that are told
+MOST_FAULTS = 50  # of a map that are reported
 
 
 def read_map(path: Path, *, metres: bool = False, layer: str | None = None, within: str | None = None) -> Table:
-    """The buildings of a file of a map, with footprints in metres.
+    """The buildings of a file of a map, with footprints in metres; raises BlockError with every fault of it.
 
-    Parameters
-    ----------
-    path
-        A file with one of the endings `MAPS`.
-    metres
-        Whether coordinates are metres that no coordinate reference system ties to the Earth.
-    layer
-        Layer of a GeoPackage; None where it has one only.
-    within
-        Only buildings whose middle lies in there: "west, south, east, north" in degrees, or a file of polygons.
-
-    Raises
-    ------
-    BlockError
-        With every fault of the file.
+    ``metres`` says that coordinates are metres that nothing ties to the Earth; ``layer`` is that of a GeoPackage, None
+    where it has one only; ``within`` keeps the buildings whose middle lies in there, "west, south, east, north" in
+    degrees, or a file of polygons.
     """
     faults: list[str] = []
     features = read_features(path, layer, metres, faults)
-    projection = None
-    if not faults:
-        projection = _projection(features, metres, faults)
+    projection = None if faults else _projection(features, metres, faults)
     if not faults and within is not None:
         features = _within(features, within, projection, faults)
     if faults:
@@ -223,13 +208,13 @@ def _sound(shape: Geometry | None) -> tuple[Geometry | None, str, str]:
         return None, "", no_polygon("")
     if shape.geom_type not in POLYGONS:
         return None, "", no_polygon(shown(shape.geom_type))
-    told = ["its Z coordinates are left out"] if shape.has_z else []
+    repairs = ["its Z coordinates are left out"] if shape.has_z else []
     flat = shapely.force_2d(shape)
     corners = shapely.get_coordinates(flat)
     if not (np.isfinite(corners).all() and (np.abs(corners) <= FARTHEST).all()):
         return None, "", "a coordinate is no number, or is beyond any place on the Earth; draw the footprint again"
     if shapely.is_valid(flat):
-        return flat, "; ".join(told), ""
+        return flat, "; ".join(repairs), ""
     parts = []
     for part in shapely.get_parts(flat):
         whole, fault = _repaired(part)
@@ -237,8 +222,8 @@ def _sound(shape: Geometry | None) -> tuple[Geometry | None, str, str]:
             return None, "", fault
         parts.append(whole)
     repaired = parts[0] if len(parts) == 1 else shapely.union_all(parts)
-    told.append(f"its outline is repaired ({shapely.is_valid_reason(flat)})")
-    return repaired, "; ".join(told), ""
+    repairs.append(f"its outline is repaired ({shapely.is_valid_reason(flat)})")
+    return repaired, "; ".join(repairs), ""
 
 
 def _repaired(polygon: Geometry) -> tuple[Geometry | None, str]:
@@ -273,17 +258,25 @@ def _table(features: Features, projection: Projection | None, faults: list[str])
     columns = {head: column for head, column in columns.items() if not _lacks_unit(head, *column, tables, faults)}
     entries = []
     for number, place in enumerate(features.places):
-        _check_twins(place, tables[number], columns, faults)
+        for head, (column, _) in columns.items():
+            if column in ("left wall", "right wall") and tables[number].get(head) is not None:
+                faults.append(f"{place}, {column}: the footprint says where the walls are; leave the property out")
         values = values_of(place, tables[number].items(), columns, faults)
         entries.append(Entry(place, values, features.geometries[number], Mapped(features.ids[number])))
-    entries, resolution, told = _laid_flat(entries, projection, dialect, faults)
+    entries, resolution, more = _laid_flat(entries, projection, dialect, faults)
     if faults:
         return Table([], [])
-    notes = [*left_out, *notes_of(dialect, raw, features.places), *told]
+    notes = [*left_out, *notes_of(dialect, raw, features.places), *more]
     if dialect.name:
-        entries, parts_told = without_parts(entries, dict(zip(features.places, raw, strict=True)))
-        entries = _named_apart(entries)
-        notes += parts_told
+        entries, of_parts = without_parts(entries, dict(zip(features.places, raw, strict=True)))
+        # Buildings of one street that share a name, as shops do, get their place in the file beside it.
+        keys = [(entry.values.get("street", ""), entry.values.get("name")) for entry in entries]
+        shared = {key for key in repeated(keys) if key[1] is not None}
+        for number, (key, entry) in enumerate(zip(keys, entries, strict=True)):
+            if key in shared:
+                values = {**entry.values, "name": f"{key[1]} ({entry.place})"}
+                entries[number] = entry._replace(values=values)
+        notes += of_parts
     return Table(entries, notes, resolution)
 
 
@@ -295,12 +288,12 @@ def outlined_table(source: Path, entries: Sequence[Entry], notes: Sequence[str])
     faults: list[str] = []
     features = Features([entry.place for entry in entries], [], [entry.footprint for entry in entries], [], DEGREES)
     projection = _projection(features, False, faults)
-    flat, resolution, told = (
+    flat, resolution, more = (
         _laid_flat(entries, projection, Dialect(), faults) if not faults else ([], Resolution(), [])
     )
     if faults:
         raise BlockError(str(source), faults)
-    return Table(flat, [*notes, *told], resolution)
+    return Table(flat, [*notes, *more], resolution)
 
 
 def _laid_flat(
@@ -310,18 +303,18 @@ def _laid_flat(
     repairs: dict[str, list[str]] = {}
     sound = []
     for entry in entries:
-        shape, told, fault = _sound(entry.footprint)
+        shape, repair, fault = _sound(entry.footprint)
         if fault:
             faults.append(f"{entry.place}: {fault}")
         else:
-            repairs.setdefault(told, []).append(entry.place)
+            repairs.setdefault(repair, []).append(entry.place)
             sound.append(entry._replace(footprint=shape))
-    notes = [f"{several(places)}: {told}" for told, places in repairs.items() if told]
+    notes = [f"{several(places)}: {repair}" for repair, places in repairs.items() if repair]
     if faults or not sound:
         return [], Resolution(), []
     resolution, coarse = _resolution([entry.footprint for entry in sound], projection, dialect)
     flat = _flat(sound, projection)
-    faults += _other_coordinates([entry.footprint for entry in flat], projection) or _far_apart(flat)
+    faults += _faults_of_extent(flat, projection)
     return flat, resolution, [*notes, *coarse]
 
 
@@ -338,28 +331,6 @@ def _lacks_unit(head: str, column: str, unit: str, tables: Sequence[Mapping[str,
         f"it has, or write the unit in its cells ({shown(quantity.example)})"
     )
     return True
-
-
-def _named_apart(entries: list[Entry]) -> list[Entry]:
-    """Buildings of one street that share a name, as shops do, by their name and their place in the file."""
-    keys = [(entry.values.get("street", ""), entry.values.get("name")) for entry in entries]
-    shared = set(repeated(keys))
-    return [
-        entry._replace(values={**entry.values, "name": f"{key[1]} ({entry.place})"})
-        if key in shared and key[1] is not None
-        else entry
-        for key, entry in zip(keys, entries, strict=True)
-    ]
-
-
-def _check_twins(
-    where: str, table: Mapping[str, Any], columns: Mapping[str, tuple[str, str]], faults: list[str]
-) -> None:
-    """Note a fault for positions of walls beside a footprint, which has them."""
-    for head in table:
-        column = columns.get(head, ("", ""))[0]
-        if column in ("left wall", "right wall") and table[head] is not None:
-            faults.append(f"{where}, {column}: the footprint says where the walls are; leave the property out")
 
 
 # ------------------------------------------------------------------------------------------------ metres
@@ -381,26 +352,12 @@ def _flat(entries: list[Entry], projection: Projection | None) -> list[Entry]:
     ]
 
 
-def _far_apart(entries: Sequence[Entry]) -> list[str]:
-    """A fault where footprints lie so far apart that no plane holds them."""
+def _faults_of_extent(entries: Sequence[Entry], projection: Projection | None) -> list[str]:
+    """A fault where metres are read as degrees, or degrees as metres, and where no plane holds all footprints."""
     bounds = shapely.bounds(np.array([entry.footprint for entry in entries], dtype=object)).reshape(-1, 4)
     if not len(bounds):
         return []
-    wide = hypot(*(bounds[:, 2:].max(axis=0) - bounds[:, :2].min(axis=0)))
-    if wide <= FARTHEST_APART:
-        return []
-    apart = f"{say(wide, GAP, 3)} apart" if isfinite(wide) else "too far apart to be laid flat"
-    return [
-        f"{entries[0].place} to {entries[-1].place}: their footprints lie {apart}, and one plane holds at most "
-        f"{say(FARTHEST_APART, GAP)}; give a part of them (--within), or check the coordinates"
-    ]
-
-
-def _other_coordinates(footprints: Sequence[Geometry], projection: Projection | None) -> list[str]:
-    """A fault where metres are read as degrees, or degrees as metres: no building is that large, or that small."""
-    bounds = shapely.bounds(np.array(footprints, dtype=object)).reshape(-1, 4)
-    if not len(bounds):
-        return []
+    # No building is so large, or so small.
     across = np.hypot(bounds[:, 2] - bounds[:, 0], bounds[:, 3] - bounds[:, 1])
     if across.max() < SMALLEST:
         kind, repair = "as metres", "leave out --metres (metres=True in Python)"
@@ -411,13 +368,20 @@ def _other_coordinates(footprints: Sequence[Geometry], projection: Projection | 
             f"read {kind}, no footprint is more than {words} across: the coordinates look like longitude and latitude; "
             f"{repair}"
         ]
-    if projection is None or not LARGEST < across.min() < inf:
+    if projection is not None and LARGEST < across.min() < inf:
+        kind, repair = projection.system.name, "set the coordinate reference system that the file really has"
+        if projection.system.is_geographic:
+            kind = "longitude and latitude"
+            repair = "the coordinates look like metres; say so with --metres (metres=True in Python)"
+        return [f"read as {kind}, every footprint is {say(float(across.min()), GAP, 2)} across or more: {repair}"]
+    wide = hypot(*(bounds[:, 2:].max(axis=0) - bounds[:, :2].min(axis=0)))
+    if wide <= FARTHEST_APART:
         return []
-    kind, repair = projection.system.name, "set the coordinate reference system that the file really has"
-    if projection.system.is_geographic:
-        kind = "longitude and latitude"
-        repair = "the coordinates look like metres; say so with --metres (metres=True in Python)"
-    return [f"read as {kind}, every footprint is {say(float(across.min()), GAP, 2)} across or more: {repair}"]
+    extent = f"{say(wide, GAP, 3)} apart" if isfinite(wide) else "too far apart to be laid flat"
+    return [
+        f"{entries[0].place} to {entries[-1].place}: their footprints lie {extent}, and one plane holds at most "
+        f"{say(FARTHEST_APART, GAP)}; give a part of them (--within), or check the coordinates"
+    ]
 
 
 def _resolution(

@@ -6,8 +6,6 @@ streets, or as a second neighbour on one side can pound too. They are listed wit
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
@@ -16,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk._common.letters import cell
+from pounding_risk._common.letters import cell, csv_text
 from pounding_risk.models.structures.contact_points import COLUMN, LevelRule, automatic_points
 from pounding_risk.streets.defaults import Filled, House, Notes, Rules
 from pounding_risk.streets.footprints import (
@@ -66,14 +64,9 @@ class _Levels(NamedTuple):
 
 
 def floors(one: House, other: House, tolerance: float | None = None) -> Floors:
-    """How the floors of two buildings stand to each other.
+    """How the floors of two buildings stand to each other, by their heights, storeys and depths of floors.
 
-    Parameters
-    ----------
-    one, other
-        With their heights, storeys and depths of floors.
-    tolerance
-        Of levels that meet [m], in place of the depths of the floors.
+    A ``tolerance`` of levels that meet [m] stands in place of the depths of the floors.
     """
     sides = [
         _Levels(tuple(at * each.height / each.storeys for at in range(1, each.storeys + 1))) for each in (one, other)
@@ -160,28 +153,21 @@ def neighbours_csv(
     rows: Iterable[tuple[str, Sequence[Neighbours]]], close: Iterable[ClosePair], tolerance: float | None = None
 ) -> str:
     """Every close pair as CSV: the neighbours of each named row, then the pairs that no row holds, with the reason."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(HEADS)
+    lines: list[Iterable[Any]] = [HEADS]
 
-    def write(one: House, other: House, gap: float, pair: Neighbours | ClosePair, held: str) -> None:
+    def add(one: House, other: House, gap: float, pair: Neighbours | ClosePair, held: str) -> None:
         ends = [f"{end:.6g}" for end in within(gap, pair.resolution)]
         measured = ["" if isnan(value) else f"{value:.4g}" for value in (pair.faced, pair.share)]
         meet, miss, offset = floors(one, other, tolerance)
-        writer.writerow(
-            (*map(cell, _who(one, other)), f"{gap:.6g}", *ends, *measured, meet, miss, f"{offset:.4g}", cell(held))
-        )
+        names = map(cell, (one.street, one.name, other.street, other.name))
+        lines.append((*names, f"{gap:.6g}", *ends, *measured, meet, miss, f"{offset:.4g}", cell(held)))
 
     for name, pairs in rows:
         for pair in pairs:
-            write(pair.left, pair.right, pair.gap, pair, f"neighbours in {name}")
+            add(pair.left, pair.right, pair.gap, pair, f"neighbours in {name}")
     for each in close:
-        write(each.one, each.other, each.distance, each, f"in no row: {each.reason}")
-    return text.getvalue()
-
-
-def _who(first: House, second: House) -> tuple[str, str, str, str]:
-    return first.street, first.name, second.street, second.name
+        add(each.one, each.other, each.distance, each, f"in no row: {each.reason}")
+    return csv_text(lines)
 
 
 ROUNDED = 6  # decimals of a metre
@@ -207,14 +193,6 @@ class LinedUp(NamedTuple):
     sides: list[int]  # of each building, how many have another one closer than the limit; empty without footprints
 
 
-class Beside(NamedTuple):
-    """Two buildings of a street, by index, that face each other along it."""
-
-    pair: Facing
-    faced: float = nan  # m, across the street
-    share: float = nan  # of the shorter front
-
-
 class View(NamedTuple):
     """Buildings that stand close to each other, seen along and across their axis."""
 
@@ -235,29 +213,40 @@ class Street(NamedTuple):
 
     def lined_up(self) -> LinedUp:
         """Rows in the order of their first buildings, and the pairs that no row holds."""
-        self._check_names()
+        for name in repeated(house.name for house in self.houses):
+            places = [where for house, where in zip(self.houses, self.places, strict=True) if house.name == name]
+            self.notes.faults.append(f"{', '.join(places)}: {shown(name)} is the name of each; tell them apart")
         shapes = [house.footprint for house in self.houses if house.footprint is not None]
         if len(shapes) < len(self.houses):
-            beside = [Beside(pair) for pair in _by_walls([house.walls for house in self.houses])]
+            # Each building and the next: by their left walls where all are given, else as the file lists them.
+            walls = [house.walls for house in self.houses]
+            order: Iterable[int] = range(len(walls))
+            if not any(isnan(left) for left, _ in walls):
+                order = sorted(order, key=lambda number: walls[number][0])
+            beside = [Facing(left, right, walls[right][0] - walls[left][1]) for left, right in pairwise(order)]
             return LinedUp(list(self._rows(self._held(beside, {}), {})), [], [])  # without footprints no more is known
-        return self._among(shapes)
-
-    def _among(self, shapes: Sequence[Any]) -> LinedUp:
-        """The rows among footprints; each group of close buildings has an axis of its own, unless one is stated."""
-        near = close_pairs(shapes, self._reach)
-        distances = {
-            (int(one), int(other)): float(distance)
-            for (one, other), distance in zip(near.pairs, near.distances, strict=True)
-        }
-        views = [self._view(shapes, pairs) for pairs in groups(len(shapes), near.pairs)]
+        # Each group of close buildings has an axis of its own, unless one is stated.
+        near, clear = close_pairs(shapes, self._reach)
+        distances = dict(zip(map(tuple, near.tolist()), clear.tolist(), strict=True))
+        views = [self._view(shapes, pairs) for pairs in groups(len(shapes), near)]
         outlines = {number: outline for view in views for number, outline in view.outlines.items()}
         directions = {number: azimuth(view.axis) for view in views for number in view.outlines}
         reasons: dict[frozenset[int], str] = {}
         along = (pair for view in views for pair in view.along)
         adjacent = self._held(self._beside(along, outlines, distances, reasons), reasons)
         rows = list(self._rows(adjacent, directions))
-        self._note_partial(each for row in rows for each in row.pairs if each.is_partial)
-        close = list(self._close(shapes, outlines, distances, adjacent, reasons))
+        self._note_partial([each for row in rows for each in row.pairs if each.is_partial])
+        neighbours, close = {frozenset(neighbour[:2]) for neighbour in adjacent}, []
+        for (first, second), distance in distances.items():
+            key = frozenset((first, second))
+            if distance < self.rules.limit and key not in neighbours:
+                reason = reasons.get(key)
+                if not reason:  # they do not face each other along the street
+                    low, high = ([getattr(outlines[at], end)[0] for at in key] for end in ("low", "high"))
+                    reason = ACROSS if min(high) > max(low) else CORNER
+                face = shared_face(shapes[first], shapes[second], self._reach)
+                pair = self.houses[first], self.houses[second], round(distance, FINEST_GAP), reason
+                close.append(ClosePair(*pair, *face, self.resolution))
         return LinedUp(rows, close, self._sides(views))
 
     @property
@@ -275,7 +264,11 @@ class Street(NamedTuple):
         own = [shapes[member] for member in members]
         stated = self.rules.axis
         plain = [outline_of(shape) for shape in own]
-        both = axes(own, plain) if stated is None else _square(radians(stated))
+        if stated is None:
+            both = axes(own, plain)
+        else:
+            along = np.array([sin(radians(stated)), cos(radians(stated))])  # east, north
+            both = along, np.array([-along[1], along[0]])
         outlines = [[turned(outline, axis) for outline in plain] for axis in both]
         met = [
             [
@@ -292,7 +285,7 @@ class Street(NamedTuple):
         sides: set[tuple[int, str]] = set()
         for view in views:
             for way, pairs in (("along", view.along), ("across", view.across)):
-                for left, right, gap in pairs:
+                for left, right, gap, *_ in pairs:
                     if -self._overlap <= gap < self.rules.limit:
                         sides |= {(left, f"{way} +"), (right, f"{way} -")}
         counts = Counter(number for number, _ in sides)
@@ -302,59 +295,66 @@ class Street(NamedTuple):
         self,
         pairs: Iterable[Facing],
         outlines: Mapping[int, Outline],
-        distances: Mapping[tuple[int, int], float],
+        distances: Mapping[tuple[int, ...], float],
         reasons: dict[frozenset[int], str],
-    ) -> Iterator[Beside]:
+    ) -> Iterator[Facing]:
         """The pairs that may be neighbours in a row; the reason is noted for those that may not."""
         for pair in pairs:
             length, share = faced(outlines[pair.left], outlines[pair.right], self._reach)
-            key = frozenset((pair.left, pair.right))
-            if pair.gap < -self._overlap:
-                if distances[min(key), max(key)] == 0.0:
-                    yield Beside(pair, length, share)  # a fault
-                else:
-                    reasons[key] = ACROSS  # one stands in the other's corner, or a street bends: nothing overlaps
-            elif share < self.rules.least_facing:
+            key, is_overlap = frozenset((pair.left, pair.right)), pair.gap < -self._overlap
+            if is_overlap and distances[min(key), max(key)] > 0.0:
+                reasons[key] = ACROSS  # one stands in the other's corner, or a street bends: nothing overlaps
+            elif not is_overlap and share < self.rules.least_facing:
                 reasons[key] = f"facing each other over {say(length, GAP, 2)} only ({percent(share)})"
             else:
-                yield Beside(pair, length, share)
+                yield pair._replace(faced=length, share=share)
 
-    def _held(self, beside: Iterable[Beside], reasons: dict[frozenset[int], str]) -> list[Beside]:
+    def _held(self, beside: Iterable[Facing], reasons: dict[frozenset[int], str]) -> list[Facing]:
         """The pairs that are neighbours: at most one on each side of a building, with the gap that holds."""
         limit, adjacent = self.rules.limit, []
         # A wall that is a rounding error beyond another does not overlap it.
-        rounded = [candidate._replace(pair=_rounded(candidate.pair)) for candidate in beside]
-        self._check_overlaps(candidate.pair for candidate in rounded)
-        for candidate in _in_line(rounded, limit):
-            gap = self._gap(candidate.pair)
+        rounded = [pair._replace(gap=round(pair.gap, FINEST_GAP) + 0.0) for pair in beside]
+        for left, right, gap, *_ in rounded:
+            if gap < -self._overlap:
+                self.notes.faults.append(
+                    f"{self._named(left)} and {self._named(right)}: overlap by {say(-gap, GAP, 3)} along the street, "
+                    f"{say(self._overlap, GAP)} are allowed to the survey; correct the walls, state the direction of "
+                    "the street (--axis), or give a building behind the others a street of its own"
+                )
+        for pair in _in_line(rounded, limit):
+            gap = self._gap(pair)
             if gap < limit:
-                adjacent.append(candidate._replace(pair=candidate.pair._replace(gap=gap)))
+                adjacent.append(pair._replace(gap=gap))
             else:
-                is_given = isfinite(self.houses[candidate.pair.left].gap)
+                is_given = isfinite(self.houses[pair.left].gap)
                 words = f"{say(gap, GAP)} apart along the street"
-                reasons[frozenset(candidate.pair[:2])] = f"{words}, as given" if is_given else words
-        onward = {candidate.pair.left: candidate.pair.right for candidate in adjacent}
+                reasons[frozenset(pair[:2])] = f"{words}, as given" if is_given else words
+        onward = {pair.left: pair.right for pair in adjacent}
         before = {right: left for left, right in onward.items()}
-        for left, right, _ in (candidate.pair for candidate in rounded):
-            if onward.get(left) != right:
-                reasons.setdefault(frozenset((left, right)), self._second(left, right, onward, before))
-        self._check_gaps(onward)
+        for left, right, *_ in rounded:
+            if onward.get(left) == right:
+                continue
+            reason = "in a ring of buildings, which is no line"
+            taken = (left, onward[left]) if left in onward else (right, before[right]) if right in before else ()
+            if taken:
+                one, other = (self.houses[number].name for number in taken)
+                reason = f"{one} has {other} as its neighbour on that side"
+            reasons.setdefault(frozenset((left, right)), reason)
+        # A gap that is given to the right of the last building of a row.
+        for number, house in enumerate(self.houses):
+            if number not in onward and house.gap < limit:
+                self.notes.faults.append(
+                    f"{self._named(number)}, gap: {say(house.gap, GAP)} is given, but no building stands on its right "
+                    f"within {say(limit, GAP)}; leave the gap out, or correct the order"
+                )
         return adjacent
 
-    def _second(self, left: int, right: int, onward: Mapping[int, int], before: Mapping[int, int]) -> str:
-        """The reason why two that face each other are no neighbours: another neighbour on that side."""
-        if left in onward:
-            return f"{self.houses[left].name} has {self.houses[onward[left]].name} as its neighbour on that side"
-        if right in before:
-            return f"{self.houses[right].name} has {self.houses[before[right]].name} as its neighbour on that side"
-        return "in a ring of buildings, which is no line"
-
-    def _rows(self, adjacent: Sequence[Beside], directions: Mapping[int, float]) -> Iterator[BlockRow]:
-        after = {neighbour.pair.left: neighbour for neighbour in adjacent}
-        for first in sorted(set(range(len(self.houses))) - {neighbour.pair.right for neighbour in adjacent}):
+    def _rows(self, adjacent: Sequence[Facing], directions: Mapping[int, float]) -> Iterator[BlockRow]:
+        after = {pair.left: pair for pair in adjacent}
+        for first in sorted(set(range(len(self.houses))) - {pair.right for pair in adjacent}):
             pairs, last = [], first
             while last in after:
-                (left, right, gap), length, share = after[last]
+                left, right, gap, length, share = after[last]
                 one, other = self.houses[left], self.houses[right]
                 has_walls = one.footprint is not None or not isnan(other.walls[0] - one.walls[1])
                 resolution = self.resolution if has_walls and isnan(one.gap) else nan
@@ -365,25 +365,7 @@ class Street(NamedTuple):
             direction = directions.get(first, nan)
             yield BlockRow("", self.houses[first].street, buildings, gaps, direction, tuple(pairs))
 
-    def _close(
-        self,
-        shapes: Sequence[Any],
-        outlines: Mapping[int, Outline],
-        distances: Mapping[tuple[int, int], float],
-        adjacent: Sequence[Beside],
-        reasons: Mapping[frozenset[int], str],
-    ) -> Iterator[ClosePair]:
-        """The pairs closer than the limit that are no neighbours in a row, each with the reason."""
-        neighbours = {frozenset(neighbour.pair[:2]) for neighbour in adjacent}
-        for (first, second), distance in distances.items():
-            key = frozenset((first, second))
-            if distance < self.rules.limit and key not in neighbours:
-                reason = reasons.get(key) or _where(outlines[first], outlines[second])
-                face = shared_face(shapes[first], shapes[second], self._reach)
-                apart = round(distance, FINEST_GAP)
-                yield ClosePair(self.houses[first], self.houses[second], apart, reason, *face, self.resolution)
-
-    def _note_partial(self, pairs: Iterable[Neighbours]) -> None:
+    def _note_partial(self, pairs: Sequence[Neighbours]) -> None:
         """A note on neighbours that face each other over a part of their fronts."""
         each = [f"{pair.left.name} and {pair.right.name} {pair.faced_words}" for pair in pairs]
         more = f"; and {len(each) - LISTED} more ({NEIGHBOURS})" if len(each) > LISTED else ""
@@ -396,22 +378,6 @@ class Street(NamedTuple):
 
     def _named(self, number: int) -> str:
         return f"{self.places[number]}, {self.houses[number].name}"
-
-    def _check_names(self) -> None:
-        for name in repeated(house.name for house in self.houses):
-            places = [where for house, where in zip(self.houses, self.places, strict=True) if house.name == name]
-            self.notes.faults.append(f"{', '.join(places)}: {shown(name)} is the name of each; tell them apart")
-
-    def _check_overlaps(self, pairs: Iterable[Facing]) -> None:
-        """A fault for each two that overlap by more than a survey may be off."""
-        survey = self._overlap
-        for left, right, gap in pairs:
-            if gap < -survey:
-                self.notes.faults.append(
-                    f"{self._named(left)} and {self._named(right)}: overlap by {say(-gap, GAP, 3)} along the street, "
-                    f"{say(survey, GAP)} are allowed to the survey; correct the walls, state the direction of the "
-                    "street (--axis), or give a building behind the others a street of its own"
-                )
 
     def _gap(self, pair: Facing) -> float:
         """The gap of two neighbours: as given, as measured, or by rule."""
@@ -436,58 +402,17 @@ class Street(NamedTuple):
             return fill(0.0, f"the walls overlap by {say(-pair.gap, GAP, 2)}, within the survey's {say(survey, GAP)}")
         return pair.gap
 
-    def _check_gaps(self, onward: Mapping[int, int]) -> None:
-        """Note a fault for a gap that is given to the right of the last building of a row."""
-        for number, house in enumerate(self.houses):
-            if number not in onward and house.gap < self.rules.limit:
-                self.notes.faults.append(
-                    f"{self._named(number)}, gap: {say(house.gap, GAP)} is given, but no building stands on its right "
-                    f"within {say(self.rules.limit, GAP)}; leave the gap out, or correct the order"
-                )
 
-
-def _rounded(pair: Facing) -> Facing:
-    return pair._replace(gap=round(pair.gap, FINEST_GAP) + 0.0)
-
-
-def _in_line(beside: Iterable[Beside], limit: float) -> list[Beside]:
+def _in_line(pairs: Iterable[Facing], limit: float) -> list[Facing]:
     """The pairs that make lines: one neighbour on each side, the one with the longest faced length within the limit."""
     onward: dict[int, int] = {}
     before: dict[int, int] = {}
     lined = []
-    for candidate in sorted(
-        beside, key=lambda candidate: (candidate.pair.gap >= limit, -candidate.faced, candidate.pair.gap)
-    ):
-        left, right, _ = candidate.pair
-        if left not in onward and right not in before and not _leads(onward, right, left):
-            onward[left], before[right] = right, left
-            lined.append(candidate)
-    return sorted(lined, key=lambda candidate: candidate.pair[:2])
-
-
-def _leads(onward: Mapping[int, int], start: int, goal: int) -> bool:
-    """True where the line from ``start`` reaches ``goal``, so that one more pair would close a ring."""
-    while start != goal and start in onward:
-        start = onward[start]
-    return start == goal
-
-
-def _where(first: Outline, second: Outline) -> str:
-    """The position of two that do not face each other along the street, in words."""
-    shared = min(first.high[0], second.high[0]) - max(first.low[0], second.low[0])
-    return ACROSS if shared > 0.0 else CORNER
-
-
-def _square(direction: float) -> tuple[Array, Array]:
-    """Unit vectors (east, north) in a direction from north [rad], and to the left of it."""
-    along = np.array([sin(direction), cos(direction)])
-    return along, np.array([-along[1], along[0]])
-
-
-def _by_walls(walls: Sequence[tuple[float, float]]) -> Iterator[Facing]:
-    """Each building and the next: by their left walls where all are given, else as the file lists them."""
-    order: Iterable[int] = range(len(walls))
-    if not any(isnan(left) for left, _ in walls):
-        order = sorted(order, key=lambda number: walls[number][0])
-    for left, right in pairwise(order):
-        yield Facing(left, right, walls[right][0] - walls[left][1])
+    for pair in sorted(pairs, key=lambda pair: (pair.gap >= limit, -pair.faced, pair.gap)):
+        end = pair.right  # of the line that this pair would lengthen, or close to a ring
+        while end != pair.left and end in onward:
+            end = onward[end]
+        if pair.left not in onward and pair.right not in before and end != pair.left:
+            onward[pair.left], before[pair.right] = pair.right, pair.left
+            lined.append(pair)
+    return sorted(lined, key=lambda pair: pair[:2])

@@ -7,8 +7,6 @@ What a table does not give is filled by `Rules`, and every value so filled is li
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,7 +15,7 @@ from math import isnan
 from pathlib import Path
 from typing import Any
 
-from pounding_risk._common.letters import cell
+from pounding_risk._common.letters import cell, csv_text
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import SceneError
 from pounding_risk.scene.reader import parse_scene
@@ -159,83 +157,81 @@ class Block(ShortRepr):
 
     def filled_of(self, row: BlockRow) -> list[Filled]:
         """The values that were filled in for the buildings of a row."""
-        own = [self._filled_by_building.get((row.street, house.name), []) for house in row.buildings]
-        return [self.filled[number] for number in sorted(number for numbers in own for number in numbers)]
+        return [self.filled[number] for number in _numbers(self._filled_by_building, row)]
 
     @cached_property
-    def _filled_by_building(self) -> dict[tuple[str, str], list[int]]:
-        by_building: dict[tuple[str, str], list[int]] = {}
-        for number, value in enumerate(self.filled):
-            by_building.setdefault((value.street, value.building), []).append(number)
-        return by_building
+    def _filled_by_building(self) -> Numbers:
+        return _by_building([(value.street, value.building)] for value in self.filled)
 
     def close_to(self, row: BlockRow) -> list[ClosePair]:
         """The pairs of `close` with a building of this row."""
-        own = {
-            number for house in row.buildings for number in self._close_by_building.get((row.street, house.name), ())
-        }
-        return [self.close[number] for number in sorted(own)]
+        return [self.close[number] for number in _numbers(self._close_by_building, row)]
 
     @cached_property
-    def _close_by_building(self) -> dict[tuple[str, str], list[int]]:
-        by_building: dict[tuple[str, str], list[int]] = {}
-        for number, pair in enumerate(self.close):
-            for one in (pair.one, pair.other):
-                by_building.setdefault((one.street, one.name), []).append(number)
-        return by_building
+    def _close_by_building(self) -> Numbers:
+        return _by_building([(each.street, each.name) for each in (pair.one, pair.other)] for pair in self.close)
 
     def buildings_csv(self) -> str:
         """Every building as CSV: its row and place in it, the sides adjoined, where it is, and its footprint.
 
         A footprint is WKT in degrees of WGS 84, or in metres where nothing ties the coordinates to the Earth.
         """
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        in_metres = any(house.footprint is not None and _outline(house) is None for house in self.houses)
-        writer.writerow((*BUILDING_HEADS, f"footprint [WKT, {'m' if in_metres else 'deg'}]"))
+        in_metres = any(
+            house.footprint is not None and (house.mapped is None or house.mapped.outline is None)
+            for house in self.houses
+        )
+        lines: list[Iterable[Any]] = [(*BUILDING_HEADS, f"footprint [WKT, {'m' if in_metres else 'deg'}]")]
+
+        def add(house: House, row: str, position: str) -> None:
+            mapped = house.mapped or Mapped()
+            where = ["" if isnan(degrees) else f"{degrees:.8f}" for degrees in (mapped.longitude, mapped.latitude)]
+            outline, wkt = house.footprint if in_metres else mapped.outline, ""
+            if outline is not None:
+                import shapely
+
+                wkt = str(shapely.to_wkt(outline, rounding_precision=3 if in_metres else DIGITS))
+            names = map(cell, (house.street, house.name, mapped.id, house.place, row))
+            lines.append((*names, position, self.sides.get((house.street, house.name), ""), *where, wkt))
+
         for row in self.rows:
             for number, member in enumerate(row.buildings):
-                is_end = number in (0, len(row.buildings) - 1)
-                writer.writerow(self._building(member, row.name, "end" if is_end else "interior", in_metres))
+                add(member, row.name, "end" if number in (0, len(row.buildings) - 1) else "interior")
         for single in self.in_no_row:
-            writer.writerow(self._building(single, "", "in no row", in_metres))
-        return text.getvalue()
-
-    def _building(self, house: House, row: str, position: str, in_metres: bool) -> tuple[Any, ...]:
-        mapped = house.mapped or Mapped()
-        where = ["" if isnan(degrees) else f"{degrees:.8f}" for degrees in (mapped.longitude, mapped.latitude)]
-        outline = house.footprint if in_metres else mapped.outline
-        sides = self.sides.get((house.street, house.name), "")
-        wkt = "" if outline is None else _wkt(outline, 3 if in_metres else DIGITS)
-        names = map(cell, (house.street, house.name, mapped.id, house.place, row))
-        return (*names, position, sides, *where, wkt)
+            add(single, "", "in no row")
+        return csv_text(lines)
 
     def check(self) -> None:
         """Raise BlockError, with the reason, where no two buildings are neighbours in a row."""
-        if not self.rows:
-            raise BlockError(self.source, [self._no_row()])
-
-    def _no_row(self) -> str:
-        limit = f"no two buildings stand within {say(self.rules.limit, GAP)} of each other along the street"
-        if not self.close:
-            return f"no row: {limit}; check the walls and the coordinates, or write a larger limit (--limit)"
-        axis = "another direction of the street" if self.rules.axis is not None else "the direction of the street"
-        part = " or a smaller --least-facing" if self.rules.least_facing > 0.0 else ""
-        count = f"{len(self.close)} pair{'s stand' if len(self.close) > 1 else ' stands'}"
-        return (
-            f"no row: {limit} as neighbours, though {count} so close, such as {self.close[0].words}; state {axis} "
-            f"(--axis){part}"
-        )
-
-
-def _outline(house: House) -> Any:
-    return None if house.mapped is None else house.mapped.outline
+        if self.rows:
+            return
+        words = f"no row: no two buildings stand within {say(self.rules.limit, GAP)} of each other along the street"
+        if self.close:
+            axis = "another direction of the street" if self.rules.axis is not None else "the direction of the street"
+            part = " or a smaller --least-facing" if self.rules.least_facing > 0.0 else ""
+            count = f"{len(self.close)} pair{'s stand' if len(self.close) > 1 else ' stands'}"
+            words += (
+                f" as neighbours, though {count} so close, such as {self.close[0].words}; state {axis} (--axis){part}"
+            )
+        else:
+            words += "; check the walls and the coordinates, or write a larger limit (--limit)"
+        raise BlockError(self.source, [words])
 
 
-def _wkt(outline: Any, digits: int) -> str:
-    import shapely
+Numbers = dict[tuple[str, str], list[int]]  # of values or pairs, by the street and the name of a building
 
-    return str(shapely.to_wkt(outline, rounding_precision=digits))
+
+def _by_building(keys: Iterable[list[tuple[str, str]]]) -> Numbers:
+    """The places in a list of what concerns each building."""
+    numbers: Numbers = {}
+    for number, buildings in enumerate(keys):
+        for building in buildings:
+            numbers.setdefault(building, []).append(number)
+    return numbers
+
+
+def _numbers(numbers: Numbers, row: BlockRow) -> list[int]:
+    """Those of the buildings of a row, each once, in order."""
+    return sorted({number for house in row.buildings for number in numbers.get((row.street, house.name), ())})
 
 
 def block(
@@ -318,18 +314,7 @@ def write_block(
         Where a scene would have a fault; nothing is written then.
     """
     street.check()
-    scenes = street.scenes(records, contact=contact, tables=tables)
-    _check_scenes(scenes, Path(out))
-    tolerance = None if contact.tolerance is None else parse(contact.tolerance, GAP)
-    pairs = neighbours_csv(((row.name, row.pairs) for row in street.rows), street.close, tolerance)
-    texts = {**scenes, FILLED: filled_csv(street.filled), NEIGHBOURS: pairs, BUILDINGS: street.buildings_csv()}
-    for name, text in texts.items():
-        write_text(Path(out) / name, text)
-    return [Path(out) / name for name in texts]
-
-
-def _check_scenes(scenes: Mapping[str, str], folder: Path) -> None:
-    """Raise SceneError for a scene that cannot be read from a folder, which stands there then only if it did before."""
+    folder, scenes = Path(out), street.scenes(records, contact=contact, tables=tables)
     is_new = not folder.exists()
     folder.mkdir(parents=True, exist_ok=True)  # a path such as ../EventGrid.csv leads nowhere from a missing folder
     try:
@@ -339,6 +324,12 @@ def _check_scenes(scenes: Mapping[str, str], folder: Path) -> None:
         if is_new:
             folder.rmdir()
         raise
+    tolerance = None if contact.tolerance is None else parse(contact.tolerance, GAP)
+    pairs = neighbours_csv(((row.name, row.pairs) for row in street.rows), street.close, tolerance)
+    texts = {**scenes, FILLED: filled_csv(street.filled), NEIGHBOURS: pairs, BUILDINGS: street.buildings_csv()}
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    return [folder / name for name in texts]
 
 
 def read_block(
@@ -406,7 +397,8 @@ def read_block(
         houses = [house(numbers[entry.place], entry, rules, notes) for entry in entries]
         lined_up = Street(houses, [entry.place for entry in entries], rules, notes, resolution.size).lined_up()
         in_no_row += [row.buildings[0] for row in lined_up.rows if not row.gaps]
-        rows += _named(street or source.stem, [row for row in lined_up.rows if row.gaps])
+        name, own = street or source.stem, [row for row in lined_up.rows if row.gaps]
+        rows += [row._replace(name=f"{name}, row {at}" if len(own) > 1 else name) for at, row in enumerate(own, 1)]
         close += lined_up.close
         sides |= {(house.street, house.name): number for house, number in zip(houses, lined_up.sides, strict=False)}
         every += houses
@@ -526,20 +518,14 @@ def _between_streets(every: Sequence[House], rules: Rules, resolution: Resolutio
     """Pairs of buildings of two streets that stand closer than the limit."""
     houses = [house for house in every if house.footprint is not None]
     shapes = [house.footprint for house in houses]
-    near = close_pairs(shapes, rules.limit) if shapes else None
+    if not shapes:
+        return []
     return [
         ClosePair(
-            *(houses[one], houses[other], round(float(distance), FINEST_GAP), STREETS),
+            *(houses[one], houses[other], round(distance, FINEST_GAP), STREETS),
             *shared_face(shapes[one], shapes[other], rules.limit + rules.survey),
             resolution.size,
         )
-        for (one, other), distance in (zip(near.pairs, near.distances, strict=True) if near else ())
+        for (one, other), distance in zip(*(each.tolist() for each in close_pairs(shapes, rules.limit)), strict=True)
         if houses[one].street != houses[other].street and distance < rules.limit
     ]
-
-
-def _named(name: str, rows: Sequence[BlockRow]) -> list[BlockRow]:
-    """The rows of a street, numbered where there are several."""
-    if len(rows) == 1:
-        return [rows[0]._replace(name=name)]
-    return [row._replace(name=f"{name}, row {number}") for number, row in enumerate(rows, start=1)]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from math import isnan
@@ -11,11 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk._common.files import write_whole
-from pounding_risk._common.letters import cell
+from pounding_risk._common.letters import cell, csv_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.request import SOURCES
 from pounding_risk.scene.toml import write_toml
-from pounding_risk.streets.hazus import STATES, Chain
+from pounding_risk.streets.hazus import STATES
 from pounding_risk.units import GAP, MASS, PERIOD, STIFFNESS, STOREY_STRENGTH, Quantity, exact, parse, say, shown
 
 if TYPE_CHECKING:
@@ -95,11 +93,7 @@ def shares(filled: Iterable[Filled]) -> list[Share]:
 
 def filled_csv(filled: Iterable[Filled]) -> str:
     """Every filled value as CSV: street, building, column, value, rule."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("street", "building", "column", "value", "rule"))
-    writer.writerows([*map(cell, row)] for row in filled)
-    return text.getvalue()
+    return csv_text([("street", "building", "column", "value", "rule"), *([*map(cell, row)] for row in filled)])
 
 
 def write_text(target: Path, text: str) -> None:
@@ -137,17 +131,27 @@ def scene_text(
             raise PoundingError(f"tables: {shown(name)} cannot be given; it may be {', '.join(SECTIONS)}")
     own_records = own_tables.get("records", {})
     place = {"place": _middle(row)} if "sites" in own_records and _middle(row) else {}
-    all_tables: dict[str, Any] = {**own_tables, "records": {**_records(records, own_records), **own_records, **place}}
+    # Names, where no other source is given, and both polarities.
+    has_source = records is None and any(key in own_records for key in SOURCES)
+    names = {} if has_source else {"names": horizontal_records() if records is None else list(records)}
+    keys_of_records = {**names, "polarity": POLARITIES, **own_records, **place}
+    all_tables: dict[str, Any] = {**own_tables, "records": keys_of_records}
     uncertain = _uncertain(row, own_tables)
     all_tables.pop("uncertain", None)
     all_tables |= {"uncertain": uncertain} if uncertain else {}
+    keys = {key: value for key, value in contact._asdict().items() if value is not None}
     document: dict[str, Any] = {
         "scene": {"name": f"{row.name}, {row.buildings[0].name} to {row.buildings[-1].name}"},
         "building": [_building(house) for house in row.buildings],
-        "interface": [_interface(gap, contact) for gap in row.gaps],
+        "interface": [{"gap": written(gap, GAP), **keys} for gap in row.gaps],
         **{name: all_tables[name] for name in SECTIONS if name in all_tables},
     }
-    damage = _damage(row.buildings)
+    damage = [
+        {"name": f"{house.name}, {state}", "building": house.name, "drift": drift}
+        for house in row.buildings
+        if house.chain is not None
+        for state, drift in zip(STATES, house.chain.drifts, strict=True)
+    ]
     if damage:
         document["effects"] = {"inelastic_storeys": {}, **document.get("effects", {})}
         document["damage"] = damage
@@ -172,13 +176,6 @@ def _origin(row: BlockRow, filled: Sequence[Filled], close: Sequence[ClosePair],
         lines.append("Close to a building of this row, and not in it as its neighbour:")
         lines += [f"  {each.words}" for each in close]
     return lines
-
-
-def _records(names: Sequence[str] | None, own_table: Mapping[str, Any]) -> dict[str, Any]:
-    """Keys of [records] beside those given: names, where no other source is given, and both polarities."""
-    if names is None and any(key in own_table for key in SOURCES):
-        return {"polarity": POLARITIES}
-    return {"names": horizontal_records() if names is None else list(names), "polarity": POLARITIES}
 
 
 def _uncertain(row: BlockRow, own_tables: Mapping[str, Any]) -> dict[str, Any]:
@@ -233,46 +230,30 @@ def horizontal_records() -> list[str]:
 
 
 def _building(house: House) -> dict[str, Any]:
-    if house.chain is not None:
-        return _of_chain(house, house.chain)
-    period = {} if house.period is None else {"period": written(house.period, PERIOD)}
+    """The table of a building: of a typology, or with its storeys by Hazus."""
+    mass, rest = (
+        written(house.floor_mass, MASS),
+        {"damping": house.damping, "floor_depth": written(house.floor_depth, GAP)},
+    )
+    if (chain := house.chain) is not None:
+        return {
+            "name": house.name,
+            "floor_masses": mass,
+            "storey_stiffnesses": written(chain.stiffness, STIFFNESS),
+            "storey_heights": written(house.height / house.storeys, GAP),
+            "storey_strengths": [written(strength, STOREY_STRENGTH) for strength in chain.strengths],
+            "storeys": house.storeys,
+            **rest,
+        }
     return {
         "name": house.name,
         "height": written(house.height, GAP),
         "storeys": house.storeys,
         "typology": house.typology,
-        "floor_mass": written(house.floor_mass, MASS),
-        **period,
-        "damping": house.damping,
-        "floor_depth": written(house.floor_depth, GAP),
+        "floor_mass": mass,
+        **({} if house.period is None else {"period": written(house.period, PERIOD)}),
+        **rest,
     }
-
-
-def _of_chain(house: House, chain: Chain) -> dict[str, Any]:
-    return {
-        "name": house.name,
-        "floor_masses": written(house.floor_mass, MASS),
-        "storey_stiffnesses": written(chain.stiffness, STIFFNESS),
-        "storey_heights": written(house.height / house.storeys, GAP),
-        "storey_strengths": [written(strength, STOREY_STRENGTH) for strength in chain.strengths],
-        "storeys": house.storeys,
-        "damping": house.damping,
-        "floor_depth": written(house.floor_depth, GAP),
-    }
-
-
-def _damage(buildings: Iterable[House]) -> list[dict[str, Any]]:
-    """States of damage of the buildings whose storeys are those of Hazus."""
-    return [
-        {"name": f"{house.name}, {state}", "building": house.name, "drift": drift}
-        for house in buildings
-        if house.chain is not None
-        for state, drift in zip(STATES, house.chain.drifts, strict=True)
-    ]
-
-
-def _interface(gap: float, contact: Contact) -> dict[str, Any]:
-    return {"gap": written(gap, GAP), **{key: value for key, value in contact._asdict().items() if value is not None}}
 
 
 def written(value: float, quantity: Quantity) -> str:

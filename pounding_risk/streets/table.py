@@ -5,8 +5,6 @@ A column is named with its unit, `height [m]`, or its cells have theirs, `12.5 m
 
 from __future__ import annotations
 
-import csv
-import re
 from collections import Counter
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
@@ -15,13 +13,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar
 
-from pounding_risk._common.inputs import EXPORT, Unfit, read_text
+from pounding_risk._common.inputs import EXPORT, Unfit, text_of
 from pounding_risk._common.letters import refused, without_mark
+from pounding_risk._common.tables import csv_rows, split_unit, uneven
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
 from pounding_risk.models.structures.storeys import MOST_STOREYS
-from pounding_risk.units import DAMPING, GAP, MASS, PERIOD, Quantity, QuantityError, parse, shown
+from pounding_risk.units import DAMPING, GAP, MASS, PERIOD, Quantity, parse_cell, shown
 
 Item = TypeVar("Item", bound=Hashable)
 POSITIVE: dict[str, Any] = {"open_low": True, "open_high": True}
@@ -130,16 +129,9 @@ def need_maps(source: str) -> None:
 def file_text(path: Path) -> str:
     """The text of a file; raises BlockError where it cannot be read, or is not UTF-8."""
     try:
-        return read_text(path, EXPORT)
-    except UnicodeDecodeError as error:
-        raise BlockError(str(path), [f"byte {error.start} is not UTF-8; save the file with that encoding"]) from None
+        return text_of(path, EXPORT)
     except Unfit as error:
         raise BlockError(str(path), [str(error.strerror)]) from None
-    except OSError as error:
-        folder = path.parent
-        names = [file.name for file in folder.iterdir() if file.name != path.name] if folder.is_dir() else []
-        near = nearest(path.name, names)
-        raise BlockError(str(path), [f"cannot be read ({error.strerror}){near}; check the name"]) from None
 
 
 def columns_of(
@@ -158,10 +150,8 @@ def columns_of(
     columns: dict[str, tuple[str, str]] = {}
     left_out = []
     for head in heads:
-        parted = re.fullmatch(r"\s*(.*?)\s*(?:\[(.*)\])?\s*", head, re.DOTALL)
-        name = parted[1] if parted else head
+        name, unit = split_unit(head)
         name = tags.get(name.lower()) or " ".join(name.replace("_", " ").lower().split())
-        unit = (parted[2] or "").strip() if parted else ""
         near = nearest(name, COLUMNS, LIKE)
         if name not in COLUMNS:
             if near and not is_foreign:
@@ -178,28 +168,6 @@ def columns_of(
     return columns, [f"{where}: {', '.join(map(shown, left_out[:most]))}{more} {verb} not read"] if left_out else []
 
 
-def csv_rows(text: str, faults: list[str], head: str) -> list[tuple[int, list[str]]]:
-    """Number and cells of each line that is not blank, the head first; [] with a fault, which tells to write ``head``.
-
-    Lines that start with # are left out.
-    """
-    lines = ("\n" if line.startswith("#") else line for line in text.splitlines(keepends=True))
-    reader = csv.reader(lines, strict=True)
-    try:
-        rows = [(reader.line_num, cells) for cells in reader if any(cell.strip() for cell in cells)]
-    except csv.Error as error:
-        faults.append(f"line {reader.line_num}: is not CSV ({error}); {head}")
-        return []
-    if not rows:
-        faults.append(f"the file is empty; {head}")
-        return []
-    at, heads = rows[0]
-    if len(heads) == 1 and ";" in heads[0]:
-        faults.append(f"line {at}: the columns are parted by semicolons; write commas, and decimal points in numbers")
-        return []
-    return rows
-
-
 def _read_csv(text: str, faults: list[str]) -> Table:
     """The lines under a head."""
     rows = csv_rows(text, faults, HEAD)
@@ -212,8 +180,8 @@ def _read_csv(text: str, faults: list[str]) -> Table:
     entries = []
     for at, cells in rows[1:]:
         where = f"line {at}"
-        if len(cells) != len(heads):
-            faults.append(f"{where}: has {len(cells)} cells, the head has {len(heads)}; write one a column")
+        if words := uneven(cells, heads):
+            faults.append(f"{where}: {words}")
         else:
             entries.append(Entry(where, values_of(where, zip(heads, cells, strict=True), columns, faults)))
     return Table(entries, left_out)
@@ -249,9 +217,7 @@ def cell_value(cell: Any, unit: str, quantity: Quantity | None) -> Any:
         if why := refused(words):
             raise ValueError(why)
         return words
-    if unit and not re.fullmatch(r"[+-]?[0-9.]+([eE][+-]?[0-9]+)?", text):
-        raise QuantityError(f"{shown(text)} is not a plain number, and the column's unit is {unit}; write a number")
-    value = parse(f"{text} {unit}" if unit else text, quantity)
+    value = parse_cell(text, unit, quantity)
     if quantity is STOREYS:
         if value != round(value):
             raise ValueError(f"{shown(text)} is not a whole number of storeys; write one such as 4")

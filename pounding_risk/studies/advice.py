@@ -6,7 +6,7 @@ not, not to assess it. `advice_stiffness` has the range of stiffness and the pub
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, isnan
 from os import cpu_count
@@ -134,7 +134,7 @@ def _percent(change: float) -> str:
 
 
 class Line(NamedTuple):
-    """What to write for one key of an [[interface]], and why; an empty line where it is only told."""
+    """What to write for one key of an [[interface]], and why; an empty line where there is nothing to write."""
 
     interface: str  # "" for all
     line: str
@@ -169,25 +169,18 @@ class Advice(ShortRepr):
 
     def influence(self, factor: str, output: str, place: str) -> Influence | None:
         """That of one factor on one output at one place; None where it was not run."""
-        key = (factor, output, place)
         return next(
-            (
-                influence
-                for influence in self.influences
-                if (influence.factor, influence.output, influence.place) == key
-            ),
-            None,
+            (one for one in self.influences if (one.factor, one.output, one.place) == (factor, output, place)), None
         )
 
 
-class _Runs(NamedTuple):
-    """One factor's runs: in words what each has in place of the scene's own, the dataset, and if it counts."""
+class Trial(NamedTuple):
+    """One factor's scenes: in words what each has in place of the scene's own, and if it counts for the verdict."""
 
     factor: str
     tried: tuple[str, ...]
-    datasets: tuple[xr.Dataset, ...]
+    scenes: tuple[Scene, ...]  # of `LAW` one, whose grid has the scene's own law and those that are tried
     counts: tuple[bool, ...]
-    base: xr.Dataset
 
 
 def advise(
@@ -197,7 +190,7 @@ def advise(
     floor_length: float | str = USUAL_FLOOR_LENGTH,
     progress: Progress | None = None,
 ) -> Advice:
-    """Advise on the contact of a scene: what to write, and which outputs depend on it.
+    """What to write for the contact, and what depends on it.
 
     Stiffness, restitution, yield force and contact law are changed one at a time, under four records at most, in every
     polarity, at the largest amplitude of the grid and at one gap.
@@ -227,174 +220,158 @@ def advise(
     length = si(floor_length, FLOOR_LENGTH, "advise: floor_length")
     study = _one_case(as_scene(study).updated(axes=()), gap)
     ensemble = gathered(study)
-    chosen = ensemble._replace(motions=_thinned(ensemble.motions))
-    scanner = _Scanner(chosen, progress)
-    base = scanner.run(study)
-    touched = _touched(base)
-    speeds = [_approach(base, study, index) for index in range(len(study.interfaces))]
+    # At most `MOST_MOTIONS`, evenly spaced.
+    places = np.linspace(0, len(ensemble.motions) - 1, min(len(ensemble.motions), MOST_MOTIONS))
+    few = ensemble._replace(motions=tuple(ensemble.motions[round(place)] for place in places))
+    base = _scanned(study, few)
+    touched = _cases(base, "impact_count") > 0.0
+    strikes = [_strike(base, study, index) for index in range(len(study.interfaces))]
     ranges = tuple(
         stiffness_range(study, index, study.points[point], speed, length)
-        for index, (point, speed) in enumerate(speeds)
+        for index, (point, speed) in enumerate(strikes)
         if _has_stiffness(study, index)
     )
     skipped = _not_applicable(study)
-    runs = _varied(study, scanner, base, ranges, skipped) if touched.any() else []
-    influences = tuple(one for run in runs for one in _influences(study, run, touched))
+    fastest = max(speed for _, speed in strikes)
+    trials = (
+        []
+        if not touched.any()
+        else [
+            trial
+            for trial in _trials(study, base, ranges, None if LAW in skipped else fastest)
+            if trial.factor not in skipped
+        ]
+    )
+    total, done = 1 + sum(scene is not study for trial in trials for scene in trial.scenes), 1
+    if progress:
+        progress(done, total)
+    influences: list[Influence] = []
+    datasets = [base]
+    for trial in trials:
+        results = []
+        for scene in trial.scenes:
+            results.append(base if scene is study else _scanned(scene, few))
+            if scene is not study:
+                done += 1
+                if progress:
+                    progress(done, total)
+        own = base
+        if trial.factor == LAW:
+            own = results[0].sel(contact_model=[study.contact_model])
+            results = [results[0].sel(contact_model=[name]) for name in trial.tried]
+        datasets += [dataset for dataset in results if dataset is not base]
+        influences += _influences(study, trial, own, results, touched)
     walls = {one.wall for one in ranges}  # what moves a wall is next to nothing, however much of it
-    assumed = *stated(study.uncertain), *_assumptions(study, ensemble, chosen, ranges)
-    notes = [*skipped.values(), *assumed, *_notes_on_runs(study, base, runs)]
+    notes = [
+        *skipped.values(),
+        *stated(study.uncertain),
+        *_assumptions(study, ensemble, few, ranges),
+        *_notes_on_runs(study, datasets, any(trial.factor == LAW for trial in trials)),
+    ]
     return Advice(
         scene=study.name,
         gap=_gap_words(study),
-        motions=tuple(motion.name for motion in chosen.motions),
+        motions=tuple(motion.name for motion in few.motions),
         cases=int(base["status"].size),
         touched=int(touched.any(axis=-1).sum()),
         lines=tuple(_lines(study, ranges, influences)),
         ranges=ranges,
-        influences=influences,
+        influences=tuple(influences),
         now=_medians(study, base, touched),
         left_out=tuple(dict.fromkeys(notes)),
         finding=_finding(study, base, [one for one in influences if one.place not in walls]),
     )
 
 
-def _varied(
-    study: Scene, scanner: _Scanner, base: xr.Dataset, ranges: Sequence[StiffnessRange], skipped: dict[str, str]
-) -> list[_Runs]:
-    """The runs of every factor that applies, and of the stiffness that is proposed where it is another one."""
-    varied: dict[str, Callable[[], _Runs]] = {
-        STIFFNESS: lambda: _stiffnesses(study, scanner, base),
-        RESTITUTION: lambda: _restitutions(study, scanner, base),
-        FORCE: lambda: _yield_forces(study, scanner, base),
-        LAW: lambda: _laws(study, scanner, base),
-        PROPOSED: lambda: _proposed(study, scanner, base, ranges),
-    }
-    left_out = set(skipped)
-    if all(one.recommended in (None, one.own) for one in ranges):
-        left_out.add(PROPOSED)
-    scanner.total = 1 + sum(count for factor, count in _scan_counts(study).items() if factor not in left_out)
-    return [run() for factor, run in varied.items() if factor not in left_out]
-
-
 # ------------------------------------------------------------------------------------------------ the runs
 
 
-class _Scanner:
-    """Runs scenes under the same motions, and reports how many are done."""
-
-    def __init__(self, ensemble: MotionEnsemble, progress: Progress | None):
-        self.ensemble, self.progress = ensemble, progress
-        self.done, self.total = 0, 1
-
-    def run(self, study: Scene) -> xr.Dataset:
-        """The dataset of a scene."""
-        executor = Threads(cpu_count() or 1)
-        options: dict[str, Any] = {"screening": True, "check_fraction": 0.0, "executor": executor, "progress": None}
-        dataset = Scan(study, **options, ensemble=self.ensemble).in_memory()
-        self.done += 1
-        if self.progress:
-            self.progress(self.done, self.total)
-        return dataset
+def _scanned(study: Scene, ensemble: MotionEnsemble) -> xr.Dataset:
+    """The scan of a scene under these motions."""
+    threads = Threads(cpu_count() or 1)
+    scan = Scan(study, screening=True, check_fraction=0.0, executor=threads, progress=None, ensemble=ensemble)
+    return scan.in_memory()
 
 
 def _one_case(study: Scene, gap: float | str | None) -> Scene:
     """The scene at one gap and one amplitude, with its own contact."""
-    first_interface = study.interfaces[0]
-    if gap is None:
+    first = study.interfaces[0]
+    clear = first.gap if gap is None else si(gap, GAP, "advise: gap")
+    if gap is None:  # each interface keeps its gap
         named = study.interface_names[0] if len(study.interfaces) > 1 else study.gridded_interface
-        study = study.updated(gridded_interface=named)  # each interface keeps its gap
-        gaps = (first_interface.gap,)
+        study = study.updated(gridded_interface=named)
+    elif study.gridded_interface is None:
+        study = study.updated(gap=clear)
     else:
-        gaps = (si(gap, GAP, "advise: gap"),)
-    axes = study.grid._replace(
-        gaps=gaps,
-        yield_forces=(first_interface.yield_force,),
+        index, between = study.interface_names.index(study.gridded_interface), list(study.interfaces)
+        between[index] = between[index]._replace(gap=clear)
+        study = study.updated(interfaces=tuple(between))
+    grid = study.grid._replace(
+        gaps=(clear,),
+        yield_forces=(first.yield_force,),
         contact_models=(study.contact_model,),
         amplitudes=(own_amplitude(study),),
     )
-    if gap is not None:
-        if study.gridded_interface is None:
-            study = study.updated(gap=gaps[0])
-        else:
-            index = study.interface_names.index(study.gridded_interface)
-            between = list(study.interfaces)
-            between[index] = between[index]._replace(gap=gaps[0])
-            study = study.updated(interfaces=tuple(between))
-    return study.updated(grid=axes)
+    return study.updated(grid=grid)
 
 
-def _thinned(motions: Sequence[Any]) -> tuple[Any, ...]:
-    """At most `MOST_MOTIONS` of the motions, evenly spaced."""
-    count = min(len(motions), MOST_MOTIONS)
-    return tuple(motions[round(position)] for position in np.linspace(0, len(motions) - 1, count))
+def _trials(study: Scene, base: xr.Dataset, ranges: Sequence[StiffnessRange], fastest: float | None) -> Iterator[Trial]:
+    """The scenes of every factor, and with the proposed stiffness where that is another one than the scene's.
 
-
-def _stiffnesses(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
-    datasets = []
-    for multiple in MULTIPLES:
-        interfaces = tuple(
-            interface if interface.stiffness is None else interface._replace(stiffness=multiple * interface.stiffness)
-            for interface in study.interfaces
-        )
-        datasets.append(base if multiple == 1.0 else scanner.run(study.updated(interfaces=interfaces)))
-    judged = tuple(1.0 / JUDGED <= multiple <= JUDGED for multiple in MULTIPLES)
-    return _Runs(STIFFNESS, tuple(f"× {multiple:g}" for multiple in MULTIPLES), tuple(datasets), judged, base)
-
-
-def _proposed(study: Scene, scanner: _Scanner, base: xr.Dataset, ranges: Sequence[StiffnessRange]) -> _Runs:
-    """The scene with the stiffness that is proposed at each interface."""
-    stiffnesses = {interface.interface: interface.recommended or interface.own for interface in ranges}
-    interfaces = tuple(
-        interface._replace(stiffness=stiffnesses.get(name, interface.stiffness))
-        for name, interface in zip(study.interface_names, study.interfaces, strict=True)
-    )
-    dataset = scanner.run(study.updated(interfaces=interfaces))
-    return _Runs(PROPOSED, ("as proposed",), (dataset,), (True,), base)
-
-
-def _restitutions(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
-    scenes = [study.updated(restitution=constant(e), restitution_words=f"{e!r}") for e in RESTITUTIONS]
-    datasets = tuple(scanner.run(scene) for scene in scenes)
-    return _Runs(RESTITUTION, tuple(f"{e:g}" for e in RESTITUTIONS), datasets, (True,) * len(datasets), base)
-
-
-def _yield_forces(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
-    """Multiples of the scene's yield forces; where it has none, shares of the median peak force of each interface."""
-    peaks = _cases(base, "peak_contact_force")
-    touched = _touched(base)
-    usual = [float(np.median(peaks[hit, index])) if hit.any() else inf for index, hit in enumerate(touched.T)]
-    yields = _yields(study)
+    Laws stand on equal terms, at the approach speed of the interface that is struck ``fastest`` [m/s], without
+    yielding; None where no other law can be had.
+    """
     scenes = []
-    for multiple in FORCE_MULTIPLES if yields else FORCE_SHARES:
-        interfaces = tuple(
-            one._replace(
-                yield_force=multiple * (one.yield_force if yields else peak),
-                column_yield_force=multiple * (one.column_yield_force if yields else peak),
-            )
-            for one, peak in zip(study.interfaces, usual, strict=True)
+    for multiple in MULTIPLES:
+        stiff = [None if one.stiffness is None else multiple * one.stiffness for one in study.interfaces]
+        scenes.append(study if multiple == 1.0 else _with_interfaces(study, stiffness=stiff))
+    counts = tuple(1.0 / JUDGED <= multiple <= JUDGED for multiple in MULTIPLES)
+    yield Trial(STIFFNESS, tuple(f"× {multiple:g}" for multiple in MULTIPLES), tuple(scenes), counts)
+
+    scenes = [study.updated(restitution=constant(e), restitution_words=f"{e!r}") for e in RESTITUTIONS]
+    yield Trial(RESTITUTION, tuple(f"{e:g}" for e in RESTITUTIONS), tuple(scenes), (True,) * len(scenes))
+
+    # Multiples of the scene's yield forces; where it has none, shares of the median peak force of each interface.
+    floors, columns = ([getattr(one, key) for one in study.interfaces] for key in ("yield_force", "column_yield_force"))
+    multiples: tuple[float, ...] = FORCE_MULTIPLES
+    tried = ["none" if one == inf else f"× {one:g}" for one in FORCE_MULTIPLES]
+    if min(*floors, *columns) == inf:
+        multiples, tried = FORCE_SHARES, [f"{one:g} of the peak" for one in FORCE_SHARES]
+        peaks, touched = _cases(base, "peak_contact_force"), _cases(base, "impact_count") > 0.0
+        floors = columns = [
+            float(np.median(peaks[hit, index])) if hit.any() else inf for index, hit in enumerate(touched.T)
+        ]
+    scenes = []
+    for multiple in multiples:
+        scene = _with_interfaces(
+            study,
+            yield_force=[multiple * force for force in floors],
+            column_yield_force=[multiple * force for force in columns],
         )
-        axes = study.grid._replace(yield_forces=(interfaces[0].yield_force,))
-        scenes.append(study.updated(interfaces=interfaces, grid=axes))
-    words = (
-        ["none" if one == inf else f"× {one:g}" for one in FORCE_MULTIPLES]
-        if yields
-        else [f"{one:g} of the peak" for one in FORCE_SHARES]
-    )
-    datasets = tuple(scanner.run(scene) for scene in scenes)
-    return _Runs(FORCE, tuple(words), datasets, (True,) * len(datasets), base)
+        scenes.append(scene.updated(grid=scene.grid._replace(yield_forces=(scene.interfaces[0].yield_force,))))
+    yield Trial(FORCE, tuple(tried), tuple(scenes), (True,) * len(scenes))
+
+    if fastest is not None:
+        grid = study.grid._replace(yield_forces=(inf,))
+        elastic = study.updated(yield_force=inf, column_yield_force=inf, grid=grid)
+        terms = None, None if study.equal_terms else fastest
+        alike, _ = with_relation(on_equal_terms(elastic, _other_laws(elastic), None, terms), None)
+        names = tuple(name for name in alike.grid.contact_models if name != study.contact_model)
+        yield Trial(LAW, names, (alike,), (True,) * len(names))
+
+    if any(one.recommended not in (None, one.own) for one in ranges):
+        proposed = {one.interface: one.recommended or one.own for one in ranges}
+        names_and_own = zip(study.interface_names, study.interfaces, strict=True)
+        scene = _with_interfaces(study, stiffness=[proposed.get(name, own.stiffness) for name, own in names_and_own])
+        yield Trial(PROPOSED, ("as proposed",), (scene,), (True,))
 
 
-def _laws(study: Scene, scanner: _Scanner, base: xr.Dataset) -> _Runs:
-    """Other laws on equal terms, at the approach speed of the interface that is struck fastest, without yielding."""
-    fastest = max(_approach(base, study, index)[1] for index in range(len(study.interfaces)))
-    has_equal_terms = study.equal_terms
-    study = study.updated(yield_force=inf, column_yield_force=inf, grid=study.grid._replace(yield_forces=(inf,)))
-    alike = on_equal_terms(study, _other_laws(study), None, (None, None if has_equal_terms else fastest))
-    alike, _ = with_relation(alike, None)
-    dataset = scanner.run(alike)
-    names = tuple(name for name in alike.grid.contact_models if name != study.contact_model)
-    own_law = dataset.sel(contact_model=[study.contact_model])
-    return _Runs(LAW, names, tuple(dataset.sel(contact_model=[name]) for name in names), (True,) * len(names), own_law)
+def _with_interfaces(study: Scene, **values: Sequence[Any]) -> Scene:
+    """The scene with other values of some keys of its interfaces, one for each."""
+    changed = []
+    for index, interface in enumerate(study.interfaces):
+        changed.append(interface._replace(**{key: of_each[index] for key, of_each in values.items()}))
+    return study.updated(interfaces=tuple(changed))
 
 
 def _other_laws(study: Scene) -> tuple[str, ...]:
@@ -433,17 +410,6 @@ def _not_applicable(study: Scene) -> dict[str, str]:
     return sentences
 
 
-def _scan_counts(study: Scene) -> dict[str, int]:
-    """Number of scans of each factor."""
-    forces = len(FORCE_MULTIPLES if _yields(study) else FORCE_SHARES)
-    return {STIFFNESS: len(MULTIPLES) - 1, RESTITUTION: len(RESTITUTIONS), FORCE: forces, LAW: 1, PROPOSED: 1}
-
-
-def _yields(study: Scene) -> bool:
-    """Whether an interface has a yield force that is finite."""
-    return any(min(interface.yield_force, interface.column_yield_force) < inf for interface in study.interfaces)
-
-
 def _has_stiffness(study: Scene, index: int) -> bool:
     here = study.interfaces[index]
     return here.stiffness is not None and not is_instant(known_law(here.contact_model))
@@ -461,12 +427,7 @@ def _cases(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
     return np.where((status == COMPLETE)[:, None] & ~(counts & (values < 0.0)), values, np.nan)
 
 
-def _touched(dataset: xr.Dataset) -> NDArray[np.bool_]:
-    """True for the cases with contact at each interface (cases, interfaces)."""
-    return _cases(dataset, "impact_count") > 0.0
-
-
-def _approach(dataset: xr.Dataset, study: Scene, interface: int) -> tuple[int, float]:
+def _strike(dataset: xr.Dataset, study: Scene, interface: int) -> tuple[int, float]:
     """The contact point of an interface that is struck hardest, floors first, and the median approach speed [m/s].
 
     That of the fastest touch of each case with contact; without any the speed is that of equal terms.
@@ -482,43 +443,38 @@ def _approach(dataset: xr.Dataset, study: Scene, interface: int) -> tuple[int, f
     return hardest, float(np.median(fast)) if fast.size else USUAL_TERMS.speed
 
 
-def _places(study: Scene, output: str) -> list[tuple[str, list[int]]]:
-    """The name of each place of an output that is judged, with the interfaces whose contact counts there."""
-    if OUTPUTS[output].place == "interface":
-        return [(name, [index]) for index, name in enumerate(study.interface_names)]
-    last = len(study.interfaces)
-    return [
-        (building.name, [index for index in (at - 1, at) if 0 <= index < last])
-        for at, building in enumerate(study.buildings)
-    ]
-
-
 def _judged(study: Scene) -> Iterator[tuple[str, int, str, list[int]]]:
-    """Output, index and name of its place, and the interfaces that count, without what says nothing new."""
-    for output in OUTPUTS:
-        for at, (name, beside) in enumerate(_places(study, output)):
-            if OUTPUTS[output].place == "building":
-                building = study.buildings[at]
-                if building.is_rigid or (output == SAME_AS_DISPLACEMENT and not isinstance(building, Storeys)):
-                    continue
-            yield output, at, name, beside
+    """Output, index and name of its place, and the interfaces whose contact counts there.
+
+    Without what says nothing new: a rigid building, and the shear of a single mass.
+    """
+    last = len(study.interfaces)
+    for output, (place, _, _) in OUTPUTS.items():
+        if place == "interface":
+            yield from ((output, index, name, [index]) for index, name in enumerate(study.interface_names))
+            continue
+        for at, building in enumerate(study.buildings):
+            if building.is_rigid or (output == SAME_AS_DISPLACEMENT and not isinstance(building, Storeys)):
+                continue
+            yield output, at, building.name, [index for index in (at - 1, at) if 0 <= index < last]
 
 
-def _influences(study: Scene, runs: _Runs, touched: NDArray[np.bool_]) -> Iterator[Influence]:
+def _influences(
+    study: Scene, trial: Trial, own: xr.Dataset, results: Sequence[xr.Dataset], touched: NDArray[np.bool_]
+) -> Iterator[Influence]:
+    """The changes of every output by the ``results`` of a trial, relative to those of the scene's ``own`` value."""
     for output, at, name, beside in _judged(study):
         hit = touched[:, beside].any(axis=-1)
-        before = _cases(runs.base, output)[hit, at]
-        changes = [_relative(before, _cases(dataset, output)[hit, at]) for dataset in runs.datasets]
+        before = _cases(own, output)[hit, at]
+        changes = []
+        for dataset in results:
+            after = _cases(dataset, output)[hit, at]
+            is_known = np.isfinite(before) & np.isfinite(after) & (before > 0.0)
+            changes.append(after[is_known] / before[is_known] - 1.0)
         medians = tuple(float(np.median(change)) if change.size else np.nan for change in changes)
-        judged = [change for change, counts in zip(changes, runs.counts, strict=True) if counts and change.size]
+        judged = [change for change, counts in zip(changes, trial.counts, strict=True) if counts and change.size]
         largest = max((float(np.abs(change).max()) for change in judged), default=0.0)
-        yield Influence(runs.factor, output, name, runs.tried, medians, largest, runs.counts)
-
-
-def _relative(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Relative changes of the cases in which both are defined."""
-    is_known = np.isfinite(before) & np.isfinite(after) & (before > 0.0)
-    return after[is_known] / before[is_known] - 1.0
+        yield Influence(trial.factor, output, name, trial.tried, medians, largest, trial.counts)
 
 
 def _medians(study: Scene, base: xr.Dataset, touched: NDArray[np.bool_]) -> dict[tuple[str, str], float]:
@@ -540,12 +496,12 @@ def _gap_words(study: Scene) -> str:
 
 
 def _assumptions(
-    study: Scene, ensemble: MotionEnsemble, chosen: MotionEnsemble, ranges: Sequence[StiffnessRange]
+    study: Scene, ensemble: MotionEnsemble, few: MotionEnsemble, ranges: Sequence[StiffnessRange]
 ) -> Iterator[str]:
     """What was not run and what is assumed."""
-    count, used = len(ensemble.motions), len(chosen.motions)
+    count, used = len(ensemble.motions), len(few.motions)
     if used < count:
-        names = ", ".join(motion.name for motion in chosen.motions)
+        names = ", ".join(motion.name for motion in few.motions)
         yield f"records: {used} of {count} were run, {names}; the others, gaps and amplitudes are for scan"
     assumed = {name: one.assumed_length for one in ranges for name in one.assumed}
     if assumed:
@@ -568,13 +524,13 @@ def _assumptions(
         yield "effects: they act in the runs, not in the isolated impact from which the range follows"
 
 
-def _notes_on_runs(study: Scene, base: xr.Dataset, runs: Sequence[_Runs]) -> Iterator[str]:
-    """What is to be known of the runs themselves."""
-    if LAW in {run.factor for run in runs} and any(known_law(name).capped for name in study.model_names):
+def _notes_on_runs(study: Scene, datasets: Sequence[xr.Dataset], with_laws: bool) -> Iterator[str]:
+    """What is to be known of the runs themselves, the first of which are those of the scene."""
+    if with_laws and any(known_law(name).capped for name in study.model_names):
         yield "law: set side by side without yielding, which most laws do not have; see F_E for what that changes"
-    if not _touched(base).any() and any(_has_stiffness(study, index) for index in range(len(study.interfaces))):
+    touched = (_cases(datasets[0], "impact_count") > 0.0).any()
+    if not touched and any(_has_stiffness(study, index) for index in range(len(study.interfaces))):
         yield f"approach speed: {USUAL_TERMS.speed:g} m/s is assumed, for want of a contact"
-    datasets = [base, *(dataset for run in runs for dataset in run.datasets if dataset is not base)]
     failed = sum(int((dataset["status"] != COMPLETE).sum()) for dataset in datasets)
     if failed:
         yield f"runs: {failed} of {sum(dataset['status'].size for dataset in datasets)} failed and count nowhere"
@@ -596,42 +552,41 @@ def _yielding_duration(study: Scene, stiffness_range: StiffnessRange) -> float:
 def _lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[Influence]) -> Iterator[Line]:
     """What to write, key by key."""
     own, walls = study.interfaces[0], {one.wall for one in ranges}
+    known = [one for one in influences if one.verdict]
     for one in ranges:
         beside = {one.interface, *one.buildings} - walls
-        judged = [
-            other for other in influences if other.factor == STIFFNESS and other.verdict and other.place in beside
-        ]
+        judged = [other for other in known if other.factor == STIFFNESS and other.place in beside]
         yield Line(one.interface, one.line, f"{one.why}. {_verdict_words(judged, '')}" if judged else one.why)
-    if written := [one for one in influences if one.factor == PROPOSED and one.verdict and one.place not in walls]:
-        yield Line("", "", _consequence_words(written))
-    laws = [known_law(name) for name in study.models_of(study.contact_model)]
-    for factor, key, consequence in (
+    known = [one for one in known if one.place not in walls]
+    if proposed := [one for one in known if one.factor == PROPOSED]:
+        yield Line("", "", _consequence_words(proposed))
+    rule = GivenRestitution(own.restitution, own.restitution_words, own.relation).written()
+    exact = f'{{value = {shown(rule["value"])}, relation = "exact"}}' if own.relation != AS_PUBLISHED else shown(rule)
+    force = f'"{say(own.yield_force, YIELD_FORCE)}"' if isfinite(own.yield_force) else '"inf"'
+    for factor, key, value, consequence in (
         (
             RESTITUTION,
             "restitution",
+            exact,
             'run the scene with 0.5 and 0.75 too, or write "concrete", which falls with speed',
         ),
-        (FORCE, "yield_force", "take it from the crushing of the floor's end, or the shear strength of the column"),
-        (LAW, "contact_model", "set the laws side by side with compare"),
+        (
+            FORCE,
+            "yield_force",
+            force,
+            "take it from the crushing of the floor's end, or the shear strength of the column",
+        ),
+        (LAW, "contact_model", shown(own.contact_model), "set the laws side by side with compare"),
     ):
-        judged = [one for one in influences if one.factor == factor and one.verdict and one.place not in walls]
-        if not judged:
-            continue
-        values = {
-            "restitution": _restitution_words(own.restitution_words, own.restitution, own.relation),
-            "yield_force": f'"{say(own.yield_force, YIELD_FORCE)}"' if isfinite(own.yield_force) else '"inf"',
-            "contact_model": shown(own.contact_model),
-        }
-        line = "" if len({getattr(one, key) for one in study.interfaces}) > 1 else f"{key} = {values[key]}"
-        why = _verdict_words(judged, consequence)
-        yield Line("", line, why if line else f"{key}, each interface's own: {why}")
+        if judged := [one for one in known if one.factor == factor]:
+            why = _verdict_words(judged, consequence)
+            if len({getattr(one, key) for one in study.interfaces}) > 1:
+                yield Line("", "", f"{key}, each interface's own: {why}")
+            else:
+                yield Line("", f"{key} = {value}", why)
+    laws = [known_law(name) for name in study.models_of(study.contact_model)]
     if laws and all(is_instant(law) for law in laws):
         yield Line("", f"contact_model = {shown(own.contact_model)}", "an instant impact takes no stiffness")
-
-
-def _restitution_words(words: str, rule: Any, relation: str) -> str:
-    written = GivenRestitution(rule, words, relation).written()
-    return shown(written) if relation == AS_PUBLISHED else f'{{value = {shown(written["value"])}, relation = "exact"}}'
 
 
 def _verdict_words(judged: Sequence[Influence], consequence: str) -> str:
@@ -682,7 +637,7 @@ def _listed(influences: Sequence[Influence], verdict: str) -> str:
 
 def _finding(study: Scene, base: xr.Dataset, influences: Sequence[Influence]) -> str:
     """What the stiffness decides and what not, or the restitution where there is no stiffness; and the required gap."""
-    if not _touched(base).any():
+    if not (_cases(base, "impact_count") > 0.0).any():
         needed = say(float(np.nanmax(base["peak_closing_free"].values)), GAP, 3)
         return (
             f"No contact at a gap of {_gap_words(study)} in any of {counted(int(base['status'].size), 'case')}; "

@@ -5,9 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from os import cpu_count
-from typing import Any, NamedTuple, cast
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -16,24 +15,22 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk._common.progress import Progress
 from pounding_risk.ensemble.chunks import Chunk, joined
-from pounding_risk.ensemble.job import Job, ScanInput
+from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.limits import check_memory
 from pounding_risk.ensemble.pair_job import PairJob
 from pounding_risk.ensemble.plausibility import of_input
-from pounding_risk.ensemble.threads import Pending, Threads
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import RecordRequest
-from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.attributes import as_text
-from pounding_risk.results.labels import measure_attributes
 from pounding_risk.results.variables import described
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.records import Records, records_of
 from pounding_risk.scene.scene import Scene, scene_of
 from pounding_risk.scene.variants import check_one_scene
-from pounding_risk.studies.spectra import Shaking, spectra_attributes
+from pounding_risk.studies.spectra import SIDES, Shaking, spectra_attributes, with_amplitude
+from pounding_risk.studies.study import Batches, motion_coordinates
 from pounding_risk.units import MASS, PERIOD, Quantity, exact, shown, si
 
 Array = NDArray[np.float64]
@@ -41,7 +38,6 @@ Array = NDArray[np.float64]
 RATIO = Quantity("1", 0.0, np.inf, "period ratio", open_low=True, open_high=True, example="0.5")
 SHARE = Quantity("1", 0.0, np.inf, "gap share", open_high=True, example="0.5")
 MASS_RATIO = Quantity("1", 0.0, np.inf, "mass ratio", open_low=True, open_high=True, example="2")
-SIDES = ("left", "right")
 USUAL_PERIOD = 0.5  # s, of the building that stays, where records are named and no scene
 USUAL_MASS = 1e6  # kg: jumps in velocity depend on the ratio of the masses alone
 USUAL_MODEL, USUAL_RESTITUTION = "stereomechanical", 0.65  # of records: it takes no stiffness
@@ -83,7 +79,7 @@ class Chart(NamedTuple):
         return [Pair((float(left), float(right)), own) for (left, right), own in zip(periods, gaps, strict=True)]
 
 
-# ---------------------------------------------------------------------------------------------- what is asked for
+# ----------------------------------------------------------------------------------------------------- the options
 
 
 def pair_scene(source: Any, mass_ratio: Any) -> Scene:
@@ -137,8 +133,8 @@ def staying_periods(periods: Any, own: float) -> Array:
 # ------------------------------------------------------------------------------------------------------ the runs
 
 
-class PairsJob:
-    """The grids of several pairs under the same motions, one after the other, as the threads of a scan take them."""
+class PairsJob(Batches):
+    """The grids of several pairs under the same motions, one after the other."""
 
     def __init__(self, scenes: Sequence[Scene], motions: tuple[Motion, ...]):
         self.jobs: list[PairJob] = []
@@ -155,24 +151,19 @@ class PairsJob:
         self.batches = self.each * len(self.jobs)
         self.bytes_per_batch = self.jobs[0].bytes_per_batch
 
-    def pieces(self, batches: range) -> Iterator[tuple[PairJob, range]]:
-        """The batches by pair: its job, and which of its own batches they are."""
-        start = batches.start
-        while start < batches.stop:
-            number, first = divmod(start, self.each)
-            count = min(self.each - first, batches.stop - start)
-            yield self.jobs[number], range(first, first + count)
-            start += count
-
     def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None:
         """Peaks of both buildings, touches and status of these batches; None where it was stopped."""
         chunks: list[Chunk] = []
-        for job, own in self.pieces(batches):
-            chunk = job.solve(own, stop)
+        start = batches.start
+        while start < batches.stop:
+            number, first = divmod(start, self.each)
+            own = range(first, min(self.each, first + batches.stop - start))
+            chunk = self.jobs[number].solve(own, stop)
             if chunk is None:
                 return None
-            values = job.writer().values(own, chunk)
+            values = self.jobs[number].writer().values(own, chunk)
             chunks.append({name: values[name][:, 0] for name in (*PEAKS.values(), "impact_count", "status")})
+            start += len(own)
         return joined(chunks)
 
 
@@ -186,17 +177,23 @@ class Responses(NamedTuple):
 
 
 def responses(
-    study: Scene,
-    shaking: Shaking,
-    pairs: Sequence[Pair],
-    workers: int | None = None,
-    progress: Progress | None = None,
+    study: Scene, shaking: Shaking, pairs: Sequence[Pair], workers: int | None = None, progress: Progress | None = None
 ) -> Responses:
     """Run every pair of periods at its gaps under every motion, as a scan of a scene with these numbers.
 
     Raises PoundingError where the peaks take more than `MOST_BYTES`, and as a scan.
     """
-    scenes = [_at(study, pair) for pair in pairs]
+    between = study.interfaces[0]
+    scenes = []
+    for pair in pairs:
+        grid = study.grid._replace(
+            gaps=tuple(pair.gaps.tolist()),
+            yield_forces=(between.yield_force,),
+            contact_models=(between.contact_model,),
+            amplitudes=(None,),
+        )
+        buildings = (one._replace(period=period) for one, period in zip(study.pair, pair.periods, strict=True))
+        scenes.append(study.updated(buildings=tuple(buildings), grid=grid))
     gaps, motions = pairs[0].gaps.size, shaking.motions
     shape = (len(pairs), len(motions), len(shaking.polarities), gaps)
     cases = int(np.prod(shape))
@@ -207,18 +204,7 @@ def responses(
         )
     check_memory(min(scenes, key=lambda scene: min(one.period for one in scene.pair)), motions)
     job = PairsJob(scenes, motions)
-    chunks: dict[int, Chunk] = {}
-    done = [0]
-
-    def keep(batches: range, chunk: Chunk, seconds: float) -> None:
-        chunks[batches.start] = chunk
-        done[0] += len(batches)
-        if progress is not None:
-            progress(done[0], job.batches)
-
-    pending = Pending([range(job.batches)], lambda _: 0, bytes_per_batch=job.bytes_per_batch)
-    Threads(workers or cpu_count() or 1).run(cast(Job, job), pending, keep)
-    whole = joined([chunks[start] for start in sorted(chunks)])
+    whole = job.solved(workers, progress)
     alone = [one.free_values() for one in job.jobs]
     free_shape = (*shape[:-1], 1, 2)
     return Responses(
@@ -227,19 +213,6 @@ def responses(
         whole["impact_count"].reshape(shape) > 0,
         whole["status"].reshape(shape) != 0,
     )
-
-
-def _at(study: Scene, pair: Pair) -> Scene:
-    """The scene with these periods and gaps, its own contact model and yield force, under motions as they are."""
-    between = study.interfaces[0]
-    grid = study.grid._replace(
-        gaps=tuple(pair.gaps.tolist()),
-        yield_forces=(between.yield_force,),
-        contact_models=(between.contact_model,),
-        amplitudes=(None,),
-    )
-    buildings = (one._replace(period=period) for one, period in zip(study.pair, pair.periods, strict=True))
-    return study.updated(buildings=tuple(buildings), grid=grid)
 
 
 def raised(peaks: Responses, word: str) -> Array:
@@ -273,34 +246,36 @@ def amplification_dataset(
     for word in outputs_of(study):
         ratio = raised(peaks, word)  # pair, record, polarity, gap, building
         flat = np.moveaxis(ratio.reshape(len(ratio), -1, *ratio.shape[3:]), 1, 0).reshape(-1, *places, values.size, 2)
-        what = f"peak {word} with contact over that without"
         known = np.isfinite(flat)
         with np.errstate(invalid="ignore"):
             several = _percentiles(flat, percentiles)
             amplified = np.where(known.any(axis=0), (flat > 1.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1), np.nan)
+        largest = np.where(known, flat, -np.inf).max(axis=0)
+        largest = np.where(np.isfinite(largest), largest, np.nan)
+        what = f"peak {word} with contact over that without"
+        several_words = f"{what}, percentile over {count}; 1 where nothing touches"
+        share_words = "share of the motions in which contact raises it"
         variables |= {
-            f"{word}_amplification": (
-                ("percentile", *dims),
-                several,
-                described("1", f"{what}, percentile over {count}; 1 where nothing touches"),
-            ),
-            f"{word}_amplification_largest": (dims, _largest(flat), described("1", f"{what}, largest of {count}")),
-            f"{word}_amplified": (dims, amplified, described("1", "share of the motions in which contact raises it")),
+            f"{word}_amplification": (("percentile", *dims), several, described("1", several_words)),
+            f"{word}_amplification_largest": (dims, largest, described("1", f"{what}, largest of {count}")),
+            f"{word}_amplified": (dims, amplified, described("1", share_words)),
         }
         if keep_motions:
             each = np.moveaxis(ratio, 0, 2).reshape(*ratio.shape[1:3], *places, values.size, 2)
-            variables[f"{word}_amplification_of_motion"] = (
-                ("record", "polarity", *dims),
-                each,
-                described("1", f"{what}, in each motion"),
-            )
+            about = described("1", f"{what}, in each motion")
+            variables[f"{word}_amplification_of_motion"] = (("record", "polarity", *dims), each, about)
     touched = peaks.touched.reshape(*places, -1, values.size).mean(axis=2)
     variables["contact_share"] = (of_pair, touched, described("1", "share of the motions in which they touch"))
-    dataset = xr.Dataset(variables, _coordinates(study, shaking, chart, percentiles), _attributes(study, shaking))
-    dataset.attrs["failed_runs"] = int(peaks.failed.sum())
-    if "amplitude" not in dataset.attrs:
-        dataset.attrs["amplitude"] = amplitude_words(dataset)
-    return dataset
+    dataset = xr.Dataset(variables, _coordinates(study, shaking, chart, percentiles), spectra_attributes(shaking))
+    notes = of_input(study, shaking.motions)
+    dataset.attrs |= {
+        "title": "Amplification of two buildings by pounding over the ratio of their periods and the gap",
+        "source": "pounding_risk: runs of a pair with and without contact",
+        "contact_model": study.interfaces[0].contact_model,
+        **({"notes": as_text(list(notes))} if notes else {}),
+        "failed_runs": int(peaks.failed.sum()),
+    }
+    return with_amplitude(dataset)
 
 
 def _percentiles(flat: Array, percentiles: Sequence[float]) -> Array:
@@ -311,65 +286,26 @@ def _percentiles(flat: Array, percentiles: Sequence[float]) -> Array:
     return np.where(unknown, np.nan, np.nanpercentile(np.where(unknown, 1.0, flat), percentiles, axis=0))
 
 
-def _largest(flat: Array) -> Array:
-    """The largest over the first axis, of the values that are known; NaN where none is."""
-    largest = np.where(np.isfinite(flat), flat, -np.inf).max(axis=0)
-    return np.where(np.isfinite(largest), largest, np.nan)
-
-
 def _coordinates(study: Scene, shaking: Shaking, chart: Chart, percentiles: Sequence[float]) -> dict[str, Any]:
     name, values = chart.gap_axis
-    pair = study.pair
+    pair, of_pair = study.pair, ("fixed_period", "period_ratio")
     names = [one.name for one in pair]
     stays, varies = names[chart.stays], names[1 - chart.stays]
+    masses, dampings = [one.mass for one in pair], [one.damping for one in pair]
     coords: dict[str, Any] = {
         "percentile": ("percentile", list(percentiles), described("%", "share of the motions that have no more")),
         "fixed_period": ("fixed_period", chart.periods, described("s", f"period of {stays}, which stays")),
         "period_ratio": ("period_ratio", chart.ratios, described("1", f"period of {varies} over that of {stays}")),
         "building": ("building", names, {"long_name": "building, left to right"}),
-        "building_period": (
-            ("fixed_period", "period_ratio", "building"),
-            chart.periods_of(),
-            described("s", "period of each building"),
-        ),
-        "building_mass": ("building", [one.mass for one in pair], described("kg", "mass of the building")),
-        "building_damping": (
-            "building",
-            [one.damping for one in pair],
-            described("1", "damping ratio of the building"),
-        ),
-        "reference_gap": (
-            ("fixed_period", "period_ratio"),
-            chart.reference,
-            described("m", chart.reference_words),
-        ),
-        "record": ("record", [motion.name for motion in shaking.motions], {"long_name": "ground motion"}),
-        "polarity": ("polarity", list(shaking.polarities), {"long_name": "sign of the ground motion"}),
-        "record_pga": (
-            "record",
-            [motion.pga for motion in shaking.motions],
-            described("m/s2", "peak ground acceleration that the buildings felt"),
-        ),
+        "building_period": ((*of_pair, "building"), chart.periods_of(), described("s", "period of each building")),
+        "building_mass": ("building", masses, described("kg", "mass of the building")),
+        "building_damping": ("building", dampings, described("1", "damping ratio of the building")),
+        "reference_gap": (of_pair, chart.reference, described("m", chart.reference_words)),
+        **motion_coordinates(shaking.motions, shaking.polarities, shaking.level),
     }
     if name == "gap":
         coords["gap"] = ("gap", values, described("m", "clear distance at rest"))
     else:
         coords[name] = (name, values, described("1", f"gap over the {chart.reference_words}"))
-        coords["gap"] = (("fixed_period", "period_ratio", name), chart.gaps, described("m", "clear distance at rest"))
-    level = shaking.level
-    if level is not None:
-        coords[level.measure.axis] = ((), level.value, measure_attributes(level.measure))
+        coords["gap"] = ((*of_pair, name), chart.gaps, described("m", "clear distance at rest"))
     return coords
-
-
-def _attributes(study: Scene, shaking: Shaking) -> dict[str, Any]:
-    """What it takes to make the dataset again, and what is told of the input."""
-    notes = of_input(study, shaking.motions)
-    between = study.interfaces[0]
-    return {
-        **spectra_attributes(shaking),
-        "title": "Amplification of two buildings by pounding over the ratio of their periods and the gap",
-        "source": "pounding_risk: runs of a pair with and without contact",
-        "contact_model": between.contact_model,
-        **({"notes": as_text(list(notes))} if notes else {}),
-    }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from math import pi, sin
 from pathlib import Path
@@ -22,7 +22,7 @@ from pounding_risk.scene.scene import Scene
 
 CODE = ".nbc"  # suffix of files with compiled functions; their index has another one
 VERSION_FOLDER = re.compile(r"[0-9a-f]{16}")  # name of the folder of one version, a digest of its sources
-DT, SHAKING, REST = 0.01, 0.5, 1.0  # s, of the made record that kernels are called with
+DT, SHAKING, REST = 0.01, 0.5, 1.0  # s, of the synthetic record that kernels are called with
 
 
 @dataclass(frozen=True, repr=False)
@@ -52,8 +52,8 @@ def cache(
 ) -> CompileCache:
     """Compile what scenes need, so that their first scan and simulation start at once, and look into the cache.
 
-    Each scene is run with a made record of one and a half seconds and one case of each contact model: the records of
-    the scene need not be there.
+    Each scene is run with a synthetic record of one and a half seconds and one case of each contact model: the records
+    of the scene need not be there.
 
     Parameters
     ----------
@@ -89,55 +89,61 @@ def cache(
             else f"cache: {cache_doubt() or 'no folder can be written; set NUMBA_CACHE_DIR to one that can'}"
         )
     for number, study in enumerate(studies, start=1):
-        compile_for(_with_all_models(study) if all_models else study)
+        if all_models:
+            from pounding_risk.studies.compare import on_equal_terms  # looking into the cache needs no solver
+
+            study = on_equal_terms(study, (), None, (None, None))
+        compile_for(study)
         if progress is not None:
             progress(number, len(studies))
-    others = list(_others())
+    folder = Path(kept_in) if (kept_in := compile_cache()) else None
+    others = (
+        []
+        if folder is None
+        else [
+            other
+            for other in sorted(folder.parent.iterdir())
+            if other != folder and other.is_dir() and not other.is_symlink() and VERSION_FOLDER.fullmatch(other.name)
+        ]
+    )
     if clear_others:
-        for folder in others:
-            shutil.rmtree(folder, ignore_errors=True)
-        others = [folder for folder in others if folder.exists()]
-    kept_in = compile_cache()
-    files = _code_in(Path(kept_in)) if kept_in else []
+        for other in others:
+            shutil.rmtree(other, ignore_errors=True)
+        others = [other for other in others if other.exists()]
+    files = _code_in(folder) if folder else []
     return CompileCache(
-        Path(kept_in) if kept_in else None,
+        folder,
         sum(file.suffix == CODE for file in files),
-        _bytes(files),
+        sum(file.stat().st_size for file in files),
         tuple(others),
-        sum(_bytes(_code_in(folder)) for folder in others),
+        sum(file.stat().st_size for other in others for file in _code_in(other)),
     )
 
 
-def _with_all_models(study: Scene) -> Scene:
-    from pounding_risk.studies.compare import on_equal_terms  # looking into the cache needs no solver
-
-    return on_equal_terms(study, (), None, (None, None))
-
-
 def compile_for(study: Scene) -> None:
-    """Run one case of each contact model of a scene under a made record, as `scan` and `simulate` do."""
+    """Run one case of each contact model of a scene under a synthetic record, as `scan` and `simulate` do."""
     from pounding_risk.ensemble.scan import scan
     from pounding_risk.studies.simulate import simulate
 
+    buildings: list[Building | Storeys] = []
+    for building in study.buildings:
+        support = building.support
+        if support.records:  # ground that moves otherwise than its neighbours'
+            support = support._replace(factor=0.5 * support.factor, records=())
+        if isinstance(building, Building):
+            buildings.append(building._replace(support=support))
+        else:
+            buildings.append(replace(building, support=support))
     with TemporaryDirectory() as folder:
         path = Path(folder) / "made.AT2"
         path.write_text(_made_record(SHAKING + REST + study.lag), encoding="ascii")
         request = RecordRequest((), (str(path),), None, None, None, (AS_RECORDED,), "auto", 0.0)
         grid = study.grid
         one = grid._replace(gaps=grid.gaps[:1], yield_forces=grid.yield_forces[:1], amplitudes=(None,))
-        buildings = tuple(map(_without_own_record, study.buildings))
-        few = study.updated(records=request, grid=one, axes=(), buildings=buildings, text="", overrides=())
+        few = study.updated(records=request, grid=one, axes=(), buildings=tuple(buildings), text="", overrides=())
         scan(few, check_fraction=1.0, workers=1)
         for name in dict.fromkeys((few.contact_model, *few.grid.contact_models)):
             simulate(few, law=name)
-
-
-def _without_own_record(building: Building | Storeys) -> Building | Storeys:
-    """The building on ground that moves otherwise than its neighbours', where it has a record of its own."""
-    if not building.support.records:
-        return building
-    support = building.support._replace(factor=0.5 * building.support.factor, records=())
-    return building._replace(support=support) if isinstance(building, Building) else replace(building, support=support)
 
 
 def _made_record(duration: float) -> str:
@@ -154,20 +160,5 @@ def _made_record(duration: float) -> str:
     return "\n".join([*head, *map(repr, samples)]) + "\n"
 
 
-def _others() -> Iterator[Path]:
-    """Folders of other versions beside the one of this version."""
-    current = compile_cache()
-    if current is None:
-        return
-    own = Path(current)
-    for folder in sorted(own.parent.iterdir()):
-        if folder != own and folder.is_dir() and not folder.is_symlink() and VERSION_FOLDER.fullmatch(folder.name):
-            yield folder
-
-
 def _code_in(folder: Path) -> list[Path]:
     return [file for file in folder.rglob("*.nb[ci]") if file.is_file()]
-
-
-def _bytes(files: Iterable[Path]) -> int:
-    return sum(file.stat().st_size for file in files)

@@ -12,12 +12,11 @@ import json
 from collections.abc import Callable, Sequence
 from math import inf, nan
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from pounding_risk._common.dates import created
 from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.ensemble.laws import beyond_reach, check_reach
 from pounding_risk.ensemble.replacing import check_replaceable_scene
@@ -28,30 +27,26 @@ from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import AS_ASKED, AS_PUBLISHED, misfit, relation_fault
 from pounding_risk.models.effects import refusal
 from pounding_risk.models.structures.contact_points import LevelRule
+from pounding_risk.motions.levels import driven
 from pounding_risk.results.along import Stack
 from pounding_risk.results.attributes import as_text
-from pounding_risk.results.files import check_target, save
+from pounding_risk.results.files import check_target
 from pounding_risk.results.labels import described
+from pounding_risk.results.run_labels import Case
 from pounding_risk.results.scene_axes import VARIANTS, axes_of, settled
 from pounding_risk.scene.interfaces import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, known_law, unknown_law
+from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
-from pounding_risk.scene.scene_axis import SceneAxis, count_of
+from pounding_risk.scene.scene_axis import count_of
 from pounding_risk.scene.variants import Variants, check_one_scene, where_words
 from pounding_risk.solver.pair.isolated import Impact
+from pounding_risk.studies import compare_findings as findings
 from pounding_risk.studies.compare_along import along_finding
-from pounding_risk.studies.compare_findings import (
-    APART,
-    AT_SOME,
-    at_interface,
-    finding,
-    interface_names,
-    tables,
-    typical_case,
-    widest_interface,
-)
-from pounding_risk.studies.compare_histories import Shown, histories_of_laws
+from pounding_risk.studies.histories import level_forces
 from pounding_risk.studies.impact import impact
+from pounding_risk.studies.simulate import run_of
+from pounding_risk.studies.study import saved
 from pounding_risk.units import SPEED, shown, si
 
 USUAL_TERMS = EqualTerms(same=EQUAL_TERMS[0], speed=0.5)  # where neither the call nor the scene says otherwise
@@ -67,7 +62,6 @@ TABLES = (*(f"ratio_{part}" for part in ("low", "median", "high")), "rank_agreem
 TABLES += ("flips", "judged", "gap_without_contact")
 CURVES = {"time": ("s", "time since the touch"), "penetration": ("m", "penetration"), "force": ("N", "contact force")}
 Known = dict[Any, list[Impact]]  # reference impacts by all that they depend on
-Made = TypeVar("Made")
 
 
 def compare(
@@ -137,113 +131,82 @@ def compare(
     check_one_scene(study.updated(axes=tuple(axis for axis in study.axes if axis.dimension)), "compare")
     if study.axes and count_of(study.axes) == 1:
         study = Variants(study).scene(0)
-    asked = Asked(tuple(laws), baseline, (same, speed), relation)
-    equal = equal_along(study, asked) if study.axes else _equal(study, asked)
+    equal, reasons = with_equal_terms(study, Request(tuple(laws), baseline, (same, speed), relation))
     if target is not None:
-        check_replaceable_scene(target, "compare", equal.study, new)
-    whole, baseline = scan(equal.study, progress=progress), baseline or study.contact_model
+        check_replaceable_scene(target, "compare", equal, new)
+    whole, baseline = scan(equal, progress=progress), baseline or study.contact_model
     if study.axes:
-        dataset = _along(equal, whole, baseline)
+        dataset = _along(equal, whole, baseline, reasons)
     else:
-        dataset = _of_scene(equal.study, whole, baseline, {})
-        interface = widest_interface(dataset)
-        shown_case = Shown(typical_case(at_interface(dataset, interface), baseline), interface)
-        dataset = dataset.assign(histories_of_laws(equal.study, shown_case, baseline))
-        dataset.attrs |= equal.told() | {"finding": finding(dataset)}
-    dataset.attrs |= created("pounding_risk.compare")
-    if target is not None:
-        save(dataset, target)
-    return dataset
+        dataset = _of_scene(equal, whole, baseline, {})
+        interface = findings.widest_interface(dataset)
+        case = findings.typical_case(findings.at_interface(dataset, interface), baseline)
+        dataset = dataset.assign(_histories(equal, case, interface, baseline))
+        dataset.attrs |= reasons | {"finding": findings.finding(dataset)}
+    return saved(dataset, "compare", target)
 
 
-class Asked(NamedTuple):
-    """What a call of `compare` asks for, whatever the scene."""
-
-    laws: tuple[str, ...]  # none for those of the grid, or for all
-    baseline: str | None
-    terms: tuple[str | None, float | str | None]  # what is the same in the reference impact, and its speed
-    relation: str | None
-
-    def has_laws(self, study: Scene) -> bool:
-        """Whether the call or the grid says which laws are compared."""
-        return bool(self.laws) or len(study.grid.contact_models) > 1
+# ------------------------------------------------------------------------------------------------------ equal terms
 
 
-class Equal(NamedTuple):
-    """A scene whose laws are on equal terms, along its axes at every place, and what could not be had."""
+class Request(NamedTuple):
+    """The options of a call of `compare`, whatever the scene."""
 
-    study: Scene
-    left_out: str  # which laws, and why
-    unequal_e: str  # why e is not equal
-
-    def told(self) -> dict[str, str]:
-        """The attributes of the dataset that say so."""
-        return {"left_out": self.left_out, "unequal_e": self.unequal_e}
+    laws: tuple[str, ...] = ()  # none for those of the grid, or for all
+    baseline: str | None = None
+    terms: tuple[str | None, float | str | None] = (None, None)  # what the reference impacts share, and their speed
+    relation: str | None = None
 
 
-def _equal(study: Scene, asked: Asked) -> Equal:
-    without = "" if asked.has_laws(study) else left_out(study)
-    equal, unequal = _on_terms(study, asked)
-    return Equal(equal, without, unequal)
-
-
-def _on_terms(study: Scene, asked: Asked) -> tuple[Scene, str]:
-    """The scene with its laws on the terms that are asked for, and why e is not equal."""
-    return with_relation(on_equal_terms(study, asked.laws, asked.baseline, asked.terms), asked.relation)
-
-
-def _of_scene(study: Scene, dataset: xr.Dataset, baseline: str, known: Known) -> xr.Dataset:
-    """The scan of a scene with the reference impacts, and what is set against the baseline."""
-    dataset = dataset.assign(_impacts(study, dataset, known))
-    dataset = dataset.assign(tables(dataset, baseline))
-    terms = study.equal_terms or USUAL_TERMS
-    return dataset.assign_attrs(
-        baseline=baseline, reference_law=study.contact_model, same=terms.same, speed=terms.speed
-    )
-
-
-# ------------------------------------------------------------------------------------------------ along axes
-
-
-def equal_along(study: Scene, asked: Asked) -> Equal:
-    """The scene with what brings its laws on equal terms at every place along its axes.
+def with_equal_terms(study: Scene, request: Request) -> tuple[Scene, dict[str, str]]:
+    """The scene with its laws on equal terms, at every place along its axes, and attributes that say what is not so.
 
     Compared are the laws that can be at every place, under one relation: the exact one where all places have it.
     """
-    variants = Variants(study)
-    places = {where_words(variants.overrides(number)): variants.scene(number) for number in range(variants.count)}
+    places = {"": study}
+    if study.axes:
+        variants = Variants(study)
+        places = {where_words(variants.overrides(number)): variants.scene(number) for number in range(variants.count)}
     without = ""
-    if not asked.has_laws(study):
+    if not request.laws and len(study.grid.contact_models) < 2:
         common = set.intersection(*(set(runnable(scene)) for scene in places.values()))
         laws = tuple(name for name in CONTACT_MODELS if name in common) or (study.contact_model,)
-        asked, without = asked._replace(laws=laws), _left_out_along(places)
-    equal = _at_all(places, lambda scene: _on_terms(scene, asked))
+        request, without = request._replace(laws=laws), left_out(places)
+
+    def on_terms(scene: Scene) -> tuple[Scene, str]:
+        equal = on_equal_terms(scene, request.laws, request.baseline, request.terms)
+        return with_relation(equal, request.relation)
+
+    equal = _at_all(places, on_terms)
     reasons = {where: why for where, (_, why) in equal.items() if why}
-    unequal = _at_some(next(iter(reasons.values())), list(reasons), len(places)) if reasons else ""
+    unequal = _at_some(reasons, len(places)) if reasons else ""
+    attributes = {"left_out": without, "unequal_e": unequal}
+    first, _ = next(iter(equal.values()))
+    if not study.axes:
+        return first, attributes
 
     def brought(scene: Scene) -> Scene:
-        scene, _ = _on_terms(scene, asked)
+        scene, _ = on_terms(scene)
         return scene.updated(relation=AS_PUBLISHED) if unequal else scene
 
-    first = brought(next(iter(places.values())))
     names = first.grid.contact_models
     _at_all(places, lambda scene: check_reach(brought(scene), names))
     base = study.updated(
         grid=study.grid._replace(contact_models=names),
-        equal_terms=terms_of(study, asked.terms),
-        relation=first.relation,
+        equal_terms=terms_of(study, request.terms),
+        relation=AS_PUBLISHED if unequal else first.relation,
         at_every_place=brought,
     )
-    return Equal(base, without, unequal)
+    return base, attributes
 
 
-def _at_all(places: dict[str, Scene], made: Callable[[Scene], Made]) -> dict[str, Made]:
-    """What is made of the scene at every place; raises as ``made``, with the place where not all places raise it."""
-    results: dict[str, Made] = {}
+def _at_all(places: dict[str, Scene], function: Callable[[Scene], Any]) -> dict[str, Any]:
+    """The values of a function at every place; raises as it does, with the place where not all places raise it."""
+    results: dict[str, Any] = {}
     errors: dict[str, PoundingError] = {}
     for where, scene in places.items():
         try:
-            results[where] = made(scene)
+            results[where] = function(scene)
         except PoundingError as error:
             errors[where] = error
     for where, first in errors.items():
@@ -251,66 +214,12 @@ def _at_all(places: dict[str, Scene], made: Callable[[Scene], Made]) -> dict[str
     return results
 
 
-def _left_out_along(places: dict[str, Scene]) -> str:
-    """As `left_out`, with where it is where that is not at every place."""
-    hindered: dict[str, dict[str, str]] = {}  # by law: why, by place
-    for where, scene in places.items():
-        for name in CONTACT_MODELS:
-            if why := _hindered(scene, name):
-                hindered.setdefault(name, {})[where] = why
-    reasons: dict[str, list[str]] = {}
-    for name, by_place in hindered.items():
-        why = _at_some(next(iter(by_place.values())), list(by_place), len(places))
-        reasons.setdefault(why, []).append(name)
-    return "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
-
-
-def _at_some(sentence: str, where: Sequence[str], count: int) -> str:
-    """A sentence with the first place where it holds, and at how many it does, unless at all of ``count``."""
-    if len(where) == count:
+def _at_some(reasons: dict[str, str], count: int) -> str:
+    """The first of the reasons by place, with its place and their number unless that is ``count``, of all places."""
+    where, sentence = next(iter(reasons.items()))
+    if len(reasons) == count:
         return sentence
-    return f"{sentence} (at {len(where)} of {count} places, the first {where[0]})"
-
-
-def _along(equal: Equal, whole: xr.Dataset, baseline: str) -> xr.Dataset:
-    """The scan along axes with what a comparison adds at each place, and a finding on how that changes.
-
-    Ratios, ranks, flips and gaps have all axes as dimensions, what describes the laws those along which it differs.
-    """
-    axes, known = axes_of(whole), dict[Any, Any]()
-    variants = Variants(equal.study, axes)
-    attributes = Stack(variants.shape)
-    parts: list[xr.Dataset] = []
-    for number in range(variants.count):
-        places = zip(axes, variants.places(number), strict=True)
-        part = settled(whole.isel({axis.name: [place] for axis, place in places}))
-        compared = _of_scene(variants.scene(number), part, baseline, known)
-        facts = {name: compared.attrs[name] for name in ("same", "speed")}
-        attributes.add(number, facts | {"finding": finding(compared)})
-        parts.append(compared.drop_vars(part.variables).drop_attrs(deep=False))
-    facts = {name: compared.attrs[name] for name in ("baseline", "reference_law", "same", "speed")}
-    facts = {name: value for name, value in facts.items() if name not in attributes.differing()}
-    told = json.loads(whole.attrs[VARIANTS])
-    told["attributes"] += attributes.as_lists(whole=True)
-    dataset = whole.assign(_stacked(parts, axes, variants.shape))
-    dataset.attrs |= facts | {VARIANTS: as_text(told)} | equal.told()
-    return dataset.assign_attrs(finding=along_finding(dataset))
-
-
-def _stacked(parts: list[xr.Dataset], axes: Sequence[SceneAxis], shape: tuple[int, ...]) -> dict[str, Any]:
-    """The variables of the places along axes, as xarray takes them, their dimensions first."""
-    longest = max(part.sizes["impact_step"] for part in parts)
-    padded = [part.pad(impact_step=(0, longest - part.sizes["impact_step"])) for part in parts]
-    stack, variables = Stack(shape), dict[str, Any]()
-    for number, part in enumerate(padded):
-        stack.add(number, {str(name): part[name].values for name in part.variables})
-    for name, (along, values) in stack.reduced().items():
-        own = parts[0][name]
-        if name in TABLES:
-            along, values = tuple(range(len(shape))), np.stack([part[name].values for part in parts])
-            values = values.reshape(*shape, *own.shape)
-        variables[name] = ((*(axes[number].name for number in along), *own.dims), values, own.attrs)
-    return variables
+    return f"{sentence} (at {len(reasons)} of {count} places, the first {where})"
 
 
 def on_equal_terms(
@@ -321,36 +230,45 @@ def on_equal_terms(
     if baseline is not None and (not isinstance(baseline, str) or baseline not in known):
         raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
     grid = study.grid.contact_models
-    names_asked = tuple(laws) or (grid if len(grid) > 1 else runnable(study))
-    names = tuple(dict.fromkeys((*names_asked, baseline or study.contact_model)))
+    chosen = tuple(laws) or (grid if len(grid) > 1 else runnable(study))
+    names = tuple(dict.fromkeys((*chosen, baseline or study.contact_model)))
     for name in study.models_of(*names):
         known_law(name)
         if why := job_kind(study).unsolved(study, name) or study.lacks_table(name):
             raise PoundingError(f"compare: {name}: {why}; leave it out")
     if len(names) < 2:
         raise PoundingError(f"compare: {names[0]} alone is no comparison; name another law, or none to run them all")
-    if without_stiffness := [
-        name for name in study.models_of(study.contact_model) if "stiffness" not in known_law(name)._fields
-    ]:
-        raise PoundingError(
-            f"compare: {without_stiffness[0]} has no stiffness to which other laws could be calibrated; give the "
-            "interface a contact_model that has one, and name this one as the baseline"
+    for name in study.models_of(study.contact_model):
+        if "stiffness" not in known_law(name)._fields:
+            raise PoundingError(
+                f"compare: {name} has no stiffness to which other laws could be calibrated; give the "
+                "interface a contact_model that has one, and name this one as the baseline"
+            )
+    damped = [name for name in study.models_of(*names) if known_law(name).needs_restitution]
+    if damped and _lacks_restitution(study):
+        undamped = [name for name in runnable(study) if not known_law(name).needs_restitution]
+        raise SceneError(
+            study.source,
+            [
+                f"{', '.join(damped)} need{'s' if len(damped) == 1 else ''} a restitution, and the scene gives none; "
+                'write restitution = 0.65, or restitution = "concrete", in [[interface]], '
+                f"or compare {', '.join(undamped)} alone"
+            ],
         )
-    _check_restitution(study, names)
     return study.updated(grid=study.grid._replace(contact_models=names), equal_terms=terms_of(study, terms))
 
 
 def terms_of(study: Scene, terms: tuple[str | None, float | str | None]) -> EqualTerms:
-    """What the reference impacts have in common, and their speed: as asked for, or as the scene has them, or usual."""
-    scene_terms = study.equal_terms or USUAL_TERMS
-    same, speed = terms[0] or scene_terms.same, scene_terms.speed if terms[1] is None else terms[1]
+    """What the reference impacts share, and their speed: those of the call, or of the scene, or the usual ones."""
+    usual = study.equal_terms or USUAL_TERMS
+    same, speed = terms[0] or usual.same, usual.speed if terms[1] is None else terms[1]
     if same not in EQUAL_TERMS:
         raise PoundingError(f"compare: same is {shown(same)}; it may be {' or '.join(map(shown, EQUAL_TERMS))}")
     return EqualTerms(same=same, speed=si(speed, SPEED, "compare: speed"), every_law=True)
 
 
 def with_relation(study: Scene, relation: str | None) -> tuple[Scene, str]:
-    """The study under the relation with which its laws return the same e, or the one asked for; and why it is not."""
+    """The study under a relation, by default that with which its laws return the same e; and why e is not the same."""
     names = study.models_of(*study.grid.contact_models)
     laws = [known_law(name) for name in names]
     if relation is not None:
@@ -370,17 +288,17 @@ def runnable(study: Scene) -> tuple[str, ...]:
     return tuple(name for name in CONTACT_MODELS if not _hindered(study, name))
 
 
-def left_out(study: Scene) -> str:
-    """A sentence for the contact models that are not `runnable`; "" where all are."""
+def left_out(places: dict[str, Scene]) -> str:
+    """A sentence for the contact models that are not `runnable` at every place, with where; "" where all are."""
     reasons: dict[str, list[str]] = {}
     for name in CONTACT_MODELS:
-        if why := _hindered(study, name):
-            reasons.setdefault(why, []).append(name)
+        if by_place := {where: why for where, scene in places.items() if (why := _hindered(scene, name))}:
+            reasons.setdefault(_at_some(by_place, len(places)), []).append(name)
     return "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
 
 
 def _hindered(study: Scene, name: str) -> str:
-    """Why a contact model cannot be compared in this scene unless it is asked for; "" where it can."""
+    """Why a contact model cannot be compared in this scene unless it is named; "" where it can."""
     law = known_law(name)
     if why := job_kind(study).unsolved(study, name) or study.lacks_table(name):
         return why
@@ -400,19 +318,53 @@ def _lacks_restitution(study: Scene) -> bool:
     return any(interface.restitution_words == NO_RESTITUTION for interface in study.interfaces)
 
 
-def _check_restitution(study: Scene, names: tuple[str, ...]) -> None:
-    """Tell every law at once that needs a restitution, where the scene gives none."""
-    damped = [name for name in study.models_of(*names) if known_law(name).needs_restitution]
-    if damped and _lacks_restitution(study):
-        undamped = [name for name in runnable(study) if not known_law(name).needs_restitution]
-        raise SceneError(
-            study.source,
-            [
-                f"{', '.join(damped)} need{'s' if len(damped) == 1 else ''} a restitution, and the scene gives none; "
-                'write restitution = 0.65, or restitution = "concrete", in [[interface]], '
-                f"or compare {', '.join(undamped)} alone"
-            ],
-        )
+# ------------------------------------------------------------------------------------------------------ the dataset
+
+
+def _of_scene(study: Scene, dataset: xr.Dataset, baseline: str, known: Known) -> xr.Dataset:
+    """The scan of a scene with the reference impacts, and what is set against the baseline."""
+    dataset = dataset.assign(_impacts(study, dataset, known))
+    dataset = dataset.assign(findings.tables(dataset, baseline))
+    terms = study.equal_terms or USUAL_TERMS
+    return dataset.assign_attrs(
+        baseline=baseline, reference_law=study.contact_model, same=terms.same, speed=terms.speed
+    )
+
+
+def _along(equal: Scene, whole: xr.Dataset, baseline: str, reasons: dict[str, str]) -> xr.Dataset:
+    """The scan along axes with what a comparison adds at each place, and a finding on how that changes.
+
+    Ratios, ranks, flips and gaps have all axes as dimensions, what describes the laws those along which it differs.
+    """
+    axes, known = axes_of(whole), dict[Any, Any]()
+    variants = Variants(equal, axes)
+    attributes, stack = Stack(variants.shape), Stack(variants.shape)
+    parts: list[xr.Dataset] = []
+    for number in range(variants.count):
+        places = zip(axes, variants.places(number), strict=True)
+        part = settled(whole.isel({axis.name: [place] for axis, place in places}))
+        compared = _of_scene(variants.scene(number), part, baseline, known)
+        facts = {name: compared.attrs[name] for name in ("same", "speed")}
+        attributes.add(number, facts | {"finding": findings.finding(compared)})
+        parts.append(compared.drop_vars(part.variables).drop_attrs(deep=False))
+    facts = {name: compared.attrs[name] for name in ("baseline", "reference_law", "same", "speed")}
+    facts = {name: value for name, value in facts.items() if name not in attributes.differing()}
+    longest = max(part.sizes["impact_step"] for part in parts)
+    for number, part in enumerate(parts):
+        padded = part.pad(impact_step=(0, longest - part.sizes["impact_step"]))
+        stack.add(number, {str(name): padded[name].values for name in padded.variables})
+    variables: dict[str, Any] = {}
+    for name, (along, values) in stack.reduced().items():
+        own = parts[0][name]
+        if name in TABLES:
+            along, values = tuple(range(len(axes))), np.stack([part[name].values for part in parts])
+            values = values.reshape(*variants.shape, *own.shape)
+        variables[name] = ((*(axes[number].name for number in along), *own.dims), values, own.attrs)
+    dataset = whole.assign(variables)
+    about = json.loads(whole.attrs[VARIANTS])
+    about["attributes"] += attributes.as_lists(whole=True)
+    dataset.attrs |= facts | {VARIANTS: as_text(about)} | reasons
+    return dataset.assign_attrs(finding=along_finding(dataset))
 
 
 def reference_impacts(study: Scene, stiffnesses: dict[str, float]) -> list[Impact]:
@@ -439,49 +391,59 @@ def _impacts(study: Scene, dataset: xr.Dataset, known: Known) -> dict[str, Any]:
 
     Impacts that are ``known`` are not computed again, and others become so.
     """
-    names, places = study.grid.contact_models, range(len(interface_names(dataset)))
+    names = study.grid.contact_models
     # A law without a stiffness may have none there.
-    stiffness_lists = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
-    stiffnesses = [
-        {name: float(np.atleast_1d(k)[interface]) for name, k in stiffness_lists.items()} for interface in places
-    ]
-    impacts = [_known_impacts(study.at(interface), stiffnesses[interface], known) for interface in places]
-    elastic = [all(blow.restitution > 1.0 - ELASTIC for blow in of_law) for of_law in zip(*impacts, strict=True)]
-    capped = np.array([_capped(study, label) for label in names], dtype=np.int8)
+    lists = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
+    calibrated, masses, impacts = [], [], []
+    for index in range(len(findings.interface_names(dataset))):
+        here = study.at(index)
+        stiffnesses = {name: float(np.atleast_1d(k)[index]) for name, k in lists.items()}
+        calibrated.append([stiffnesses.get(name, nan) for name in names])
+        masses.append(here.striking_mass)
+        impacts.append(_known_impacts(here, stiffnesses, known))
+    units, elastic, capped = [], [], []
+    for label, of_law in zip(names, zip(*impacts, strict=True), strict=True):
+        each = [one.contact_model for one in study.interfaces] if label == OF_EACH_INTERFACE else [label]
+        laws = [known_law(name) for name in each]
+        of_each = [stiffness_quantity(law).unit if "stiffness" in law._fields else "" for law in laws]
+        units.append(of_each[0] if len(set(of_each)) == 1 else findings.APART.join(of_each))
+        elastic.append(all(blow.restitution > 1.0 - ELASTIC for blow in of_law))
+        answers = {int(law.capped) for law in laws}
+        capped.append(answers.pop() if len(answers) == 1 else findings.AT_SOME)
     of_laws: dict[str, tuple[Any, str]] = {
-        "stiffness_unit": ([_units(study, label) for label in names], "unit of stiffness, several by interface"),
+        "stiffness_unit": (units, "unit of stiffness, several by interface"),
         "dissipates": (
-            np.array([not blow for blow in elastic], dtype=np.int8),
+            np.array([not one for one in elastic], dtype=np.int8),
             "0 where the law is elastic, and without yielding returns all energy",
         ),
         "capped": (
-            capped,
+            np.array(capped, dtype=np.int8),
             "1 where the yield force acts in the law, -1 where at some interfaces only",
         ),
     }
     variables: dict[str, Any] = {
         name: ("contact_model", values, {"long_name": words}) for name, (values, words) in of_laws.items()
     }
-    by_interface = "interface" in dataset.dims
-    axes = ("interface",) if by_interface else ()
+    axes = ("interface",) if "interface" in dataset.dims else ()
 
-    def laid(parts: list[Any]) -> Any:
-        """Values of every interface, along the first axis where the dataset has the dimension."""
-        return np.array(parts) if by_interface else np.array(parts[0])
+    def add(name: str, dims: tuple[str, ...], parts: list[Any], attributes: dict[str, str]) -> None:
+        """A variable from its values at every interface, which are along the first axis of the dataset of a row."""
+        variables[name] = ((*axes, *dims), np.array(parts if axes else parts[0]), attributes)
 
-    calibrated = [[of_one.get(name, nan) for name in names] for of_one in stiffnesses]
     words = "calibrated stiffness of the contact law, in the unit of stiffness_unit"
-    variables["stiffness"] = ((*axes, "contact_model"), laid(calibrated), {"long_name": words})
-    masses = [study.at(interface).striking_mass for interface in places]
-    variables["reduced_mass"] = (axes, laid(masses), described("kg", "reduced mass of the reference impact"))
+    add("stiffness", ("contact_model",), calibrated, {"long_name": words})
+    add("reduced_mass", (), masses, described("kg", "reduced mass of the reference impact"))
     for name, (unit, words) in IMPACT_COLUMNS.items():
         values = [[getattr(blow, name) for blow in of_one] for of_one in impacts]
-        variables[f"reference_{name}"] = ((*axes, "contact_model"), laid(values), described(unit, words))
+        add(f"reference_{name}", ("contact_model",), values, described(unit, words))
     longest = max(len(blow.time) for of_one in impacts for blow in of_one)
     for name, (unit, words) in CURVES.items():
-        rows = [[_padded(getattr(blow, name), longest) for blow in of_one] for of_one in impacts]
+        curves = np.full((len(impacts), len(names), longest), nan)
+        for place in np.ndindex(curves.shape[:2]):
+            curve = getattr(impacts[place[0]][place[1]], name)
+            curves[place][: len(curve)] = curve
         about = described(unit, f"{words}, reference impact; NaN after the parting")
-        variables[f"impact_{name}"] = ((*axes, "contact_model", "impact_step"), laid(rows), about)
+        add(f"impact_{name}", ("contact_model", "impact_step"), list(curves), about)
     return variables
 
 
@@ -498,26 +460,32 @@ def _known_impacts(study: Scene, stiffnesses: dict[str, float], known: Known) ->
     return known[key]
 
 
-def _padded(values: np.ndarray, length: int) -> np.ndarray:
-    """The values with NaN behind them up to a length."""
-    return np.pad(values, (0, length - len(values)), constant_values=nan)
+def _histories(study: Scene, case: dict[str, int], interface: int, baseline: str) -> dict[str, Any]:
+    """Relative displacement of one case, by its place on each axis, under every law at the samples of its record.
 
-
-def _capped(study: Scene, label: str) -> int:
-    """Whether the yield force acts in a model of the grid; `AT_SOME` where it does at some interfaces only."""
-    answers = {int(known_law(name).capped) for name in study.models_of(label)}
-    return answers.pop() if len(answers) == 1 else AT_SOME
-
-
-def _units(study: Scene, label: str) -> str:
-    """Unit of the stiffness of a model of the grid, "" where it has none; of each interface where theirs differ."""
-    units = (
-        [_unit(label)]
-        if label != OF_EACH_INTERFACE
-        else [_unit(interface.contact_model) for interface in study.interfaces]
-    )
-    return units[0] if len(set(units)) == 1 else APART.join(units)
-
-
-def _unit(name: str) -> str:
-    return stiffness_quantity(known_law(name)).unit if "stiffness" in known_law(name)._fields else ""
+    At the contact point of the interface whose displacement is largest under the baseline; NaN once a run has failed.
+    """
+    grid, polarities = study.grid, study.records.polarities
+    gap, force = grid.gaps[case["gap"]], grid.yield_forces[case["yield_force"]]
+    level = grid.amplitudes[case.get(grid.measure.axis, 0)]
+    motion = driven(motions_of(study)[case["record"]], polarities[case["polarity"]], level)
+    gaps, forces = study.interface_gaps(gap), level_forces(study, force)
+    samples = np.arange(len(motion.acceleration), dtype=np.float64) * motion.dt
+    closings = []
+    for law in grid.contact_models:
+        run = run_of(study, Case(motion, law, gap, force, gaps, forces))
+        of_points = run["relative_displacement"].transpose("contact_point", "time").values
+        closings.append([np.interp(samples, run["time"].values, values, right=nan) for values in of_points])
+    values = np.array(closings)  # laws, contact points, samples
+    here = [index for index, point in enumerate(study.points) if point.interface == interface]
+    largest = np.nanmax(np.abs(values[grid.contact_models.index(baseline)][here]), axis=-1)
+    point = here[int(largest.argmax())]
+    name = study.interface_names[interface]
+    about: dict[str, Any] = described("m", "relative displacement of a case of median spread") | {"record": motion.name}
+    about |= {"polarity": polarities[case["polarity"]], "pga": motion.pga, "gap": float(gaps[interface])}
+    about |= {"yield_force": float(forces[point]), "interface": name}
+    about["contact_point"] = "{1:.3g} | {2:.3g}".format(*study.points[point]) if len(study.points) > 1 else name
+    return {
+        "time": ("time", samples, described("s", "time since the start of the record")),
+        "history": (("contact_model", "time"), values[:, point], about),
+    }

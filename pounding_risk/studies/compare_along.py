@@ -7,40 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import nan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.scene_axes import axes_of, open_axes, value_at
 from pounding_risk.scene.scene_axis import SceneAxis
-from pounding_risk.studies.compare_findings import (
-    ALONE,
-    FIRST_TWO,
-    FLIPS,
-    HARDLY,
-    MODEL,
-    NOTABLE,
-    TOLD,
-    UNTOUCHED,
-    YIELDING,
-    Moved,
-    Verdict,
-    aside,
-    displacement_reaches,
-    flip_share,
-    furthest,
-    interface_names,
-    most_often,
-    of_interface,
-    peers,
-    percent,
-    reach,
-    times_words,
-    verdict,
-    within_words,
-    yields_otherwise,
-)
+from pounding_risk.studies import compare_findings as findings
+from pounding_risk.studies.compare_findings import Moved, Verdict
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,7 +68,7 @@ def places_along(dataset: xr.Dataset) -> Iterator[Place]:
 
 def widest_along(dataset: xr.Dataset) -> int:
     """The interface whose peak relative displacement the laws move furthest at any place; as `widest_interface`."""
-    return int(np.max([displacement_reaches(place.part) for place in places_along(dataset)], axis=0).argmax())
+    return int(np.max([findings.displacement_reaches(place.part) for place in places_along(dataset)], axis=0).argmax())
 
 
 class Row(NamedTuple):
@@ -107,22 +82,19 @@ class Row(NamedTuple):
 
 
 def rows_along(dataset: xr.Dataset, index: int) -> Iterator[Row]:
-    """What a table has of each place, at interface ``index``."""
+    """Rows of a table, one for each place, at interface ``index``."""
     places = list(places_along(dataset))
     runs = dataset["impact_count"].size // dataset.sizes["contact_model"] // dataset.sizes.get("interface", 1)
     for place in places:
-        part = of_interface(place.part, index)
-        names, baseline = peers(part), str(part.attrs["baseline"])
+        part = findings.of_interface(place.part, index)
+        names, baseline = findings.peers(part), str(part.attrs["baseline"])
         touched = int(part["judged"].sel(conclusion="displacement", contact_model=baseline))
-        ranges = [furthest(part, output, names) if names else ("", nan, nan) for output in FIRST_TWO]
-        flips = [_at_most(flip_share(part, conclusion, names), names) for conclusion in FLIPS]
+        ranges = [findings.furthest(part, output, names) if names else ("", nan, nan) for output in findings.FIRST_TWO]
+        flips = []
+        for conclusion in findings.FLIPS:
+            most, law = findings.most_often(findings.flip_share(part, conclusion, names), names, [""])
+            flips.append("–" if np.isnan(most) else f"{findings.percent(most)} ({law})" if most else "0 %")
         yield Row(place.cells, touched, runs // len(places), ranges, flips)
-
-
-def _at_most(share: Any, names: list[str]) -> str:
-    """How often at most, and under which law; – where nothing is judged."""
-    most, law = most_often(share, names, [""])
-    return "–" if np.isnan(most) else f"{percent(most)} ({law})" if most else "0 %"
 
 
 def check_drawn(axes: Sequence[SceneAxis], what: str) -> None:
@@ -138,31 +110,32 @@ def check_drawn(axes: Sequence[SceneAxis], what: str) -> None:
 
 def along_finding(dataset: xr.Dataset) -> str:
     """One sentence: where the model matters along the axes, which law moves which output most where, and what flips."""
-    found = [(place, verdict(place.part)) for place in places_along(dataset)]
-    baseline = str(dataset.attrs["baseline"])
-    words = {
-        MODEL: "the model matters",
-        YIELDING: "yielding matters, which is F_E and not the model,",
-        HARDLY: "the model hardly matters",
-        UNTOUCHED: f"{baseline} has contact in no case",
-        ALONE: f"no other law dissipates as {baseline} does",
+    verdicts = [(place, findings.verdict(place.part)) for place in places_along(dataset)]
+    baseline, count = str(dataset.attrs["baseline"]), len(verdicts)
+    kinds = {
+        findings.MODEL: "the model matters",
+        findings.YIELDING: "yielding matters, which is F_E and not the model,",
+        findings.HARDLY: "the model hardly matters",
+        findings.UNTOUCHED: f"{baseline} has contact in no case",
+        findings.ALONE: f"no other law dissipates as {baseline} does",
     }
-    at = {kind: [place.words for place, said in found if said.kind == kind] for kind in words}
-    parts = [", ".join(f"{words[kind]} {_places(places, len(found))}" for kind, places in at.items() if places)]
-    judged = [(place, said) for place, said in found if said.shares]
+    clauses = []
+    for kind, words in kinds.items():
+        places = [place.words for place, outcome in verdicts if outcome.kind == kind]
+        if len(places) == count:
+            clauses.append(f"{words} at {'both' if count == 2 else f'all {count}'} places")
+        elif places:
+            clauses.append(f"{words} at {len(places)} of {count} places{_where(places[0]) if len(places) == 1 else ''}")
+    parts = [", ".join(clauses)]
+    judged = [(place, outcome) for place, outcome in verdicts if outcome.shares]
     if judged:
         parts += [*_moving(judged, baseline), *_flipping(judged)]
-        parts += dict.fromkeys(sentence for place, said in judged for sentence in aside(place.part, said.names))
+        asides = (findings.aside(place.part, outcome.names) for place, outcome in judged)
+        parts += dict.fromkeys(sentence for sentences in asides for sentence in sentences)
     idle = idle_axes(dataset)
     parts += [f"nothing that is compared depends on {' or '.join(idle)}"] if idle else []
     sentence = "; ".join(parts)
     return f"{sentence[0].upper()}{sentence[1:]}."
-
-
-def _places(places: list[str], count: int) -> str:
-    if len(places) == count:
-        return f"at {'both' if count == 2 else f'all {count}'} places"
-    return f"at {len(places)} of {count} places{_where(places[0]) if len(places) == 1 else ''}"
 
 
 def _where(words: str) -> str:
@@ -173,46 +146,51 @@ def _where(words: str) -> str:
 def _moving(judged: list[tuple[Place, Verdict]], baseline: str) -> Iterator[str]:
     """Which outputs move most, under which law and where, and where the first of them moves least."""
     against = f"against {baseline}, "
-    widest = _widest([(place, one) for place, said in judged for one in said.moved])
+    widest = _widest([(place, one) for place, outcome in judged for one in outcome.moved])
     if not widest:
-        widest = _widest([(place, one) for place, said in judged for one in said.apart])
-        against += f"{yields_otherwise(judged[0][0].part)}, "
+        widest = _widest([(place, one) for place, outcome in judged for one in outcome.moved_by_yielding])
+        against += f"{findings.yields_otherwise(judged[0][0].part)}, "
     if not widest:
-        yield within_words(baseline)
+        yield findings.within_words(baseline)
         return
-    for place, (output, law, low, high) in widest[:TOLD]:
-        yield f"{against}{output} is {times_words(low, high)} times as large ({law}){_where(place.words)}"
+    for place, (output, law, low, high) in widest[: findings.NUMBERED]:
+        yield f"{against}{output} is {findings.times_words(low, high)} times as large ({law}){_where(place.words)}"
         if against:
             yield from _least(output, judged)
         against = ""
-    if len(widest) > TOLD:
-        yield f"{len(widest) - TOLD} more output{'s' * (len(widest) > TOLD + 1)} off by over {100 * NOTABLE:.0f} %"
+    if (more := len(widest) - findings.NUMBERED) > 0:
+        yield f"{more} more output{'s' * (more > 1)} off by over {100 * findings.NOTABLE:.0f} %"
 
 
 def _widest(moved: list[tuple[Place, Moved]]) -> list[tuple[Place, Moved]]:
     """Of every output the place where it moves furthest, the output that moves furthest first."""
     widest: dict[str, tuple[Place, Moved]] = {}
-    for place, one in sorted(moved, key=lambda entry: -reach(*entry[1][2:])):
+    for place, one in sorted(moved, key=lambda entry: -findings.reach(*entry[1][2:])):
         widest.setdefault(one[0], (place, one))
     return list(widest.values())
 
 
 def _least(output: str, judged: list[tuple[Place, Verdict]]) -> Iterator[str]:
     """Where an output moves least, and how far; nothing where it moves alike at all places."""
-    ranges = [(place, furthest(place.part, output, said.names)) for place, said in judged]
-    known = sorted((entry for entry in ranges if reach(*entry[1][1:])), key=lambda entry: reach(*entry[1][1:]))
+    ranges = [(place, findings.furthest(place.part, output, outcome.names)) for place, outcome in judged]
+    known = sorted(
+        (entry for entry in ranges if findings.reach(*entry[1][1:])), key=lambda entry: findings.reach(*entry[1][1:])
+    )
     place, (law, low, high) = known[0]
-    if reach(low, high) < reach(*known[-1][1][1:]):
-        yield f"it moves least{_where(place.words)}, {times_words(low, high)} times ({law})"
+    if findings.reach(low, high) < findings.reach(*known[-1][1][1:]):
+        yield f"it moves least{_where(place.words)}, {findings.times_words(low, high)} times ({law})"
 
 
 def _flipping(judged: list[tuple[Place, Verdict]]) -> Iterator[str]:
     """For each conclusion that is judged, how often at most it flips at any place, under which law and where."""
-    interfaces = interface_names(judged[0][0].part)
-    for conclusion, words in FLIPS.items():
-        shares = [(*most_often(said.shares[conclusion], said.names, interfaces), place) for place, said in judged]
+    interfaces = findings.interface_names(judged[0][0].part)
+    for conclusion, words in findings.FLIPS.items():
+        shares = [
+            (*findings.most_often(outcome.shares[conclusion], outcome.names, interfaces), place)
+            for place, outcome in judged
+        ]
         known = [share for share in shares if not np.isnan(share[0])]
         if known:
             most, law, place = max(known, key=lambda share: share[0])
-            often = f"up to {percent(most)} of the cases ({law}){_where(place.words)}"
+            often = f"up to {findings.percent(most)} of the cases ({law}){_where(place.words)}"
             yield f"{words} in {often if most > 0.0 else 'none'}"

@@ -9,7 +9,7 @@ over those with contact at either of its interfaces. Tables have the dimension `
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import nan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
+from pounding_risk.results.variables import described
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,7 +56,7 @@ OPEN_GAP = (
 )
 APART = " | "  # between the units of a stiffness that has another one at each interface
 AT_SOME = -1  # whether the yield force acts, of a model that stands for another one at each interface
-TOLD = 2  # outputs that the sentence gives numbers for
+NUMBERED = 2  # outputs that the sentence gives numbers for
 FEWEST_TO_RANK = 3  # motions
 # What a comparison may find: that the model matters, that yielding does, neither; or that there is nothing to compare.
 MODEL, YIELDING, HARDLY, UNTOUCHED, ALONE = "model", "yielding", "hardly", "no contact", "no other law"
@@ -70,12 +71,12 @@ def interface_names(dataset: xr.Dataset) -> list[str]:
 
 
 def at_interface(dataset: xr.Dataset, index: int) -> xr.Dataset:
-    """The dataset of interface ``place`` alone, from 0, with all buildings; without the dimension `interface`."""
+    """The dataset of interface ``index`` alone, from 0, with all buildings; without the dimension `interface`."""
     return dataset.isel(interface=index, drop=True) if "interface" in dataset.dims else dataset
 
 
 def of_interface(dataset: xr.Dataset, index: int) -> xr.Dataset:
-    """What a comparison says of interface ``place``: its own outputs and those of its two buildings, under one name."""
+    """What a comparison says of interface ``index``: its own outputs and those of its two buildings, under one name."""
     names = interface_names(dataset)
     buildings = [str(name) for name in dataset["building"].values[index : index + 2]]
     names_of_outputs = {_at(words, names[index], names): words for words in RUN_OUTPUTS.values()}
@@ -97,37 +98,42 @@ def _at(words: str, interface: str, interfaces: list[str]) -> str:
     return f"{words}, {interface}" if len(interfaces) > 1 else words
 
 
-def outputs_of(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
-    """The outputs that are compared, by their words; NaN where a run failed or a law does not define one.
+def outputs_of(dataset: xr.Dataset, baseline: str) -> dict[str, tuple[xr.DataArray, NDArray[np.bool_]]]:
+    """The outputs that are compared, by their words, each with the cases over which it is.
 
-    Under a model whose velocities jump the acceleration is that between the jumps, which have none that is finite:
-    there is nothing to compare. So it is with the force of those that have none in the reference impact either.
+    NaN where a run failed or a law does not define one. Under a model whose velocities jump the acceleration is that
+    between the jumps, which have none that is finite: there is nothing to compare. So it is with the force of those
+    that have none in the reference impact either. A building that touches neither neighbour moves as it does alone,
+    whatever the rest of the row does.
     """
     interfaces = interface_names(dataset)
+    parts = [at_interface(dataset, index) for index in range(len(interfaces))]
+    touched = [touching(part, baseline) for part in parts]
     outputs = {
-        _at(words, interface, interfaces): at_interface(dataset, index)[name]
-        for index, interface in enumerate(interfaces)
+        _at(words, interface, interfaces): (part[name], cases)
+        for interface, part, cases in zip(interfaces, parts, touched, strict=True)
         for name, words in RUN_OUTPUTS.items()
     }
     for name, words in SIDE_OUTPUTS.items():
         for side, building in enumerate(dataset["building"].values):
-            outputs[f"{words}, {building}"] = dataset[name].isel(building=side, drop=True)
+            cases = np.any(touched[max(side - 1, 0) : side + 1], axis=0)
+            outputs[f"{words}, {building}"] = dataset[name].isel(building=side, drop=True), cases
     if "stiffness_unit" in dataset:
         jumps = dataset["stiffness_unit"] == ""
         nothing = {"peak contact force": jumps & ~with_terms_of_its_own(dataset), "peak floor acceleration": jumps}
-        for words in outputs:
+        for words, (values, cases) in outputs.items():
             for start, where in nothing.items():
                 if words.startswith(start):
-                    outputs[words] = outputs[words].where(~where)
+                    outputs[words] = values.where(~where), cases
     # Counts are stored as -1 where a run failed.
-    return {words: values.where(values >= 0.0) for words, values in outputs.items()}
+    return {words: (values.where(values >= 0.0), cases) for words, (values, cases) in outputs.items()}
 
 
 def by_case(values: xr.DataArray) -> Array:
     """Values of a variable as an array (laws, cases)."""
     axes = [axis for axis in CASES if axis in values.dims]
     ordered = values.transpose("contact_model", *axes).values
-    return np.asarray(ordered.reshape(len(ordered), -1), dtype=float)
+    return ordered.reshape(len(ordered), -1).astype(float)
 
 
 def place_of(dataset: xr.Dataset, law: str) -> int:
@@ -140,24 +146,6 @@ def touching(dataset: xr.Dataset, baseline: str) -> NDArray[np.bool_]:
     return by_case(dataset["impact_count"])[place_of(dataset, baseline)] > 0.0
 
 
-def touching_by_output(dataset: xr.Dataset, baseline: str) -> dict[str, NDArray[np.bool_]]:
-    """The cases over which each of `outputs_of` is compared.
-
-    A building that touches neither neighbour moves as it does alone, whatever the rest of the row does.
-    """
-    interfaces = interface_names(dataset)
-    touched = [touching(at_interface(dataset, index), baseline) for index in range(len(interfaces))]
-    cases = {
-        _at(words, interface, interfaces): touched[index]
-        for index, interface in enumerate(interfaces)
-        for words in RUN_OUTPUTS.values()
-    }
-    for words in SIDE_OUTPUTS.values():
-        for side, building in enumerate(dataset["building"].values):
-            cases[f"{words}, {building}"] = np.any(touched[max(side - 1, 0) : side + 1], axis=0)
-    return cases
-
-
 def ratios(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Array:
     """(laws, cases): each law's value over the baseline's; NaN outside ``cases`` and where either is not defined."""
     table = by_case(values)
@@ -165,16 +153,10 @@ def ratios(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Arr
     return np.asarray(table / below)
 
 
-def spread(ratio: Array) -> Array:
-    """(laws, 3): the 16th, 50th and 84th percentile over the cases; NaN where a law has none."""
-    defined = [row[~np.isnan(row)] for row in ratio]
-    return np.array([np.percentile(row, (LOW, MIDDLE, HIGH)) if row.size else np.full(3, nan) for row in defined])
-
-
 def rank_agreement(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Array:
     """(laws, 2): Spearman's correlation with the baseline of how a law ranks the motions: median and lowest.
 
-    The motions are ranked apart at each gap and yield force, where three or more of them lead to contact; NaN where
+    The motions are ranked at each gap and yield force, where three or more of them lead to contact; NaN where
     a law or the baseline has the same value for all of them, for nothing is ranked then.
     """
     motions = [axis for axis in MOTIONS if axis in values.dims]
@@ -225,7 +207,7 @@ def gap_without_contact(dataset: xr.Dataset) -> xr.DataArray:
 
 
 def can_yield(dataset: xr.Dataset, index: int = 0) -> xr.DataArray:
-    """True for the yield forces of the grid at which a contact point of interface ``place`` has a finite one."""
+    """True for the yield forces of the grid at which a contact point of interface ``index`` has a finite one."""
     if "contact_point_yield_force" not in dataset.coords:
         return dataset["yield_force"] < np.inf
     at_points = dataset["contact_point_yield_force"] < np.inf
@@ -235,7 +217,7 @@ def can_yield(dataset: xr.Dataset, index: int = 0) -> xr.DataArray:
 def flips(dataset: xr.Dataset, baseline: str, index: int = 0) -> dict[str, tuple[Array, Array]]:
     """By conclusion of `CONCLUSIONS`: in how many cases each law disagrees with the baseline, and of how many.
 
-    At interface ``place``. Contact is judged in every case; the yield exceedance where F_E is finite and the
+    At interface ``index``. Contact is judged in every case; the yield exceedance where F_E is finite and the
     displacement, both where the baseline has contact; the gap once a motion, where the grid varies this interface's.
     """
     strengths, dataset = can_yield(dataset, index), at_interface(dataset, index)
@@ -247,16 +229,13 @@ def flips(dataset: xr.Dataset, baseline: str, index: int = 0) -> dict[str, tuple
     varied = np.full(closed.shape, is_varied(dataset))
     both = (count >= 0.0) & (count[at] >= 0.0)
     yields = (exceeds >= 0.0) & (exceeds[at] >= 0.0) & cases & strong
-    return {
-        "contact": _totals(both & ((count > 0.0) != (count[at] > 0.0)), both),
-        "yield exceedance": _totals(yields & (exceeds != exceeds[at]), yields),
-        "displacement": _totals(np.abs(ratio - 1.0) > NOTABLE, ~np.isnan(ratio)),
-        "gap adequacy": _totals(closed != closed[at], varied),
+    by_conclusion = {
+        "contact": (both & ((count > 0.0) != (count[at] > 0.0)), both),
+        "yield exceedance": (yields & (exceeds != exceeds[at]), yields),
+        "displacement": (np.abs(ratio - 1.0) > NOTABLE, ~np.isnan(ratio)),
+        "gap adequacy": (closed != closed[at], varied),
     }
-
-
-def _totals(differs: NDArray[np.bool_], judged: NDArray[np.bool_]) -> tuple[Array, Array]:
-    return differs.sum(axis=1), judged.sum(axis=1)
+    return {name: (differs.sum(axis=1), judged.sum(axis=1)) for name, (differs, judged) in by_conclusion.items()}
 
 
 def typical_case(dataset: xr.Dataset, baseline: str) -> dict[str, int]:
@@ -277,16 +256,16 @@ def typical_case(dataset: xr.Dataset, baseline: str) -> dict[str, int]:
     return dict(zip(axes, map(int, np.unravel_index(chosen, shape)), strict=True))
 
 
+def _anywhere(values: xr.DataArray) -> NDArray[np.bool_]:
+    """By law, whether a value is defined at any interface."""
+    return values.notnull().any([dim for dim in values.dims if dim != "contact_model"]).values
+
+
 def with_terms_of_its_own(dataset: xr.Dataset) -> NDArray[np.bool_]:
     """True for a law that has a force but no stiffness: neither its e nor its force can be made equal to another's."""
     if "stiffness_unit" not in dataset:
         return np.zeros(dataset.sizes["contact_model"], dtype=bool)
-    return np.asarray((dataset["stiffness_unit"] == "") & _anywhere(dataset["reference_peak_force"]), dtype=bool)
-
-
-def _anywhere(values: xr.DataArray) -> xr.DataArray:
-    """By law, whether a value is defined at any interface."""
-    return values.notnull().any([dim for dim in values.dims if dim != "contact_model"])
+    return (dataset["stiffness_unit"].values == "") & _anywhere(dataset["reference_peak_force"])
 
 
 def peers(dataset: xr.Dataset) -> list[str]:
@@ -296,11 +275,11 @@ def peers(dataset: xr.Dataset) -> list[str]:
     restitution is its own, or one `with_terms_of_its_own`.
     """
     baseline = str(dataset.attrs["baseline"])
-    damped = dataset["dissipates"].values
-    alike = (damped == damped[place_of(dataset, baseline)]) & ~with_terms_of_its_own(dataset)
+    at, damped = place_of(dataset, baseline), dataset["dissipates"].values
+    alike = (damped == damped[at]) & ~with_terms_of_its_own(dataset)
     if "reference_restitution_asked" in dataset:
-        asked_e = _anywhere(dataset["reference_restitution_asked"]).values
-        alike &= asked_e == asked_e[place_of(dataset, baseline)]
+        has_relation = _anywhere(dataset["reference_restitution_asked"])
+        alike &= has_relation == has_relation[at]
     names = [str(name) for name, same in zip(dataset["contact_model"].values, alike, strict=True) if same]
     return [name for name in names if name != baseline]
 
@@ -312,7 +291,7 @@ class Verdict(NamedTuple):
     names: list[str]  # laws that it is about
     alike: list[str] = []  # noqa: RUF012 - those of them that yield as the baseline does, or not, as it does not
     moved: list[Moved] = []  # noqa: RUF012 - outputs that these move, widest first
-    apart: list[Moved] = []  # noqa: RUF012 - and the others
+    moved_by_yielding: list[Moved] = []  # noqa: RUF012 - outputs that the other laws move
     shares: dict[str, Array] = {}  # noqa: RUF012 - `flip_share` of each conclusion
 
 
@@ -321,39 +300,61 @@ def verdict(dataset: xr.Dataset) -> Verdict:
 
     It does where, of some law that yields as the baseline does, or not, as it does not, the 16-84 % range of an
     output's ratio leaves 1 ± 10 %, or a conclusion flips in more than 5 % of the cases. What moves under the other laws
-    alone is told as that of yielding.
+    alone is the effect of yielding. Where no yield force is finite nothing yields, and all laws are alike; so they are
+    beside a baseline that yields at some interfaces, where which model stands decides it.
     """
     names, baseline = peers(dataset), str(dataset.attrs["baseline"])
     if not int(dataset["judged"].sel(conclusion="displacement", contact_model=baseline).sum()):
         return Verdict(UNTOUCHED, names)
     if not names:
         return Verdict(ALONE, names)
-    alike, other = _by_cap(dataset, names)
-    moved, apart = _moved(dataset, alike), _moved(dataset, other)
-    by_model, by_yielding = bool(moved) or _often(dataset, alike), bool(apart) or _often(dataset, other)
+    capped = dict(zip(map(str, dataset["contact_model"].values), dataset["capped"].values, strict=True))
+    strong = not any(can_yield(dataset, index).any() for index in range(len(interface_names(dataset))))
+    all_alike = strong or capped[baseline] == AT_SOME
+    alike = [name for name in names if all_alike or capped[name] == capped[baseline]]
+    other = [name for name in names if name not in alike]
+    moved, moved_by_yielding = _moved(dataset, alike), _moved(dataset, other)
+    by_model, by_yielding = bool(moved) or _often(dataset, alike), bool(moved_by_yielding) or _often(dataset, other)
     kind = MODEL if by_model else YIELDING if by_yielding else HARDLY
     shares = {conclusion: flip_share(dataset, conclusion, names) for conclusion in CONCLUSIONS}
-    return Verdict(kind, names, alike, moved, apart, shares)
+    return Verdict(kind, names, alike, moved, moved_by_yielding, shares)
+
+
+def _moved(dataset: xr.Dataset, names: list[str]) -> list[Moved]:
+    """(output, law that goes furthest, its 16th and 84th percentile) where that range leaves 1 ± 10 %, widest first."""
+    ranges = [(str(output), *furthest(dataset, str(output), names)) for output in dataset["output"].values if names]
+    wide = [entry for entry in ranges if reach(*entry[2:]) > 1.0 + NOTABLE]
+    return sorted(wide, key=lambda entry: -reach(*entry[2:]))
+
+
+def _often(dataset: xr.Dataset, names: list[str]) -> bool:
+    """True where a conclusion flips under one of these laws in more than `OFTEN` of the cases."""
+    shares = [flip_share(dataset, conclusion, names) for conclusion in CONCLUSIONS] if names else []
+    return any(np.nanmax(share, initial=0.0) > OFTEN for share in shares)
 
 
 def finding(dataset: xr.Dataset) -> str:
-    """One plain sentence on what `verdict` says."""
-    baseline, said = str(dataset.attrs["baseline"]), verdict(dataset)
-    if said.kind == UNTOUCHED:
+    """`verdict` as one plain sentence."""
+    baseline, outcome = str(dataset.attrs["baseline"]), verdict(dataset)
+    if outcome.kind == UNTOUCHED:
         return f"The model cannot matter here: {baseline} has contact in no case."
-    if said.kind == ALONE:
+    if outcome.kind == ALONE:
         return f"Nothing to compare on equal terms: no other law dissipates as {baseline} does."
-    if said.kind == HARDLY:
+    if outcome.kind == HARDLY:
         sentence = f"The model hardly matters here: {within_words(baseline)}"
     else:
-        apart = said.apart[:1]
-        parts = [_moves(said.moved)] if said.alike or not apart else []
-        parts += [f"{yields_otherwise(dataset)}, {_moves(apart)}"] if apart else []
-        by_model = said.kind == MODEL
+        other = outcome.moved_by_yielding[:1]
+        parts = [_moves(outcome.moved)] if outcome.alike or not other else []
+        parts += [f"{yields_otherwise(dataset)}, {_moves(other)}"] if other else []
+        by_model = outcome.kind == MODEL
         cause = "The model matters here" if by_model else "Yielding matters here, which is F_E and not the model"
         sentence = f"{cause}: against {baseline}, {'; '.join(parts)}"
-    where = interface_names(dataset)
-    return "; ".join([sentence, *_flipping(said.shares, said.names, where), *aside(dataset, said.names)]) + "."
+    clauses, interfaces = [sentence], interface_names(dataset)
+    for conclusion, words in FLIPS.items():
+        most, where = most_often(outcome.shares[conclusion], outcome.names, interfaces)
+        if not np.isnan(most):
+            clauses.append(f"{words} in {f'up to {percent(most)} of the cases ({where})' if most > 0.0 else 'none'}")
+    return "; ".join([*clauses, *aside(dataset, outcome.names)]) + "."
 
 
 def within_words(baseline: str) -> str:
@@ -365,15 +366,9 @@ def within_words(baseline: str) -> str:
 
 
 def yields_otherwise(dataset: xr.Dataset) -> str:
-    """What laws do that do not yield as the baseline does."""
+    """How laws differ that do not yield as the baseline does."""
     yields = int(dataset["capped"].sel(contact_model=str(dataset.attrs["baseline"])))
     return f"{'without' if yields else 'with'} yielding"
-
-
-def _often(dataset: xr.Dataset, names: list[str]) -> bool:
-    """True where a conclusion flips under one of these laws in more than `OFTEN` of the cases."""
-    shares = [flip_share(dataset, conclusion, names) for conclusion in CONCLUSIONS] if names else []
-    return any(np.nanmax(share, initial=0.0) > OFTEN for share in shares)
 
 
 def aside(dataset: xr.Dataset, names: list[str]) -> list[str]:
@@ -384,31 +379,10 @@ def aside(dataset: xr.Dataset, names: list[str]) -> list[str]:
     return [f"in the tables only, as they cannot be on equal terms: {', '.join(others)}"]
 
 
-def _by_cap(dataset: xr.Dataset, names: list[str]) -> tuple[list[str], list[str]]:
-    """The laws that yield as the baseline does, or not, as it does not; and the rest, whose ratio is that of yielding.
-
-    Where no yield force is finite nothing yields, and all laws are alike; so they are beside a baseline that yields at
-    some interfaces, where which model stands decides it.
-    """
-    capped = dict(zip(map(str, dataset["contact_model"].values), dataset["capped"].values, strict=True))
-    baseline = capped[str(dataset.attrs["baseline"])]
-    strong = not any(can_yield(dataset, index).any() for index in range(len(interface_names(dataset))))
-    alike = [name for name in names if strong or baseline == AT_SOME or capped[name] == baseline]
-    return alike, [name for name in names if name not in alike]
-
-
-def _moved(dataset: xr.Dataset, names: list[str]) -> list[Moved]:
-    """(output, law that goes furthest, its 16th and 84th percentile) where that range leaves 1 ± 10 %, widest first."""
-    ranges = [(str(output), *furthest(dataset, str(output), names)) for output in dataset["output"].values if names]
-    return sorted(
-        (entry for entry in ranges if reach(*entry[2:]) > 1.0 + NOTABLE), key=lambda entry: -reach(*entry[2:])
-    )
-
-
 def _moves(moved: list[Moved]) -> str:
     """The outputs that move most, with numbers, and how many others do."""
     parts: list[str] = []
-    for output, law, low, high in moved[:TOLD]:
+    for output, law, low, high in moved[:NUMBERED]:
         verb, as_large = ("", "") if parts else ("is ", " as large")
         parts.append(f"{output} {verb}{times_words(low, high)} times{as_large} ({law})")
     n_more = len(moved) - len(parts)
@@ -432,18 +406,8 @@ def reach(low: float, high: float) -> float:
 def furthest(dataset: xr.Dataset, output: str, names: list[str]) -> tuple[str, float, float]:
     """(law, 16th, 84th percentile) of the law whose range of ratios goes furthest from 1; NaN where none has one."""
     of_output = dataset.sel(output=output, contact_model=names)
-    rows = list(
-        zip(names, of_output["ratio_low"].values.tolist(), of_output["ratio_high"].values.tolist(), strict=True)
-    )
-    return max(rows, key=lambda row: reach(*row[1:]))
-
-
-def _flipping(shares: dict[str, Array], names: list[str], interfaces: list[str]) -> Iterator[str]:
-    """For each conclusion that is judged, how often at most it flips, under which law and at which interface."""
-    for conclusion, words in FLIPS.items():
-        most, where = most_often(shares[conclusion], names, interfaces)
-        if not np.isnan(most):
-            yield f"{words} in {f'up to {percent(most)} of the cases ({where})' if most > 0.0 else 'none'}"
+    ends = (of_output[name].values.tolist() for name in ("ratio_low", "ratio_high"))
+    return max(zip(names, *ends, strict=True), key=lambda row: reach(*row[1:]))
 
 
 def most_often(share: Array, names: list[str], interfaces: list[str]) -> tuple[float, str]:
@@ -499,7 +463,7 @@ def index_of_interface(names: Sequence[str], interface: str) -> int:
 
 
 def which_interface(dataset: xr.Dataset, index: int) -> str:
-    """Words for interface ``place``, with the rule if `widest_interface` has it; "" where there is one interface."""
+    """Words for interface ``index``, with the rule if `widest_interface` has it; "" where there is one interface."""
     names = interface_names(dataset)
     if len(names) < 2:
         return ""
@@ -509,33 +473,36 @@ def which_interface(dataset: xr.Dataset, index: int) -> str:
 
 def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
     """The variables that a comparison adds to a scan: ratios, ranks, flips and gaps, as xarray takes them."""
-    at, cases = place_of(dataset, baseline), touching_by_output(dataset, baseline)
-    outputs = outputs_of(dataset)
-    spreads = np.array([spread(ratios(values, at, cases[name])) for name, values in outputs.items()])
-    ranks = np.array([rank_agreement(values, at, cases[name]) for name, values in outputs.items()])
-    interfaces = range(len(interface_names(dataset)))
+    at, interfaces = place_of(dataset, baseline), range(len(interface_names(dataset)))
+    outputs = outputs_of(dataset, baseline)
+    spreads = np.full((3, len(outputs), dataset.sizes["contact_model"]), nan)
+    for place, (values, cases) in enumerate(outputs.values()):
+        for law, ratio in enumerate(ratios(values, at, cases)):
+            if (defined := ratio[~np.isnan(ratio)]).size:
+                spreads[:, place, law] = np.percentile(defined, (LOW, MIDDLE, HIGH))
+    ranks = np.array([rank_agreement(values, at, cases) for values, cases in outputs.values()])
     judged = [flips(dataset, baseline, index) for index in interfaces]
     gaps = [gap_without_contact(at_interface(dataset, index)) for index in interfaces]
-    law = ("output", "contact_model")
-    percentiles = zip(("low", "median", "high"), (LOW, MIDDLE, HIGH), strict=True)
+    dims, of_conclusion = ("output", "contact_model"), ("conclusion", "contact_model")
     over = f"of the ratio to {baseline}'s, over the cases with contact under {baseline}"
-    return {
+    variables: dict[str, Any] = {
         "output": ("output", list(outputs)),
         "conclusion": ("conclusion", list(CONCLUSIONS), {"long_name": "; ".join(map(": ".join, CONCLUSIONS.items()))}),
-        **{
-            f"ratio_{name}": (law, spreads[:, :, column], _unitless(f"{percent:g}th percentile {over}"))
-            for column, (name, percent) in enumerate(percentiles)
-        },
-        "rank_agreement": (law, ranks[:, :, 0], _unitless("Spearman's correlation of the motions' ranks, median")),
-        "rank_agreement_lowest": (
-            law,
-            ranks[:, :, 1],
-            _unitless("Spearman's correlation of the motions' ranks, at the gap and yield force of the lowest"),
-        ),
-        "flips": _counts(dataset, judged, 0, f"cases in which a law disagrees with {baseline}"),
-        "judged": _counts(dataset, judged, 1, f"cases in which a law and {baseline} can be compared"),
-        "gap_without_contact": (*_along(dataset, gaps[0].dims, gaps), {"units": "m", "long_name": OPEN_GAP}),
     }
+    for name, percentile, table in zip(("low", "median", "high"), (LOW, MIDDLE, HIGH), spreads, strict=True):
+        variables[f"ratio_{name}"] = (dims, table, described("1", f"{percentile:g}th percentile {over}"))
+    for name, which, table in (
+        ("rank_agreement", "median", ranks[:, :, 0]),
+        ("rank_agreement_lowest", "at the gap and yield force of the lowest", ranks[:, :, 1]),
+    ):
+        variables[name] = (dims, table, described("1", f"Spearman's correlation of the motions' ranks, {which}"))
+    for part, name, words in (
+        (0, "flips", f"cases in which a law disagrees with {baseline}"),
+        (1, "judged", f"cases in which a law and {baseline} can be compared"),
+    ):
+        counts = [np.array([of_one[conclusion][part] for conclusion in CONCLUSIONS]) for of_one in judged]
+        variables[name] = (*_along(dataset, of_conclusion, counts), described("1", words))
+    return variables | {"gap_without_contact": (*_along(dataset, gaps[0].dims, gaps), described("m", OPEN_GAP))}
 
 
 def _along(dataset: xr.Dataset, dims: tuple[Any, ...], parts: list[Any]) -> tuple[Any, ...]:
@@ -544,14 +511,3 @@ def _along(dataset: xr.Dataset, dims: tuple[Any, ...], parts: list[Any]) -> tupl
     if "interface" not in dataset.dims:
         return dims, values[0]
     return (*dims, "interface"), np.stack(values, axis=-1)
-
-
-def _unitless(words: str) -> dict[str, str]:
-    return {"units": "1", "long_name": words}
-
-
-def _counts(
-    dataset: xr.Dataset, judged: list[dict[str, tuple[Array, Array]]], part: int, words: str
-) -> tuple[Any, ...]:
-    counts = [np.array([of_one[name][part] for name in CONCLUSIONS]) for of_one in judged]
-    return *_along(dataset, ("conclusion", "contact_model"), counts), _unitless(words)

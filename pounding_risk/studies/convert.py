@@ -39,7 +39,12 @@ def convert(source: str | Path, target: str | Path) -> Path:
     path = check_target(target, RESULTS)
     if path.exists() and Path(source).exists() and path.samefile(source):
         raise PoundingError(f"{target}: is the source itself; name another target")
-    _check_replaceable(path, Path(source))
+    if path.exists() and Path(source).exists():  # what is there may be the source, converted before
+        present, converted = (read_finished(each) for each in (path, Path(source)))
+        same = present.command and present.command == converted.command
+        if not same or recorded_identity(present.attrs) != recorded_identity(converted.attrs):
+            what = f"other results of {present.command}" if present.command else "no results of pounding-risk"
+            raise PoundingError(f"{path}: is there already and holds {what}; {OTHER_NAME}")
     with stream_results(source) as dataset, reading(source, (RuntimeError,)):  # as netCDF has it
         template = template_of(dataset.drop_encoding())
         with store_of(template, path, AGAIN) as store:
@@ -47,14 +52,3 @@ def convert(source: str | Path, target: str | Path) -> Path:
                 store.write(block, values_at(dataset, template, block, template.cases))
             store.finish({})
     return path
-
-
-def _check_replaceable(target: Path, source: Path) -> None:
-    """Raise PoundingError where there is something under the target's name that is not the source, converted."""
-    if not target.exists() or not source.exists():
-        return
-    present, converted = (read_finished(path) for path in (target, source))
-    same = present.command and present.command == converted.command
-    if not same or recorded_identity(present.attrs) != recorded_identity(converted.attrs):
-        what = f"other results of {present.command}" if present.command else "no results of pounding-risk"
-        raise PoundingError(f"{target}: is there already and holds {what}; {OTHER_NAME}")

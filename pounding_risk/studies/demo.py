@@ -20,7 +20,7 @@ from pounding_risk.studies.impact import impact
 from pounding_risk.studies.simulate import simulate
 
 STATED_TIME = (2.3, 2.5)  # s; "identical until 2.4 seconds" (Khatiwada et al. 2011, section 3)
-SEARCHED = np.linspace(100e3, 1.5e6, 281)  # N; yield forces tried, 5 kN apart
+SEARCHED = np.linspace(100e3, 1.5e6, 281)  # N; yield forces tried, every 5 kN
 # Figure 4 of the paper: strikers of van Mier et al. (1991). Stiffness and F_E are not published; β as for concrete in
 # Jankowski (2005), and a plateau below the 441 kN that the lighter striker would reach without one.
 STRIKERS = ((570.0, 2.5), (290.0, 2.5), (570.0, 0.5), (290.0, 0.5))  # kg, m/s

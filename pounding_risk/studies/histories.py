@@ -27,19 +27,10 @@ from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PEAK, PGA_AXIS, driven
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.results import labels
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import RESULTS, check_target, open_results, reading
 from pounding_risk.results.grid_values import axis_words, place_of
-from pounding_risk.results.labels import (
-    CONVENTIONS,
-    OUTCOME,
-    case_coordinates,
-    described,
-    made_from,
-    one_amplitude,
-    places_of,
-)
 from pounding_risk.results.layout import AMPLITUDE, AXES, CaseVariable, Template, axes_by, axes_of_cases, blocks
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.results.run_labels import Case
@@ -47,15 +38,15 @@ from pounding_risk.results.scene_axes import selected, settled
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.store import store_of
 from pounding_risk.scene.motions import motions_of
-from pounding_risk.scene.reader import read_scene
+from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.variants import check_one_scene
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.studies.simulate import run_of
 
 LAW = AXES.index("contact_model")
-Asked = dict[str, Sequence[Any] | None]  # by axis; None for all values of it
-MOST = 1000  # cases, unless more are asked for: some tens of seconds, and a gigabyte
+Values = dict[str, Sequence[Any] | None]  # by axis; None for all values of it
+MOST = 1000  # cases, unless more are allowed: some tens of seconds, and a gigabyte
 # Of the histories of a run, those that are written where its solver makes them.
 WRITTEN = (
     "displacement",
@@ -115,13 +106,17 @@ class Cases(NamedTuple):
 
     def at_samples(self, case: Sequence[int]) -> dict[str, Any]:
         """The variables of a case, time last and NaN past the end of its record, and its status."""
-        run, motion = self.run(case), self.motion(case)
-        nodes = _nearest(run["time"].values, motion.times)
+        run, times = self.run(case), self.motion(case).times
+        # The samples are among the run's instants, except for rounding.
+        instants = run["time"].values
+        after = np.clip(np.searchsorted(instants, times), 1, len(instants) - 1)
+        nodes = np.where(times - instants[after - 1] < instants[after] - times, after - 1, after)
         variables: dict[str, Any] = {"status": CODES[run.attrs["status"]]}
-        for name in written(run):
-            array = np.moveaxis(run[name].values[nodes], 0, -1)
-            variables[name] = np.full((*array.shape[:-1], self.samples), np.nan)
-            variables[name][..., : len(nodes)] = array
+        for name in WRITTEN:
+            if name in run:
+                array = np.moveaxis(run[name].values[nodes], 0, -1)
+                variables[name] = np.full((*array.shape[:-1], self.samples), np.nan)
+                variables[name][..., : len(nodes)] = array
         return variables
 
 
@@ -132,11 +127,6 @@ def level_forces(study: Scene, force: float) -> tuple[float, ...]:
     """
     is_own = len(study.grid.yield_forces) == 1 and len(study.interfaces) > 1
     return study.point_yield_forces(None if is_own else force)
-
-
-def written(run: xr.Dataset) -> list[str]:
-    """Names of the histories of a run that are written."""
-    return [name for name in WRITTEN if name in run]
 
 
 def histories(
@@ -212,7 +202,7 @@ def histories(
     target = check_target(out, RESULTS)
     if not isinstance(source, Scene) and target.resolve() == Path(source).resolve():
         raise PoundingError(f"{out}: is what the histories are of, which stays as it is; write to another name")
-    wanted: Asked = {"record": records, "polarity": polarities, PGA_AXIS: pgas, LEVEL_AXIS: intensity_levels}
+    wanted: Values = {"record": records, "polarity": polarities, PGA_AXIS: pgas, LEVEL_AXIS: intensity_levels}
     wanted |= {"contact_model": laws, "gap": gaps, "yield_force": yield_forces}
     check_replaceable(target, "histories", choice=OTHER_NAME)
     cases = _chosen_cases(source, wanted, largest_of, folder, select)
@@ -226,39 +216,55 @@ def histories(
     if say is not None:
         size = f"{max(template.bytes_per_case * count / 1e6, 0.1):.1f} MB"
         say(f"{count:,} case{'s' * (count != 1)}, {cases.samples:,} samples: about {size} before compression")
-    _write(cases, template, target, workers or cpu_count() or 1, progress)
+    width, done = template.width, 0
+    # Only this thread touches the file.
+    with store_of(template, target, AGAIN) as store, ThreadPoolExecutor(workers or cpu_count() or 1) as pool:
+        for block in blocks(template):
+            indices = cases.choice.places[block.start * width : block.stop * width]
+            values = {
+                name: np.empty((len(indices), *template.extra(name)), variable.dtype)
+                for name, variable in template.cases.items()
+            }
+            for row, variables in enumerate(pool.map(cases.at_samples, indices)):
+                for name, array in variables.items():
+                    values[name][row] = array
+                done += 1
+                if progress is not None:
+                    progress(done, count)
+            shaped = {name: array.reshape(len(block), width, *template.extra(name)) for name, array in values.items()}
+            store.write(block, shaped)
+        store.finish(created("pounding_risk.histories"))
     return target
 
 
 def _chosen_cases(
-    source: Scene | str | Path, wanted: Asked, output: str | None, folder: str | Path | None, select: Sequence[str]
+    source: Scene | str | Path, wanted: Values, output: str | None, folder: str | Path | None, select: Sequence[str]
 ) -> Cases:
-    """The cases that are asked for; the source is read, its records too."""
+    """The chosen cases; the source is read, its records too."""
     if isinstance(source, Scene) or Path(source).suffix.lower() not in RESULTS:
         if output is not None:
             raise PoundingError(f"the case with the largest {output} is known from results; name those of a scan")
-        study = source if isinstance(source, Scene) else read_scene(source)
+        study = as_scene(source)
         check_one_scene(study, "histories")
         motions = motions_of(study)
-        choice = chosen(values_of(study, [motion.name for motion in motions]), _by_measure(study, wanted))
-    else:
-        with open_results(source, lazy=True) as whole, reading(source, (RuntimeError,)):
-            results = settled(selected(whole, select, str(source)), str(source))
-            study = recorded(results, Path(source), folder).study
-            motions = motions_of(study)
-            check_records(results, motions)
-            if results["record"].ndim == 0:  # of a sample that one motion was drawn with
-                motions = tuple(motion for motion in motions if motion.name == results["record"].item())
-                results = with_axes(results, str(source))
-            choice = chosen(values_of(study, [motion.name for motion in motions]), _by_measure(study, wanted))
-            if output is not None:
-                check_scan(results, str(source))
-                choice = largest(results, output, choice)
-    return Cases(study, motions, choice)
+        return Cases(study, motions, _chosen(study, motions, wanted))
+    with open_results(source, lazy=True) as whole, reading(source, (RuntimeError,)):
+        results = settled(selected(whole, select, str(source)), str(source))
+        study = recorded(results, Path(source), folder).study
+        motions = motions_of(study)
+        check_records(results, motions)
+        if results["record"].ndim == 0:  # of a sample that one motion was drawn with
+            motions = tuple(motion for motion in motions if motion.name == results["record"].item())
+            results = with_axes(results, str(source))
+        choice = _chosen(study, motions, wanted)
+        if output is not None:
+            check_scan(results, str(source))
+            choice = largest(results, output, choice)
+        return Cases(study, motions, choice)
 
 
-def _by_measure(study: Scene, wanted: Asked) -> Asked:
-    """What is asked for, the amplitudes by the word of their measure; raises PoundingError for PGA of other levels."""
+def _chosen(study: Scene, motions: Sequence[Motion], wanted: Values) -> Choice:
+    """The chosen cases of a grid, amplitudes by the word of their measure; raises PoundingError as `histories`."""
     measure, rest = study.grid.measure, dict(wanted)
     pgas, levels = rest.pop(PGA_AXIS), rest.pop(LEVEL_AXIS)
     if pgas is not None and levels is not None:
@@ -268,7 +274,8 @@ def _by_measure(study: Scene, wanted: Asked) -> Asked:
             f"PGA: the scene scales its records to levels of {measure.words}; choose by intensity_levels "
             "(--intensity-level)"
         )
-    return rest | {measure.intensity: levels if pgas is None else pgas}
+    known = values_of(study, [motion.name for motion in motions])
+    return chosen(known, rest | {measure.intensity: levels if pgas is None else pgas})
 
 
 def template_of(cases: Cases) -> Template:
@@ -282,94 +289,54 @@ def template_of(cases: Cases) -> Template:
             np.dtype(np.float64),
             {**run[name].attrs, "cell_methods": "sample: point"},
         )
-        for name in written(run)
+        for name in WRITTEN
+        if name in run
     }
-    return Template(_skeleton(cases), {**variables, "status": OUTCOME["status"]}, choice.shape)
+    return Template(_skeleton(cases), {**variables, "status": labels.OUTCOME["status"]}, choice.shape)
 
 
 def _skeleton(cases: Cases) -> xr.Dataset:
     """Labels, the time of every sample, and the ground motions."""
     study, choice, samples = cases.study, cases.choice, cases.samples
-    labels = case_coordinates(study, cases.motions)
-    for name in ("period", "record_pgv"):  # what is told of records for assessments
-        labels.pop(name, None)
+    coords = labels.case_coordinates(study, cases.motions)
+    for name in ("period", "record_pgv"):  # facts of records for assessments
+        coords.pop(name, None)
     gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
-    labels |= places_of(study, gaps, np.array([level_forces(study, force) for force in study.grid.yield_forces]))
-    whole = one_amplitude(xr.Dataset(coords=labels), study)
-    along = "contact_model" if choice.by_law else "record"
+    coords |= labels.places_of(study, gaps, np.array([level_forces(study, force) for force in study.grid.yield_forces]))
+    whole = labels.one_amplitude(xr.Dataset(coords=coords), study)
     axes = axes_by(study.grid.measure.axis)
-    indexers: dict[str, Any] = {axis: sorted(set(choice.places[:, place].tolist())) for place, axis in enumerate(axes)}
     if choice.by_law:
-        indexers = {axis: (along, choice.places[:, place]) for place, axis in enumerate(axes)}
+        indexers: dict[str, Any] = {axis: ("contact_model", choice.places[:, at]) for at, axis in enumerate(axes)}
+        dims: tuple[str, ...] = ("contact_model",)
+        records, driving = choice.places[:, 0], choice.places
+    else:
+        indexers = {axis: np.unique(choice.places[:, at]) for at, axis in enumerate(axes)}
+        dims, records = tuple(dim for dim in axes[: AMPLITUDE + 1] if dim in whole.dims), np.array(choice.records)
+        # The first case of each motion, in the order of the axes.
+        driving = choice.places.reshape(int(np.prod(choice.shape[:3])), -1, len(AXES))[:, 0]
     whole = whole.isel({axis: places for axis, places in indexers.items() if axis in whole.dims})
-    records = choice.places[:, 0] if choice.by_law else choice.records
-    times = _rows([cases.motions[place].times for place in records], samples)
-    motion_dims = tuple(dim for dim in axes[: AMPLITUDE + 1] if dim in whole.dims)
-    driving = choice.places if choice.by_law else _motions_of(choice)
-    ground = _rows([cases.motion(place).acceleration for place in driving], samples)
-    dims = (along,) if choice.by_law else motion_dims
-    about = described("m/s2", "acceleration of the ground motion, where it comes first")
+    times, ground = np.full((len(records), samples), np.nan), np.full((len(driving), samples), np.nan)
+    for row, record in zip(times, records, strict=True):
+        row[: len(cases.motions[record].times)] = cases.motions[record].times
+    for row, case in zip(ground, driving, strict=True):
+        acceleration = cases.motion(case).acceleration
+        row[: len(acceleration)] = acceleration
+    ground = ground.reshape(*(whole.sizes[dim] for dim in dims), samples)
+    about = labels.described("m/s2", "acceleration of the ground motion, where it comes first")
     return (
         whole.assign_coords(
-            time=((along, "sample"), times, described("s", "time since the start of the record")),
-            sample=("sample", np.arange(samples), described("1", "sample of the record, from 0")),
+            time=((dims[0], "sample"), times, labels.described("s", "time since the start of the record")),
+            sample=("sample", np.arange(samples), labels.described("1", "sample of the record, from 0")),
         )
-        .assign(
-            ground_acceleration=((*dims, "sample"), ground.reshape(*(whole.sizes[dim] for dim in dims), samples), about)
+        .assign(ground_acceleration=((*dims, "sample"), ground, about))
+        .assign_attrs(
+            Conventions=labels.CONVENTIONS,
+            title=f"{study.name}: time histories",
+            source=f"pounding_risk: event-driven {job_kind(study).solver} solver",
+            comment=COMMENT,
+            **labels.made_from(study, [cases.motions[place] for place in choice.records]),
         )
-        .assign_attrs(_attributes(cases))
     )
-
-
-def _motions_of(choice: Choice) -> NDArray[np.int64]:
-    """Places of the first case of each motion, in the order of the axes."""
-    return choice.places.reshape(int(np.prod(choice.shape[:3])), -1, len(AXES))[:, 0]
-
-
-def _attributes(cases: Cases) -> dict[str, Any]:
-    study = cases.study
-    return {
-        "Conventions": CONVENTIONS,
-        "title": f"{study.name}: time histories",
-        "source": f"pounding_risk: event-driven {job_kind(study).solver} solver",
-        "comment": COMMENT,
-        **made_from(study, [cases.motions[place] for place in cases.choice.records]),
-    }
-
-
-def _rows(values: Sequence[Samples], length: int) -> Samples:
-    """Arrays as rows of one length, NaN past the end of the shorter ones."""
-    rows = np.full((len(values), length), np.nan)
-    for row, value in zip(rows, values, strict=True):
-        row[: len(value)] = value
-    return rows
-
-
-def _nearest(times: Samples, wanted: Samples) -> NDArray[np.int64]:
-    """Indices of a run's instants at the wanted times, which are among them except for rounding."""
-    after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
-    return np.where(wanted - times[after - 1] < times[after] - wanted, after - 1, after).astype(np.int64)
-
-
-def _write(cases: Cases, template: Template, target: Path, workers: int, progress: Progress | None) -> None:
-    """Run every case and write it; only this thread touches the file."""
-    width, total, done = template.width, len(cases.choice.places), 0
-    with store_of(template, target, AGAIN) as store, ThreadPoolExecutor(workers) as pool:
-        for block in blocks(template):
-            indices = cases.choice.places[block.start * width : block.stop * width]
-            values = {
-                name: np.empty((len(indices), *template.extra(name)), variable.dtype)
-                for name, variable in template.cases.items()
-            }
-            for row, variables in enumerate(pool.map(cases.at_samples, indices)):
-                for name, array in variables.items():
-                    values[name][row] = array
-                done += 1
-                if progress is not None:
-                    progress(done, total)
-            shaped = {name: array.reshape(len(block), width, *template.extra(name)) for name, array in values.items()}
-            store.write(block, shaped)
-        store.finish(created("pounding_risk.histories"))
 
 
 def values_of(study: Scene, records: Sequence[str]) -> dict[str, tuple[Any, ...]]:
@@ -382,13 +349,23 @@ def values_of(study: Scene, records: Sequence[str]) -> dict[str, tuple[Any, ...]
     return dict(zip(axes_by(grid.measure.intensity), along, strict=True))
 
 
-def chosen(values: dict[str, tuple[Any, ...]], wanted: Asked) -> Choice:
+def chosen(values: dict[str, tuple[Any, ...]], wanted: Values) -> Choice:
     """The cases of these values along each axis.
 
     A number stands for the value of the grid that is as large, within 1e-9 of it. Raises PoundingError for what the
     grid does not have.
     """
-    picked = [_places(axis, known, wanted.get(axis)) for axis, known in values.items()]
+    picked = []
+    for axis, values_of_axis in values.items():
+        names = wanted.get(axis)
+        if names is None:
+            picked.append(list(range(len(values_of_axis))))
+        elif not names:
+            raise PoundingError(
+                f"{axis_words(axis)}: the list is empty; name one value at least, or leave it out for all"
+            )
+        else:
+            picked.append(sorted({place_of(axis, values_of_axis, value) for value in names}))
     return Choice(np.array(list(product(*picked)), dtype=np.int64), tuple(map(len, picked)), False)
 
 
@@ -420,12 +397,3 @@ def largest(results: xr.Dataset, output: str, among: Choice) -> Choice:
     shape = [1] * len(AXES)
     shape[LAW] = len(best)
     return Choice(np.array(best), tuple(shape), True)
-
-
-def _places(axis: str, known: tuple[Any, ...], wanted: Sequence[Any] | None) -> list[int]:
-    """Places of the values asked for, in the order of the grid; of all where nothing is asked."""
-    if wanted is None:
-        return list(range(len(known)))
-    if not wanted:
-        raise PoundingError(f"{axis_words(axis)}: the list is empty; name one value at least, or leave it out for all")
-    return sorted({place_of(axis, known, value) for value in wanted})

@@ -8,27 +8,11 @@ from typing import Any, get_type_hints
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import needs_floors
-from pounding_risk.models.contact.relation import (
-    AS_PUBLISHED,
-    faults,
-    is_ratio,
-    misfit,
-    related,
-    written_ratio,
-)
+from pounding_risk.models.contact.relation import AS_PUBLISHED, faults, is_ratio, misfit, related, written_ratio
 from pounding_risk.models.effects import bare
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.solver.pair.isolated import Impact, collide
-from pounding_risk.units import (
-    MASS,
-    RESTITUTION,
-    RTOL,
-    SPEED,
-    YIELD_FORCE,
-    Quantity,
-    QuantityError,
-    si,
-)
+from pounding_risk.units import MASS, RESTITUTION, RTOL, SPEED, YIELD_FORCE, Quantity, QuantityError, si
 
 
 def impact(
@@ -109,15 +93,15 @@ def _in_si(law: Any) -> Any:
 
 
 def _damped(law: Any, restitution: Any, relation: str) -> tuple[Any, Restitution]:
-    """The law under the relation asked for, and e(v)."""
-    asked = restitution if isinstance(restitution, Mapping) else {"value": restitution}
-    asked = {"relation": relation, **asked}
-    refusals = [f"{key}: {sentence}" for key, sentence in faults(asked)] or [
-        misfit([type(bare(law))], asked["relation"])
+    """The law under a relation, and e(v)."""
+    options = restitution if isinstance(restitution, Mapping) else {"value": restitution}
+    options = {"relation": relation, **options}
+    refusals = [f"{key}: {sentence}" for key, sentence in faults(options)] or [
+        misfit([type(bare(law))], options["relation"])
     ]
     if refusals[0]:
         raise PoundingError(f"impact: restitution, {'; '.join(refusals)}")
-    law, restitution = _related(law, asked["relation"]), asked["value"]
+    law, restitution = _related(law, options["relation"]), options["value"]
     return law, restitution if isinstance(restitution, Restitution) else restitution_of(restitution)
 
 

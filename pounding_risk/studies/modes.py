@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, effective_shares, vibration
+from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
 
 Array = NDArray[np.float64]
@@ -39,16 +40,16 @@ class Modes(NamedTuple):
     """
 
     name: str
-    levels: Array  # m above the ground, of what moves; NaN where it is not known, 0 of a foundation
-    periods: Array  # s
-    shapes: Array  # (levels, modes)
+    levels: Array
+    periods: Array
+    shapes: Array
     participations: Array
-    shares: Array  # of the building's mass, with its foundation
+    shares: Array
     dampings: Array
 
 
 def modes(scene: Scene | str | Path) -> tuple[Modes, ...]:
-    """Modes of vibration of every building of a scene on its own, under the scene's effects and while it is elastic.
+    """Periods, participation and damping of each building.
 
     Parameters
     ----------
@@ -65,11 +66,8 @@ def modes(scene: Scene | str | Path) -> tuple[Modes, ...]:
     PoundingError
         If the scene cannot be read, or a building cannot take an effect.
     """
-    if not isinstance(scene, Scene):
-        from pounding_risk.scene.reader import read_scene
-
-        scene = read_scene(scene)
-    return tuple(building_modes(building, scene.effects) for building in scene.buildings)
+    study = as_scene(scene)
+    return tuple(building_modes(building, study.effects) for building in study.buildings)
 
 
 def building_modes(

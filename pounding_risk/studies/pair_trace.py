@@ -23,7 +23,7 @@ from pounding_risk.solver.pair.outputs import building_outputs, run_outputs
 from pounding_risk.solver.workspace import make_workspace
 
 Array = NDArray[np.float64]
-ROWS = 4096  # to begin with; a log that overflows is made again with the room it asked for
+ROWS = 4096  # to begin with; a log that overflows is recorded again with the room that it needs
 
 
 def pair_trace(study: Scene, case: Case) -> Trace:
@@ -34,7 +34,7 @@ def pair_trace(study: Scene, case: Case) -> Trace:
     strength = float(case.yield_forces[0])
     law = law_of(study, case.contact_model)
     raw, log = logged(pair, free, Interface(float(case.gaps[0]), law, study.restitution, strength), study.rtol)
-    # A motion beyond all numbers is told by the run's status, not by a warning of each sum.
+    # A motion beyond all numbers is reported by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):
         run_histories = histories(pair, free, log)
         energy = energies(pair, free, run_histories)
@@ -200,17 +200,12 @@ def energies(pair: tuple[Oscillator, Oscillator], free: Free, motion: tuple[Arra
         placed = (-area - np.diff(v) - oscillator.two_zeta_omega * np.diff(u) - push) / oscillator.omega2
         put_in[1:] -= oscillator.mass * np.cumsum(ends * u[1:] - begins * u[:-1] - slope * placed)
         held += 0.5 * oscillator.mass * (v * v + oscillator.omega2 * u * u)
-    return {
-        "ground": put_in,
-        "held": held,
-        "contact": work,
-        "damping": put_in - held - work,
-    }
+    return {"ground": put_in, "held": held, "contact": work, "damping": put_in - held - work}
 
 
 def _grounds(free: Free, time: Array, side: int) -> tuple[Array, Array]:
     """a_g under a building at the beginning of every interval between these times, and its slope there."""
-    # What lies between two nodes is told by its middle: an end may stand on either side of a node by rounding.
+    # The interval between two nodes is known by its middle: an end may stand on either side of a node by rounding.
     node = _nodes_before(free, 0.5 * (time[1:] + time[:-1]))
     after = time[:-1] - _node_times(free)[node]
     if isinstance(free.passage, DelayedGround):

@@ -73,7 +73,7 @@ def rerun(
     new: bool = False,
     progress: Progress | None = None,
 ) -> Rerun:
-    """Run again what the results file of a scan was made from, and compare every variable and coordinate.
+    """Run results again from what they carry, and compare.
 
     Parameters
     ----------
@@ -152,56 +152,42 @@ def _changed_versions(before: xr.Dataset) -> dict[str, tuple[str, str]]:
     now = versions()
     now |= versions_of(name for name in was if name not in now)  # plug-ins
     names = dict.fromkeys((*was, *now))
-    pairs = {name: (str(was.get(name, "not told")), now.get(name, "not asked")) for name in names}
+    pairs = {name: (str(was.get(name, "not stated")), now[name]) for name in names}
     return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
 
 
 def _difference(name: str, before: xr.DataArray, after: xr.DataArray, axes: tuple[str, ...]) -> Difference | None:
     """How two arrays differ; None where they are the same to the last bit. ``axes`` are those of cases."""
-    old_values, new_values = before.values, after.values
+    old, new = before.values, after.values
     shapes = [f"({', '.join(map(str, array.dims))}) of {array.shape}" for array in (before, after)]
-    if shapes[0] != shapes[1]:
-        return Difference(name, old_values.size, old_values.size, np.nan, np.nan, f"{shapes[1]}, was {shapes[0]}")
-    numbers = [values.dtype.kind in "biuf" for values in (old_values, new_values)]
-    if numbers[0] != numbers[1]:
-        return Difference(
-            name, old_values.size, old_values.size, np.nan, np.nan, f"{new_values.dtype}, was {old_values.dtype}"
-        )
+    words = "" if old.dtype == new.dtype else f"{new.dtype}, was {old.dtype}"
+    numbers = [values.dtype.kind in "biuf" for values in (old, new)]
+    if shapes[0] != shapes[1] or numbers[0] != numbers[1]:
+        words = f"{shapes[1]}, was {shapes[0]}" if shapes[0] != shapes[1] else words
+        return Difference(name, old.size, old.size, np.nan, np.nan, words)
+    sizes = np.nan, np.nan
     if not numbers[0]:
-        apart = old_values.astype(str) != new_values.astype(str)
-        return Difference(name, *_counted(before, apart, axes), np.nan, np.nan) if apart.any() else None
-    words = "" if old_values.dtype == new_values.dtype else f"{new_values.dtype}, was {old_values.dtype}"
-    apart = ~_same_bits(old_values.astype(np.float64), new_values.astype(np.float64))
-    if not apart.any() and not words:
+        words = ""  # texts of another length
+        differs = old.astype(str) != new.astype(str)
+    else:
+        old, new = old.astype(np.float64), new.astype(np.float64)
+        is_same = (old == new) & (np.signbit(old) == np.signbit(new))  # 0 is not −0
+        differs = ~np.where(np.isnan(old), np.isnan(new), is_same)
+        sizes = _sizes(old[differs], new[differs])
+    if not differs.any() and not words:
         return None
-    return Difference(name, *_counted(before, apart, axes), *_sizes(old_values[apart], new_values[apart]), words)
+    # Cases in which a value differs; values, where the array does not depend on cases.
+    inner = tuple(axis for axis, dim in enumerate(before.dims) if dim not in axes)
+    by_case = differs if len(inner) == before.ndim else differs.any(axis=inner)
+    return Difference(name, int(by_case.sum()), by_case.size, *sizes, words)
 
 
-def _same_bits(old_values: np.ndarray, new_values: np.ndarray) -> np.ndarray:
-    """Where two arrays hold the same number; NaN is NaN, and 0 is not −0."""
-    return np.where(
-        np.isnan(old_values),
-        np.isnan(new_values),
-        (old_values == new_values) & (np.signbit(old_values) == np.signbit(new_values)),
-    )
-
-
-def _counted(array: xr.DataArray, apart: np.ndarray, axes: tuple[str, ...]) -> tuple[int, int]:
-    """Cases in which a value is apart and cases in all; values, where the array does not depend on cases."""
-    inner = tuple(axis for axis, dim in enumerate(array.dims) if dim not in axes)
-    if len(inner) == len(array.dims):
-        return int(apart.sum()), apart.size
-    cases = apart.any(axis=inner)
-    return int(cases.sum()), cases.size
-
-
-def _sizes(old_values: np.ndarray, new_values: np.ndarray) -> tuple[float, float]:
+def _sizes(old: np.ndarray, new: np.ndarray) -> tuple[float, float]:
     """The largest difference and the largest relative to the first; NaN where none is a number."""
-    old_values, new_values = old_values.astype(np.float64), new_values.astype(np.float64)
-    finite = np.isfinite(old_values) & np.isfinite(new_values)
+    finite = np.isfinite(old) & np.isfinite(new)
     if not finite.any():
         return np.nan, np.nan
-    away, size = np.abs(new_values[finite] - old_values[finite]), np.abs(old_values[finite])
+    differences, size = np.abs(new[finite] - old[finite]), np.abs(old[finite])
     with np.errstate(over="ignore"):  # over what is next to nothing
-        relative = np.divide(away, size, out=np.where(away > 0.0, np.inf, 0.0), where=size > 0.0)
-    return float(away.max()), float(relative.max())
+        relative = np.divide(differences, size, out=np.where(differences > 0.0, np.inf, 0.0), where=size > 0.0)
+    return float(differences.max()), float(relative.max())

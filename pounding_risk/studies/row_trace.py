@@ -40,7 +40,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
     instants = instants_of(run.log, len(run.states), row.step)
     grounds = grounds_at(row, under, instants.every)
     touches = contacts_of(run.log, len(model.points), instants)
-    # A motion beyond all numbers is told by the run's status, not by a warning of each sum.
+    # A motion beyond all numbers is reported by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):
         states = motion_at(run.log, run.states, instants)
     values = outputs(run, forces, peaks, frame)

@@ -14,7 +14,6 @@ from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import COLUMN
 from pounding_risk.motions.levels import PEAK, Level, at_pga, driven
-from pounding_risk.motions.motion import Motion
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.contact_notes import of_run
 from pounding_risk.results.labels import CONVENTIONS
@@ -42,7 +41,7 @@ def simulate(
     pga: float | str | None = None,
     intensity_level: float | str | None = None,
 ) -> xr.Dataset:
-    """Run one case of a scene and return its time histories.
+    """Run one case in full: outputs, contacts, histories.
 
     Arguments that are left out take the scene's own values.
 
@@ -83,8 +82,13 @@ def simulate(
         None if value is None else si(value, quantity, f"simulate: {name}")
         for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA))
     )
-    asked = _asked(study, pga, intensity_level)
-    level = asked or study.grid.amplitudes[0]
+    measure, grid = study.grid.measure, study.grid
+    if intensity_level is not None and pga is not None:
+        raise PoundingError("simulate: pga and intensity_level both set the amplitude; give one of them")
+    chosen = at_pga(pga)  # None where the scene's own amplitude is taken
+    if intensity_level is not None:
+        chosen = Level(measure, si(intensity_level, measure.quantity, "simulate: intensity_level"))
+    level = chosen or grid.amplitudes[0]
     motions = {motion.name: motion for motion in motions_of(study)}
     name = _chosen("record", record, tuple(motions))
     sense = _chosen("polarity", polarity, study.records.polarities)
@@ -94,65 +98,38 @@ def simulate(
             "simulate: yield_force is that of floors, and in this row floors meet columns only; these yield at "
             "column_yield_force of their interface: change it in the scene (--set on the command line)"
         )
-    motion = driven(motions[name], sense, level)
-    run = run_of(study, case_of(study, motion, law or study.contact_model, gap, yield_force))
-    keys = unused_keys(study)
-    unused = {"unused_keys": as_text(keys)} if keys else {}
-    notes = _notes(run, _narrowed(study, gap, asked), motions[name])
-    if level is not None and level.measure != PEAK:
-        run = run.assign_attrs(intensity=level.measure.intensity, intensity_level=level.value)
-    return run.assign_attrs(record=name, polarity=sense, notes=notes, **unused, **about_run())
-
-
-def case_of(study: Scene, motion: Motion, law: str, gap: float | None, yield_force: float | None) -> Case:
-    """The case of the scene's own gaps and yield forces, or of those given [m, N].
-
-    A gap is that of all interfaces, but of the only one that the grid varies where it names one.
-    """
-    varied = study.gridded_interface if len(study.grid.gaps) > 1 else None
-    own_gaps = {name: interface.gap for name, interface in zip(study.interface_names, study.interfaces, strict=True)}
-    gaps = [here if gap is None or varied not in (None, name) else gap for name, here in own_gaps.items()]
-    return Case(
-        motion,
-        law,
+    # A gap is that of all interfaces, but of the only one that the grid varies where it names one.
+    varied = study.gridded_interface if len(grid.gaps) > 1 else None
+    own_gaps = {one: interface.gap for one, interface in zip(study.interface_names, study.interfaces, strict=True)}
+    case = Case(
+        driven(motions[name], sense, level),
+        law or study.contact_model,
         own_gaps[study.gridded_interface or study.interface_names[0]] if gap is None else gap,
         study.yield_force if yield_force is None else yield_force,
-        gaps,
+        [here if gap is None or varied not in (None, one) else gap for one, here in own_gaps.items()],
         study.point_yield_forces(yield_force),
+    )
+    run = run_of(study, case)
+    gaps, amplitudes = (study.gap if gap is None else gap,), grid.amplitudes if chosen is None else (chosen,)
+    narrowed = study.updated(grid=grid._replace(gaps=gaps, amplitudes=amplitudes))
+    notes = [*stated(study.uncertain), *of_input(narrowed, (motions[name],)), *of_run(run, narrowed)]
+    keys = unused_keys(study)
+    if level is not None and level.measure != PEAK:
+        run = run.assign_attrs(intensity=level.measure.intensity, intensity_level=level.value)
+    return run.assign_attrs(
+        record=name,
+        polarity=sense,
+        notes=as_text(notes),
+        **({"unused_keys": as_text(keys)} if keys else {}),
+        Conventions=CONVENTIONS,
+        source="pounding_risk: event-driven solver, one run with its histories",
+        **created("pounding_risk.simulate"),
     )
 
 
 def run_of(study: Scene, case: Case) -> xr.Dataset:
     """The run of a case with its histories; to the bit the one that a scan makes of it."""
     return run_dataset(study, case, TRACES[job_kind(study).solver](study, case))
-
-
-def about_run() -> dict[str, str]:
-    """What every run with its histories says of itself beside what was run."""
-    source = "pounding_risk: event-driven solver, one run with its histories"
-    return {"Conventions": CONVENTIONS, "source": source, **created("pounding_risk.simulate")}
-
-
-def _asked(study: Scene, pga: float | None, intensity_level: float | str | None) -> Level | None:
-    """The amplitude that is asked for; None where none is."""
-    measure = study.grid.measure
-    if intensity_level is None:
-        return at_pga(pga)
-    if pga is not None:
-        raise PoundingError("simulate: pga and intensity_level both set the amplitude; give one of them")
-    return Level(measure, si(intensity_level, measure.quantity, "simulate: intensity_level"))
-
-
-def _narrowed(study: Scene, gap: float | None, level: Level | None) -> Scene:
-    """The study with the gap [m] and the amplitude of one run for its grid, where they are asked for."""
-    grid = study.grid
-    gaps = (study.gap if gap is None else gap,)
-    return study.updated(grid=grid._replace(gaps=gaps, amplitudes=grid.amplitudes if level is None else (level,)))
-
-
-def _notes(run: xr.Dataset, study: Scene, motion: Motion) -> str:
-    """On unusual numbers of the scene, of this motion and of the run's contacts."""
-    return as_text([*stated(study.uncertain), *of_input(study, (motion,)), *of_run(run, study)])
 
 
 def _chosen(noun: str, name: str | None, names: tuple[str, ...]) -> str:

@@ -1,15 +1,14 @@
 """Largest closings of two linear buildings without contact over the periods of both, under an ensemble of motions.
 
-`assessment.spectra.spectra` is the call that users make: it adds what rules ask for.
+`assessment.spectra.spectra` is the call that users make: it adds what rules require.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from os import cpu_count
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -20,8 +19,6 @@ from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk._jit.sources import source_digest
 from pounding_risk.ensemble.chunks import Chunk
-from pounding_risk.ensemble.job import Job
-from pounding_risk.ensemble.threads import Pending, Threads
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.effects import acts_on_buildings, acts_on_ground
 from pounding_risk.models.structures.sdof import Building
@@ -32,7 +29,7 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import AS_RECORDED, POLARITIES, RecordRequest
 from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.attributes import as_text, versions
-from pounding_risk.results.labels import CONVENTIONS, measure_attributes
+from pounding_risk.results.labels import CONVENTIONS
 from pounding_risk.results.provenance import text_digest
 from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
 from pounding_risk.results.variables import described
@@ -42,6 +39,7 @@ from pounding_risk.scene.records import Records, records_of
 from pounding_risk.scene.scene import Scene, own_amplitude
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.solver.pair.closings import largest_closings
+from pounding_risk.studies.study import Batches, motion_coordinates
 from pounding_risk.units import DAMPING, Quantity, shown, si
 
 Array = NDArray[np.float64]
@@ -68,7 +66,7 @@ class Oscillators(NamedTuple):
 
 
 class Shaking(NamedTuple):
-    """Motions at the amplitude of a study, and what its dataset says of them."""
+    """Motions at the amplitude of a study, and the attributes of its dataset on them."""
 
     motions: tuple[Motion, ...]
     polarities: tuple[str, ...]
@@ -76,7 +74,7 @@ class Shaking(NamedTuple):
     level: Level | None = None  # where the grid of a scene sets the amplitude
 
 
-# ---------------------------------------------------------------------------------------------- what is asked for
+# ----------------------------------------------------------------------------------------------------- the options
 
 
 def rising_axis(values: Any, num: int, spacing: str, name: str, quantity: Quantity) -> Array:
@@ -126,20 +124,17 @@ def opened(source: Source) -> Scene | Records | RecordRequest | Sequence[Motion]
 
 
 def stated_damping(source: Any) -> tuple[float, float] | None:
-    """Damping ratios of the buildings of a scene, None for records; raises SceneError for buildings it is not for."""
+    """Damping ratios of the buildings of a scene, None for records.
+
+    Raises SceneError unless the buildings are two single masses that move on one ground from rest.
+    """
     if not isinstance(source, Scene):
         return None
-    left, right = _linear_pair(source)
-    return left.damping, right.damping
-
-
-def _linear_pair(study: Scene) -> tuple[Building, Building]:
-    """The two single masses of a scene that move on one ground from rest; raises SceneError for anything else."""
     faults = []
     instead = "name its records instead of the scene"
-    if len(study.buildings) != 2:
-        faults.append(f"building: there are {len(study.buildings)}, and a spectrum is of two; {instead}")
-    for building in study.buildings:
+    if len(source.buildings) != 2:
+        faults.append(f"building: there are {len(source.buildings)}, and a spectrum is of two; {instead}")
+    for building in source.buildings:
         where = f"building.{building.name}"
         if building.is_rigid:
             faults.append(
@@ -149,100 +144,91 @@ def _linear_pair(study: Scene) -> tuple[Building, Building]:
             faults.append(f"{where}: has storeys, and a spectrum is of single masses; {instead}")
         elif building.initial_displacement or building.initial_velocity:
             faults.append(f"{where}: does not start from rest, and no amplitude scales that; remove its initial state")
-    for effect in study.effects:
+    for effect in source.effects:
         if acts_on_ground(effect.name) or acts_on_buildings(effect.name):
             faults.append(
                 f"effects.{effect.name}: changes the motion without contact of masses on one ground; remove it"
             )
-    if study.supports and not any(acts_on_ground(effect.name) for effect in study.effects):
+    if source.supports and not any(acts_on_ground(effect.name) for effect in source.effects):
         faults.append(
             "building: stand on grounds of their own, and a spectrum is of masses on one ground; remove ground_factor, "
             "ground_delay, ground_velocity and ground_record"
         )
     if faults:
-        raise SceneError(study.source, faults)
-    return study.pair
+        raise SceneError(source.source, faults)
+    left, right = source.pair
+    return left.damping, right.damping
 
 
 def shaking_of(source: Any, periods: Array) -> Shaking:
     """The motions of a scene, of a request for records, or as they are given, flagged where they do not suit periods.
 
-    Raises as `gathered` and `read_ensemble`, and PoundingError for what is none of these.
+    Those of a scene are at its own amplitude, or the largest of its grid. Raises as `gathered` and `read_ensemble`, and
+    PoundingError for another source and where there are no motions.
     """
+    ends, level = (float(periods.min()), float(periods.max())), None
+    left_out: tuple[str, ...] = ()
     if isinstance(source, Scene):
-        return _of_scene(source, periods)
-    if isinstance(source, Records | RecordRequest):
+        if relation := source.grid.measure.relation:
+            sentence = f"its periods are {relation}, and here that period varies; write them in s"
+            raise SceneError(source.source, [f"records.intensity: {sentence}"])
+        buildings = (one._replace(period=end) for one, end in zip(source.pair, ends, strict=True))
+        ensemble = gathered(source.updated(buildings=tuple(buildings)))
+        level, left_out = own_amplitude(source), ensemble.left_out
+        motions = tuple(driven(motion, AS_RECORDED, level) for motion in ensemble.motions)
+        polarities, text = source.records.polarities, source.to_toml()
+        attrs = {
+            "scene": source.text or text,
+            "scene_resolved": text,
+            "scene_sha256": text_digest(text),
+            "scene_file": source.source.encode(errors="backslashreplace").decode(),
+            "overrides": as_text(list(source.overrides)),
+        }
+    elif isinstance(source, Records | RecordRequest):
         if isinstance(source, Records) and source.intensity:
             raise PoundingError(
                 "intensity: records without a scene have one amplitude; give pga, sa or scale in place of intensity"
             )
         request = source.request() if isinstance(source, Records) else source
         ensemble = read_ensemble(request, Path())
-        motions = tuple(for_periods(motion, (periods.min(), periods.max())) for motion in ensemble.motions)
+        motions, polarities, left_out = ensemble.motions, request.polarities, ensemble.left_out
         attrs = {"scene_resolved": write_toml({"records": records_of(request).written()})}
-        attrs |= {"left_out": as_text(list(ensemble.left_out))} if ensemble.left_out else {}
-        return _checked(Shaking(motions, request.polarities, attrs))
-    given: tuple[Any, ...] = tuple(source) if isinstance(source, Sequence) else ()
-    if not given or not all(isinstance(motion, Motion) for motion in given):
-        raise PoundingError(
-            f"{shown(source)} holds no motions; give a scene, pr.Records, or a list of what pr.read_motion returns"
-        )
-    flagged = tuple(for_periods(motion, (periods.min(), periods.max())) for motion in given)
-    return _checked(Shaking(flagged, POLARITIES, {"amplitude": "as given"}))
-
-
-def _of_scene(study: Scene, periods: Array) -> Shaking:
-    """Motions of a scene at its own amplitude, or the largest of its grid."""
-    if relation := study.grid.measure.relation:
-        sentence = f"its periods are {relation}, and here that period varies; write them in s"
-        raise SceneError(study.source, [f"records.intensity: {sentence}"])
-    left, right = study.pair
-    ends = left._replace(period=float(periods.min())), right._replace(period=float(periods.max()))
-    ensemble = gathered(study.updated(buildings=ends))
-    level = own_amplitude(study)
-    motions = tuple(driven(motion, AS_RECORDED, level) for motion in ensemble.motions)
-    text = study.to_toml()
-    attrs = {
-        "scene": study.text or text,
-        "scene_resolved": text,
-        "scene_sha256": text_digest(text),
-        "scene_file": study.source.encode(errors="backslashreplace").decode(),
-        "overrides": as_text(list(study.overrides)),
-        **({"left_out": as_text(list(ensemble.left_out))} if ensemble.left_out else {}),
-    }
-    return _checked(Shaking(motions, study.records.polarities, attrs, level))
-
-
-def _checked(shaking: Shaking) -> Shaking:
-    """The motions under distinct names; raises PoundingError where there are none."""
-    if not shaking.motions:
+    else:
+        motions = tuple(source) if isinstance(source, Sequence) else ()
+        if not motions or not all(isinstance(motion, Motion) for motion in motions):
+            raise PoundingError(
+                f"{shown(source)} holds no motions; give a scene, pr.Records, or a list of what pr.read_motion returns"
+            )
+        polarities, attrs = POLARITIES, {"amplitude": "as given"}
+    if not isinstance(source, Scene):  # `gathered` has flagged its motions
+        motions = tuple(for_periods(motion, ends) for motion in motions)
+    if not motions:
         raise PoundingError("no record is left to take a spectrum of; check the names, the files or the folder")
-    names = [motion.name for motion in shaking.motions]
-    named = [name if names.count(name) == 1 else f"{name} ({place})" for place, name in enumerate(names, start=1)]
-    motions = (replace(motion, name=name) for motion, name in zip(shaking.motions, named, strict=True))
-    return shaking._replace(motions=tuple(motions))
+    if left_out:
+        attrs["left_out"] = as_text(list(left_out))
+    names = [motion.name for motion in motions]
+    distinct = [name if names.count(name) == 1 else f"{name} ({place})" for place, name in enumerate(names, start=1)]
+    named = (replace(motion, name=name) for motion, name in zip(motions, distinct, strict=True))
+    return Shaking(tuple(named), polarities, attrs, level)
 
 
 # ------------------------------------------------------------------------------------------------------- the closings
 
 
-class ClosingsJob:
-    """Largest closings of all pairs, one motion a batch, as the threads of a scan take it."""
+class ClosingsJob(Batches):
+    """Largest closings of all pairs, one motion a batch."""
 
     def __init__(self, motions: Sequence[Motion], sides: tuple[Oscillators, Oscillators]):
         self.motions, self.sides = motions, sides
+        self.batches = len(motions)
         sizes = [side.periods.size for side in sides]
         self.bytes_per_batch = 8 * (len(POLARITIES) * sizes[0] * sizes[1] + sum(sizes))
 
-    def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None:
-        """Closings [m] of these motions and of them reversed, and peaks of both sides; None where it was stopped."""
-        results = []
-        for number in batches:
-            if stop():
-                return None
-            motion, (left, right) = self.motions[number], self.sides
-            results.append(largest_closings(motion.acceleration, motion.dt, left.numbers, right.numbers))
-        return {name: np.stack([getattr(one, name) for one in results]) for name in ("closing", *SIDES)}
+    def one(self, number: int) -> Chunk:
+        """Closings [m] of a motion and of it reversed, and peaks of both sides."""
+        motion, (left, right) = self.motions[number], self.sides
+        result = largest_closings(motion.acceleration, motion.dt, left.numbers, right.numbers)
+        return {name: getattr(result, name)[None] for name in ("closing", *SIDES)}
 
 
 def closings(
@@ -270,83 +256,55 @@ def closings(
                 f"periods: {shortest:g} s is too short for {motion.name}, whose time step is {motion.dt:g} s; begin at "
                 f"{LEAST_PERIOD * motion.dt:g} s or above"
             )
-    pending = Pending([range(len(motions))], lambda _: 0, bytes_per_batch=job.bytes_per_batch)
-    chunks: dict[int, Chunk] = {}
-    done = [0]
-
-    def keep(batches: range, chunk: Chunk, seconds: float) -> None:
-        chunks[batches.start] = chunk
-        done[0] += len(batches)
-        if progress is not None:
-            progress(done[0], len(motions))
-
-    Threads(workers or cpu_count() or 1).run(cast(Job, job), pending, keep)
-    return {name: np.concatenate([chunks[start][name] for start in sorted(chunks)]) for name in ("closing", *SIDES)}
+    return job.solved(workers, progress)
 
 
 def gap_dataset(
     shaking: Shaking,
     sides: tuple[Oscillators, Oscillators],
-    found: Chunk,
+    results: Chunk,
     percentiles: Sequence[float],
     keep_motions: bool,
 ) -> xr.Dataset:
     """The dataset of closings: percentiles [%] over records and polarities; with ``keep_motions`` each one's too."""
     motions, polarities = shaking.motions, shaking.polarities
-    chosen = found["closing"][:, [POLARITIES.index(polarity) for polarity in polarities]]
+    chosen = results["closing"][:, [POLARITIES.index(polarity) for polarity in polarities]]
     gaps = enough_for(chosen.reshape(-1, *chosen.shape[2:]), percentiles, axis=0)
     population = f"percentile over {counted(len(motions), 'record')} and their polarities"
-    variables: dict[str, Any] = {
-        "required_gap": (
-            ("percentile", "left_period", "right_period"),
-            gaps,
-            described("m", f"gap that a share of the motions needs, {population} of the largest u_left - u_right"),
-        )
+    periods = ("left_period", "right_period")
+    words = f"gap that a share of the motions needs, {population} of the largest u_left - u_right"
+    variables: dict[str, Any] = {"required_gap": (("percentile", *periods), gaps, described("m", words))}
+    coords: dict[str, Any] = {
+        "percentile": ("percentile", list(percentiles), described("%", "share of the motions that need no more"))
     }
-    for side in SIDES:
+    coords |= motion_coordinates(motions, polarities, shaking.level)
+    for side, period, oscillators in zip(SIDES, periods, sides, strict=True):
         # Each record once for each polarity, as in the gap: both have the same peak.
-        peaks = np.repeat(found[side], len(polarities), axis=0)
-        words = f"spectral displacement of the {side} building, {population}"
-        of_side = ("percentile", f"{side}_period"), enough_for(peaks, percentiles, axis=0)
-        variables[f"{side}_displacement"] = (*of_side, described("m", words))
-        words = f"spectral displacement of the {side} building under each record"
-        variables[f"{side}_displacement_of_record"] = (
-            ("record", f"{side}_period"),
-            found[side],
-            described("m", words),
-        )
+        peaks = enough_for(np.repeat(results[side], len(polarities), axis=0), percentiles, axis=0)
+        words = f"spectral displacement of the {side} building"
+        variables |= {
+            f"{side}_displacement": (("percentile", period), peaks, described("m", f"{words}, {population}")),
+            f"{side}_displacement_of_record": (
+                ("record", period),
+                results[side],
+                described("m", f"{words} under each record"),
+            ),
+        }
+        coords[period] = (period, oscillators.periods, described("s", f"period of the {side} building"))
+        coords[f"{side}_damping"] = ((), oscillators.damping, described("1", f"damping ratio of the {side} building"))
     if keep_motions:
         words = "gap that each motion needs: largest u_left - u_right of the continuous motion without contact"
-        variables["required_gap_of_motion"] = (
-            ("record", "polarity", "left_period", "right_period"),
-            chosen,
-            described("m", words),
-        )
-    coords: dict[str, Any] = {
-        "percentile": ("percentile", list(percentiles), described("%", "share of the motions that need no more")),
-        "record": ("record", [motion.name for motion in motions], {"long_name": "ground motion"}),
-        "polarity": ("polarity", list(polarities), {"long_name": "sign of the ground motion"}),
-        "record_pga": (
-            "record",
-            [motion.pga for motion in motions],
-            described("m/s2", "peak ground acceleration that the buildings felt"),
-        ),
-    }
-    for side, oscillators in zip(SIDES, sides, strict=True):
-        words = f"period of the {side} building"
-        coords[f"{side}_period"] = (f"{side}_period", oscillators.periods, described("s", words))
-        coords[f"{side}_damping"] = ((), oscillators.damping, described("1", f"damping ratio of the {side} building"))
-    level = shaking.level
-    if level is not None:
-        coords[level.measure.axis] = ((), level.value, measure_attributes(level.measure))
-    dataset = xr.Dataset(variables, coords, spectra_attributes(shaking))
-    if "amplitude" not in dataset.attrs:
-        dataset.attrs["amplitude"] = amplitude_words(dataset)
-    return dataset
+        variables["required_gap_of_motion"] = (("record", "polarity", *periods), chosen, described("m", words))
+    return with_amplitude(xr.Dataset(variables, coords, spectra_attributes(shaking)))
+
+
+def with_amplitude(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset with its amplitude in words, unless the motions were given as they are."""
+    return dataset.assign_attrs({"amplitude": amplitude_words(dataset)} | dataset.attrs)
 
 
 def spectra_attributes(shaking: Shaking) -> dict[str, Any]:
-    """What it takes to make the dataset again."""
+    """Attributes from which the dataset can be recomputed."""
     motions = shaking.motions
     return {
         "Conventions": CONVENTIONS,

@@ -7,9 +7,7 @@ scene sample by sample, by the solver that a scan of it has, which takes a hundr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from math import prod
-from os import cpu_count
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
@@ -18,12 +16,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.progress import Progress
-from pounding_risk.ensemble.chunks import Chunk, joined
-from pounding_risk.ensemble.job import Job, ScanInput
+from pounding_risk.ensemble.chunks import Chunk
+from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.job_choice import grid_job_of, job_kind
 from pounding_risk.ensemble.limits import check_memory, free_memory
 from pounding_risk.ensemble.plausibility import of_input
-from pounding_risk.ensemble.threads import Pending, Threads
 from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import acts_on_law
 from pounding_risk.models.structures.contact_points import FLOOR
@@ -33,16 +30,8 @@ from pounding_risk.motions.intensity import LEAST_PERIOD
 from pounding_risk.motions.levels import driven
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import AS_RECORDED, POLARITIES
+from pounding_risk.results import labels
 from pounding_risk.results.attributes import as_text, told
-from pounding_risk.results.labels import (
-    CONVENTIONS,
-    NEEDED,
-    axes_of_motions,
-    flags_of,
-    made_from,
-    skeleton,
-    with_drawn_motions,
-)
 from pounding_risk.results.provenance import provenance
 from pounding_risk.results.scene_axes import MOTIONS_DRAWN, axis_coordinates
 from pounding_risk.results.variables import described
@@ -56,6 +45,7 @@ from pounding_risk.scene.toml import KeyPath, parse_toml
 from pounding_risk.scene.uncertain import DrawnMotions, sample_axis
 from pounding_risk.scene.variants import Variants, check_one_scene
 from pounding_risk.solver.pair.listed_closings import PairList
+from pounding_risk.studies.study import Batches
 
 Array = NDArray[np.float64]
 
@@ -78,20 +68,8 @@ class Facts(NamedTuple):
     gaps: Array  # (samples, interfaces) [m]
 
 
-class Work(NamedTuple):
-    """How the samples are solved, and the motion of each where one is drawn."""
-
-    words: str
-    facts: Facts
-    job: FreeJob
-    drawn: DrawnMotions | None = None
-
-
 def free_motion(
-    scene: Scene | str | Path,
-    points: Any = None,
-    workers: int | None = None,
-    progress: Progress | None = None,
+    scene: Scene | str | Path, points: Any = None, workers: int | None = None, progress: Progress | None = None
 ) -> xr.Dataset:
     """The motion without contact of every sample of the uncertain numbers of a scene, under every motion.
 
@@ -146,109 +124,99 @@ def free_along(
     """
     others = tuple(other for other in study.axes if other.keys != axis.keys)
     check_one_scene(study.updated(axes=others), "uncertainty")
-    stated = study.updated(axes=())
-    ensemble = gathered(stated)
+    base = study.updated(axes=())
+    ensemble = gathered(base)
+    records, polarities, amplitudes = len(ensemble.motions), len(base.records.polarities), len(base.grid.amplitudes)
     drawn = None
     if points is not None and study.uncertain is not None and study.uncertain.is_drawn:
-        drawn = study.uncertain.drawn_motions(len(ensemble.motions), len(stated.records.polarities), points)
-    work = work_of(stated, axis, ensemble.motions, drawn)
-    shape = (1, 1) if drawn is not None else (len(ensemble.motions), len(stated.records.polarities))
-    check_held(stated, axis, prod(shape))
-    closing, peaks = solved(work.job, stated, (axis.size, *shape), workers, progress)
-    return dataset_of(study, axis, ensemble, work, closing, peaks)
+        drawn = study.uncertain.drawn_motions(records, polarities, points)
+        records = polarities = 1
+    facts, job = job_of(base, axis, ensemble.motions, drawn)
+    motions = (axis.size, records, polarities, amplitudes)
+    size = 16.0 * np.prod(motions) * (2 * len(study.buildings) - 1)
+    if (free := free_memory()) and size > free:
+        raise SceneError(
+            study.source,
+            [
+                f"uncertain: {axis.size} samples under {records * polarities * amplitudes} motions take "
+                f"{size / 1e9:.3g} GB, and {free / 1e9:.3g} GB of memory are free; take fewer samples or records"
+            ],
+        )
+    closing = np.empty((*motions, len(study.interfaces)))
+    peaks = np.empty((*motions, len(study.buildings)))
+
+    def keep(batches: range, chunk: Chunk) -> None:
+        for at, number in enumerate(batches):
+            place = job.place(number)
+            for values, name in ((closing, "closing"), (peaks, "peaks")):
+                values[place] = chunk[name][at][: len(values[place])]
+
+    job.run(keep, workers, progress)
+    return dataset_of(study, axis, ensemble, (facts, job.words, drawn), closing, peaks)
 
 
 # --------------------------------------------------------------------------------------------- who solves the samples
 
 
-class FreeJob:
-    """The motions without contact of all samples in batches, as the threads of a scan take them."""
+class FreeJob(Batches):
+    """The motions without contact of all samples in batches; of each its closings and peaks."""
 
-    motions: tuple[Motion, ...]
-    batches: int
-    bytes_per_batch: int
-
-    def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None:
-        """Largest closings and peaks of these batches; None where it was stopped."""
-        chunks = []
-        for number in batches:
-            if stop():
-                return None
-            closing, peaks = self.one(number)
-            chunks.append({"closing": closing[None], "peaks": peaks[None]})
-        return joined(chunks)
-
-    def one(self, number: int) -> tuple[Array, Array]:
-        """Closings and peaks of one batch, with polarities and amplitudes of the scene."""
-        raise NotImplementedError
+    words: str
 
     def place(self, number: int) -> tuple[Any, ...]:
-        """Where a batch stands in arrays of (samples, records, ...)."""
+        """Where a batch stands in arrays of (samples, records, ...); past their length its values are padding."""
         raise NotImplementedError
-
-    def own(self, number: int, values: Array) -> Array:
-        """Of the values of a batch in a chunk those that it has."""
-        return values
 
 
 class AtOnce(FreeJob):
-    """All samples of single masses, one motion a batch. Twice the motion is twice the closing."""
+    """Single masses, one record a batch: all samples, or those that are drawn with it.
 
-    def __init__(self, study: Scene, motions: tuple[Motion, ...], facts: Facts):
-        self.study, self.motions = study, motions
-        numbers = [facts.buildings[name] for name in ("period", "damping")]
-        self.shape = numbers[0].shape
-        sides = [tuple(values[:, side].ravel() for values in numbers) for side in (slice(0, -1), slice(1, None))]
-        self.pairs = PairList(*sides)
-        self.batches = len(motions)
+    Twice the motion is twice the closing.
+    """
+
+    words = AT_ONCE
+
+    def __init__(self, study: Scene, motions: tuple[Motion, ...], facts: Facts, drawn: DrawnMotions | None = None):
+        self.study, self.motions, self.drawn = study, motions, drawn
+        self.numbers = [facts.buildings[name] for name in ("period", "damping")]
+        count, buildings = self.numbers[0].shape
+        self.records = range(len(motions)) if drawn is None else np.unique(drawn.records).tolist()
+        self.samples = [np.arange(count) if drawn is None else np.flatnonzero(drawn.records == n) for n in self.records]
+        self.pairs = self._pairs(self.samples[0]) if drawn is None else None  # the same for all records
+        self.batches = len(self.records)
+        self.most = max(map(len, self.samples))
         motion = len(study.records.polarities) * len(study.grid.amplitudes)
-        self.bytes_per_batch = 8 * motion * self.shape[0] * (2 * self.shape[1] - 1)
+        self.bytes_per_batch = 8 * motion * self.most * (2 * buildings - 1)
 
-    def one(self, number: int) -> tuple[Array, Array]:
-        """(samples, polarities, amplitudes, interfaces) and (samples, polarities, amplitudes, buildings)."""
-        motion, grid = self.motions[number], self.study.grid
-        found = self.pairs.closings(motion.acceleration, motion.dt)
+    def one(self, number: int) -> Chunk:
+        """(1, samples, polarities, amplitudes, interfaces) and (1, samples, polarities, amplitudes, buildings).
+
+        Of drawn motions each sample has one polarity, and samples are padded to the most of any batch.
+        """
+        samples, motion = self.samples[number], self.motions[self.records[number]]
+        found = (self.pairs or self._pairs(samples)).closings(motion.acceleration, motion.dt)
+        amplitudes = self.study.grid.amplitudes
         factors = np.array(
-            [1.0 if level is None else driven(motion, AS_RECORDED, level).pga / motion.pga for level in grid.amplitudes]
+            [1.0 if level is None else driven(motion, AS_RECORDED, level).pga / motion.pga for level in amplitudes]
         )
         senses = [POLARITIES.index(polarity) for polarity in self.study.records.polarities]
-        closing = found.closing.reshape(2, self.shape[0], -1)[senses].transpose(1, 0, 2)
-        left, right = (peaks.reshape(self.shape[0], -1) for peaks in (found.left, found.right))
+        closing = found.closing.reshape(2, samples.size, -1)[senses].transpose(1, 0, 2)
+        left, right = (peaks.reshape(samples.size, -1) for peaks in (found.left, found.right))
         peaks = np.repeat(np.concatenate([left, right[:, -1:]], axis=1)[:, None], len(senses), axis=1)
-        return closing[:, :, None] * factors[:, None], peaks[:, :, None] * factors[:, None]
+        if self.drawn is not None:
+            places = np.arange(samples.size), self.drawn.polarities[samples]
+            padding = (0, self.most - samples.size), (0, 0), (0, 0)
+            closing, peaks = (np.pad(values[places][:, None], padding) for values in (closing, peaks))
+        values = {"closing": closing, "peaks": peaks}
+        return {name: value[None, :, :, None] * factors[:, None] for name, value in values.items()}
 
     def place(self, number: int) -> tuple[Any, ...]:
-        return slice(None), number
+        return (slice(None), number) if self.drawn is None else (self.samples[number], 0)
 
-
-class DrawnAtOnce(FreeJob):
-    """Single masses of which each sample has one motion: the samples of one record a batch."""
-
-    def __init__(self, study: Scene, motions: tuple[Motion, ...], facts: Facts, drawn: DrawnMotions):
-        self.motions, self.drawn = motions, drawn
-        self.samples = [np.flatnonzero(drawn.records == record) for record in np.unique(drawn.records)]
-        self._of = study, motions, facts
-        self.batches = len(self.samples)
-        self.most = max(map(len, self.samples))
-        count = len(study.records.polarities) * len(study.grid.amplitudes)
-        self.bytes_per_batch = 8 * count * self.most * (2 * len(study.buildings) - 1)
-
-    def one(self, number: int) -> tuple[Array, Array]:
-        """(most samples, 1, amplitudes, interfaces) and (most samples, 1, amplitudes, buildings), the last ones 0."""
-        study, motions, facts = self._of
-        samples = self.samples[number]
-        some = Facts({name: values[samples] for name, values in facts.buildings.items()}, facts.gaps[samples])
-        both = AtOnce(study, motions, some).one(int(self.drawn.records[samples[0]]))
-        polarities = np.arange(len(samples)), self.drawn.polarities[samples]
-        padding = ((0, self.most - len(samples)), (0, 0), (0, 0), (0, 0))
-        closing, peaks = (np.pad(values[polarities][:, None], padding) for values in both)
-        return closing, peaks
-
-    def place(self, number: int) -> tuple[Any, ...]:
-        return self.samples[number], 0
-
-    def own(self, number: int, values: Array) -> Array:
-        return values[: len(self.samples[number])]
+    def _pairs(self, samples: NDArray[np.int64]) -> PairList:
+        """The neighbours of these samples."""
+        sides = (slice(0, -1), slice(1, None))
+        return PairList(*(tuple(values[samples, side].ravel() for values in self.numbers) for side in sides))
 
 
 class OneByOne(FreeJob):
@@ -257,14 +225,15 @@ class OneByOne(FreeJob):
     Where a motion is ``drawn`` with each sample its scene runs under that one.
     """
 
+    words = ONE_BY_ONE
+
     def __init__(self, scenes: Sequence[Scene], motions: tuple[Motion, ...], drawn: DrawnMotions | None = None):
         self.motions, self.drawn = motions, drawn
-        self.samples: dict[Any, list[int]] = {}
+        samples: dict[Any, list[int]] = {}
         for number, scene in enumerate(scenes):
-            key = job_kind(scene).alone_key(scene), self._motion(number)
-            self.samples.setdefault(key, []).append(number)
-        self.scenes = [scenes[numbers[0]] for numbers in self.samples.values()]
-        self.places = list(self.samples.values())
+            samples.setdefault((job_kind(scene).alone_key(scene), self._motion(number)), []).append(number)
+        self.places = list(samples.values())
+        self.scenes = [scenes[numbers[0]] for numbers in self.places]
         for scene in self.scenes:
             check_memory(scene, motions)
             check_arrivals(scene, motions)
@@ -273,15 +242,15 @@ class OneByOne(FreeJob):
         count = len(motions) * len(first.records.polarities) * len(first.grid.amplitudes)
         self.bytes_per_batch = 8 * count * (2 * len(first.buildings) - 1)
 
-    def one(self, number: int) -> tuple[Array, Array]:
-        """(records, polarities, amplitudes, interfaces) and (records, polarities, amplitudes, buildings)."""
+    def one(self, number: int) -> Chunk:
+        """(1, 1, records, polarities, amplitudes, interfaces) and the same of buildings."""
         scene, motions, motion = self.scenes[number], self.motions, self._motion(self.places[number][0])
         if motion:
             polarities = (scene.records.polarities[motion[1]],)
             scene = scene.updated(records=scene.records._replace(polarities=polarities))
             motions = (motions[motion[0]],)
         values = grid_job_of(ScanInput(scene, motions)).free_values()
-        return values["peak_closing"], values["peak_displacement"]
+        return {"closing": values["peak_closing"][None, None], "peaks": values["peak_displacement"][None, None]}
 
     def place(self, number: int) -> tuple[Any, ...]:
         return (self.places[number],)
@@ -292,25 +261,23 @@ class OneByOne(FreeJob):
         return () if drawn is None else (int(drawn.records[sample]), int(drawn.polarities[sample]))
 
 
-def work_of(study: Scene, axis: SceneAxis, motions: tuple[Motion, ...], drawn: DrawnMotions | None = None) -> Work:
-    """How the samples of a scene without axes are solved: the only place that chooses."""
+def job_of(
+    study: Scene, axis: SceneAxis, motions: tuple[Motion, ...], drawn: DrawnMotions | None
+) -> tuple[Facts, FreeJob]:
+    """How the samples of a scene without axes are solved, with the numbers of each: the only place that chooses."""
     facts = facts_of_masses(study, axis)
-    if facts is not None and shortest(facts) >= LEAST_PERIOD * max(motion.dt for motion in motions):
-        job = AtOnce(study, motions, facts) if drawn is None else DrawnAtOnce(study, motions, facts, drawn)
-        return Work(AT_ONCE, facts, job, drawn)
+    if facts is not None:
+        periods = facts.buildings["period"]
+        shortest = periods[periods > 0.0].min(initial=np.inf)
+        if shortest >= LEAST_PERIOD * max(motion.dt for motion in motions):
+            return facts, AtOnce(study, motions, facts, drawn)
     variants = Variants(study.updated(axes=(axis,)))
     scenes = [variants.scene(number) for number in range(axis.size)]
     buildings = {
         name: np.array([[float(getattr(one, name)) for one in scene.buildings] for scene in scenes]) for name in FACTS
     }
     facts = Facts(buildings, np.array([[between.gap for between in scene.interfaces] for scene in scenes]))
-    return Work(ONE_BY_ONE, facts, OneByOne(scenes, motions, drawn), drawn)
-
-
-def shortest(facts: Facts) -> float:
-    """The shortest period of a building that vibrates [s]; inf where none does."""
-    periods = facts.buildings["period"]
-    return float(periods[periods > 0.0].min(initial=np.inf))
+    return facts, OneByOne(scenes, motions, drawn)
 
 
 # ----------------------------------------------------------------------------- numbers of all samples, without scenes
@@ -319,8 +286,8 @@ def shortest(facts: Facts) -> float:
 def facts_of_masses(study: Scene, axis: SceneAxis) -> Facts | None:
     """Numbers of single masses on one ground in every sample, without a scene for each; None for other buildings.
 
-    Where a mass varies, the period of its building may be stated or follow from a stiffness: the scenes of some samples
-    tell, those at the ends of every number among them.
+    Where a mass varies, the period of its building may be stated or follow from a stiffness: that is decided by the
+    scenes of the first and the last sample, and of those with the least and the largest value of each number.
     """
     if not is_of_masses(study):
         return None
@@ -328,7 +295,8 @@ def facts_of_masses(study: Scene, axis: SceneAxis) -> Facts | None:
     if columns is None:
         return None
     variants = Variants(study.updated(axes=(axis,)))
-    probes = {number: variants.scene(number) for number in _probes(columns, axis.size)}
+    ends = (int(end) for values in columns.values() for end in (values.argmin(), values.argmax()))
+    probes = {number: variants.scene(number) for number in sorted({0, axis.size - 1, *ends})}
     for by_stiffness in (False, True):
         facts = _facts(study, columns, axis.size, by_stiffness)
         if all(_holds(facts, number, scene) for number, scene in probes.items()):
@@ -364,12 +332,6 @@ def columns_of(study: Scene, axis: SceneAxis) -> dict[KeyPath, Array] | None:
     return columns
 
 
-def _probes(columns: dict[KeyPath, Array], count: int) -> list[int]:
-    """Numbers of samples: the first, the last, and those with the least and the largest value of each number."""
-    ends = (int(end) for values in columns.values() for end in (values.argmin(), values.argmax()))
-    return sorted({0, count - 1, *ends})
-
-
 def _facts(study: Scene, columns: dict[KeyPath, Array], count: int, by_stiffness: bool) -> Facts:
     """Numbers in every sample; ``by_stiffness`` where a mass changes the period of its building."""
     buildings: dict[str, list[Array]] = {name: [] for name in FACTS}
@@ -399,108 +361,64 @@ def _holds(facts: Facts, number: int, scene: Scene) -> bool:
     return all(np.allclose(one, other, rtol=ROUNDING, atol=0.0) for one, other in ((here, there), gaps))
 
 
-# --------------------------------------------------------------------------------------------------------- the numbers
-
-
-def check_held(study: Scene, axis: SceneAxis, motions: int) -> None:
-    """Raise SceneError where the results of so many motions of each sample are larger than the free memory."""
-    count = motions * len(study.grid.amplitudes)
-    size, free = 16.0 * axis.size * count * (2 * len(study.buildings) - 1), free_memory()
-    if free and size > free:
-        raise SceneError(
-            study.source,
-            [
-                f"uncertain: {axis.size} samples under {count} motions take {size / 1e9:.3g} GB, and {free / 1e9:.3g} "
-                "GB of memory are free; take fewer samples or records"
-            ],
-        )
-
-
-def solved(
-    job: FreeJob, study: Scene, shape: tuple[int, ...], workers: int | None, progress: Progress | None
-) -> tuple[Array, Array]:
-    """Closings and peaks [m] by sample, record, polarity, amplitude and interface or building.
-
-    ``shape`` is that of samples, records and polarities.
-    """
-    motions = (*shape, len(study.grid.amplitudes))
-    closing = np.empty((*motions, len(study.interfaces)))
-    peaks = np.empty((*motions, len(study.buildings)))
-    done = 0
-
-    def keep(batches: range, chunk: Chunk, seconds: float) -> None:
-        nonlocal done
-        for place, number in enumerate(batches):
-            closing[job.place(number)] = job.own(number, chunk["closing"][place])
-            peaks[job.place(number)] = job.own(number, chunk["peaks"][place])
-        done += len(batches)
-        if progress is not None:
-            progress(done, job.batches)
-
-    pending = Pending([range(job.batches)], lambda _: 0, bytes_per_batch=job.bytes_per_batch)
-    Threads(workers or cpu_count() or 1).run(cast(Job, job), pending, keep)
-    return closing, peaks
+# --------------------------------------------------------------------------------------------------------- the dataset
 
 
 def dataset_of(
-    study: Scene, axis: SceneAxis, ensemble: MotionEnsemble, work: Work, closing: Array, peaks: Array
+    study: Scene,
+    axis: SceneAxis,
+    ensemble: MotionEnsemble,
+    work: tuple[Facts, str, DrawnMotions | None],
+    closing: Array,
+    peaks: Array,
 ) -> xr.Dataset:
-    """The dataset of the motions without contact of samples."""
-    stated = study.updated(axes=())
-    motions = _flagged(ensemble.motions, stated, work.facts)
-    coordinates = grid_job_of(ScanInput(stated, motions)).coordinates()
-    dataset = skeleton(stated, motions, {}, coordinates).drop_dims(OF_CONTACT, errors="ignore")
-    axes = axes_of_motions(stated)
-    one_place = {} if axes[-1] in dataset.sizes else {axes[-1]: 0}
-    if work.drawn is not None:
-        dataset = with_drawn_motions(dataset.isel(record=[0], polarity=[0]), stated, motions, work.drawn)
-        one_place |= dict.fromkeys(axes[:-1], 0)
-    words = "largest displacement relative to the ground under the building; without contact"
-    for name, values, of, long_name in (
-        ("peak_closing_free", closing, "interface", NEEDED),
-        ("peak_displacement_free", peaks, "building", words),
-    ):
-        variable = xr.Variable((axis.name, *axes, of), values, described("m", long_name)).isel(one_place)
-        dataset = dataset.assign({name: variable})
-    told = {} if study.uncertain is None else study.uncertain.attributes()
-    dataset = dataset.assign_coords(axis_coordinates((axis,), told) | _facts_that_differ(axis.name, work.facts))
-    dataset.attrs = {
-        "Conventions": CONVENTIONS,
-        "title": f"{study.name}: motion without contact of samples".removeprefix(": "),
-        "source": "pounding_risk: motion without contact, exact between the samples of the ground motion",
-        **made_from(study, motions),
-        **provenance(study, motions, screening=True, check_fraction=0.0),
-        **flags_of(stated, motions),
-        **({} if work.drawn is None else {MOTIONS_DRAWN: len(motions) * len(stated.records.polarities)}),
-        "free_motion": work.words,
-        "notes": as_text([*pushed_notes(stated), *of_input(stated, motions)]),
-        **({"left_out": as_text(list(ensemble.left_out))} if ensemble.left_out else {}),
-        **({"copies": as_text(list(ensemble.copies))} if ensemble.copies else {}),
-    }
-    return dataset
-
-
-def _flagged(motions: tuple[Motion, ...], study: Scene, facts: Facts) -> tuple[Motion, ...]:
-    """The motions with the doubts that follow from the periods of the buildings in any sample."""
+    """The dataset of the motions without contact of samples; ``work`` is the numbers, how they were solved, motions."""
+    base = study.updated(axes=())
+    facts, words, drawn = work
     periods = facts.buildings["period"]
     moving = periods[periods > 0.0]
     ends = (float(moving.min()), float(moving.max())) if moving.size else ()
-    return tuple(for_periods(motion, ends) for motion in as_before(motions, study))
-
-
-def _facts_that_differ(dim: str, facts: Facts) -> dict[str, Any]:
-    """Coordinates of what differs from sample to sample."""
-    coords: dict[str, Any] = {}
-    is_rigid = facts.buildings["period"] == 0.0
-    for name, (unit, words) in FACTS.items():
+    motions = tuple(for_periods(motion, ends) for motion in as_before(ensemble.motions, base))
+    coordinates = grid_job_of(ScanInput(base, motions)).coordinates()
+    dataset = labels.skeleton(base, motions, {}, coordinates).drop_dims(OF_CONTACT, errors="ignore")
+    axes = labels.axes_of_motions(base)
+    one_place = {} if axes[-1] in dataset.sizes else {axes[-1]: 0}
+    if drawn is not None:
+        dataset = labels.with_drawn_motions(dataset.isel(record=[0], polarity=[0]), base, motions, drawn)
+        one_place |= dict.fromkeys(axes[:-1], 0)
+    alone = "largest displacement relative to the ground under the building; without contact"
+    for name, values, of, long_name in (
+        ("peak_closing_free", closing, "interface", labels.NEEDED),
+        ("peak_displacement_free", peaks, "building", alone),
+    ):
+        variable = xr.Variable((axis.name, *axes, of), values, described("m", long_name)).isel(one_place)
+        dataset = dataset.assign({name: variable})
+    differing: dict[str, Any] = {}  # coordinates of what differs from sample to sample
+    for name, (unit, long_name) in FACTS.items():
         values = facts.buildings[name]
         if (values != values[0]).any():
-            unknown = values == 0.0 if name == "height" else is_rigid
-            coords[f"building_{name}"] = ((dim, "building"), np.where(unknown, np.nan, values), described(unit, words))
+            unknown = values == 0.0 if name == "height" else periods == 0.0
+            about = described(unit, long_name)
+            differing[f"building_{name}"] = ((axis.name, "building"), np.where(unknown, np.nan, values), about)
     if (facts.gaps != facts.gaps[0]).any():
-        words = "clear distance at rest of each interface in each sample"
-        coords["sample_gap"] = ((dim, "interface"), facts.gaps, described("m", words))
-    return coords
+        about = described("m", "clear distance at rest of each interface in each sample")
+        differing["sample_gap"] = ((axis.name, "interface"), facts.gaps, about)
+    of_samples = {} if study.uncertain is None else study.uncertain.attributes()
+    dataset = dataset.assign_coords(axis_coordinates((axis,), of_samples) | differing)
+    lists = {"left_out": list(ensemble.left_out), "copies": list(ensemble.copies)}
+    dataset.attrs = {
+        "Conventions": labels.CONVENTIONS,
+        "title": f"{study.name}: motion without contact of samples".removeprefix(": "),
+        "source": "pounding_risk: motion without contact, exact between the samples of the ground motion",
+        **labels.made_from(study, motions),
+        **provenance(study, motions, screening=True, check_fraction=0.0),
+        **labels.flags_of(base, motions),
+        **({} if drawn is None else {MOTIONS_DRAWN: len(motions) * len(base.records.polarities)}),
+        "free_motion": words,
+        "notes": as_text([*pushed_notes(base), *of_input(base, motions)]),
+        **{name: as_text(items) for name, items in lists.items() if items},
+    }
+    return dataset
 
 
 def pushed_notes(study: Scene) -> list[str]:

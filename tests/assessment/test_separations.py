@@ -20,12 +20,13 @@ from typer.testing import CliRunner
 from pounding_risk import cli
 from pounding_risk.assessment.separations.rules import COMBINATIONS, ONE_GROUND, RULES, VERIFICATIONS, Case, Site
 from pounding_risk.assessment.separations.table import code_table, separations
-from pounding_risk.cli.separations import footnotes, own_note
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.separations import separations_figure
 from pounding_risk.figures.style import MEANING
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.sdof import Building
+from pounding_risk.questions.separations import _footnotes as footnotes
+from pounding_risk.questions.separations import _own_note as own_note
 from pounding_risk.results.files import save
 from pounding_risk.results.places import place_coordinates
 from pounding_risk.statistics.separations import abs_sum, cqc, srss, white_noise_correlation
@@ -298,9 +299,9 @@ def test_given_design_displacements_need_no_dataset(factors, expected):
     words = [word for text in factors for word in ("--behaviour-factor", text)]
     answer = run(*GIVEN, *words)
     assert answer.exit_code == 0, answer.output
-    cells = {line.split()[0]: re.split(r" {2,}", line) for line in answer.output.split("\n\n")[0].splitlines()}
+    cells = {line.split()[0]: re.split(r" {2,}", line) for line in answer.output.split("\n\n")[1].splitlines()}
     for rule, separation in expected.items():
-        assert cells[rule][1] == f"{separation:.4g} mm"
+        assert cells[rule][1] == f"{separation:.4g}"
         assert cells[rule][2] == (RULES[rule].factor or "–") and RULES[rule].clause in cells[rule]
     assert cells["cqc"][1] == "–" and "needs periods and dampings" in cells["cqc"][-1]
     assert cells["italy_2018"][1] == "–" and cells["italy_2018"][-1].startswith("needs heights and ground")
@@ -327,13 +328,13 @@ def test_given_design_displacements_in_python():
         (GIVEN[:2], "--displacement: has none for right; write"),
         ((*GIVEN, *GIVEN[:2]), '--displacement: "left=45mm" is not one of left and right once each'),
         (("--displacement", "45 mm"), '--displacement: "45 mm" is not one of left and right once each'),
-        (("--displacement", "left=45", *GIVEN[2:]), '--displacement left: "45" has no unit'),
-        (("--displacement", "left=-4mm", *GIVEN[2:]), "--displacement left: "),
+        (("--displacement", "left=45", *GIVEN[2:]), '--displacement: left: "45" has no unit'),
+        (("--displacement", "left=-4mm", *GIVEN[2:]), "--displacement: left: "),
         ((*GIVEN, "--behaviour-factor", "0"), '--behaviour-factor: "0" is out of range'),
         ((*GIVEN, "--behaviour-factor", "left=3"), "--behaviour-factor: has none for right"),
         ((*GIVEN, "--factor", "3", "--factor", "3"), "of given ones write --behaviour-factor 3"),
         (("results.nc", *GIVEN), "--displacement: is for given displacements, without a dataset"),
-        (("results.nc", "--behaviour-factor", "3"), "or scale the dataset's own with --factor"),
+        (("results.nc", "--behaviour-factor", "3"), "or scale its own with --factor"),
     ],
 )
 def test_faulty_given_displacements_are_refused(words, told):
@@ -518,7 +519,7 @@ def run(*words: str):
 
 def test_the_command_lists_every_rule():
     told = run()
-    lines = {line.split()[0]: line for line in told.output.split("\n\n")[0].splitlines()[1:]}
+    lines = {line.split()[0]: line for line in told.output.split("\n\n")[1].splitlines()[1:]}
     assert list(lines) == list(RULES)
     for rule in RULES.values():
         assert rule.clause in lines[rule.name] and rule.formula in lines[rule.name]
@@ -534,14 +535,14 @@ def test_the_command_prints_the_numbers_of_the_table(results, tmp_path, monkeypa
     save(results.assign_coords(gap=[0.01]), "results.nc")
     told = run("results.nc", "--height", "12 m", "--height", "20 m", "--zone", "II", "--figure", "codes.svg")
     assert told.exit_code == 0, told.output
-    cells = {line.split()[0]: re.split(r" {2,}", line) for line in told.output.split("\n\n")[0].splitlines()}
+    cells = {line.split()[0]: re.split(r" {2,}", line) for line in told.output.split("\n\n")[1].splitlines()}
     table = code_table(results, site=Site(heights=(12.0, 20.0), zone="II"))
     for each in table.rules:
         if each.exceeded is None:
             assert each.row.rule in ("china", "italy", "italy_2018") and cells[each.row.rule][2] == "–"
             continue
-        assert cells[each.row.rule][2] == f"{1e3 * each.middle:.4g} mm"
-        assert cells[each.row.rule][4].startswith(f"{each.ratio_median:.2f} (")
+        assert cells[each.row.rule][2] == f"{1e3 * each.middle:.4g}"
+        assert cells[each.row.rule][4].startswith(f"{each.ratio_median:.3g} (")
         assert cells[each.row.rule][5] == f"{round(each.exceeded * 38)} of 38"
     assert "Separations are from these motions' elastic peaks; not the code's design displacement." in told.output
     assert "Displacements are those of the linear model" in told.output and "not reduced" not in told.output

@@ -61,9 +61,9 @@ def test_records_at_several_periods_and_gaps():
         (["scene.toml", "--period", "1 m"], "--period: "),
         (["scene.toml", "--pga", "0.3 g"], "--pga: is of records, and scene.toml states how its own are treated"),
         (["scene.toml", "--percentile", "100"], "--percentile"),
-        (["scene.toml", "--share-of", "asce"], 'share_of: "asce" is none (did you mean "asce7"?)'),
+        (["scene.toml", "--share-of", "asce"], '--share-of: "asce" is none (did you mean "asce7"?)'),
         (["scene.toml", "--table", "a.txt"], "--table"),
-        (["scene.toml", "--mass-ratio", "2"], "mass_ratio: the scene has the masses"),
+        (["scene.toml", "--mass-ratio", "2"], "--mass-ratio: the scene has the masses"),
     ],
 )
 def test_bad_input_ends_with_status_2_and_a_sentence(words, sentence):

@@ -126,7 +126,7 @@ def test_figures_say_the_finding(folder):
     with_pounding = results["probability"].sel(state="tiles", pounding="with")
     assert solid[0].get_ydata() == pytest.approx(with_pounding.values)
     demands = ida_figure(results)
-    assert words_of(demands).startswith("Fitted median PGA (incremental dynamic analysis): tiles ")
+    assert words_of(demands).startswith("Demands of the motions against their intensity")
     assert [axis.get_title() for axis in demands.axes] == ["with pounding", "without pounding"]
     limits = [line.get_xdata()[0] for line in demands.axes[0].get_lines() if line.get_linestyle() == ":"]
     assert limits == [20.0, 40.0, 20000.0]  # mm
@@ -142,10 +142,10 @@ def test_a_report_has_a_section_on_the_states(folder):
     """With the numbers of the command; none for a scene without states."""
     from pounding_risk.assessment.assess import assess
     from pounding_risk.reports.data import ReportData
-    from pounding_risk.reports.sections.damage import write
+    from pounding_risk.reports.document import SECTIONS
 
     results = pr.open_results(folder / "scan.nc")
-    blocks = write(ReportData(results, assess(results), {}))
+    blocks = SECTIONS["damage"].write(ReportData(results, assess(results), {}))
     found = pr.damage(results)
     assert [block["kind"] for block in blocks] == ["paragraph", "figure", "table", "table", "list"]
     assert blocks[0]["text"] == f"{found.attrs['finding']}."
@@ -153,9 +153,9 @@ def test_a_report_has_a_section_on_the_states(folder):
     expected = found["median"].values.ravel()
     assert [np.nan if one is None else one for one in medians] == pytest.approx(expected, nan_ok=True)
     bare = results.assign_attrs(scene_resolved=results.attrs["scene_resolved"].partition("[[damage]]")[0])
-    assert write(ReportData(bare, assess(results), {})) == []
+    assert SECTIONS["damage"].write(ReportData(bare, assess(results), {})) == []
     other = results.assign_attrs(scene_resolved=results.attrs["scene_resolved"].replace("displacement", "ductility"))
     other.attrs["scene_resolved"] = other.attrs["scene_resolved"].replace('0.02 m"', '2"')
     del other.attrs["scene_sha256"]
-    (said,) = write(ReportData(other, assess(results), {}))
+    (said,) = SECTIONS["damage"].write(ReportData(other, assess(results), {}))
     assert said["text"].startswith("The damage states of the scene have no fragilities: ")

@@ -220,7 +220,7 @@ def test_both_components_are_turned_and_written():
 def test_a_record_named_twice_is_taken_once():
     result = run("select", "quakes/A090.AT2", "quakes", "./quakes/A090.AT2", "--target", CODE, "-o", "m.csv")
     assert result.exit_code == 0, result.stderr
-    assert row(result.stdout, "chosen")[1] == "2 of 2 candidates, 11 asked for"
+    assert row(result.stdout, "chosen")[1] == "2 of 2 candidates, 11 requested"
 
 
 def test_at2_is_read_again():
@@ -337,7 +337,7 @@ def test_a_choice_is_printed_written_and_drawn():
     chosen = select(motions, read_target(CODE), periods=(0.3, 1.5), count=2, limits=(0.2, 8.0))
     for found in chosen.rows:
         assert row(result.stdout, found.name)[1:3] == [f"{found.factor:.3f}", f"{found.misfit:.3f}"]
-    assert row(result.stdout, "chosen")[1] == "2 of 4 candidates, 2 asked for"
+    assert row(result.stdout, "chosen")[1] == "2 of 4 candidates, 2 requested"
     assert "note: excluded: RSN6-UP is vertical" in result.stdout
     check_manifest("m.csv", chosen.motions())
     assert "2 of 4 candidates: their geometric mean is" in Path("f.svg").read_text(encoding="utf-8")
@@ -362,7 +362,7 @@ def test_a_set_is_listed_drawn_and_chosen_from():
     assert row(result.stdout, "RSN953-MUL009")[1:4] == ["Northridge", "1994", "Beverly Hills - Mulhol"]
     words = ("--set", "fema-p695-farfield", "--target", CODE)
     result = run("select", *words, "--spectrum", "geomean", "--count", "3")
-    assert result.exit_code == 0 and row(result.stdout, "chosen")[1] == "3 of 22 candidates, 3 asked for"
+    assert result.exit_code == 0 and row(result.stdout, "chosen")[1] == "3 of 22 candidates, 3 requested"
     assert run("plot", *words, "--figure", "f.svg").exit_code == 0
     assert "44 records: their median is" in Path("f.svg").read_text(encoding="utf-8")
 
@@ -433,7 +433,7 @@ REFUSED = [
         "--damping: 2 % is asked for, and asce7:sds=1,sd1=0.6,tl=8 is for 5 %; write --damping 0.05, or another target",
     ),
     ("process RSN6-180 --sa 0.5g 1", '--sa: "1" has no unit, and a period of vibration needs one; '),
-    ("process --set fema-p695", '"fema-p695" is not a set of records (did you mean fema-p695-farfield?); '),
+    ("process --set fema-p695", '"fema-p695" is not a set of records (did you mean "fema-p695-farfield"?); '),
     (
         f"select RSN6-180 --target {CODE} --range 0.2s 20s",
         f"{CODE.replace('1.0', '1')}: is given from 0 to 16 s, and ",
@@ -537,7 +537,7 @@ SELECTED = ("--spectrum", "component", "--count", "2", "-o", "chosen.csv")
     ("words", "sentence"),
     [
         (("info", "riker: pga=0.4 g"), '"riker" is not a kind of motion (did you mean "ricker"?); it may be'),
-        (("info", NOISE), "kanai_tajimi, count: several motions, where one is asked for; leave count out"),
+        (("info", NOISE), "kanai_tajimi, count: several motions, where one is required; leave count out"),
         (("process", "ricker: pga=-1 g, period=1 s"), 'ricker, pga: "-1 g" is out of range'),
         (("plot", PULSE, "--histories", "--spectra", "--figure", "a.png"), "--histories: spectra are asked for too"),
     ],

@@ -11,10 +11,7 @@ from pounding_risk.models.contact.laws import Jankowski
 
 SCENE = {
     "scene": {"name": "A <pair> & more"},
-    "building": [
-        {"name": "A", "mass": "40 t", "period": "0.5 s"},
-        {"name": "B", "mass": "60 t", "period": "0.3 s"},
-    ],
+    "building": [{"name": "A", "mass": "40 t", "period": "0.5 s"}, {"name": "B", "mass": "60 t", "period": "0.3 s"}],
     "interface": [{"gap": "10 mm", "contact_model": "jankowski", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65}],
     "records": {"names": ["RSN6-180"], "window": ["0 s", "3 s"]},
     "grid": {"gap": {"start": "0 mm", "stop": "40 mm", "num": 5}},

@@ -11,8 +11,6 @@ from scipy.integrate import quad
 
 from pounding_risk.assessment.assess import assess
 from pounding_risk.cli.scan import print_scan
-from pounding_risk.cli.simulate import print_run
-from pounding_risk.cli.summary import print_summary
 from pounding_risk.cli.validate import print_plan
 from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.plausibility import HERTZ_TIME, contact_duration, of_input
@@ -21,6 +19,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import Hertz, Linear
 from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.write import write_columns
+from pounding_risk.questions import simulate as simulating
+from pounding_risk.questions import summary as summing
 from pounding_risk.questions.assess import sheet
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.reports import report
@@ -263,7 +263,7 @@ def test_every_command_tells_them(odd, results, tmp_path, capsys):
     assert [line for line in capsys.readouterr().out.splitlines() if "stiffness" in line] == [
         f"note: {each}" for each in whole
     ]
-    print_summary(summary(results))
+    print_sheet(summing.sheet(summary(results)))
     assert all(f"note: {each}" in capsys.readouterr().out for each in whole[:1])
     found = assess(results)
     assert found.notes == whole
@@ -284,7 +284,7 @@ def test_a_single_run_tells_them(odd, capsys):
     assert told[0].startswith(LASTS)
     lasting = float(np.median((run["contact_end"] - run["contact_start"]).values))
     assert told[1].startswith(f"contacts last {lasting:.3g} s, {lasting / 0.3:.2g} times the period of right (0.3 s)")
-    print_run(run)
+    print_sheet(simulating.sheet(run))
     assert f"note: {told[0]}" in capsys.readouterr().out
     assert json.loads(simulate(parse_scene(PAIR)).attrs["notes"]) == []
     wide = json.loads(simulate(parse_scene(PAIR), gap=90.0).attrs["notes"])
@@ -302,6 +302,6 @@ def test_a_row_tells_them_by_interface(capsys):
     assert told[0] == kept
     assert "in 1 of 1 cases with contact one lasts 0.5 times the period of b" in told[1]
     run = simulate(soft)
-    print_run(run)
+    print_sheet(simulating.sheet(run))
     assert f"note: {kept}" in capsys.readouterr().out
     assert len(json.loads(run.attrs["notes"])) == 2

@@ -14,8 +14,8 @@ import pounding_risk as pr
 from pounding_risk.assessment.along import along_finding
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.along import along_figure
+from pounding_risk.reports.document import SECTIONS
 from pounding_risk.reports.explorer import page_model
-from pounding_risk.reports.sections import axes as section
 from pounding_risk.results import scene_axes
 from pounding_risk.scene.reader import parse_scene
 
@@ -138,7 +138,7 @@ def test_a_report_of_several_places_is_that_of_one_and_a_section_along_them(whol
     one = few.isel({axis: [at] for axis, at in place.items()})
     assert dataset.attrs["scene_resolved"] == opened(one, {})[0].attrs["scene_resolved"]
     assert dataset.attrs["title"].endswith(f"({along.place.words})")
-    text, figure, table = section.write(ReportData(dataset, pr.assess(dataset, gap="60 mm"), {}, along=along))
+    text, figure, table = SECTIONS["axes"].write(ReportData(dataset, pr.assess(dataset, gap="60 mm"), {}, along=along))
     assert along.place.why in text["text"] and figure["kind"] == "figure"
     assert len(table["rows"]) == 3 * 2 * 2 and len(table["heads"]) == len(table["rows"][0]) == 8
     needs = along.assessed["required_gap"].values.ravel()
@@ -148,4 +148,4 @@ def test_a_report_of_several_places_is_that_of_one_and_a_section_along_them(whol
     assert needs[table["keep"]].min() >= np.delete(needs, table["keep"]).max(initial=0.0)
     page = pr.report(few, tmp_path / "r.html", gap="60 mm").read_text(encoding="utf-8")
     assert "Along the axes of the scene" in page and along.place.words in page
-    assert section.write(ReportData(dataset, pr.assess(one, gap="60 mm"), {})) == []
+    assert SECTIONS["axes"].write(ReportData(dataset, pr.assess(one, gap="60 mm"), {})) == []

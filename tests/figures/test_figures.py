@@ -1,11 +1,10 @@
-"""Figures from made-up results: what they say comes from the data alone, and needs no solver."""
+"""Figures from made-up results: what they show comes from the data alone, and needs no solver."""
 
 from __future__ import annotations
 
 import json
 from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
 from types import SimpleNamespace
 
 import numpy as np
@@ -113,7 +112,6 @@ def drawn() -> dict[str, object]:
         "impact": figures.impact_figure(impacts, note="assumed: all"),
         "simulation": figures.simulation_figure(runs[1]),
         "comparison": figures.comparison_figure(runs, note="assumed: all"),
-        "window": figures.window_figure(made_scan().isel(record=[1], gap=[0]), (2e5, 2e5)),
         "scan": figures.scan_figure(made_scan()),
         "lines over gap": figures.scan_figure(made_scan(forces=(np.inf,))),
         "lines over force": figures.scan_figure(made_scan(gaps=1)),
@@ -126,24 +124,23 @@ def gallery():
     return drawn()
 
 
-FOUND = {
-    "impact": "Equal plateaus of 300 kN for 2.0 ms (570 kg) and 1.0 ms (290 kg); none at 0.5 m/s (100 kN)",
-    "simulation": "2 contacts, peak force 300 kN, peak relative displacement 4.00 mm",
+TITLES = {
+    "impact": "Contact force of isolated impacts",
+    "simulation": "Response over time",
     "comparison": "Identical until 1.00 s; yielding lowers the peak from 8.00 to 4.00 mm",
-    "window": "First yield near 2.4 s, then a smaller peak: $F_E$ from 200 to 200 kN",
-    "scan": "No contact from a gap of 3 mm on; peak relative displacement up to 10.0 mm",
-    "lines over gap": "Peak relative displacement 2.5 to 10.0 mm",
-    "lines over force": "Peak relative displacement 2.5 to 10.0 mm",
-    "ratio": "Yielding raises the peak in 50 % and lowers it in 50 % of the 16 cases that yield: 0.50 to 2.00 times",
+    "scan": "Peak relative displacement over gap and yield force",
+    "lines over gap": "Peak relative displacement against the gap",
+    "lines over force": "Peak relative displacement against the yield force",
+    "ratio": "Peak relative displacement with yielding over that without",
 }
 
 
-@pytest.mark.parametrize("name", FOUND)
-def test_titles_say_what_was_found(gallery, name):
-    assert words_of(gallery[name]).splitlines()[0] == FOUND[name]
+@pytest.mark.parametrize("name", TITLES)
+def test_titles(gallery, name):
+    assert words_of(gallery[name]).splitlines()[0] == TITLES[name]
 
 
-@pytest.mark.parametrize("name", FOUND)
+@pytest.mark.parametrize("name", TITLES)
 def test_axes_have_units(gallery, name):
     for axes in gallery[name].axes:
         told = [*axes.get_shared_x_axes().get_siblings(axes), *axes.get_shared_y_axes().get_siblings(axes)]
@@ -152,7 +149,7 @@ def test_axes_have_units(gallery, name):
         assert any("[" in each.get_xlabel() for each in told) or axes.get_label() == "<colorbar>"
 
 
-@pytest.mark.parametrize("name", FOUND)
+@pytest.mark.parametrize("name", TITLES)
 def test_nothing_written_leaves_the_page(gallery, name):
     figure = gallery[name]
     figure.canvas.draw()
@@ -166,7 +163,7 @@ def test_nothing_written_leaves_the_page(gallery, name):
             assert inside or text.axes is None or not text.axes.bbox.padded(40).overlaps(box), text.get_text()
 
 
-@pytest.mark.parametrize("name", FOUND)
+@pytest.mark.parametrize("name", TITLES)
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_files_are_the_same_for_the_same_data(gallery, name, suffix, tmp_path):
     first = figures.write(gallery[name], tmp_path / f"a{suffix}").read_bytes()
@@ -192,21 +189,9 @@ def test_another_law_is_not_called_yielding():
     assert text.startswith("Identical until 1.00 s; hertz raises the peak from 8.00 to 12.00 mm")
 
 
-def test_other_numbers_other_title():
-    text = figures.impact_figure([made_impact(570.0, 2.5, [0, 3e5, 0]), made_impact(570.0, 0.5, [0, 1e5, 0])])
-    assert text.get_suptitle().startswith("Peak force 300, 100 kN")
-
-
-@pytest.mark.parametrize("figure", [figures.ratio_figure, lambda data: figures.window_figure(data, (2e5, 2e5))])
-def test_without_a_case_to_compare_with(figure):
+def test_without_a_case_to_compare_with():
     with pytest.raises(PoundingError, match=r'no case without yielding; add "inf" to grid\.yield_force'):
-        figure(made_scan(forces=(2e5, 4e5)))
-
-
-def test_a_grid_that_never_yields():
-    quiet = made_scan()
-    quiet["yield_exceedance"] = quiet["yield_exceedance"] * 0
-    assert figures.ratio_figure(quiet).get_suptitle().startswith("No case yields")
+        figures.ratio_figure(made_scan(forces=(2e5, 4e5)))
 
 
 def test_maps_name_the_earthquake_where_it_is_known(gallery):
@@ -216,8 +201,9 @@ def test_maps_name_the_earthquake_where_it_is_known(gallery):
 
 def test_a_grid_in_any_order_is_drawn_in_rising_order(gallery):
     turned = made_scan().isel(gap=slice(None, None, -1), yield_force=[1, 2, 0])
-    assert figures.scan_figure(turned).get_suptitle() == gallery["scan"].get_suptitle()
-    assert figures.ratio_figure(turned).get_suptitle() == gallery["ratio"].get_suptitle()
+    for name, draw in (("scan", figures.scan_figure), ("ratio", figures.ratio_figure)):
+        for axes, expected in zip(draw(turned).axes[:4], gallery[name].axes, strict=False):
+            np.testing.assert_array_equal(axes.collections[0].get_array(), expected.collections[0].get_array())
     ticks = [text.get_text() for text in figures.scan_figure(turned).axes[0].get_yticklabels()]
     assert ticks == ["200", "400", "∞"]
 
@@ -256,22 +242,13 @@ def test_many_records_are_put_together(forces):
 
 def test_a_figure_is_a_function_of_a_module_of_its_folder():
     """Every module but the shared style makes a figure, and every figure is a name of the package."""
-    names = set(dir(figures))
+    names, found = set(dir(figures)), []
     for file in Path(figures.__file__).parent.glob("[!_]*.py"):
         module = import_module(f"{figures.__name__}.{file.stem}")
-        own = {name for name in vars(module) if name.endswith("_figure") and not name.startswith("_")}
-        assert own <= names
-        assert bool(own) is (file.stem != "style"), file.stem
+        values = {name: value for name, value in vars(module).items() if name.endswith("_figure") and name[0] != "_"}
+        own = [name for name, value in values.items() if value.__module__ == module.__name__]
+        assert set(own) <= names and bool(own) is (file.stem != "style"), file.stem
+        found += own
+    assert len(found) == len(set(found))
     with pytest.raises(AttributeError, match="no_figure"):
         _ = figures.no_figure
-
-
-def test_a_name_belongs_to_one_figure():
-    modules = [import_module(f"{figures.__name__}.{found.name}") for found in iter_modules(figures.__path__)]
-    names = [
-        name
-        for module in modules
-        for name, value in vars(module).items()
-        if name.endswith("_figure") and getattr(value, "__module__", "") == module.__name__
-    ]
-    assert sorted(names) == sorted(set(names))

@@ -12,10 +12,8 @@ from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.separations.rules import VERIFICATIONS
 from pounding_risk.assessment.separations.table import Comparison, SeparationRow, code_table
 from pounding_risk.figures.assess import assessment_figure
-from pounding_risk.figures.separations import separations_figure
-from pounding_risk.figures.style import MEANING, RULE_MARKS, contact_styles, strength_styles
-from pounding_risk.reports.sections.adequacy import draw_contact, draw_rules
-from pounding_risk.statistics.required_gap import RequiredGap, contact_steps
+from pounding_risk.figures.separations import draw_rules, separations_figure
+from pounding_risk.figures.style import MEANING, RULE_MARKS, contact_styles, panel, strength_styles
 
 
 @pytest.fixture(scope="module")
@@ -45,27 +43,20 @@ def test_no_two_meanings_share_a_colour():
 
 
 def test_what_is_drawn_twice_has_one_colour(scan):
-    """The gap, the target, the required gap and code rules, in the figures of assess, separations and the report."""
-    found = assess(scan)
-    assessed = colours(assessment_figure(found).axes[0])
-    closing = np.array(found.interfaces[0].closing)
-    required = RequiredGap(84.0, 0.03, 0.02, 0.04, True, np.nan)
-    reported = colours(draw_contact(contact_steps(closing, 1.0, 0.95), 0.02, 0.16, required).axes[0])
+    """The gap, the target, the required gap and code rules, in the figures of assess and separations."""
+    assessed = colours(assessment_figure(assess(scan)).axes[0])
     beside = colours(separations_figure(code_table(scan)).axes[0])
-    for found_colours, gap in ((assessed, "the gap"), (reported, "gap assessed")):
-        assert named(found_colours, gap) == {MEANING["gap"]}
-        assert named(found_colours, "target") == {MEANING["target"]}
-        assert named(found_colours, "required by") == {MEANING["required gap"]}
-    assert named(beside, "required by") == {MEANING["required gap"]}
+    assert named(assessed, "the gap") == {MEANING["gap"]} and named(assessed, "target") == {MEANING["target"]}
+    assert named(assessed, "required by") == named(beside, "required by") == {MEANING["required gap"]}
     assert named(beside, "gap needed") == {MEANING["motions"]}
     for name in ("ABS", "SRSS", "CQC"):
         assert named(beside, name) == named(assessed, name) == {MEANING["rule"]}
 
 
-def test_how_a_clause_is_known_is_told_by_the_mark_alone():
+def test_how_a_clause_is_known_is_shown_by_the_mark_alone():
     assert set(RULE_MARKS) == set(VERIFICATIONS)
     rows = [SeparationRow(known, known, "", None, known, "", "", 0.1, "") for known in VERIFICATIONS]
-    (axis,) = draw_rules([Comparison(row, 0.1, 0.1, 0.9, 1.0, 1.1, 0.0) for row in rows]).axes
+    (axis,) = panel(draw_rules, [Comparison(row, 0.1, 0.1, 0.9, 1.0, 1.1, 0.0) for row in rows], 24).axes
     marks = [line for line in axis.get_lines() if line.get_marker() in ("o", "s")]
     assert [line.get_fillstyle() for line in marks] == ["full", "full", "left", "none"]
     assert {to_hex(line.get_color()).upper() for line in marks} == {MEANING["rule"]}

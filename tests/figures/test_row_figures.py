@@ -1,4 +1,4 @@
-"""Figures of rows say what the dataset says, and draw every building, gap and contact point of it.
+"""Figures of rows show what the dataset says, and draw every building, gap and contact point of it.
 
 The dataset is made, not solved (`made_row`): what is checked is what is drawn of it.
 """
@@ -17,11 +17,19 @@ from scenes import scene_text, single
 from pounding_risk.assessment.row import RowCase, any_of_building, row_case
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.elevation import ON_A_LINE, elevation_figure, elevation_finding
-from pounding_risk.figures.plan_view import LABELLED, PANELS, plan_figure
-from pounding_risk.figures.storey_profiles import amplification, profile, profiles_figure
+from pounding_risk.figures.row import (
+    LABELLED,
+    ON_A_LINE,
+    PANELS,
+    amplification,
+    elevation_figure,
+    plan_figure,
+    profile,
+    profiles_figure,
+)
 from pounding_risk.figures.style import in_lines, write
 from pounding_risk.reports.drawings import draw
+from pounding_risk.reports.sections.row import contact_finding, drift_finding, struck_finding
 from pounding_risk.scene.reader import parse_scene
 
 HERE = {"gap": 0.05, "yield_force": 4e5, "contact_model": "viscous_elastoplastic"}
@@ -75,7 +83,7 @@ def test_two_single_masses_are_drawn_with_the_contact_of_their_interface(tmp_pat
     assert (place.touch, place.level, place.kind) == (touch, 6.0, "floor") and touch.contact == 1.0
     assert touch.impacts == int(pair["impact_count"].squeeze())
     assert touch.force == float(pair["peak_contact_force"].squeeze())
-    assert elevation_finding(case).startswith("Contact between A and B: 1 of 1 motion, ")
+    assert contact_finding(case).startswith("Contact between A and B: 1 of 1 motion, ")
     draw(pair, elevation=tmp_path / "pair.png", plan=tmp_path / "plan.png")
     with pytest.raises(PoundingError, match="no building has storeys"):
         draw(pair, profiles=tmp_path / "storeys.png")
@@ -105,8 +113,9 @@ def test_the_elevation_draws_each_contact_point_at_its_level_in_its_share(case, 
     assert all(each.name in said for each in STREET)
     assert said.count("50 mm\n") == 5
     shares = (results["impact_count"].sel(HERE).isel(pga=1) > 0).mean(("record", "polarity")).values
-    assert f"Contact at {(shares > 0).sum()} of 5 interfaces, most often between Corner and Arcade" in said
-    assert f"{round(12 * shares.max())} of 12 motions" in said.replace("\n", " ")
+    finding = contact_finding(case)
+    assert finding.startswith(f"Contact at {(shares > 0).sum()} of 5 interfaces, most often between Corner and Arcade")
+    assert f"{round(12 * shares.max())} of 12 motions" in finding
 
 
 def test_a_long_row_is_drawn_in_lines_that_share_a_building(case):
@@ -175,7 +184,7 @@ def test_profiles_tell_ends_from_interiors_and_name_what_is_not_there(case):
     said = texts(profiles_figure(case, ["Corner", "Tower"]))
     assert "Corner (end)" in said
     assert "Tower (interior)" in said
-    assert "times at the row's ends" in said.replace("\n", " ")
+    assert "times at the row's ends" in drift_finding(case)
     with pytest.raises(PoundingError, match="building 'Turm' is not in the row, which has Corner, Arcade"):
         profiles_figure(case, ["Turm"])
     with pytest.raises(PoundingError, match="no building has storeys"):
@@ -187,8 +196,8 @@ def test_a_row_that_nothing_touches_says_so(results):
     for name in ("impact_count", "yield_exceedance", "contact_point_impact_count", "contact_point_yield_exceedance"):
         still[name][:] = 0
     case = row_case(still, gap=0.05)
-    assert "No contact in 12 motions" in texts(elevation_figure(case))
-    assert "No building touches a neighbour in 12 motions" in texts(plan_figure(case))
+    assert contact_finding(case) == "No contact in 12 motions"
+    assert struck_finding(case) == "No building touches a neighbour in 12 motions"
     assert profile(case, 0, "storey_drift").motions == 0
     assert np.isnan(amplification(case, 0))
     assert "no contact" in texts(profiles_figure(case))
@@ -196,9 +205,9 @@ def test_a_row_that_nothing_touches_says_so(results):
 
 def test_a_cell_without_a_complete_run_says_so():
     case = row_case(made_row(records=1, failed=True).isel(polarity=[0]), gap=0.0)
-    for drawing in (elevation_figure, plan_figure):
-        assert "No run of 1 motion is complete" in texts(drawing(case))
-    profiles_figure(case)
+    assert contact_finding(case) == "No run of 1 motion is complete"
+    for drawing in (elevation_figure, plan_figure, profiles_figure):
+        drawing(case)
 
 
 def test_figures_are_the_same_bytes_for_the_same_data(case, tmp_path):

@@ -48,12 +48,7 @@ def run(code: str, package: Path = PACKAGE, **more: str) -> dict:
     """Run code in a fresh interpreter on a copy of the package; what it prints, as JSON."""
     environment = bare_environment(PYTHONPATH=str(package.parent), **more)
     done = subprocess.run(
-        [sys.executable, "-c", code],
-        env=environment,
-        cwd=package.parent,
-        capture_output=True,
-        text=True,
-        timeout=300,
+        [sys.executable, "-c", code], env=environment, cwd=package.parent, capture_output=True, text=True, timeout=300
     )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])

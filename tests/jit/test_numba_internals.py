@@ -101,10 +101,7 @@ PRIVATE = {
         None,
         "`_LentFields` answers `generic_resolve(kind, name)` with a field's type",
     ),
-    "numba.core.typing.templates.infer_getattr": (
-        None,
-        "registers `_LentFields`",
-    ),
+    "numba.core.typing.templates.infer_getattr": (None, "registers `_LentFields`"),
     "numba.core.imputils.impl_ret_new_ref": (
         ["ctx", "builder", "retty", "ret"],
         "`memory.zeros` gives a new array whose reference is the caller's",
@@ -129,10 +126,7 @@ PRIVATE = {
         ["context", "builder", "arrayty", "ptr"],
         "reads an element, or the address of a record",
     ),
-    "numba.np.arrayobj.store_item": (
-        ["context", "builder", "arrayty", "val", "ptr"],
-        "writes an element, or a record",
-    ),
+    "numba.np.arrayobj.store_item": (["context", "builder", "arrayty", "val", "ptr"], "writes an element, or a record"),
 }
 METHODS = {
     "numba.core.caching.FunctionCache": {

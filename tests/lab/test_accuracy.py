@@ -12,7 +12,8 @@ from scenes import rigid, scene_text, single, storeyed
 
 from pounding_risk import accuracy
 from pounding_risk.errors import PoundingError
-from pounding_risk.lab.accuracy import FIXED, GENERAL, OPENSEES, RTOLS, Setting, _reference_words, bench_of
+from pounding_risk.lab.accuracy import FIXED, GENERAL, OPENSEES, RTOLS, Setting, _reference_words
+from pounding_risk.lab.accuracy_bench import bench_of
 from pounding_risk.lab.accuracy_findings import (
     COUNT,
     EVENT,
@@ -29,7 +30,7 @@ from pounding_risk.lab.accuracy_findings import (
     holds_digits,
     times_to_reach,
 )
-from pounding_risk.lab.accuracy_opensees import Contacts, opensees_outcome, unsaid
+from pounding_risk.lab.accuracy_opensees import opensees_outcome, unsaid
 from pounding_risk.lab.baselines.solve_ivp import GaveUp
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies import demo
@@ -146,14 +147,15 @@ def test_where_another_method_is_quicker_is_told():
 
 def test_cases_are_thinned_to_what_was_asked(study):
     bench = bench_of(study, 6)
-    assert bench.size <= 6 and len(bench.batches[0].labels) == bench.size
-    assert bench.gaps[[0, -1]].tolist() == [0.0, 0.04] and bench.yield_forces[-1] == np.inf
+    assert bench.size <= 6 and len(bench.labels) == bench.size
+    assert bench.gaps[:: len(bench.gaps) - 1] == [0.0, 0.04] and bench.yield_forces[-1] == np.inf
     assert bench_of(study, 1000).size == 15
     one = bench_of(study, 1)
-    assert one.size == 1 and one.yield_forces.tolist() == [np.inf]
-    labels = bench_of(study, 1000).batches[0].labels
+    assert one.size == 1 and one.yield_forces == [np.inf]
+    labels = bench_of(study, 1000).labels
     assert labels[4].endswith("gap 0.01 m, F_E 1.8e+06 N")
-    assert bench_of(study, 1000).by_case(0)[4] == 0.01 and bench_of(study, 1000).by_case(1)[4] == 1.8e6
+    case = list(bench_of(study, 1000).point_cases())[4]
+    assert (case.gaps, case.yield_forces) == (0.01, 1.8e6)
 
 
 def test_the_event_driven_solver_meets_its_tolerance(dataset):
@@ -265,10 +267,10 @@ def test_the_figure_shows_every_output_and_method(dataset):
 def test_an_integrator_that_gives_up_is_left_out_and_named(monkeypatch):
     """Which scene makes SciPy give up depends on its version, so its words are put into its mouth."""
 
-    def gives_up(solver, pair, interface, motion, rtol):
+    def gives_up(solver, row, contacts, motion, rtol):
         raise GaveUp(f"{solver} at rtol {rtol:g} stopped at 2.5 s: the step is below what numbers resolve")
 
-    monkeypatch.setattr("pounding_risk.lab.accuracy_pair.solve_general", gives_up)
+    monkeypatch.setattr("pounding_risk.lab.accuracy_bench.solve_general", gives_up)
     found = accuracy(demo.scene("paper"), cases=1, budget=0.05)
     told = json.loads(found.attrs["left_out"])
     assert any("SciPy Radau, rtol 1e-03: Radau at rtol 0.001 stopped at 2.5 s" in words for words in told)
@@ -332,7 +334,7 @@ def test_opensees_stands_beside_a_row_where_it_can(of_row):
     errors = [errors_of(outcome.values, reference.copy()) for outcome in outcomes]
     peaks = [each[..., [REACH, FORCE]].max() for each in errors]
     assert peaks[1] < 2e-3 and peaks[1] < 0.5 * peaks[0]
-    assert errors[1][..., [YIELDS, GAP]].max() < 1e-4 and outcomes[1].told == (REACH, FORCE, YIELDS, GAP)
+    assert errors[1][..., [YIELDS, GAP]].max() < 1e-4 and outcomes[1].outputs == (REACH, FORCE, YIELDS, GAP)
     stored = of_row["error"].sel(setting=Setting(OPENSEES, 1e-3).words).values
     assert np.isnan(stored[:, [COUNT, FIRST]]).all()
     assert stored[:, REACH] == pytest.approx(errors[0][..., REACH].max(axis=1), rel=1e-9)
@@ -348,11 +350,9 @@ def test_what_opensees_cannot_say_is_told():
     ):
         assert change[0] in ROW
         bench = bench_of(parse_scene(ROW.replace(*change)), 1)
-        case = next(bench.point_cases())
-        assert words in unsaid(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules)), change
+        assert words in unsaid(bench.chains, bench.points, next(bench.point_cases())), change
     bench = bench_of(parse_scene(ROW), 1)
-    case = next(bench.point_cases())
-    assert unsaid(bench.chains, bench.points, Contacts(case.gaps, case.laws, case.rules)) == ""
+    assert unsaid(bench.chains, bench.points, next(bench.point_cases())) == ""
 
 
 def test_what_only_the_solver_of_rows_knows_is_told():

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pounding_risk.cli.stability import print_stability
 from pounding_risk.errors import PoundingError
-from pounding_risk.lab.stability import CASES, Bound, Case, Row, stability
+from pounding_risk.lab.stability import CASES, Bound, Case, stability
 from pounding_risk.lab.stability.case import ENERGY, ONE
 from pounding_risk.lab.stability.cases.chains import MASSES, VELOCITIES, struck
-from pounding_risk.lab.stability.row_trial import SIDES, RowTrial
 from pounding_risk.lab.stability.run import measured
-from pounding_risk.lab.stability.trial import Trial, TrialScene
+from pounding_risk.lab.stability.trial import SIDES, RowTrial, Trial, TrialScene, largest_difference
 from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS
+from pounding_risk.questions.stability import sheet, status
+from pounding_risk.render.terminal import print_sheet
 from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
 
 TESTS = Path(__file__).resolve().parent.parent
@@ -143,10 +143,12 @@ def test_a_case_that_fails_is_told(capsys: pytest.CaptureFixture[str]):
     lost = good._replace(law="linear", figure=float("nan"))
     assert good.holds and not bad.holds and not lost.holds
     assert not good._replace(status=STATUS_SENTENCES[3]).holds and not good._replace(figure=float("inf")).holds
-    assert print_stability([good])
+    assert status([good]) == 0
+    print_sheet(sheet([good]))
     assert capsys.readouterr().out.splitlines()[-1] == "1 hard cases, 1 with each law: all hold"
-    assert not print_stability([good, bad])
-    lines = capsys.readouterr().out.splitlines()
+    assert status([good, bad]) == 3
+    print_sheet(sheet([good, bad]))
+    lines = [line for line in capsys.readouterr().out.splitlines()[2:] if line]
     assert "1 of 2" in lines[1] and "1.0e+00" in lines[1] and "linear" in lines[1]
     assert lines[2] == f"case 3, linear: 1.0e+00 > 1.0e-05; {STATUS_SENTENCES[2]}"
     assert lines[3] == "1 hard cases, 2 with each law: 1 hold, 1 do not"
@@ -154,8 +156,6 @@ def test_a_case_that_fails_is_told(capsys: pytest.CaptureFixture[str]):
 
 def test_a_trial_notices_a_broken_run():
     """Each thing that `unsound` watches, broken by hand in the outputs of a run that is sound."""
-    from pounding_risk.lab.stability.trial import largest_difference
-
     trial = Trial("jankowski", 1e-6)
     found = trial.solve(TrialScene())
     assert 0.0 < trial.unsound(found) < 1e-6
@@ -172,11 +172,6 @@ def test_a_trial_notices_a_broken_run():
     assert largest_difference(found, found) == 0.0
     assert largest_difference(found, {**found, "impulse": 2.0 * found["impulse"]}) == 0.5
     assert largest_difference(found, {**found, "impulse": float("nan")}) == float("inf")
-
-
-def test_a_row_says_where_it_stands():
-    row = stability(law=["jankowski"], case=["40"])[0]
-    assert isinstance(row, Row) and row.case.group == "extreme numbers" and row.steps == 0
 
 
 # ------------------------------------------------------------------------------------------------ chains
@@ -237,10 +232,12 @@ def test_verdicts_of_both_solvers_stand_side_by_side(capsys: pytest.CaptureFixtu
         for law in ("jankowski", "merged"):
             one = beside[number, law]
             assert one is not None and one.holds and one.bound == one.case.bound.at(1e-6)
-    assert print_stability(outcomes)
+    assert status(outcomes) == 0
+    print_sheet(sheet(outcomes))
     told = capsys.readouterr().out
-    assert "worst figure as a row" in told.splitlines()[0] and "1 of 1" in told
+    assert "worst figure as a row" in told.splitlines()[2] and "1 of 1" in told
     assert told.splitlines()[-1].endswith("all hold; 4 as a row: all hold")
     bad = outcomes[0]._replace(in_row=beside["3", "jankowski"]._replace(figure=1.0))
-    assert not print_stability([bad])
+    assert status([bad]) == 3
+    print_sheet(sheet([bad]))
     assert "case 3, jankowski as a row: 1.0e+00 > 1.0e-05" in capsys.readouterr().out

@@ -6,7 +6,6 @@ import re
 from math import atan2, cos, exp, log, pi, sin, sqrt
 from pathlib import Path
 
-import figure_words
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -499,7 +498,7 @@ def test_the_command_prints_a_line_for_each_value_and_writes_the_page(tmp_path):
     assert done.exit_code == 0, done.output
     lines = done.output.splitlines()
     assert re.split(r"  +", lines[2].strip()) == [
-        *("case", "quantity", "source", "kind", "published", "ours", "difference", "tolerance effect"),
+        *("case", "quantity", "source", "kind", "published", "ours", "difference", "tolerance effect")
     ]
     assert sum(line.startswith("sdnd108b ") for line in lines) == 6
     (seed,) = [line for line in lines if line.startswith("khatiwada_2011 ")]
@@ -523,8 +522,6 @@ def test_a_folder_of_ones_own_and_a_wrong_value_end_with_status_1(tmp_path):
     assert re.search(r"^right .* exact$", done.output, re.M) and re.search(
         r"^wrong .* unacceptable$", done.output, re.M
     )
-    unacceptable = verification_differences_figure(pr.verify(tmp_path / "mine"))
-    assert figure_words.words_of(unacceptable).startswith("1 of 2 values is unacceptable; our values change by")
     assert "wrong, duration: -24 % from 41.416 ms of A test, more than 5 %; ours has converged" in done.output
     assert "unacceptable" in (tmp_path / "page.html").read_text("utf-8")
 
@@ -555,8 +552,6 @@ def test_the_page_has_every_value_its_source_and_what_is_from_memory(outcome, tm
 
 def test_figures_show_every_value_and_say_what_they_find(outcome):
     points = verification_figure(outcome)
-    words = figure_words.words_of(points)
-    assert "Published points lie within 4.5 % of our curves" in words
     drawn = [axis for axis in points.axes if axis.get_visible()]
     assert [axis.get_ylabel() for axis in drawn] == [
         *2 * ["force [kN]"],
@@ -572,7 +567,6 @@ def test_figures_show_every_value_and_say_what_they_find(outcome):
         assert np.array_equal(line.get_xdata(), curve.x * (1e3 if curve.units[0] == "m" else 1.0))
     differences = verification_differences_figure(outcome)
     assert len(differences.axes[0].get_yticklabels()) == len(outcome.checks)
-    assert "none of the" in figure_words.words_of(differences)
 
 
 def test_without_points_on_curves_there_is_no_figure_of_them(tmp_path):

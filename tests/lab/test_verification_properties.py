@@ -17,10 +17,9 @@ from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures import property_figure
 from pounding_risk.lab.verification import contacts, noise, pulses
-from pounding_risk.lab.verification.case import BASES, read_case
-from pounding_risk.lab.verification.files import shipped
-from pounding_risk.lab.verification.properties import PROPERTIES
+from pounding_risk.lab.verification.case import BASES, read_case, shipped
 from pounding_risk.lab.verification.property import Panel, Property, Reading, bounds, plain, rounded, series
+from pounding_risk.lab.verification.run import PROPERTIES
 from pounding_risk.lab.verification.unreached import UNREACHED
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import LAWS, SHIPPED
@@ -190,7 +189,7 @@ def test_the_bounds_tell_other_dampings_apart(outcome, monkeypatch):
 
 def test_restitutions_in_closed_form():
     known = contacts.restitutions()
-    e = contacts.ASKED
+    e = contacts.SPECIFIED
     assert known["kelvin_voigt_tension_cut"] == pytest.approx(
         closed_forms.kelvin_voigt_cut_restitution(closed_forms.kelvin_voigt_ratio(e)), rel=1e-13
     )

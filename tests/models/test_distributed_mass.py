@@ -337,7 +337,7 @@ def test_compare_says_that_e_is_its_own(capsys):
     assert "excluded merged: not asked for" in " ".join(told.split())
     without = scene_of(scene(left="", contact_model="linear", stiffness="5e8 N/m", restitution=0.65))
     assert "distributed_mass" not in on_equal_terms(without, (), None, (None, None)).grid.contact_models
-    assert 'distributed_mass: left without floor_length; write floor_length = "20 m"' in left_out(without)
+    assert 'distributed_mass: left without floor_length; write floor_length = "20 m"' in left_out({"": without})
     with pytest.raises(PoundingError, match="distributed_mass needs a length of every floor, left has none; write"):
         pr.compare(without, laws=["distributed_mass"])
 

@@ -427,7 +427,7 @@ def test_points_that_make_no_table(columns, sentence: str):
 
 FILES = [
     ("", "the file is empty; write a head such as"),
-    ("penetration;force\n0;0\n", "line 1: write commas between columns"),
+    ("penetration;force\n0;0\n", "line 1: the columns are parted by semicolons; write commas between columns"),
     ("penetration [mm],forze [kN]\n0,0\n1,1\n", 'line 1: "forze [kN]" is no column (did you mean "force"?)'),
     ("penetration [mm],force [kN]\n0,0\n\n# no\n1,x\n", 'line 5: force: "x" is not a plain number'),
     ("penetration [mm],force\n0,0 kN\n1,5\n", 'line 3: force: "5" has no unit'),

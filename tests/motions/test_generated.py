@@ -608,10 +608,9 @@ def one_more_kind(tmp_path, monkeypatch):
     (tmp_path / "triangle.py").write_text(DOUBLE, encoding="utf-8")
     monkeypatch.setattr(generated, "__path__", [*generated.__path__, str(tmp_path)])
     monkeypatch.setattr(motion_kinds(), "members", dict(motion_kinds()))
-    generated._import_kinds.cache_clear()
+    monkeypatch.setattr(motion_kinds(), "folder", generated.__name__)
     yield
     sys.modules.pop("pounding_risk.motions.generated.triangle", None)
-    generated._import_kinds.cache_clear()
 
 
 def test_adding_a_kind_is_adding_a_file(one_more_kind):

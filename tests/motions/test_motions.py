@@ -526,7 +526,7 @@ def test_a_motion_made_by_hand_is_checked():
         (
             lambda: "RSN6-180",
             {"window": (0, 99)},
-            "the window asked for ends at 99 s, the record already at 53.71 s",
+            "the requested window ends at 99 s, the record already at 53.71 s",
         ),
         (
             lambda: "CCC-HN1",

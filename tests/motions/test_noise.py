@@ -177,7 +177,7 @@ def test_a_record_of_noise_is_flagged():
     samples += earthquake(lambda f: 0.1 * np.exp(-(((f - 10.0) / 2.0) ** 2)))
     found = corners_from_noise(samples, DT)
     assert (found.low, found.high) == (0.08, 37.5)
-    assert found.flags == ("at 1 Hz the earthquake is less than 2 times the noise: the record tells little",)
+    assert found.flags == ("at 1 Hz the earthquake is less than 2 times the noise: the record says little",)
 
 
 def test_a_record_that_is_quiet_in_every_bit_has_no_noise():

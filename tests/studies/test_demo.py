@@ -11,7 +11,6 @@ import pytest
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.simulate import plateau
 from pounding_risk.motions.request import AS_RECORDED, REVERSED
 from pounding_risk.reports import demo as demo_files
 from pounding_risk.studies import demo
@@ -116,6 +115,12 @@ def test_a_pair_that_never_fits_is_named(study):
     light = tuple(each._replace(mass=each.mass / 1e3) for each in study.buildings)
     with pytest.raises(PoundingError, match="no yield force of 100 to 1500 kN fits the paper's statement"):
         demo.window(study.updated(buildings=light))
+
+
+def plateau(impact) -> float:
+    """Time [s] that an impact spends at its largest force, to a millionth of it."""
+    times = impact.time[impact.force >= impact.peak_force * (1.0 - 1e-6)]
+    return float(np.ptp(times)) if times.size > 1 else 0.0
 
 
 def test_figure_4_plateaus():

@@ -12,7 +12,6 @@ from scenes import rigid, scene_text, single, storeyed
 
 import pounding_risk as pr
 from pounding_risk import figures
-from pounding_risk.cli.simulate import simulate
 from pounding_risk.ensemble.plan.compilation import kernels_of
 from pounding_risk.errors import PoundingError, RecordError, SceneError
 from pounding_risk.lab.stability.trial import shaking
@@ -20,6 +19,7 @@ from pounding_risk.models.ground import Support
 from pounding_risk.motions.intensity import response_spectra
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.own_grounds import set_beside
+from pounding_risk.questions import simulate as simulate_question
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
 
@@ -327,8 +327,8 @@ def test_a_figure_in_space_says_so():
     labels = [axis.get_ylabel() for axis in figures.simulation_figure(run, absolute=True).axes]
     assert "displacement\nin space [mm]" in labels and "relative\ndisplacement [mm]" in labels
     assert "displacement\nin space [mm]" not in [axis.get_ylabel() for axis in figures.simulation_figure(run).axes]
-    with pytest.raises(PoundingError, match=r"--absolute: adds a panel to the figure; write it with --figure"):
-        simulate("scene.toml", absolute=True)
+    with pytest.raises(PoundingError, match=r"absolute: adds a panel to the figure; write it with --figure"):
+        simulate_question.check({"absolute": True})
     with pytest.raises(PoundingError, match="simulate it again"):
         figures.simulation_figure(run.drop_vars("absolute_displacement"), absolute=True)
 

@@ -11,7 +11,6 @@ import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.ensemble.job_choice import job_kind
 from pounding_risk.errors import SceneError
-from pounding_risk.figures.simulate import run_finding
 from pounding_risk.models.contact.impulsive import Merged
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COMPLETE
@@ -63,8 +62,7 @@ def test_the_figure_of_a_run_without_a_lasting_force():
     run = pr.simulate(scene_of(given), gap="20 mm")
     assert np.all(np.isnan(run["contact_point_peak_contact_force"])) and np.all(run["impact_count"] > 0)
     counts = run["impact_count"].values.astype(int)
-    assert run_finding(run).startswith(f"{counts.sum()} contacts at 2 of 2 contact points; the roof of")
-    words = {text.get_text() for axis in figures.simulation_figure(run).axes for text in axis.texts}
+    words = {text.get_text().replace("\n", " ") for axis in figures.simulation_figure(run).axes for text in axis.texts}
     assert {f"{count}×" for count in counts} | {"velocities jump at each touch, and no force lasts"} <= words
 
 
@@ -72,7 +70,7 @@ def test_all_contact_models_are_compared():
     """Those of force take their stiffness from the reference; only colliding floors are left out, with the reason."""
     study = scene_of(tables(contact_model="jankowski", stiffness="2.75e9 N/m^1.5"))
     assert set(runnable(study)) > {"stereomechanical", "merged", "jankowski"}
-    assert "distributed_mass: only for a pair of single masses: the waves of one touch" in left_out(study)
+    assert "distributed_mass: only for a pair of single masses: the waves of one touch" in left_out({"": study})
     compared = pr.compare(study, laws=["jankowski", "stereomechanical", "merged"])
     assert np.all(compared["status"] == COMPLETE)
     assert compared.sizes["contact_model"] == 3
@@ -106,12 +104,7 @@ def test_effects_of_a_row_with_jumps():
         assert not np.array_equal(changed["impulse"], plain["impulse"])
 
 
-FRAME = {
-    "storeys": 2,
-    "floor_masses": "200 t",
-    "storey_stiffnesses": "300 MN/m",
-    "storey_heights": "3 m",
-}
+FRAME = {"storeys": 2, "floor_masses": "200 t", "storey_stiffnesses": "300 MN/m", "storey_heights": "3 m"}
 SOIL = {"soil_flexibility": {"shear_wave_velocity": "200 m/s", "radius": "6 m"}}
 
 

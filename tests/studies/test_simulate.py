@@ -8,9 +8,10 @@ from scenes import FRAME, TWO_AND_A_WALL, rigid, scene_text, single, storeyed
 
 import pounding_risk as pr
 from pounding_risk import figures
-from pounding_risk.cli.simulate import print_run
 from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.figures.simulate import parting
+from pounding_risk.questions.simulate import sheet
+from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.run_labels import CONTACTS, HISTORIES
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
@@ -146,7 +147,7 @@ def test_the_impulse_so_far_is_that_of_the_force(pair):
 def test_a_run_is_printed_by_what_it_has(scene_and_run, capsys):
     """Of one interface every output with its meaning, of one contact point every contact."""
     study, run = scene_and_run
-    print_run(run)
+    print_sheet(sheet(run))
     told = capsys.readouterr().out
     assert all(building.name in told for building in study.buildings)
     if run.sizes["interface"] == 1:
@@ -167,7 +168,6 @@ def test_the_figure_has_a_panel_for_what_the_run_has(scene_and_run):
     else:
         assert panels == ["ground", "roof relative to", "contact", "height"]
     assert len(drawn.axes[0].lines) == (2 if "ground_widening" in run else 1)
-    assert drawn.get_suptitle().startswith(f"{run.sizes['contact']} contacts")
     assert "a note" in drawn.get_supxlabel()
     times = [axis.get_xlim() for axis in drawn.axes if not axis.get_ylabel().startswith("height")]
     assert set(times) == {(run["time"].values[0], run["time"].values[-1])}

@@ -14,7 +14,7 @@ import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.assessment.row import force_text
 from pounding_risk.cli import app
-from pounding_risk.figures.simulate import roofs_of, run_finding
+from pounding_risk.figures.simulate import roofs_of
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.trace_reader import contacts_of, forces_at, impulses_at, instants_of, motion_at
@@ -162,7 +162,6 @@ def test_without_contact_a_floor_moves_as_without_neighbours(study):
     moved = wide["displacement"].sel(building=alone.name).values
     # The same nodes; the other run has more instants, where its other buildings touch.
     np.testing.assert_array_equal(other["displacement"].sel(building=alone.name, time=wide["time"]).values, moved)
-    assert run_finding(wide).startswith("No contact")
 
 
 def test_options_choose_the_case(study, run):
@@ -209,8 +208,7 @@ def test_a_run_that_fails_has_no_motion_past_its_failure():
     assert 10 < moved.sum() < moved.size and not moved[-1]
     assert np.isnan(wild["contact_force"].values[~moved]).all() and np.isfinite(wild["ground_acceleration"]).all()
     assert not np.isfinite(wild["storey_displacement"].values).any()
-    assert run_finding(wild).startswith("The run is not complete: the step")
-    assert figures.simulation_figure(wild).axes
+    assert figures.simulation_figure(wild).get_suptitle().startswith("The run is not complete: the step")
 
 
 def made_log(times, forces, began, impulses):
@@ -261,13 +259,10 @@ def test_between_its_instants_a_floor_is_on_a_cubic():
     np.testing.assert_array_equal(found[np.isin(instants.every, nodes)], states)
 
 
-def test_the_figure_tells_what_the_run_has(run, tmp_path):
+def test_the_figure_shows_what_the_run_has(run, tmp_path):
     drawn = figures.simulation_figure(run)
-    told = drawn.get_suptitle().replace("\n", " ")
-    assert f"{int(run['contact_point_impact_count'].sum())} contacts at" in told
     roofs = roofs_of(run)
     assert roofs.shape[1] == len(NAMES)
-    assert f"the roof of tall moves most, {1e3 * np.abs(roofs[:, 0]).max():.3g} mm" in told
     assert (roofs[:, 3] == 0.0).all()
     labels = {text.get_text() for axis in drawn.axes for text in axis.texts}
     interfaces, peaks = run["contact_point_interface"].values, run["contact_point_peak_contact_force"].values

@@ -83,17 +83,10 @@ def test_single_masses_are_solved_at_once(name):
 
 
 ONE_BY_ONE_SCENES = {
-    "storeys": (
-        PAIR + STOREYS,
-        '"building.s.floor_masses.2" = ["190 t", "230 t"]',
-    ),
+    "storeys": (PAIR + STOREYS, '"building.s.floor_masses.2" = ["190 t", "230 t"]'),
     "an own ground": (PAIR + 'ground_delay = "0.1 s"\n', TWO_KEYS),
     "a start in motion": (PAIR, '"building.a.initial_velocity" = ["0.1 m/s", "0.2 m/s"]'),
-    "an effect on buildings": (
-        PAIR.replace('s"\n', 's"\nheight = "9 m"\n'),
-        TWO_KEYS,
-        "[effects.p_delta]\n",
-    ),
+    "an effect on buildings": (PAIR.replace('s"\n', 's"\nheight = "9 m"\n'), TWO_KEYS, "[effects.p_delta]\n"),
 }
 
 

@@ -2,7 +2,8 @@
 
 The module holds a function of its own name and ``ORDER``, its place in the help: commands are listed in rising order,
 groups after them. The package of a group holds ``app``, its typer application, and ``ORDER``. Modules whose names begin
-with an underscore are no commands. A plug-in's command is a function, or a typer application, and is listed last.
+with an underscore are no commands. Questions are commands too, made from their declarations (`cli._common.declared`). A
+plug-in's command is a function, or a typer application, and is listed last.
 
 A command is imported where it is run or listed, a plug-in's only where it is run, and typer reads its parameters only
 where it is run: reading those of all commands takes longer than everything else that ``--help`` does.
@@ -24,17 +25,22 @@ from typer.core import TyperCommand, TyperGroup
 from pounding_risk._common.plugins import Registry
 from pounding_risk.errors import PoundingError
 
+NONE: Mapping[str, Any] = {}
+
 
 class FolderCommands(Mapping[str, Any]):
     """The commands and groups of a package by name, in the order of its help; each is made where it is asked for."""
 
-    def __init__(self, package: str, folders: Iterable[str], plugins: str = ""):
-        self._package = package
+    def __init__(self, package: str, folders: Iterable[str], plugins: str = "", questions: Mapping[str, Any] = NONE):
+        self._package, self._questions = package, questions
         names = [name for _, name, _ in iter_modules(folders) if not name.startswith("_")]
-        self.registry = Registry(plugins, dict.fromkeys(names), _of_plugin)
+        self.registry = Registry(plugins, dict.fromkeys([*names, *questions]), _of_plugin)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(sorted(self.registry, key=lambda name: getattr(self._home(name), "ORDER", inf)))
+        return iter(sorted(self.registry, key=self._order))
+
+    def _order(self, name: str) -> float:
+        return self._questions[name].order if name in self._questions else getattr(self._home(name), "ORDER", inf)
 
     def __len__(self) -> int:
         return len(self.registry)
@@ -61,6 +67,10 @@ class FolderCommands(Mapping[str, Any]):
     def _target(self, name: str) -> Any:
         """The function of a command, or the typer application of a group."""
         member = self.registry[name]  # None of this program's, with a warning where a plug-in has the name too
+        if name in self._questions:
+            from pounding_risk.cli._common.declared import command_of
+
+            return command_of(self._questions[name])
         module = self._home(name)
         if module is None:
             return member
@@ -69,6 +79,8 @@ class FolderCommands(Mapping[str, Any]):
     def _help(self, name: str) -> str | None:
         if plugin := self.registry.plugin(name):  # not imported for a list
             return f"Command of {plugin.origin}."
+        if name in self._questions:
+            return str(self._questions[name].summary())
         target = self._target(name)
         return target.info.help if isinstance(target, typer.Typer) else getdoc(target)
 
@@ -86,10 +98,11 @@ class FolderGroup(TyperGroup):
     package: ClassVar[str]
     folders: ClassVar[Iterable[str]]
     plugins: ClassVar[str] = ""  # group of plug-ins that add commands
+    questions: ClassVar[Mapping[str, Any]] = NONE  # that are commands, by name
 
     def __init__(self, **settings: Any):
         super().__init__(**settings)
-        self.commands: Any = FolderCommands(self.package, self.folders, self.plugins)
+        self.commands: Any = FolderCommands(self.package, self.folders, self.plugins, self.questions)
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Names of the commands, in the order of the help."""

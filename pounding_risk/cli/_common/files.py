@@ -63,26 +63,26 @@ def announce(*paths: Path | None) -> None:
 
 
 @contextmanager
-def _announced(target: Path) -> Iterator[None]:
-    """Write a file, then print that it is written; raises PoundingError where writing fails."""
+def writing(target: Path) -> Iterator[None]:
+    """Write a file; raises PoundingError where that fails."""
     from pounding_risk._common.files import not_written
 
     try:
         yield
     except OSError as error:
         raise not_written(target, error) from None
-    announce(target)
 
 
 def write_text(target: Path, text: str) -> None:
     """Write a text file, whole or not at all, and print that it is written; raises PoundingError where that fails."""
     from pounding_risk._common.files import write_whole
 
-    with _announced(target):
+    with writing(target):
         write_whole(target, lambda file: file.write(text.encode()))
+    announce(target)
 
 
-def draw(target: Path | None, name: str, *arguments: Any, **options: Any) -> None:
+def draw(target: Path | None, name: str, *arguments: Any, quiet: bool = False, **options: Any) -> None:
     """Draw a figure to a file, unless the file is None; raises PoundingError where it cannot be written.
 
     Parameters
@@ -91,6 +91,8 @@ def draw(target: Path | None, name: str, *arguments: Any, **options: Any) -> Non
         The file. Its suffix, one of `FIGURES`, chooses the format.
     name : str
         A function below `pounding_risk.figures`, such as "scan.scan_figure", imported only where a figure is drawn.
+    quiet : bool
+        Leave it to the caller to print that the file is written.
     *arguments, **options
         What the function takes.
     """
@@ -100,5 +102,7 @@ def draw(target: Path | None, name: str, *arguments: Any, **options: Any) -> Non
 
     module, _, function = name.rpartition(".")
     figure = getattr(import_module(f"pounding_risk.figures.{module}"), function)(*arguments, **options)
-    with _announced(target):
+    with writing(target):
         write(figure, target)
+    if not quiet:
+        announce(target)

@@ -8,8 +8,6 @@ from typing import Any
 
 from pounding_risk.questions.notes import of_records
 
-FASTER = "faster than the range of the restitution relation, which is held at its end there"
-
 
 def print_notes(notes: Iterable[str], prefix: str = "") -> None:
     """Print a line for each note, with a prefix such as "excluded: "."""

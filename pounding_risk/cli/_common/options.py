@@ -48,6 +48,9 @@ def out_option(description: str, *suffixes: str, absence: str | None = None) -> 
 
 Scene = Annotated[Path, argument("SCENE", "Scene file (TOML).")]
 Results = Annotated[Path, argument("RESULTS", "Dataset of a scan (.nc or .zarr).")]
+OptionalResults = Annotated[
+    Path | None, typer.Argument(metavar="[RESULTS]", help="Dataset of a scan (.nc or .zarr).", show_default=False)
+]
 Overrides = Annotated[
     list[str],
     typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as interface.gap='20 mm'."),

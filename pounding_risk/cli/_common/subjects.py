@@ -1,11 +1,16 @@
-"""What the spectra are of: a scene, or records named in any way, with the options that treat these."""
+"""What a question is of: a scene, a dataset, either, or records, with the arguments and options that belong to each."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from inspect import Parameter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from pounding_risk.cli._common.options import read_option
+import typer
+
+from pounding_risk.cli._common import options as shared
+from pounding_risk.cli._common.options import NONE, argument, option, read_option
 from pounding_risk.cli.records import _options as options
 from pounding_risk.errors import PoundingError
 
@@ -14,6 +19,84 @@ if TYPE_CHECKING:
 
 SCENE = ".toml"
 SOURCE = f"A scene file (TOML); or {options.WORDS}, or a record set."
+TREATMENT = {
+    "pga": options.Pga, "scale": options.Scale, "sa": options.SpectralAcceleration, "processing": options.Processing,
+    "window": options.Window, "direction": options.Direction,
+    "tail": Annotated[str | None, option("Free vibration after each record, at least.", "none")],
+    "unit": options.Unit, "dt": options.Step,
+}  # fmt: skip
+Fields = dict[str, tuple[Any, Any]]  # annotation and default of each argument and option, by name
+OVERRIDES: Fields = {"overrides": (shared.Overrides, NONE)}
+SELECT: Fields = {"select": (shared.Select, NONE)}
+
+
+class Subject(NamedTuple):
+    """Arguments and options that say what a question is of, and the function that opens it from their values."""
+
+    fields: Fields
+    open: Any
+
+
+def _results(values: dict[str, Any]) -> Any:
+    select = values.pop("select")
+    results = values.pop("results")
+    return None if results is None else shared.opened_results(results, select)
+
+
+def _scene(values: dict[str, Any], name: str = "scene") -> Any:
+    return shared.chosen_scene(values.pop(name), values.pop("overrides"), values.pop("select"))
+
+
+def _scene_or_results(values: dict[str, Any]) -> Any:
+    source, overrides = values.pop("source"), values.pop("overrides")
+    if source.suffix.lower() == SCENE:
+        from pounding_risk.scene.reader import read_scene
+
+        return read_scene(source, overrides)
+    if overrides:
+        raise PoundingError("--set: changes a value of a scene, and a dataset is of one already; leave it out")
+    return source
+
+
+def _records(values: dict[str, Any]) -> Any:
+    treatment = {name: values.pop(name) for name in TREATMENT}
+    return read_subject(values.pop("source"), values.pop("overrides"), treatment)
+
+
+REQUIRED = Parameter.empty
+# By the name that a question gives; without one by the name of the function's first parameter.
+SUBJECTS: dict[str, Subject] = {
+    "results": Subject({"results": (shared.Results, REQUIRED), **SELECT}, _results),
+    "results file": Subject(
+        {"results": (Annotated[Path, argument("RESULTS", "What scan or demo wrote (.nc).")], REQUIRED)},
+        lambda values: values.pop("results"),
+    ),
+    "optional results": Subject({"results": (shared.OptionalResults, None), **SELECT}, _results),
+    "study": Subject(
+        {"study": (shared.Scene, REQUIRED), **OVERRIDES, **SELECT}, lambda values: _scene(values, "study")
+    ),
+    "scene": Subject({"scene": (shared.Scene, REQUIRED), **OVERRIDES, **SELECT}, _scene),
+    "scene or results": Subject(
+        {
+            "source": (
+                Annotated[
+                    Path, argument("SOURCE", "A scene with [uncertain] (.toml), or a dataset of its scan (.nc).")
+                ],
+                REQUIRED,
+            ),
+            **OVERRIDES,
+        },
+        _scene_or_results,
+    ),
+    "records": Subject(
+        {
+            "source": (Annotated[list[str], typer.Argument(metavar="SOURCE...", help=SOURCE)], REQUIRED),
+            **OVERRIDES,
+            **{name: (annotation, None) for name, annotation in TREATMENT.items()},
+        },
+        _records,
+    ),
+}
 
 
 def read_subject(source: Sequence[str], overrides: list[str], treatment: Mapping[str, Any]) -> Any:

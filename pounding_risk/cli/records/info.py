@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,13 +14,12 @@ from pounding_risk.render.terminal import engineering, one_line, print_pairs, pr
 
 if TYPE_CHECKING:
     from pounding_risk.motions.catalogue import Entry
-    from pounding_risk.motions.motion import Motion
     from pounding_risk.motions.record import Source
 
 ORDER = 20
 SPECTRUM = (0.2, 0.5, 1.0, 2.0)  # s
 # Units of facts of a record, by key.
-UNITS = {"distance_km": "km", "azimuth": "° from north", "vs30": "m/s"}
+UNITS = {"distance_km": " km", "azimuth": "° from north", "vs30": " m/s"}
 FREQUENCIES = ("low_corner", "high_corner", "lowest_usable_frequency")  # Hz
 SIZES = {"header_pga": "m/s2", "header_pgv": "m/s", "header_pgd": "m", "pgv_peer": "m/s"}
 
@@ -35,8 +33,9 @@ def info(
 ) -> None:
     """One record: origin, terms, checksum, where its file is, PGA to Sa."""
     from pounding_risk.motions.catalogue import entries, entry
+    from pounding_risk.motions.formats import split_component
     from pounding_risk.motions.sites.event_grid import is_grid
-    from pounding_risk.motions.source import open_source, split_component
+    from pounding_risk.motions.source import open_source
 
     grid, site = split_component(source)
     if is_grid(grid):
@@ -115,47 +114,36 @@ def _fact_words(key: str, value: Any) -> str:
         return f"{value:.4g} Hz"
     if key in SIZES:
         return engineering(float(value), SIZES[key])
-    if isinstance(value, float):
-        unit = UNITS.get(key, "")
-        return f"{value:g}{unit if unit.startswith('°') else f' {unit}'}".rstrip()
-    return str(value)
+    return f"{value:g}{UNITS.get(key, '')}" if isinstance(value, float) else str(value)
 
 
 def _print_intensity(source: Source) -> None:
-    """Print the intensity measures of a record as a run takes it, and the checks of its quality."""
-    from pounding_risk.motions.read import read_motion
-
-    motion = read_motion(source)
-    print()
-    print_table(("measure", "value", "meaning"), _measures(motion), "lrl")
-    print()
-    print_table(("check, as recorded", "met", "found", "allowed"), _findings(source), "llll")
-    print_notes(motion.flags)
-
-
-def _findings(source: Source) -> Iterator[tuple[str, str, str, str]]:
-    """Name, outcome, value and limit of each check of a record as it was recorded."""
-    from pounding_risk.motions.quality import quality
-
-    trace = source.trace
-    for finding in quality(trace.data, trace.stats.delta, state=source.record["state"]):
-        yield finding.check, "yes" if finding.passed else "no", finding.found, finding.allowed
-
-
-def _measures(motion: Motion) -> Iterator[tuple[str, str, str]]:
-    """Name, value and meaning of each intensity measure of a record as a run takes it."""
+    """Print the intensity measures of a record as a run takes it, and the checks of its quality as it was recorded."""
     from pounding_risk.motions.intensity import measure, response_spectra
+    from pounding_risk.motions.quality import quality
+    from pounding_risk.motions.read import read_motion
     from pounding_risk.motions.record import RAW
 
+    motion, trace = read_motion(source), source.trace
     measures = measure(motion.acceleration, motion.dt)
     state = ", processed as for a run" if motion.record["state"] == RAW else ""
-    yield "PGA", engineering(measures.pga, "m/s2"), f"peak ground acceleration{state}"
-    yield "PGV", engineering(measures.pgv, "m/s"), "peak ground velocity"
-    yield "PGD", engineering(measures.pgd, "m"), "peak ground displacement"
-    yield "Arias", engineering(measures.arias, "m/s"), "Arias intensity"
-    yield "CAV", engineering(measures.cav, "m/s"), "cumulative absolute velocity"
-    yield "D5-75", engineering(measures.d5_75, "s"), "from 5 to 75 % of the Arias intensity"
-    yield "D5-95", engineering(measures.d5_95, "s"), "from 5 to 95 % of the Arias intensity"
+    rows = [
+        ("PGA", measures.pga, "m/s2", f"peak ground acceleration{state}"),
+        ("PGV", measures.pgv, "m/s", "peak ground velocity"),
+        ("PGD", measures.pgd, "m", "peak ground displacement"),
+        ("Arias", measures.arias, "m/s", "Arias intensity"),
+        ("CAV", measures.cav, "m/s", "cumulative absolute velocity"),
+        ("D5-75", measures.d5_75, "s", "from 5 to 75 % of the Arias intensity"),
+        ("D5-95", measures.d5_95, "s", "from 5 to 95 % of the Arias intensity"),
+    ]
     spectra = response_spectra(motion.acceleration, motion.dt, SPECTRUM)
     for period, value in zip(SPECTRUM, spectra.pseudo_acceleration, strict=True):
-        yield f"Sa({period:g} s)", engineering(value, "m/s2"), "pseudo-spectral acceleration, damping 5 %, as in codes"
+        rows.append((f"Sa({period:g} s)", value, "m/s2", "pseudo-spectral acceleration, damping 5 %, as in codes"))
+    print()
+    cells = ((name, engineering(value, unit), meaning) for name, value, unit, meaning in rows)
+    print_table(("measure", "value", "meaning"), cells, "lrl")
+    print()
+    findings = quality(trace.data, trace.stats.delta, state=source.record["state"])
+    checks = ((one.check, "yes" if one.passed else "no", one.found, one.allowed) for one in findings)
+    print_table(("check, as recorded", "met", "found", "allowed"), checks, "llll")
+    print_notes(motion.flags)

@@ -42,18 +42,15 @@ def list(
         from pounding_risk.motions.catalogue import entries
 
         return print_records(entries())
-    if folder is not None and not folder.is_dir() and not _is_grid(folder):
-        raise PoundingError(f"--folder: {folder} is not a folder, nor a grid of sites; check the name")
+    if folder is not None and not folder.is_dir():
+        from pounding_risk.motions.formats import split_component
+        from pounding_risk.motions.sites.event_grid import is_grid
+
+        if not is_grid(split_component(folder)[0]):
+            raise PoundingError(f"--folder: {folder} is not a folder, nor a grid of sites; check the name")
     sources = find_sources([str(folder)] if folder else [], set, stated_facts(unit, dt), lenient=True)
     print_sources([source for group in sources.groups for source in group])
     print_left_out(sources.left_out)
-
-
-def _is_grid(path: Path) -> bool:
-    from pounding_risk.motions.sites.event_grid import is_grid
-    from pounding_risk.motions.source import split_component
-
-    return is_grid(split_component(path)[0])
 
 
 def print_kinds() -> None:

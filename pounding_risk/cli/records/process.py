@@ -65,7 +65,7 @@ def process(
 
 
 def motion_targets(out: Path | None, groups: Sequence[tuple[Source, ...]]) -> list[Path | None]:
-    """A file for each record: ``out`` itself for one, in the folder ``out`` for several; None where none is asked for.
+    """A file for each record: ``out`` itself for one, in the folder ``out`` for several; None where none is written.
 
     Raises PoundingError where a file cannot be written or would replace a record that is read, or two have one name.
     """
@@ -85,7 +85,8 @@ def motion_targets(out: Path | None, groups: Sequence[tuple[Source, ...]]) -> li
     for target in targets:
         if targets.count(target) > 1:
             raise PoundingError(f"-o: several of the records would be {target}; process them into folders of their own")
-        if any(_is_file(source, target) for group in groups for source in group):
+        read = [Path(str(source.record.get("file") or "")) for group in groups for source in group]
+        if target.is_file() and any(file.is_file() and target.samefile(file) for file in read):
             raise PoundingError(f"-o: {target} is a record that is read; choose another name")
     return list(targets)
 
@@ -96,39 +97,31 @@ def plain_name(group: tuple[Source, ...]) -> str:
     return "".join(letter if letter.isalnum() or letter in "-_.+" else "-" for letter in name)
 
 
-def _is_file(source: Source, target: Path) -> bool:
-    """Whether a source was read from this file."""
-    file = str(source.record.get("file") or "")
-    return bool(file) and Path(file).is_file() and target.is_file() and target.samefile(file)
-
-
 def print_processed(motions: Sequence[Motion], targets: Sequence[Path | None]) -> None:
     """Print the processing steps and flags of each record, then a table with a line for each."""
     for motion in motions:
         print(motion.name)
         print("\n".join(f"  {one_line(sentence)}" for sentence in motion.processing))
         print("".join(f"  note: {flag}\n" for flag in motion.flags))
-    heads = ("record", "PGA as recorded", "PGA", "PGV", "PGD", "velocity at the end", "displacement at the end", "dt")
-    rows = [_processed_cells(motion) for motion in motions]
-    if any(targets):
-        rows = [(*row, str(target)) for row, target in zip(rows, targets, strict=True)]
-        print_table((*heads, "written"), rows, "lrrrrrrrl")
-    else:
-        print_table(heads, rows, "lrrrrrrr")
-
-
-def _processed_cells(motion: Motion) -> tuple[str, ...]:
     from pounding_risk.motions.intensity import measure
 
-    measures = measure(motion.acceleration, motion.dt)
-    velocity, displacement = motion.velocity_displacement()
-    return (
-        motion.name,
-        engineering(motion.record.get("pga_recorded", nan), "m/s2"),  # a turned motion was not recorded
-        engineering(measures.pga, "m/s2"),
-        engineering(measures.pgv, "m/s", 3),
-        engineering(measures.pgd, "m", 3),
-        engineering(velocity[-1], "m/s", 2),
-        engineering(displacement[-1], "m", 2),
-        f"{motion.dt:.4g} s",
-    )
+    rows = []
+    for motion, target in zip(motions, targets, strict=True):
+        measures = measure(motion.acceleration, motion.dt)
+        velocity, displacement = motion.velocity_displacement()
+        row = [
+            motion.name,
+            engineering(motion.record.get("pga_recorded", nan), "m/s2"),  # a turned motion was not recorded
+            engineering(measures.pga, "m/s2"),
+            engineering(measures.pgv, "m/s", 3),
+            engineering(measures.pgd, "m", 3),
+            engineering(velocity[-1], "m/s", 2),
+            engineering(displacement[-1], "m", 2),
+            f"{motion.dt:.4g} s",
+        ]
+        rows.append([*row, str(target)] if any(targets) else row)
+    heads = ["record", "PGA as recorded", "PGA", "PGV", "PGD", "velocity at the end", "displacement at the end", "dt"]
+    if any(targets):
+        print_table([*heads, "written"], rows, "lrrrrrrrl")
+    else:
+        print_table(heads, rows, "lrrrrrrr")

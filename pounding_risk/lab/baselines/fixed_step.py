@@ -3,7 +3,7 @@
     m ü + 2 ζ ω m u̇ + ω² m u = −m a_g(t) ∓ F(δ, δ̇)
 
 a_g is linear between samples and every sample is divided into equal steps, so that no step straddles a kink of the
-ground motion. The force is asked for wherever δ > 0; touches, yielding and separation fall where they fall. A contact's
+ground motion. The force is evaluated wherever δ > 0; touches, yielding and separation fall where they fall. A contact's
 damping constant is that of the speed at the start of the step in which the touch falls. Peaks are the largest
 values at steps; the first touch is put where the line between two steps crosses the gap.
 """
@@ -15,11 +15,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pounding_risk._jit.compile import kernel, lowered, speaks
-from pounding_risk.lab.baselines.central_difference import CentralDifference
-from pounding_risk.lab.baselines.force import Contact, contact_force, uncapped_force
-from pounding_risk.lab.baselines.newmark import Newmark
-from pounding_risk.lab.baselines.rk4 import Rk4
+from pounding_risk._jit.compile import kernel, speaks
+from pounding_risk.lab.baselines.steppers import CentralDifference, Contact, Newmark, Rk4, contact_force, uncapped_force
 
 # The columns of one run.
 REACH, CLOSING, FORCE, DEMAND, COUNT, FIRST, TOUCHING, UNSTABLE = range(8)
@@ -28,7 +25,7 @@ COLUMNS = 8
 
 @speaks
 class Stepper(Protocol):
-    """What the loop asks of a method; a state is (u_left, u_right, v_left, v_right, and two numbers of its own)."""
+    """The methods of a stepper; a state is (u_left, u_right, v_left, v_right, and two numbers of its own)."""
 
     def ready(self, pair, a_g, h):
         """The state at rest before the first step, of ``h`` [s]; ``a_g`` [m/s²] is the ground's acceleration then."""
@@ -73,15 +70,11 @@ def march_fixed(stepper, pair, law, limits, ground, out):
         start, rise = a_g[sample], a_g[sample + 1] - a_g[sample]
         for part in range(parts):
             x = part * share
-            grounds = (
-                start + rise * x,
-                start + rise * (x + 0.5 * share),
-                start + rise * (x + share),
-            )
+            grounds = start + rise * x, start + rise * (x + 0.5 * share), start + rise * (x + share)
             previous = state
             state = stepper.advance(pair, law, contact, grounds, h, previous)
             closing = state[0] - state[1]
-            # Apart, the damping constant is NaN: a step whose force asked for it shows it, and is made again.
+            # While open, the damping constant is NaN: a step whose force needs it is NaN, and is computed again.
             if not (touching or closing <= gap):
                 contact = Contact(gap, strength, least, damping(pair, law, restitution, previous))
                 state = stepper.advance(pair, law, contact, grounds, h, previous)
@@ -120,17 +113,3 @@ def sweep_fixed(stepper, pair, law, grid, ground, out):
 def divided(acceleration: np.ndarray, dt: float, h: float) -> Ground:
     """A ground motion [m/s²] sampled every ``dt`` [s], in steps of about ``h`` [s], a whole number of them a sample."""
     return Ground(np.ascontiguousarray(acceleration, dtype=np.float64), float(dt), max(1, round(dt / h)))
-
-
-def solve_fixed(method: str, pair, interface, ground: Ground) -> dict[str, float]:
-    """One run by a method of `STEPPERS`: peaks and counts in SI units; NaN where the motion is not finite."""
-    out = np.zeros(COLUMNS)
-    limits = (float(interface.gap), float(interface.yield_force), interface.restitution)
-    march_fixed(STEPPERS[method], pair, lowered(interface.law), limits, ground, out)
-    named = {
-        "peak_relative_displacement": out[REACH],
-        "peak_contact_force": out[FORCE],
-        "impact_count": out[COUNT],
-        "first_impact_time": out[FIRST],
-    }
-    return {name: float("nan") if out[UNSTABLE] else float(value) for name, value in named.items()}

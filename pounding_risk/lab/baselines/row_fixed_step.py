@@ -1,7 +1,7 @@
 """The plain way for a row: steps of one length, no event handling, compiled by the same numba as the solver.
 
-As `fixed_step` has it for a pair, with matrices in place of periods and a list of contact points: every one is asked
-for its force wherever its δ > 0, with the damping constant of its speed at the start of the step in which the touch
+As `fixed_step` has it for a pair, with matrices in place of periods and a list of contact points: the force of
+each is evaluated wherever its δ > 0, with the damping constant of its speed at the start of the step in which the touch
 falls. Newmark's method and central differences invert their matrices once, building by building.
 """
 
@@ -25,9 +25,8 @@ from pounding_risk.lab.baselines.fixed_step import (
     UNSTABLE,
     Ground,
 )
-from pounding_risk.lab.baselines.force import Contact, contact_force, uncapped_force
-from pounding_risk.lab.baselines.newmark import Newmark, solve_force
-from pounding_risk.lab.baselines.row import RowMatrices
+from pounding_risk.lab.baselines.matrices import RowMatrices
+from pounding_risk.lab.baselines.steppers import Contact, Newmark, contact_force, solve_force, uncapped_force
 
 METHODS = ("newmark", "central_difference", "rk4")
 NEWMARK, CENTRAL, RK4 = range(3)
@@ -87,7 +86,7 @@ def stepping(row: RowMatrices, method: str, h: float) -> Stepping:
 
 
 @small
-def lent(row):
+def by_address(row):
     """The arrays of a row without counted references; the caller holds them."""
     return Stepping(
         borrowed(row.first),
@@ -264,7 +263,7 @@ def advance(method, row, laws, grounds, h):
 def begin_contacts(row, laws, rules):
     """Give a damping constant to each contact that the step begins; True where there is one.
 
-    Apart, it is NaN: a step whose force asked for it is NaN from there on, and is made again.
+    While open, it is NaN: a step whose force needs it is NaN from there on, and is computed again.
     """
     begun = False
     for k in range(row.ends.shape[0]):
@@ -309,7 +308,7 @@ def march_row(method, row, laws, rules, limits, ground, out):
 
     A motion that is not finite ends the run, which is then UNSTABLE.
     """
-    row = lent(row)
+    row = by_address(row)
     gaps, yield_forces = limits
     a_g, dt, parts = ground
     h, share = dt / parts, 1.0 / parts
@@ -329,11 +328,7 @@ def march_row(method, row, laws, rules, limits, ground, out):
         start, rise = a_g[sample], a_g[sample + 1] - a_g[sample]
         for part in range(parts):
             x = part * share
-            grounds = (
-                start + rise * x,
-                start + rise * (x + 0.5 * share),
-                start + rise * (x + share),
-            )
+            grounds = start + rise * x, start + rise * (x + 0.5 * share), start + rise * (x + share)
             advance(method, row, laws, grounds, h)
             for _ in range(row.ends.shape[0] + 1):
                 if not begin_contacts(row, laws, rules):

@@ -1,8 +1,10 @@
 """The general way: SciPy's ``solve_ivp``, started anew at every record sample and every event, in plain Python.
 
-Events are found by SciPy's own root search: touch, separation, δ̇ = 0, the uncapped force meeting the force at which
-the law yields, the force of a law that cannot pull meeting zero; so are the crests of the relative displacement and
-of the force, which are read where they lie. Whatever the contact law, it is asked through its own verbs.
+The motion of all buildings is one system, a pair being a row with one contact point. Every contact point has events of
+its own, of which the first ends a piece. They are found by SciPy's own root search: touch, separation, δ̇ = 0, the
+uncapped force meeting the force at which the law yields, the force of a law that cannot pull meeting zero; so are the
+local maxima of the relative displacement and of the force, which are read where they lie. Whatever the contact law, it
+is called through its own methods.
 """
 
 from __future__ import annotations
@@ -13,10 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-ABSOLUTE = np.array([1e-14, 1e-14, 1e-13, 1e-13])  # m, m, m/s, m/s
+from pounding_risk.lab.baselines.matrices import Array, RowMatrices
+
+ABSOLUTE = 1e-14, 1e-13  # of displacements [m] and velocities [m/s]
 SOLVERS = ("DOP853", "Radau")
 SLACK, ELASTIC, YIELDING = -1, 0, 1  # force cut at zero, uncapped, on the plateau
-CLOSING, TURN = 0, 1  # places in the list of events; then yielding and tension, where the law has them, and the crest
+CLOSING, TURN, YIELD, TENSION, MAXIMUM = range(5)  # kinds of event; the last one ends no piece
 NUDGE = 1e-4  # of a contact's age: half the span of the difference that stands for dF/dt
 
 
@@ -24,173 +28,205 @@ class GaveUp(RuntimeError):
     """An integrator that stopped before the end of a run, with its own words."""
 
 
-class Phase(NamedTuple):
-    """Which piece of the law holds, and what this contact remembers."""
+class Contacts(NamedTuple):
+    """Gap [m], law, restitution and yield force [N] of every contact point."""
 
-    touching: bool = False
-    approaching: bool = True
-    region: int = ELASTIC
-    memory: float = 0.0
-    since: float = 0.0  # time of the touch, from the start of the present sample [s]
+    gaps: Array
+    laws: tuple[Any, ...]
+    restitutions: tuple[Any, ...]
+    yield_forces: Array
 
 
 class Answer(NamedTuple):
-    """One run: peaks and counts in SI units; ``steps`` are those in contact."""
+    """One run by contact point: peaks and counts in SI units; ``steps`` are those with a contact closed."""
 
-    peak_relative_displacement: float
-    peak_closing: float
-    peak_contact_force: float
-    uncapped_force: float
-    impact_count: float
-    first_impact_time: float
+    peak_relative_displacement: Array
+    peak_closing: Array
+    peak_contact_force: Array
+    uncapped_force: Array
+    impact_count: Array
+    first_impact_time: Array
     steps: float
 
 
-class RunPeaks:
-    """Largest values of the run so far."""
+class ScipyContact:
+    """One contact point: the branch of its law that holds, what this contact remembers, and its largest values."""
 
-    def __init__(self) -> None:
-        self.reach = self.closing = self.force = self.demand = 0.0
-        self.count = self.steps = 0
+    def __init__(self, row: RowMatrices, contacts: Contacts, k: int) -> None:
+        self.share, still = row.shares[k], np.zeros(row.mass.size)
+        # Of the state: displacement and speed across the point, and what a force of 1 N does to its rate.
+        self.across, self.speed = np.append(self.share, still), np.append(still, self.share)
+        self.push = np.append(still, self.share / row.mass)
+        self.gap, self.law, self.restitution = float(contacts.gaps[k]), contacts.laws[k], contacts.restitutions[k]
+        self.mass = float(row.striking[k])
+        self.strength, self.least = self.law.ceiling(contacts.yield_forces[k]), self.law.floor()
+        self.part()
+        self.reach = self.closing = self.peak = self.demand = self.count = 0.0
         self.first = nan
 
-    def look(self, model: ScipyPair, states: Any) -> None:
-        """Raise every peak to the states given, one a row, all on the present piece of the law."""
-        closing = states[:, 0] - states[:, 1]
-        self.reach = max(self.reach, float(np.abs(closing).max()))
-        self.closing = max(self.closing, float(closing.max()))
-        if model.phase.touching:
-            self.force = max(self.force, *(model.force(state) for state in states.tolist()))
-            self.demand = max(self.demand, *(model.uncapped(state) for state in states.tolist()))
+    def part(self) -> None:
+        """Open the contact."""
+        self.touching, self.approaching, self.region, self.memory, self.since = False, True, ELASTIC, 0.0, 0.0
 
+    def depth(self, y: Array) -> float:
+        """Penetration in state ``y`` [m]; below zero while it is open."""
+        return float(self.across @ y) - self.gap
 
-class ScipyPair:
-    """A pair between events; state u_left, u_right, v_left, v_right."""
+    def uncapped(self, y: Array) -> float:
+        """The law's force without cap or cut, on the present branch [N]."""
+        return float(self.law.force(self.memory, max(self.depth(y), 0.0), float(self.speed @ y), self.approaching))
 
-    def __init__(self, pair: Any, interface: Any) -> None:
-        (self.left, self.right), self.interface = pair, interface
-        self.law = interface.law
-        self.strength, self.least = self.law.ceiling(interface.yield_force), self.law.floor()
-        self.ramp = (0.0, 0.0)  # a_g at t = 0 and its slope, over the present sample
-        self.phase = Phase()
-
-    def uncapped(self, y: Any) -> float:
-        """The law's force without cap or cut, on the present branch."""
-        delta = max(y[0] - y[1] - self.interface.gap, 0.0)
-        return self.law.force(self.phase.memory, delta, y[2] - y[3], self.phase.approaching)
-
-    def force(self, y: Any) -> float:
-        """Force that the contact transmits in state ``y``, on its present branch [N]; 0 while it is open."""
-        if not self.phase.touching or self.phase.region == SLACK:
+    def force(self, y: Array) -> float:
+        """Force in state ``y`` on the present branch [N]; 0 while it is open."""
+        if not self.touching or self.region == SLACK:
             return 0.0
-        if self.phase.region == YIELDING:
-            return self.law.plateau(max(y[0] - y[1] - self.interface.gap, 0.0), self.strength)
+        if self.region == YIELDING:
+            return float(self.law.plateau(max(self.depth(y), 0.0), self.strength))
         return self.uncapped(y)
 
-    def rates(self, t: float, y: Any) -> tuple[float, float, float, float]:
-        """dy/dt of ``y`` = (u_left, u_right, v_left, v_right) [m/s, m/s²] at ``t`` [s] of the present sample."""
-        u_left, u_right, v_left, v_right = y.tolist()
-        a_g, force = self.ramp[0] + self.ramp[1] * t, self.force((u_left, u_right, v_left, v_right))
-        left, right = self.left, self.right
-        return (
-            v_left,
-            v_right,
-            -left.ground * a_g - left.two_zeta_omega * v_left - left.omega2 * u_left - left.inverse_mass * force,
-            -right.ground * a_g - right.two_zeta_omega * v_right - right.omega2 * u_right + right.inverse_mass * force,
-        )
+    def after(self, event: int, y: Array, time: float) -> None:
+        """Change the branch after an event in state ``y`` at ``time`` [s] of the present sample."""
+        if event == CLOSING and self.touching:
+            self.part()
+        elif event == CLOSING:
+            speed = max(float(self.speed @ y), 0.0)
+            self.memory = self.law.begin(self.restitution.at(speed), speed, self.mass)
+            self.touching, self.since = True, time
+        elif event == TURN:
+            self.approaching = not self.approaching
+        else:
+            far_region = YIELDING if event == YIELD else SLACK
+            self.region = ELASTIC if self.region == far_region else far_region
 
-    def force_rate(self, t: float, y: Any) -> float:
+    def update_peaks(self, states: Array) -> None:
+        """Raise every peak to states, one a row, all on the present branch."""
+        closing = states @ self.across
+        self.reach = max(self.reach, float(np.abs(closing).max()))
+        self.closing = max(self.closing, float(closing.max()))
+        if self.touching:
+            self.peak = max(self.peak, *(self.force(state) for state in states))
+            self.demand = max(self.demand, *(self.uncapped(state) for state in states))
+
+
+class ScipyRow:
+    """A row between events; state u, then v, of all masses."""
+
+    def __init__(self, row: RowMatrices, contacts: Contacts) -> None:
+        count = row.mass.size
+        self.contacts = [ScipyContact(row, contacts, k) for k in range(len(contacts.laws))]
+        stiffness, damping = (matrix / row.mass[:, None] for matrix in (row.stiffness, row.damping))
+        self.linear = np.block([[np.zeros((count, count)), np.eye(count)], [-stiffness, -damping]])
+        self.shaken = np.append(np.zeros(count), np.ones(count))
+        self.ramp = (0.0, 0.0)  # a_g at t = 0 and its slope, over the present sample
+        self.steps = 0
+
+    def rates(self, t: float, y: Array) -> Array:
+        """dy/dt of ``y`` = (u, v) of all masses: (v [m/s], v̇ [m/s²]) at ``t`` [s] of the present sample."""
+        rates: Array = self.linear @ y - (self.ramp[0] + self.ramp[1] * t) * self.shaken
+        for contact in self.contacts:
+            if contact.touching:
+                rates -= contact.force(y) * contact.push
+        return rates
+
+    def force_rate(self, contact: ScipyContact, t: float, y: Array) -> float:
         """dF/dt as a difference along the motion, times age^¾ that it may be finite at the touch, where it is 1."""
-        age = t - self.phase.since
+        age = t - contact.since
         if age <= 0.0:
             return 1.0
-        shift = NUDGE * age * np.array(self.rates(t, y))
-        return (self.force(y + shift) - self.force(y - shift)) / (2.0 * NUDGE * age**0.25)
+        shift = NUDGE * age * self.rates(t, y)
+        return (contact.force(y + shift) - contact.force(y - shift)) / (2.0 * NUDGE * age**0.25)
 
-    def events(self) -> list[Any]:
-        """The events that end this piece, then the crests that do not: functions as ``solve_ivp`` wants them."""
-        gap, phase = self.interface.gap, self.phase
-        turn = -1.0 if phase.approaching else 1.0
-        functions = [
-            _event(lambda t, y: y[0] - y[1] - gap, -1.0 if phase.touching else 1.0, True),
-            _event(lambda t, y: y[2] - y[3], turn if phase.touching else 0.0, phase.touching),
-        ]
-        if not phase.touching:
-            return functions
-        if self.strength < inf:
-            falls = -1.0 if phase.region == YIELDING else 1.0
-            functions.append(_event(lambda t, y: self.uncapped(y) - self.strength, falls, True))
-        if self.least > -inf:
-            rises = 1.0 if phase.region == SLACK else -1.0
-            functions.append(_event(lambda t, y: self.uncapped(y), rises, True))
-        return [*functions, _event(self.force_rate, -1.0, False)]
+    def value(self, contact: ScipyContact, kind: int, t: float, y: Array) -> float:
+        """The function of an event, which happens where it passes zero."""
+        if kind == CLOSING:
+            return contact.depth(y)
+        if kind == TURN:
+            return float(contact.speed @ y)
+        if kind == YIELD:
+            return contact.uncapped(y) - contact.strength
+        return contact.uncapped(y) if kind == TENSION else self.force_rate(contact, t, y)
 
-    def after(self, event: int, y: Any, time: float) -> Phase:
-        """Branch of the law after event number ``event``, in state ``y`` at ``time`` [s] of the present sample."""
-        phase = self.phase
+    def events(self) -> list[tuple[ScipyContact, int, Any]]:
+        """Contact, kind and function of the events that end this piece and of the local maxima that do not."""
+        listed: list[tuple[ScipyContact, int, Any]] = []
+
+        def add(contact: ScipyContact, kind: int, direction: float, terminal: bool = True) -> None:
+            def event(t: float, y: Array) -> float:
+                return self.value(contact, kind, t, y)
+
+            event.direction, event.terminal = direction, terminal  # type: ignore[attr-defined]
+            listed.append((contact, kind, event))
+
+        for each in self.contacts:
+            add(each, CLOSING, -1.0 if each.touching else 1.0)
+            if not each.touching:
+                add(each, TURN, 0.0, terminal=False)
+                continue
+            add(each, TURN, -1.0 if each.approaching else 1.0)
+            if each.strength < inf:
+                add(each, YIELD, -1.0 if each.region == YIELDING else 1.0)
+            if each.least > -inf:
+                add(each, TENSION, 1.0 if each.region == SLACK else -1.0)
+            add(each, MAXIMUM, -1.0, terminal=False)
+        return listed
+
+    def piece(self, span: tuple[float, float], y: Array, options: dict[str, Any]) -> tuple[Array, float, bool]:
+        """From a state to the first event, or to the end of the span: the state there, its time, whether it is the end.
+
+        Raises GaveUp where SciPy does.
+        """
+        listed = self.events()
+        functions = [function for *_, function in listed]
+        solution: Any = solve_ivp(self.rates, span, y, events=functions, **options)
+        if not solution.success:
+            raise GaveUp(f"stopped at {float(solution.t[-1]):g} s of a sample: {solution.message}")
+        states = np.vstack([solution.y.T, *(maxima for maxima in solution.y_events if len(maxima))])
+        for each in self.contacts:
+            each.update_peaks(states)
+        self.steps += any(each.touching for each in self.contacts) * (len(solution.t) - 1)
+        y, time = solution.y[:, -1].copy(), float(solution.t[-1])
+        if solution.status != 1:
+            return y, time, True
+        # Of the events that can end a piece, the one found last.
+        pairs = zip(solution.t_events, functions, strict=True)
+        times = [found[-1] if len(found) and function.terminal else -1.0 for found, function in pairs]
+        contact, event, _ = listed[int(np.argmax(times))]
+        contact.after(event, y, time)
         if event == CLOSING:
-            if phase.touching:
-                return Phase()
-            speed = max(float(y[2] - y[3]), 0.0)
-            mass = 1.0 / (self.left.inverse_mass + self.right.inverse_mass)
-            memory = self.law.begin(self.interface.restitution.at(speed), speed, mass)
-            return Phase(True, True, ELASTIC, memory, time)
-        if event == TURN:
-            return phase._replace(approaching=not phase.approaching)
-        far_region = YIELDING if self.strength < inf else SLACK
-        return phase._replace(region=ELASTIC if phase.region == far_region else far_region)
+            # The root search leaves rounding in δ, which is taken out where the contact point acts.
+            y[: contact.share.size] -= contact.share * contact.depth(y) / float(contact.share @ contact.share)
+            for each in self.contacts:
+                each.update_peaks(y[np.newaxis])
+        return y, time, False
 
 
-def _event(function: Any, direction: float, terminal: bool) -> Any:
-    def event(t: float, y: Any) -> float:
-        return function(t, y)
-
-    event.direction, event.terminal = direction, terminal  # type: ignore[attr-defined]
-    return event
-
-
-def _what_ended(solution: Any, events: list[Any]) -> int:
-    """The event that ended the piece: of those that can, the one found last."""
-    pairs = zip(solution.t_events, events, strict=True)
-    last = [times[-1] if len(times) and event.terminal else -1.0 for times, event in pairs]
-    return int(np.argmax(last))
-
-
-def solve_general(solver: str, pair: Any, interface: Any, motion: tuple[Any, float], rtol: float) -> Answer:
+def solve_general(solver: str, row: RowMatrices, contacts: Contacts, motion: tuple[Any, float], rtol: float) -> Answer:
     """One run from rest by a solver of `SOLVERS`; ``motion`` = (a_g [m/s²], time between samples [s]).
 
     Raises GaveUp where SciPy does, ValueError for a ground motion that is not finite.
     """
-    model, peaks = ScipyPair(pair, interface), RunPeaks()
     ground, dt = np.asarray(motion[0], dtype=float), float(motion[1])
     if not np.isfinite(ground).all():
         # SciPy's step control would try again for ever.
         raise ValueError(f"sample {int(np.argmin(np.isfinite(ground)))} of the ground motion is not finite")
-    options: Any = {"method": solver, "rtol": rtol, "atol": ABSOLUTE}
-    y = np.zeros(4)
+    model = ScipyRow(row, contacts)
+    options: dict[str, Any] = {"method": solver, "rtol": rtol, "atol": np.repeat(ABSOLUTE, row.mass.size)}
+    y = np.zeros(2 * row.mass.size)
     for sample in range(len(ground) - 1):
         model.ramp = (float(ground[sample]), float(ground[sample + 1] - ground[sample]) / dt)
-        time = 0.0
-        while time < dt * (1.0 - 1e-12):
-            events = model.events()
-            solution: Any = solve_ivp(model.rates, (time, dt), y, events=events, **options)
-            if not solution.success:
-                when = f"{sample * dt + float(solution.t[-1]):g} s"
-                raise GaveUp(f"{solver} at rtol {rtol:g} stopped at {when}: {solution.message}")
-            peaks.look(model, np.vstack([solution.y.T, *(crests for crests in solution.y_events if len(crests))]))
-            peaks.steps += model.phase.touching * (len(solution.t) - 1)
-            y, time = solution.y[:, -1].copy(), float(solution.t[-1])
-            if solution.status != 1:
-                break
-            event = _what_ended(solution, events)
-            if event == CLOSING and not model.phase.touching:
-                peaks.count += 1
-                peaks.first = sample * dt + time if peaks.count == 1 else peaks.first
-            model.phase = model.after(event, y, time)
-            if event == CLOSING:
-                y[0] = y[1] + interface.gap  # the root search leaves rounding in δ
-                peaks.look(model, y[np.newaxis])
-        model.phase = model.phase._replace(since=model.phase.since - dt)
-    return Answer(
-        peaks.reach, peaks.closing, peaks.force, peaks.demand, float(peaks.count), peaks.first, float(peaks.steps)
-    )
+        time, at_end = 0.0, False
+        while not at_end and time < dt * (1.0 - 1e-12):
+            open_ones = [each for each in model.contacts if not each.touching]
+            try:
+                y, time, at_end = model.piece((time, dt), y, options)
+            except GaveUp as reason:
+                raise GaveUp(f"{solver} at rtol {rtol:g}, sample {sample}: {reason}") from None
+            for each in open_ones:
+                if each.touching:
+                    each.count += 1.0
+                    each.first = sample * dt + time if each.count == 1.0 else each.first
+        for each in model.contacts:
+            each.since -= dt
+    names = ("reach", "closing", "peak", "demand", "count", "first")
+    of_points = (np.array([getattr(each, name) for each in model.contacts]) for name in names)
+    return Answer._make([*of_points, float(model.steps)])

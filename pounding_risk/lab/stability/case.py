@@ -90,7 +90,7 @@ def unsound(trial: Trial, scene: TrialScene) -> float:
 class Row(NamedTuple):
     """Outcome of one case under one law. ``seconds`` counts the compiling of a law that was not used before.
 
-    ``in_row`` is that of the same runs by the solver of rows, None where it was not asked for or has none of them.
+    ``in_row`` is that of the same runs by the solver of rows, None where rows were not run or have none of them.
     """
 
     case: Case

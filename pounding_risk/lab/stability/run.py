@@ -12,9 +12,8 @@ from time import perf_counter
 from pounding_risk._common.progress import Progress
 from pounding_risk.errors import PoundingError
 from pounding_risk.lab.stability import cases
-from pounding_risk.lab.stability.case import Case, Group, Row
-from pounding_risk.lab.stability.row_trial import RowTrial
-from pounding_risk.lab.stability.trial import Trial
+from pounding_risk.lab.stability.case import Case, Row
+from pounding_risk.lab.stability.trial import RowTrial, Trial
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS, is_instant, only_in_pairs
 from pounding_risk.models.contact.laws import SHIPPED
 from pounding_risk.scene.interfaces import known_law
@@ -22,18 +21,16 @@ from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.units import RTOL
 
 
-def _place(number: str) -> tuple[int, str]:
-    """Order of case numbers such as "8b": by the integer, then by the letter."""
-    integer, letter = re.fullmatch(r"(\d+)([a-z]?)", number).groups()  # type: ignore[union-attr]
-    return int(integer), letter
-
-
 def _declared() -> tuple[Case, ...]:
-    """Cases of all modules: groups in the order of their first numbers, each in the order of its numbers."""
+    """Cases of all modules: groups in the order of their first numbers, each in that of its numbers ("8", "8b")."""
+
+    def place(case: Case) -> tuple[int, str]:
+        integer, letter = re.fullmatch(r"(\d+)([a-z]?)", case.number).groups()  # type: ignore[union-attr]
+        return int(integer), letter
+
     modules = (import_module(f"{cases.__name__}.{module.name}") for module in iter_modules(cases.__path__))
-    groups: list[Group] = [module.GROUP for module in modules]
-    in_order = [sorted(group.cases, key=lambda case: _place(case.number)) for group in groups]
-    return tuple(case for group in sorted(in_order, key=lambda group: _place(group[0].number)) for case in group)
+    groups = [sorted(module.GROUP.cases, key=place) for module in modules]
+    return tuple(case for group in sorted(groups, key=lambda group: place(group[0])) for case in group)
 
 
 CASES = _declared()
@@ -47,7 +44,7 @@ def stability(
     *,
     rows: bool = False,
 ) -> list[Row]:
-    """Run the hard cases of pounding at one tolerance and say which keep their bounds.
+    """Run the hard cases, and by how much their bounds hold.
 
     Parameters
     ----------
@@ -60,7 +57,7 @@ def stability(
     progress : callable, optional
         Called after each case with the number of rows done and of all rows.
     rows : bool
-        Run each case also by the solver of rows, as a row of two single masses, where that has what the case asks for.
+        Run each case also by the solver of rows, as a row of two single masses, where that has what the case needs.
 
     Returns
     -------
@@ -84,7 +81,11 @@ def stability(
                 f"{name} is a law of your own, and what the hard cases must keep is known for those of the package; "
                 f"choose among {', '.join(shipped)}"
             )
-    work = [(case, name) for case in _numbered(case) for name in case.laws if name in laws]
+    by_number = {case.number: case for case in CASES}
+    numbers = tuple(by_number if case is None else dict.fromkeys(case))
+    if missing := [number for number in numbers if number not in by_number]:
+        raise PoundingError(f"{missing[0]!r} is not the number of a hard case; it may be {', '.join(by_number)}")
+    work = [(by_number[number], name) for number in numbers for name in by_number[number].laws if name in laws]
     outcomes: list[Row] = []
     for one, name in work:
         outcome = measured(one, name, rtol)
@@ -94,23 +95,13 @@ def stability(
     return outcomes
 
 
-def _numbered(numbers: Iterable[str] | None) -> tuple[Case, ...]:
-    """The cases with these numbers, all by default; raises PoundingError for a number that no case has."""
-    cases_by_number = {case.number: case for case in CASES}
-    chosen_numbers = tuple(cases_by_number if numbers is None else dict.fromkeys(numbers))
-    missing = [number for number in chosen_numbers if number not in cases_by_number]
-    if missing:
-        raise PoundingError(f"{missing[0]!r} is not the number of a hard case; it may be {', '.join(cases_by_number)}")
-    return tuple(cases_by_number[number] for number in chosen_numbers)
-
-
 def measured(case: Case, law: str, rtol: float) -> Row:
     """Run one case under one law."""
     return _measured(case, Trial(law, rtol))
 
 
 def measured_in_row(case: Case, law: str, rtol: float) -> Row | None:
-    """Run one case by the solver of rows; None where that has not got the law, or nothing of what the case asks for."""
+    """Run one case by the solver of rows; None where that does not have the law, or nothing of what the case needs."""
     if is_instant(known_law(law)) and only_in_pairs(known_law(law)):
         return None
     trial = RowTrial(law, rtol)

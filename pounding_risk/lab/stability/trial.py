@@ -1,8 +1,8 @@
-"""Scenes and ground motions of the hard cases, and the runs of one law at one tolerance."""
+"""Scenes and ground motions of the hard cases, and the runs of one law at one tolerance, as a pair and as a row."""
 
 from __future__ import annotations
 
-from math import inf, isfinite, isnan
+from math import inf, isfinite, isnan, nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,10 +11,20 @@ from numpy.typing import NDArray
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant, needs_floors
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.restitution import Restitution
+from pounding_risk.models.structures.contact_points import FLOOR, Point
+from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.counters import COMPLETE, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
 from pounding_risk.solver.pair.isolated import Impact
+from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.api import RowRun
+from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
+from pounding_risk.solver.row.layout import nodes_of
+from pounding_risk.solver.row.model import RowModel
+from pounding_risk.solver.row.outputs import OF_BUILDINGS, frame_of
+from pounding_risk.solver.row.outputs import outputs as row_outputs
+from pounding_risk.solver.row.trace_reader import contacts_of, instants_of, motion_at
 from pounding_risk.studies.impact import impact
 
 Ground = NDArray[np.float64]
@@ -33,6 +43,7 @@ STIFF = Building("right", 800e3, 0.31, 0.05, 12.0)
 FRAME, MASONRY = Building("frame", 44.36e3, 0.208, 0.05), Building("masonry", 82.6e3, 0.007, 0.05)
 USUAL_FLOOR = 20.0  # m
 WALL = Building.rigid("wall")
+SIDES = ("left", "right")
 
 
 def shaking(peak: float, dt: float = 0.01, duration: float = 5.0) -> Ground:
@@ -46,7 +57,7 @@ def shaking(peak: float, dt: float = 0.01, duration: float = 5.0) -> Ground:
 
 
 def push(level: float, rise: float, hold: float, dt: float = 0.01, release: float = 0.0) -> Ground:
-    """a_g that rises smoothly from 0 to ``level``, stays, and falls to −``level`` over ``release`` [s] if asked to."""
+    """a_g that rises smoothly from 0 to ``level``, stays, and may fall to −``level`` over ``release`` [s]."""
     up = 0.5 * level * (1.0 - np.cos(np.linspace(0.0, np.pi, round(rise / dt) + 1)))
     parts = [up, np.full(round(hold / dt), level)]
     if release > 0.0:
@@ -153,6 +164,65 @@ class Trial:
             never |= {"peak_contact_force", "yield_demand"}
         broken = any(not isfinite(value) for name, value in outputs.items() if name not in never)
         return inf if pulls or broken or not outputs["impact_count"] > 0.0 else outputs["energy_residual"]
+
+
+class RowTrial(Trial):
+    """As `Trial`, by the solver of rows; ``runs`` counts them, 0 for a case that needs nothing that rows have."""
+
+    def __init__(self, name: str, rtol: float):
+        super().__init__(name, rtol)
+        self.runs = 0
+
+    def _run(self, scene: TrialScene, *, histories: bool = False) -> tuple[RowRun, RowModel, Limits]:
+        """One run, with the row and its limits."""
+        self.runs += 1
+        model = RowModel([chain_of(scene.left), chain_of(scene.right)], [Point(0, 1.0, 1.0, FLOOR, nan)])
+        limits = Limits(*(np.array([value]) for value in (scene.gap, scene.yield_force, scene.yield_force)))
+        law = self.law(scene)
+        finite = limits.yield_forces[np.isfinite(limits.yield_forces)]
+        mechanics = Mechanics((law,), (scene.restitution,), finite)
+        free = rows.free_response(model.row(scene.dt), scene.ground)
+        pga = float(np.abs(scene.ground).max(initial=0.0))
+        driven = Driven(scene.ground, scene.dt, pga, free.run)
+        cases = Cases(model, mechanics, driven, self.rtol, lambda: free.motion)
+        run = cases.in_full(limits) if histories else cases.whole(limits)
+        self.steps += run.steps
+        return run, model, limits
+
+    def solve(self, scene: TrialScene, expected: int = COMPLETE) -> dict[str, float]:
+        """Every output of one run, under the names of a pair; a status other than the one ``expected`` is kept."""
+        run, model, limits = self._run(scene)
+        pga = float(np.abs(scene.ground).max(initial=0.0))
+        values = row_outputs(run, limits.yield_forces, pga, frame_of(model))
+        answers = {
+            name: float(value[0])
+            for name, value in values.items()
+            if value.shape == (1,) and not name.startswith("contact_point_")
+        }
+        for name in OF_BUILDINGS:
+            if name != "peak_drift":  # of a single mass its displacement
+                answers |= {f"{name}_{side}": float(values[name][at]) for at, side in enumerate(SIDES)}
+        if run.status != expected and self.status == COMPLETE:
+            self.status = run.status
+        return answers | {"status": float(run.status), "steps": float(run.steps)}
+
+    def follow(self, scene: TrialScene) -> History:
+        """The contacts and steps of one run; of a contact what the cases read: touch, parting, approach speed."""
+        run, model, _ = self._run(scene, histories=True)
+        layout = model.row(scene.dt)
+        instants = instants_of(run.log, len(nodes_of(layout, scene.ground)), layout.step)
+        touched = contacts_of(run.log, 1, instants)
+        contacts = np.array([contact.facts for contact in touched]).reshape(len(touched), -1)
+        moved = motion_at(run.log, run.states, instants)
+        steps = []
+        for contact in touched:
+            states = moved[np.searchsorted(instants.every, contact.instants)]  # (instants, u and v, masses)
+            still = np.zeros((len(states), 2))  # of a rigid building
+            left = still if scene.left.is_rigid else states[:, :, 0]
+            right = still if scene.right.is_rigid else states[:, :, -1]
+            columns = (left[:, 0], right[:, 0], left[:, 1], right[:, 1])
+            steps.append(np.column_stack([contact.instants, *columns, contact.forces]))
+        return History(contacts, np.concatenate(steps) if steps else np.zeros((0, 6)))
 
 
 def largest_difference(

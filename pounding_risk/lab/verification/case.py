@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from importlib.util import find_spec
 from math import inf
 from pathlib import Path
@@ -63,7 +64,7 @@ KINDS = {
     "experiment": 0.25,
     "input": 0.05,
 }
-INPUT = "input"  # what the case is given, such as the e that a law is asked for: it agrees or not, but checks no result
+INPUT = "input"  # what the case is given, such as the specified e of a law: it agrees or not, but checks no result
 IN_COUNTS = {  # one, and several
     "closed form": ("closed form", "closed forms"),
     "another program": ("result of another program", "results of other programs"),
@@ -280,6 +281,13 @@ SUBJECTS: Mapping[str, tuple[type[Table], Mapping[str, Measure]]] = {
     "motion": (MotionTable, MOTION),
 }
 OWN = ("case", "published")
+SUFFIX = ".toml"
+
+
+def shipped() -> dict[str, Path]:
+    """The case files of the package by name, in the order of their names."""
+    folder = Path(str(files("pounding_risk.lab.verification") / "cases"))
+    return {file.stem: file for file in sorted(folder.glob(f"*{SUFFIX}"))}
 
 
 def read_case(file: Path) -> Case:
@@ -288,9 +296,7 @@ def read_case(file: Path) -> Case:
     Raises SceneError with every fault: its line, its key, what was found, what is allowed and the repair.
     """
     words = read_text(file)
-    raw = parse_toml(words, str(file))
-    reader = _Reader(file, words, raw)
-    return reader.case()
+    return _Reader(file, words, parse_toml(words, str(file))).case()
 
 
 class _Reader:
@@ -324,7 +330,11 @@ class _Reader:
             self._fault(f"{found}; write {head} with {', '.join(kind.required())}", *path)
             return Section(kind, path, {}, {})
         keys = kind.keys()
-        section, faults = read_section(kind, path, value, keys, lambda key: _unknown(key, name, keys))
+
+        def unknown(key: str) -> str:
+            return f"unknown key{nearest(key, keys)}; [{name}] takes {', '.join(keys)}"
+
+        section, faults = read_section(kind, path, value, keys, unknown)
         self.faults += faults
         return section
 
@@ -348,20 +358,15 @@ class _Reader:
             kinds = " or ".join(f"[{name}]" for name in SUBJECTS)
             self._fault(f"missing; write the tables of a scene, from [[building]] on, or {kinds}", "building")
             return None
-        tables = self._with_package_files(tables)
+        # Record files that installed packages carry, by their paths.
+        records = tables.get("records")
+        if isinstance(records, dict) and isinstance(names := records.get("files"), list):
+            tables["records"] = {**records, "files": [self._path(at, name) for at, name in enumerate(names)]}
         try:
             return scene_of(tables, str(self.file), lines=self.lines)
         except SceneError as error:
             self.of_scene += error.faults
         return None
-
-    def _with_package_files(self, tables: Mapping[str, Any]) -> dict[str, Any]:
-        """The tables with the paths of record files that installed packages carry."""
-        records = tables.get("records")
-        names = records.get("files") if isinstance(records, dict) else None
-        if not isinstance(records, dict) or not isinstance(names, list):
-            return dict(tables)
-        return {**tables, "records": {**records, "files": [self._path(at, name) for at, name in enumerate(names)]}}
 
     def _path(self, at: int, name: Any) -> Any:
         if not isinstance(name, str) or not name.startswith(OF_PACKAGE):
@@ -497,7 +502,3 @@ def _length(keys: Section, key: str) -> float:
     if key not in keys:
         raise _At(key, ImpactTable.keys()[key].lacks(key))
     return float(keys.get(key))
-
-
-def _unknown(key: str, table: str, keys: Mapping[str, Key]) -> str:
-    return f"unknown key{nearest(key, keys)}; [{table}] takes {', '.join(keys)}"

@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from pounding_risk.lab.verification.case import read_case
-from pounding_risk.lab.verification.files import shipped
-from pounding_risk.lab.verification.property import POINTS, Panel, Property, Reading, series
+from pounding_risk.lab.verification.case import read_case, shipped
+from pounding_risk.lab.verification.property import POINTS, Panel, Property, Reading, near, series
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import LAWS, SHIPPED, stiffness_quantity
 from pounding_risk.scene.buildings import RigidWall, SingleMass
@@ -31,7 +30,7 @@ TIME, FORCE = "time [s]", "contact force [kN]"
 
 # ------------------------------------------------------------------------------------------ one impact, every law
 
-STRIKER, STRUCK, SPEED, ASKED = 300e3, 500e3, 0.5, 0.65  # kg, kg, m/s, restitution
+STRIKER, STRUCK, SPEED, SPECIFIED = 300e3, 500e3, 0.5, 0.65  # kg, kg, m/s, restitution
 STIFFNESS = {"N/m": 9.35e7, "N/m^1.5": 2.75e9}
 YIELD = 0.6  # of the force without a cap, for laws that have one
 CAPPED = ("van_mier", "viscous_elastoplastic")
@@ -47,7 +46,7 @@ def impacts() -> dict[str, Any]:
             continue
         stiffness = STIFFNESS[stiffness_quantity(kind).unit]
         law = kind(stiffness, DESIGN) if "design_penetration" in kind._fields else kind(stiffness)
-        keys: dict[str, Any] = {"restitution": ASKED} if kind.needs_restitution else {}
+        keys: dict[str, Any] = {"restitution": SPECIFIED} if kind.needs_restitution else {}
         whole = impact(law, SPEED, STRIKER, STRUCK, **keys)
         capped: dict[str, Any] = {"yield_force": YIELD * whole.peak_force} if name in CAPPED else {}
         made[name] = impact(law, SPEED, STRIKER, STRUCK, **keys, **capped) if capped else whole
@@ -61,8 +60,8 @@ def instant_impacts() -> dict[str, tuple[float, float]]:
     """
     struck = {
         "stereomechanical": (
-            ASKED,
-            impact(INSTANT_LAWS["stereomechanical"](), SPEED, STRIKER, STRUCK, restitution=ASKED),
+            SPECIFIED,
+            impact(INSTANT_LAWS["stereomechanical"](), SPEED, STRIKER, STRUCK, restitution=SPECIFIED),
         ),
         "merged": (0.0, impact(INSTANT_LAWS["merged"](), SPEED, STRIKER, STRUCK)),
         "distributed_mass": (0.5, impact(INSTANT_LAWS["distributed_mass"](10.0, 20.0), SPEED, STRIKER, 2.0 * STRIKER)),
@@ -71,19 +70,19 @@ def instant_impacts() -> dict[str, tuple[float, float]]:
 
 
 def restitutions() -> dict[str, float]:
-    """Restitution in closed form, of the laws that have one, for `ASKED`."""
+    """Restitution in closed form, of the laws that have one, for `SPECIFIED`."""
     from scipy.optimize import brentq
 
-    asked = log(ASKED)
-    viscous = -asked / hypot(pi, asked)
+    decrement = log(SPECIFIED)
+    viscous = -decrement / hypot(pi, decrement)
     whole = sqrt(1.0 - viscous**2)
     turned = pi - atan2(2.0 * viscous * whole, 1.0 - 2.0 * viscous**2)
-    approach = (1.0 - ASKED**2) / (ASKED * (ASKED * (pi - 2.0) + 2.0))
+    approach = (1.0 - SPECIFIED**2) / (SPECIFIED * (SPECIFIED * (pi - 2.0) + 2.0))
     inner = sqrt(1.0 - approach**2)
-    damped = 0.75 * (1.0 - ASKED**2)
+    damped = 0.75 * (1.0 - SPECIFIED**2)
     return {
         **dict.fromkeys(("linear", "hertz", "van_mier"), 1.0),
-        **dict.fromkeys(("kelvin_voigt", "hertz_damp_exact"), ASKED),
+        **dict.fromkeys(("kelvin_voigt", "hertz_damp_exact"), SPECIFIED),
         "kelvin_voigt_tension_cut": exp(-viscous / whole * turned),
         "modified_kelvin_voigt": exp(-approach / inner * atan2(inner, approach)),
         "hertz_damp": float(brentq(lambda e: log((1.0 + damped) / (1.0 - damped * e)) - damped * (1.0 + e), 0.1, 1.0)),
@@ -98,13 +97,11 @@ def isolated_impacts() -> Property:
     readings = []
     for name, one in made.items():
         if name in known:
-            bounds = (known[name], known[name] - SHARP, known[name] + SHARP)
-            readings.append(_ratio(f"{name}: restitution", one.restitution, bounds, OF_IMPACTS))
-        kept = one.energy_lost / (0.5 * mass * SPEED**2) + one.restitution**2
-        bounds = (1.0, 1.0 - SHARP, 1.0 + SHARP)
-        readings.append(_ratio(f"{name}: work of the force over m v²/2, and e²", kept, bounds, OF_IMPACTS))
+            readings.append(near(f"{name}: restitution", known[name], one.restitution, SHARP, OF_IMPACTS))
+        energy = one.energy_lost / (0.5 * mass * SPEED**2) + one.restitution**2
+        readings.append(near(f"{name}: work of the force over m v²/2, and e²", 1.0, energy, SHARP, OF_IMPACTS))
     for name, (e, ours) in instant_impacts().items():
-        readings.append(_ratio(f"{name}: restitution", ours, (e, e - SHARP, e + SHARP), OF_IMPACTS))
+        readings.append(near(f"{name}: restitution", e, ours, SHARP, OF_IMPACTS))
     time = tuple(series(name, one.time * 1e3, one.force * 1e-3) for name, one in made.items())
     depth = tuple(series(name, one.penetration * 1e3, one.force * 1e-3) for name, one in made.items())
     es = [one.restitution for one in made.values()]
@@ -118,17 +115,12 @@ def isolated_impacts() -> Property:
         "textbook relation; restitutions of the laws' authors, where their equations have a closed form, derived again",
         "whatever the law, the force takes (1 − e²) m v²/2 of the energy, with the restitution e that the law achieves",
         tuple(readings),
-        f"Asked for e = {ASKED:g}, the laws return {min(es):.2f} to {max(es):.2f}; {len(known)} of {len(made)} are "
-        "closed forms",
+        f"For a specified e = {SPECIFIED:g}, the laws return {min(es):.2f} to {max(es):.2f}; {len(known)} of "
+        f"{len(made)} are closed forms",
         "300 t against 500 t at 0.5 m/s; 9.35e7 N/m, or 2.75e9 N/m$^{1.5}$ for Hertz's power; "
         f"{' and '.join(CAPPED)} yield at {100.0 * YIELD:g} % of their force",
         (Panel("", ("time [ms]", FORCE), time), Panel("", ("penetration [mm]", FORCE), depth)),
     )
-
-
-def _ratio(words: str, ours: float, bounds: tuple[float, float, float], reason: str) -> Reading:
-    expected, low, high = bounds
-    return Reading(words, expected, float(ours), low, high, "", reason)
 
 
 # --------------------------------------------------------------------------------------- twins and the fixed wall
@@ -172,12 +164,13 @@ def twins_and_wall() -> Property:
         moves = [_at_nodes(twins, "left", at), -_at_nodes(twins, "right", at), _at_nodes(wall, "left", at)]
         peak = float(np.abs(moves[2]).max())
         for words, other in (("left twin", moves[0]), ("right twin, mirrored", moves[1])):
-            apart = float(np.abs(other - moves[2]).max()) / peak
-            readings.append(_share(f"{law}: {words}, farthest from the building at the wall over its peak", apart))
+            words = f"{law}: {words}, farthest from the building at the wall over its peak"
+            difference = float(np.abs(other - moves[2]).max()) / peak
+            readings.append(Reading(words, 0.0, difference, 0.0, MARGIN, "", OF_RUNS))
         force = twins["peak_contact_force"].item() / wall["peak_contact_force"].item()
-        bounds = (1.0, 1.0 - MARGIN, 1.0 + MARGIN)
-        readings.append(_ratio(f"{law}: peak contact force over that at the wall", force, bounds, OF_RUNS))
-        readings.append(_count(law, twins, wall))
+        readings.append(near(f"{law}: peak contact force over that at the wall", 1.0, force, MARGIN, OF_RUNS))
+        ours, at_wall = (float(run["impact_count"].item()) for run in (twins, wall))
+        readings.append(near(f"{law}: number of contacts", at_wall, ours, 0.0, "a count"))
         drawn = drawn or (twins, wall)
     assert drawn is not None
     twins, wall = drawn
@@ -225,16 +218,7 @@ def _displacement(run: xr.Dataset, building: str, at: Any) -> Any:
     return CubicHermiteSpline(times, values["displacement"].values[first], values["velocity"].values[first])(at)
 
 
-def _share(words: str, apart: float) -> Reading:
-    return Reading(words, 0.0, apart, 0.0, MARGIN, "", OF_RUNS)
-
-
-def _count(law: str, twins: xr.Dataset, wall: xr.Dataset) -> Reading:
-    counts = [float(run["impact_count"].item()) for run in (twins, wall)]
-    return Reading(f"{law}: number of contacts", counts[1], counts[0], counts[1], counts[1], "", "a count")
-
-
-# ------------------------------------------------------------------------------------ two Kelvin-Voigt laws apart
+# ----------------------------------------------------------------------------------------- two Kelvin-Voigt laws
 
 WHOLE, CUT = "kelvin_voigt", "kelvin_voigt_tension_cut"
 DROP_CASE = "sdnd108b"
@@ -280,22 +264,24 @@ def kelvin_voigt_laws() -> Property:
     case = read_case(shipped()[DROP_CASE])
     scene: Any = case.subject
     runs = {law: simulate(scene.updated(rtol=RTOL), law=law) for law in (WHOLE, CUT)}
-    published = next(
-        value.printed.value
+    points = {
+        value.at["time"]: value.printed.value
         for value in case.published
-        if value.quantity == "displacement" and value.at.get("time") == HEIGHT_AT and value.kind == "closed form"
-    )
+        if value.quantity == "displacement" and value.kind == "closed form"
+    }
+    published = points[HEIGHT_AT]
     heights = {law: -float(_displacement(run, "mass", HEIGHT_AT)) for law, run in runs.items()}
     forces = {law: run["contact_force"].squeeze(drop=True) for law, run in runs.items()}
-    apart = heights[CUT] / published - 1.0
+    difference = heights[CUT] / published - 1.0
     least = {law: float(force.min()) for law, force in forces.items()}
+    cut, at = drop(True).height, f"{WHOLE}: height at {HEIGHT_AT:g} s"
     rounding = MARGIN * float(forces[CUT].max())
     readings = [
-        _near(f"{WHOLE}: height at {HEIGHT_AT:g} s", published, heights[WHOLE], DIGITS, "the sixth digit printed"),
-        _near(f"{CUT}: height at {HEIGHT_AT:g} s", drop(True).height, heights[CUT], MARGIN, OF_RUNS),
+        near(at, published, heights[WHOLE], DIGITS * abs(published), "the sixth digit printed", "m"),
+        near(f"{CUT}{at.removeprefix(WHOLE)}", cut, heights[CUT], MARGIN * abs(cut), OF_RUNS, "m"),
         Reading(
             f"{CUT}: that height over the published one, less 1",
-            *(drop(True).height / published - 1.0, apart, -inf, -DIGITS, ""),
+            *(cut / published - 1.0, difference, -inf, -DIGITS, ""),
             "farther than the sixth digit: the published value is not that of this law",
         ),
         Reading(f"{WHOLE}: least contact force", nan, least[WHOLE], -inf, -rounding, "N", "it pulls"),
@@ -308,7 +294,7 @@ def kelvin_voigt_laws() -> Property:
             (TIME, "height [m]"),
             (
                 *(series(law, times, -_displacement(run, "mass", times)) for law, run in runs.items()),
-                series("published", *_heights(case), POINTS),
+                series("published", list(points), list(points.values()), POINTS),
             ),
         ),
         Panel(
@@ -331,25 +317,10 @@ def kelvin_voigt_laws() -> Property:
         "read",
         "take-off and heights of a stop that holds on until the penetration is zero",
         tuple(readings),
-        f"The published heights are those of {WHOLE}; {CUT} is {100.0 * abs(apart):.2g} % off",
+        f"The published heights are those of {WHOLE}; {CUT} is {100.0 * abs(difference):.2g} % off",
         "1 kg, let go at 1 m/s 2 m above a stop of 100 N/m and 5 N s/m, g = 10 m/s²",
         panels,
     )
-
-
-def _heights(case: Any) -> tuple[list[float], list[float]]:
-    """Times and heights that are published in closed form."""
-    points = [
-        (value.at["time"], value.printed.value)
-        for value in case.published
-        if value.quantity == "displacement" and value.kind == "closed form"
-    ]
-    return [point[0] for point in points], [point[1] for point in points]
-
-
-def _near(words: str, expected: float, ours: float, share: float, reason: str) -> Reading:
-    reach = share * abs(expected)
-    return Reading(words, expected, ours, expected - reach, expected + reach, "m", reason)
 
 
 # -------------------------------------------------------------------------------- figures 4 and 8 of the first paper
@@ -416,7 +387,7 @@ def yielding_contact() -> Property:
     readings = (
         Reading("time of the first yield", 2.4, first, 2.35, 2.45, "s", "half a unit of the digit printed"),
         Reading(
-            "farthest apart before it",
+            "largest difference before it",
             *(0.0, float(np.abs(before[0][:count] - before[1][:count]).max()), 0.0, 0.0, "m"),
             "the two graphs are identical",
         ),

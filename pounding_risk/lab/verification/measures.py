@@ -45,7 +45,7 @@ def _plain(unit: str, name: str) -> Measure:
 # ------------------------------------------------------------------------------------------------ one impact
 
 
-def _crest(impact: Impact, at: Mapping[str, Any]) -> float:
+def _deepest(impact: Impact, at: Mapping[str, Any]) -> float:
     """Time of the deepest penetration, where the rate passes zero between two steps."""
     first = int(np.argmax(impact.rate <= 0.0))
     span = slice(max(first - 1, 0), first + 1)
@@ -80,7 +80,7 @@ IMPACT: Mapping[str, Measure] = {
     "duration": _plain("s", "duration"),
     "impulse": _plain("N s", "impulse"),
     "energy_lost": _plain("J", "energy_lost"),
-    "time_of_peak_penetration": Measure("s", (), (), _crest),
+    "time_of_peak_penetration": Measure("s", (), (), _deepest),
     "force": Measure("N", ("penetration",), ("penetration",), _force),
 }
 
@@ -107,7 +107,7 @@ MOTION: Mapping[str, Measure] = {
 
 
 class Solved(NamedTuple):
-    """What a scene gives: its run, None where only modes are asked for, and the modes of its buildings."""
+    """What a scene gives: its run, None where only modes are compared, and the modes of its buildings."""
 
     run: xr.Dataset | None
     modes: Mapping[str, Any]  # by building
@@ -143,15 +143,15 @@ def history(run: xr.Dataset, name: str, at: Mapping[str, Any]) -> xr.DataArray:
 def _index(run: xr.Dataset, name: str, dim: str, at: Mapping[str, Any]) -> int:
     if dim not in at:
         return 0
-    size, asked = run.sizes[dim], at[dim]
+    size, wanted = run.sizes[dim], at[dim]
     if dim in COUNTED:
-        if asked > size:
-            raise PoundingError(f"{name}: {dim} {asked} of {size}; write a number from 1 to {size}")
-        return int(asked) - 1
+        if wanted > size:
+            raise PoundingError(f"{name}: {dim} {wanted} of {size}; write a number from 1 to {size}")
+        return int(wanted) - 1
     names = [str(label) for label in run[dim].values]
-    if asked not in names:
-        raise PoundingError(f"{name}: {dim} {asked!r} is not in the scene, which has {', '.join(names)}")
-    return names.index(asked)
+    if wanted not in names:
+        raise PoundingError(f"{name}: {dim} {wanted!r} is not in the scene, which has {', '.join(names)}")
+    return names.index(wanted)
 
 
 def _output(name: str) -> Callable[[Solved, Mapping[str, Any]], float]:

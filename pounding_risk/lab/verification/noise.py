@@ -7,7 +7,6 @@ with the solver or with the generator.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import pairwise
 from math import inf, nan, pi, sqrt
 from typing import Any, NamedTuple
@@ -163,13 +162,6 @@ def published(periods: tuple[float, float], ground: tuple[float, float] | None) 
 # ----------------------------------------------------------------------------------------- the double difference
 
 
-class Response(NamedTuple):
-    """Displacements of all buildings of `PERIODS` under every seed, from `START` on."""
-
-    moments: Array  # mean products u_i u_j: (buildings, buildings)
-    peaks: Array  # largest |u| of each building, and largest |u_first − u|, in every window: (2, windows, buildings)
-
-
 def noise_record(ground: tuple[float, float] | None, length: float, step: float, **keys: Any) -> Records:
     """The table `[[records.generated]]` of stationary noise, one motion for each seed."""
     made: dict[str, Any] = {"duration": f"{length} s", "step": f"{step} s", "psd": f"{DENSITY} m^2/s^3"}
@@ -181,8 +173,12 @@ def noise_record(ground: tuple[float, float] | None, length: float, step: float,
     return Records(generated=(recipe,))
 
 
-def row_response(ground: tuple[float, float] | None) -> Response:
-    """Our motions of the buildings of `PERIODS`, as a row that never touches."""
+def row_response(ground: tuple[float, float] | None) -> tuple[Array, Array]:
+    """Our motions of the buildings of `PERIODS` under every seed, from `START` on, as a row that never touches.
+
+    Mean products u_i u_j (buildings, buildings), and the means over all windows of the largest |u| of each building and
+    of the largest |u_first − u| (2, buildings).
+    """
     buildings = [SingleMass(name=f"{period} s", mass=MASS, period=period, damping=DAMPING) for period in PERIODS]
     far = [Interface(gap=100.0, contact_model="linear", stiffness=1e8) for _ in PERIODS[1:]]
     products, peaks, count = np.zeros((len(PERIODS), len(PERIODS))), [], 0
@@ -194,7 +190,7 @@ def row_response(ground: tuple[float, float] | None) -> Response:
         count += len(motion)
         windows = np.reshape(motion, (-1, round(WINDOW / STEP), len(PERIODS)))
         peaks.append([np.abs(one).max(axis=1) for one in (windows, windows[..., :1] - windows)])
-    return Response(products / count, np.concatenate(peaks, axis=1))
+    return products / count, np.concatenate(peaks, axis=1).mean(axis=1)
 
 
 def freedom(system: Linear) -> float:
@@ -220,16 +216,44 @@ def chi_square_bounds(degrees: float) -> tuple[float, float]:
 
 
 def double_difference() -> Property:
-    """Variance and mean peak of the relative displacement against the double-difference combination."""
+    """Variance and mean peak of the relative displacement against the double-difference combination.
+
+    A rule for peaks takes them as proportional to standard deviations. Peaks of a few periods are not quite: those of
+    u1 − u2, a slow beat where the periods are near, are smaller. That is of the rule, so no bound is set on them.
+    """
     readings: list[Reading] = []
     panels: list[Panel] = []
     ratios: list[float] = []
+    pairs = [(PERIODS[0], period) for period in PERIODS[1:]]
     for words, ground in (("white noise", None), ("Kanai and Tajimi's noise", GROUND)):
-        response = row_response(ground)
-        drawn = _DoubleDifference(response, ground)
-        readings += drawn.readings(words)
-        panels += [drawn.panel(words)]
-        ratios += drawn.peak_ratios()
+        products, (own, closing) = row_response(ground)
+        moments = [published(pair, ground) for pair in pairs]
+        bounds = [chi_square_bounds(freedom(linear(pair, ground))) for pair in pairs]
+        squares = [float(products[0, 0] + products[at, at] - 2.0 * products[0, at]) for at in range(1, len(PERIODS))]
+        for pair, known, square, (low, high) in zip(pairs, moments, squares, bounds, strict=True):
+            readings.append(
+                Reading(
+                    f"variance of u1 − u2 over the published, {words}, {pair[0]:g} s beside {pair[1]:g} s",
+                    *(1.0, square / known.closing, low, high, ""),
+                    "99.9 % of the samples of a correct program: chi-square",
+                )
+            )
+        # Mean peak of u1 − u2 over the double-difference combination of the mean peaks, for each pair.
+        for at, known in enumerate(moments, start=1):
+            rule = sqrt(own[0] ** 2 + own[at] ** 2 - 2.0 * known.correlation * own[0] * own[at])
+            ratios.append(float(closing[at] / rule))
+        # Standard deviation of u1 − u2 over SRSS against the ratio of periods, published and ours, and mean peaks.
+        ratio = np.array([right / left for left, right in pairs])
+        srss = np.array([sqrt(known.left + known.right) for known in moments])
+        deviations = np.array([sqrt(known.closing) for known in moments]) / srss
+        ends = np.sqrt(np.array(bounds).T) * deviations
+        drawn = (
+            series("published: double difference", ratio, deviations),
+            series("published: SRSS", ratio, np.ones_like(ratio)),
+            series("standard deviation, ours", ratio, np.sqrt(squares) / srss, POINTS, (ends[0], ends[1])),
+            series("mean peak, ours", ratio, closing[1:] / np.hypot(own[0], own[1:]), POINTS),
+        )
+        panels.append(Panel(words, ("ratio of the periods", "$u_1 - u_2$ over SRSS of $u_1$ and $u_2$"), drawn))
     return Property(
         "double_difference",
         "Relative displacement of two buildings under stationary noise",
@@ -250,61 +274,6 @@ def double_difference() -> Property:
         "of the samples of a correct program",
         tuple(panels),
     )
-
-
-class _DoubleDifference:
-    """Readings and panel of one kind of noise.
-
-    A rule for peaks takes them as proportional to standard deviations. Peaks of a few periods are not quite: those of
-    u1 − u2, a slow beat where the periods are near, are smaller. That is of the rule, so no bound is set on them.
-    """
-
-    def __init__(self, response: Response, ground: tuple[float, float] | None):
-        self.response = response
-        self.pairs = [(PERIODS[0], period) for period in PERIODS[1:]]
-        self.moments = [published(pair, ground) for pair in self.pairs]
-        self.bounds = [chi_square_bounds(freedom(linear(pair, ground))) for pair in self.pairs]
-
-    def _closing(self, at: int) -> float:
-        """Mean square of u_first − u_at of ours [m²]."""
-        products = self.response.moments
-        return float(products[0, 0] + products[at, at] - 2.0 * products[0, at])
-
-    def readings(self, words: str) -> Iterator[Reading]:
-        """A variance for each pair, over the published one, and the mean peak that is farthest from the rule's."""
-        for at, (pair, moments, (low, high)) in enumerate(
-            zip(self.pairs, self.moments, self.bounds, strict=True), start=1
-        ):
-            yield Reading(
-                f"variance of u1 − u2 over the published, {words}, {pair[0]:g} s beside {pair[1]:g} s",
-                *(1.0, self._closing(at) / moments.closing, low, high, ""),
-                "99.9 % of the samples of a correct program: chi-square",
-            )
-
-    def peak_ratios(self) -> list[float]:
-        """Mean peak of u_first − u over the double-difference combination of the mean peaks, for each pair."""
-        own, closing = self.response.peaks.mean(axis=1)
-        combined = [
-            sqrt(own[0] ** 2 + own[at] ** 2 - 2.0 * moments.correlation * own[0] * own[at])
-            for at, moments in enumerate(self.moments, start=1)
-        ]
-        return [float(peak / rule) for peak, rule in zip(closing[1:], combined, strict=True)]
-
-    def panel(self, words: str) -> Panel:
-        """Standard deviation of u1 − u2 over SRSS against the ratio of periods, published and ours, and mean peaks."""
-        ratio = np.array([right / left for left, right in self.pairs])
-        srss = np.array([sqrt(moments.left + moments.right) for moments in self.moments])
-        rule = np.array([sqrt(moments.closing) for moments in self.moments])
-        ours = np.sqrt([self._closing(at) for at in range(1, len(PERIODS))])
-        ends = np.sqrt(np.array(self.bounds).T) * rule / srss
-        own, closing = self.response.peaks.mean(axis=1)
-        drawn = (
-            series("published: double difference", ratio, rule / srss),
-            series("published: SRSS", ratio, np.ones_like(ratio)),
-            series("standard deviation, ours", ratio, ours / srss, POINTS, (ends[0], ends[1])),
-            series("mean peak, ours", ratio, closing[1:] / np.hypot(own[0], own[1:]), POINTS),
-        )
-        return Panel(words, ("ratio of the periods", "$u_1 - u_2$ over SRSS of $u_1$ and $u_2$"), drawn)
 
 
 # ---------------------------------------------------------------------------------------------- the first passage
@@ -400,6 +369,22 @@ def first_passage() -> Property:
     moments = closing_moments(system, times)
     counts = np.array([upcrossings(moments, float(gap), times)[-1] for gap in fine])
     of_gaps = np.array([upcrossings(moments, float(gap), times)[-1] for gap in gaps])
+    readings = [
+        Reading(
+            f"P(contact) in {PASSAGE_LENGTH:g} s, gap of {level:g} standard deviations of u1 − u2",
+            *(float(expected), float(share), float(expected - off), min(float(expected + off), 1.0), ""),
+            "99.9 % of the samples of a correct program: binomial, of ours and of the recursion",
+        )
+        for level, share, expected, off in zip(LEVELS, ours, reference, reach, strict=True)
+    ]
+    far = of_gaps < 1.0
+    readings.append(
+        Reading(
+            "P(contact) over the mean number of upcrossings, largest where that is below 1",
+            *(nan, float((ours[far] / of_gaps[far]).max()), 0.0, 1.0, ""),
+            "an upcrossing is needed for a contact",
+        )
+    )
     return Property(
         "first_passage",
         "Probability of a contact within a time under stationary noise",
@@ -412,7 +397,7 @@ def first_passage() -> Property:
         "the abstract alone was reached: in kind, with parameters of ours; Rice's formula derived again",
         "pounding is the first passage of u1 − u2 beyond the gap; its probability is at most the mean number of "
         "upcrossings",
-        tuple(_passage_readings(ours, reference, reach, of_gaps)),
+        tuple(readings),
         f"P(contact) falls from {100.0 * ours[0]:.2g} to {100.0 * ours[-1]:.2g} % along the gap as an exact recursion "
         "of the linear pair has it",
         f"periods {PASSAGE_PERIODS[0]:g} and {PASSAGE_PERIODS[1]:g} s, damping {100.0 * DAMPING:g} %, at rest at "
@@ -430,19 +415,4 @@ def first_passage() -> Property:
                 ),
             ),
         ),
-    )
-
-
-def _passage_readings(ours: Array, reference: Array, reach: Array, counts: Array) -> Iterator[Reading]:
-    for level, share, expected, off in zip(LEVELS, ours, reference, reach, strict=True):
-        yield Reading(
-            f"P(contact) in {PASSAGE_LENGTH:g} s, gap of {level:g} standard deviations of u1 − u2",
-            *(float(expected), float(share), float(expected - off), min(float(expected + off), 1.0), ""),
-            "99.9 % of the samples of a correct program: binomial, of ours and of the recursion",
-        )
-    far = counts < 1.0
-    yield Reading(
-        "P(contact) over the mean number of upcrossings, largest where that is below 1",
-        *(nan, float((ours[far] / counts[far]).max()), 0.0, 1.0, ""),
-        "an upcrossing is needed for a contact",
     )

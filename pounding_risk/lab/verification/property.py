@@ -107,6 +107,11 @@ class Property(NamedTuple):
         )
 
 
+def near(quantity: str, expected: float, ours: float, reach: float, reason: str, unit: str = "") -> Reading:
+    """A reading that must lie within ``reach`` of what the relation gives."""
+    return Reading(quantity, expected, float(ours), expected - reach, expected + reach, unit, reason)
+
+
 def rounded(value: float) -> str:
     """A number with six digits, a tiny one with two; nothing for NaN."""
     if isnan(value):

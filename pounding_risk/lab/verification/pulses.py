@@ -76,11 +76,11 @@ def self_similarity() -> Property:
             ("peak displacement of the right building", found[..., 1] / lengths),
             ("peak contact force", found[..., 2] / forces),
         ):
-            apart = float(np.abs(scaled / scaled[0] - 1.0).max())
+            difference = float(np.abs(scaled / scaled[0] - 1.0).max())
             readings.append(
                 Reading(
                     f"{words}, {law}: farthest from the first pulse's curve, as a share",
-                    *(0.0, apart, 0.0, MARGIN * RTOL, ""),
+                    *(0.0, difference, 0.0, MARGIN * RTOL, ""),
                     f"{MARGIN:g} times the tolerance of the runs, {RTOL:g}",
                 )
             )
@@ -88,7 +88,7 @@ def self_similarity() -> Property:
     plain, collapsed = drawn[LAWS[0]]
     names = [f"{amplitude:g} m/s², {duration:g} s" for amplitude, duration in PULSES]
     axis = "period of the left building over $T_p$"
-    apart = max(reading.ours for reading in readings)
+    largest = max(reading.ours for reading in readings)
     return Property(
         "self_similarity",
         "Buildings that pound under pulses are self-similar",
@@ -101,20 +101,12 @@ def self_similarity() -> Property:
         "the idea through texts that cite the source; that it holds follows from the units of the equations",
         "displacements over a_p T_p² and forces over m a_p depend on dimensionless groups alone",
         tuple(readings),
-        f"Three pulses, one curve: scaled peaks agree to {apart:.0e}",
+        f"Three pulses, one curve: scaled peaks agree to {largest:.0e}",
         f"Ricker pulses of amplitude $a_p$ and period $T_p$; masses of {MASSES[0] / 1e3:g} t and {MASSES[1] / 1e3:g} "
         f"t, {LAWS[0]} contact (jankowski in the table), e = 0.65, gap {GAP:g} of $a_p T_p^2$",
         (
-            Panel(
-                "as they are",
-                (axis, "peak contact force [kN]"),
-                _curves(names, plain * 1e-3),
-            ),
-            Panel(
-                "over $m a_p$",
-                (axis, "peak contact force over $m a_p$"),
-                _curves(names, collapsed),
-            ),
+            Panel("as they are", (axis, "peak contact force [kN]"), _curves(names, plain * 1e-3)),
+            Panel("over $m a_p$", (axis, "peak contact force over $m a_p$"), _curves(names, collapsed)),
         ),
     )
 

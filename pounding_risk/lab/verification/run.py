@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sized
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from math import floor, inf, isfinite, log10, nan
 from pathlib import Path
@@ -12,17 +12,34 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.counted import counted
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
-from pounding_risk.lab.verification.case import IN_COUNTS, INPUT, KINDS, Case, Collision, Published, read_case
-from pounding_risk.lab.verification.files import SUFFIX, shipped
+from pounding_risk.lab.verification.case import (
+    IN_COUNTS,
+    INPUT,
+    KINDS,
+    SUFFIX,
+    Case,
+    Collision,
+    Published,
+    read_case,
+    shipped,
+)
+from pounding_risk.lab.verification.contacts import (
+    isolated_impacts,
+    kelvin_voigt_laws,
+    plateaus,
+    twins_and_wall,
+    yielding_contact,
+)
 from pounding_risk.lab.verification.measures import MODAL, Solved, force_curve, history
-from pounding_risk.lab.verification.properties import PROPERTIES
+from pounding_risk.lab.verification.noise import double_difference, first_passage
 from pounding_risk.lab.verification.property import Property
+from pounding_risk.lab.verification.pulses import self_similarity
 from pounding_risk.motions.read import read_motion
-from pounding_risk.scene.scene import Scene
 from pounding_risk.studies.impact import impact
 from pounding_risk.studies.modes import modes
 from pounding_risk.studies.simulate import simulate
@@ -30,11 +47,19 @@ from pounding_risk.units import GAP, MISSING, PERIOD, TIME, rounded, say
 
 EXACT, ACCEPTABLE, UNACCEPTABLE = "exact", "acceptable", "unacceptable"
 RUNGS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # tolerances of the solver; ours is the value at the last
-FINER = (1, 1, 1, 2, 4, 8)  # by rung: how many times as many samples a generated motion has as its case asks for
-DEFAULT_RUNG = 1e-6  # from which on the values tell how far ours has converged
+FINER = (1, 1, 1, 2, 4, 8)  # by rung: how many times as many samples a generated motion has as in its case
+DEFAULT_RUNG = 1e-6  # from which on the values show how far ours has converged
 DIGITS = 6  # of ours that tables show: what agrees in all of them is exact
 FAR = 10.0  # a difference so many times what ours changes by is not ours
 COMPLETE = "complete"  # status of a run that reached its end
+# The published relations that `verify` checks beside the cases, by name.
+PROPERTIES: Mapping[str, Callable[[], Property]] = {
+    relation.__name__: relation
+    for relation in (
+        *(isolated_impacts, kelvin_voigt_laws, twins_and_wall, plateaus, yielding_contact),
+        *(self_similarity, double_difference, first_passage),
+    )
+}
 
 
 class Check(NamedTuple):
@@ -93,10 +118,10 @@ class Check(NamedTuple):
     @property
     def difference(self) -> float:
         """Ours less the published value, as a share of that; of zero the difference itself over zero, ±inf."""
-        apart = self.ours - self.published
+        difference = self.ours - self.published
         if self.published:
-            return apart / abs(self.published)
-        return float(np.copysign(inf, apart)) if apart else 0.0
+            return difference / abs(self.published)
+        return float(np.copysign(inf, difference)) if difference else 0.0
 
     @property
     def change(self) -> float:
@@ -138,7 +163,7 @@ class Curve(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Verification(ShortRepr):
-    """Published cases with the values that this program gives, and how far they are apart."""
+    """Published cases with the values that this program gives, and their differences."""
 
     checks: tuple[Check, ...]
     cases: tuple[Case, ...]
@@ -163,32 +188,29 @@ class Verification(ShortRepr):
     def finding(self) -> str:
         """How many values there are, exact, acceptable or unacceptable, and of each kind; how many properties hold.
 
-        Inputs that a source prints as if they were results, such as the e that a law is asked for, are not counted
+        Inputs that a source prints as if they were results, such as the specified e of a law, are not counted
         among the values.
         """
-        clauses = [self._of_values(), *self._of_kinds()] if self.checks else []
+        clauses = []
+        if self.checks:
+            checks = [check for check in self.checks if check.kind != INPUT]
+            counts = {word: sum(check.word == word for check in checks) for word in (EXACT, ACCEPTABLE, UNACCEPTABLE)}
+            words = ", ".join(f"{count} {word}" for word, count in counts.items())
+            sources = counted(len({check.source for check in checks}), "source")
+            clauses.append(f"{counted(len(checks), 'published value')} of {sources}: {words}")
+            of_kind = Counter(check.kind for check in self.checks)
+            kinds = [(IN_COUNTS[kind], of_kind[kind]) for kind in KINDS if kind != INPUT and of_kind[kind]]
+            if kinds:
+                listed = ", ".join(f"{count} {one if count == 1 else many}" for (one, many), count in kinds)
+                clauses.append(f"by kind: {listed}")
+            if of_kind[INPUT]:
+                far = sum(check.kind == INPUT and check.word == UNACCEPTABLE for check in self.checks)
+                agree = f"{far} of them more than {100.0 * KINDS[INPUT]:.0f} % apart" if far else "not counted"
+                clauses.append(f"{counted(of_kind[INPUT], 'input')} of their cases, {agree}")
         if self.properties:
             kept = len(self.properties) - len(self.failing)
             clauses.append(f"{kept} of {len(self.properties)} published properties hold")
         return "; ".join(clauses)
-
-    def _of_values(self) -> str:
-        checks = [check for check in self.checks if check.kind != INPUT]
-        counts = {word: sum(check.word == word for check in checks) for word in (EXACT, ACCEPTABLE, UNACCEPTABLE)}
-        words = ", ".join(f"{count} {word}" for word, count in counts.items())
-        sources = {check.source for check in checks}
-        return f"{_counted(checks, 'published value')} of {_counted(sources, 'source')}: {words}"
-
-    def _of_kinds(self) -> Iterable[str]:
-        """How many values there are of each kind, and how many inputs beside them."""
-        counts = Counter(check.kind for check in self.checks)
-        kinds = [(IN_COUNTS[kind], counts[kind]) for kind in KINDS if kind != INPUT and counts[kind]]
-        if kinds:
-            yield "by kind: " + ", ".join(f"{count} {one if count == 1 else many}" for (one, many), count in kinds)
-        if counts[INPUT]:
-            apart = sum(check.kind == INPUT and check.word == UNACCEPTABLE for check in self.checks)
-            agree = f"{apart} of them more than {100.0 * KINDS[INPUT]:.0f} % apart" if apart else "not counted"
-            yield f"{_counted(range(counts[INPUT]), 'input')} of their cases, {agree}"
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Counts, and each value that is unacceptable."""
@@ -197,10 +219,6 @@ class Verification(ShortRepr):
             yield check.case, f"{check.quantity}: published {check.printed}, ours {said(check)}"
         for one in self.failing:
             yield one.name, "; ".join(reading.quantity for reading in one.readings if not reading.holds)
-
-
-def _counted(items: Sized, noun: str) -> str:
-    return f"{len(items)} {noun}{'' if len(items) == 1 else 's'}"
 
 
 def said(check: Check) -> str:
@@ -218,7 +236,7 @@ def share(value: float) -> str:
 
 
 def verify(cases: str | Path | Iterable[str | Path] | None = None, *, progress: Progress | None = None) -> Verification:
-    """Run published cases and compare each published value with ours, and check published properties.
+    """Published cases and properties beside ours.
 
     The words are those of CSI's verification manuals: "exact" where ours agrees to the digits printed (six at most),
     "acceptable" up to 5 % of the published value, 25 % of an experiment's, or within the stated uncertainty, and
@@ -245,28 +263,7 @@ def verify(cases: str | Path | Iterable[str | Path] | None = None, *, progress: 
     PoundingError
         For a case that is not known, and for a case file that cannot be read or run, with every fault of it.
     """
-    files, names = asked(cases)
-    read = _all_read(files)
-    checks: list[Check] = []
-    curves: list[Curve] = []
-    made: list[Property] = []
-    tell, total = progress or _silent, len(files) + len(names)
-    for done, case in enumerate(read, start=1):
-        try:
-            found, drawn = compared(case)
-        except PoundingError as error:
-            raise PoundingError(f"{case.file}: {error}") from None
-        checks += found
-        curves += drawn
-        tell(done, total)
-    for name in names:
-        made.append(PROPERTIES[name]())
-        tell(len(read) + len(made), total)
-    return Verification(tuple(checks), tuple(read), tuple(curves), tuple(made))
-
-
-def _all_read(files: list[Path]) -> list[Case]:
-    """The cases of files; raises the error of the one file with faults, or one with the sentences of all such files."""
+    files, names = chosen(cases)
     read, errors = [], []
     for file in files:
         try:
@@ -277,30 +274,37 @@ def _all_read(files: list[Path]) -> list[Case]:
         raise errors[0]
     if errors:
         raise PoundingError("\n".join(map(str, errors)))
-    return read
+    checks: list[Check] = []
+    curves: list[Curve] = []
+    properties: list[Property] = []
+    report, total = progress or (lambda done, total: None), len(files) + len(names)
+    for done, case in enumerate(read, start=1):
+        try:
+            of_case, drawn = compared(case)
+        except PoundingError as error:
+            raise PoundingError(f"{case.file}: {error}") from None
+        checks += of_case
+        curves += drawn
+        report(done, total)
+    for name in names:
+        properties.append(PROPERTIES[name]())
+        report(len(read) + len(properties), total)
+    return Verification(tuple(checks), tuple(read), tuple(curves), tuple(properties))
 
 
-def _silent(done: int, of: int) -> None:
-    """Progress that nobody asked for."""
-
-
-def asked(cases: str | Path | Iterable[str | Path] | None) -> tuple[list[Path], list[str]]:
+def chosen(cases: str | Path | Iterable[str | Path] | None) -> tuple[list[Path], list[str]]:
     """The files of the cases that are named, and the names of the properties: all that ship where none is named."""
     if cases is None:
-        return case_files(None), list(PROPERTIES)
+        return list(shipped().values()), list(PROPERTIES)
     names = [cases] if isinstance(cases, str | Path) else list(cases)
     properties = list(dict.fromkeys(str(name) for name in names if str(name) in PROPERTIES))
-    files = [name for name in names if str(name) not in PROPERTIES]
-    return case_files(files), properties
+    return case_files([name for name in names if str(name) not in PROPERTIES]), properties
 
 
-def case_files(cases: str | Path | Iterable[str | Path] | None) -> list[Path]:
+def case_files(names: Iterable[str | Path]) -> list[Path]:
     """The files of cases that are named; raises PoundingError for a name that is no case, file or folder."""
-    known = shipped()
-    if cases is None:
-        return list(known.values())
-    found: list[Path] = []
-    for name in [cases] if isinstance(cases, str | Path) else list(cases):
+    known, found = shipped(), list[Path]()
+    for name in names:
         path = Path(name)
         if str(name) in known:
             found.append(known[str(name)])
@@ -344,36 +348,30 @@ def _results(case: Case) -> list[Any]:
     """What the case gives at each tolerance, or once where it has none."""
     subject = case.subject
     if isinstance(subject, Collision):
-        return [_collided(subject, rtol) for rtol in RUNGS]
+        return [
+            impact(
+                *(subject.law, subject.speed, *subject.masses),
+                restitution=1.0 if subject.restitution is None else subject.restitution,
+                relation=subject.relation,
+                yield_force=subject.yield_force,
+                rtol=rtol,
+            )
+            for rtol in RUNGS
+        ]
     if isinstance(subject, tuple):
         return [tuple(read_motion(name) for name in subject)]
+    modal = {one.name: one for one in modes(subject)}
     if all(value.quantity in MODAL for value in case.published):
-        return [_solved(subject, False)]
-    return [_solved(_refined(subject, rtol, times), True) for rtol, times in zip(RUNGS, FINER, strict=True)]
-
-
-def _refined(scene: Scene, rtol: float, times: int) -> Scene:
-    """The scene at a tolerance, with so many times as many samples of its generated motions."""
-    finer = tuple(recipe.finer(times) for recipe in scene.records.generated) if times > 1 else scene.records.generated
-    return scene.updated(rtol=rtol, records=scene.records._replace(generated=finer))
-
-
-def _collided(case: Collision, rtol: float) -> Any:
-    restitution = 1.0 if case.restitution is None else case.restitution
-    return impact(
-        *(case.law, case.speed, *case.masses),
-        restitution=restitution,
-        relation=case.relation,
-        yield_force=case.yield_force,
-        rtol=rtol,
-    )
-
-
-def _solved(scene: Scene, is_run: bool) -> Solved:
-    run = simulate(scene) if is_run else None
-    if run is not None and run.attrs["status"] != COMPLETE:
-        raise PoundingError(f"at rtol {scene.rtol:g} the run is not complete: {run.attrs['status']}")
-    return Solved(run, {one.name: one for one in modes(scene)})
+        return [Solved(None, modal)]
+    results = []
+    for rtol, times in zip(RUNGS, FINER, strict=True):
+        # So many times as many samples of generated motions.
+        records = subject.records._replace(generated=tuple(one.finer(times) for one in subject.records.generated))
+        run = simulate(subject.updated(rtol=rtol, records=records if times > 1 else subject.records))
+        if run.attrs["status"] != COMPLETE:
+            raise PoundingError(f"at rtol {rtol:g} the run is not complete: {run.attrs['status']}")
+        results.append(Solved(run, modal))
+    return results
 
 
 def _check(case: Case, value: Published, moved: tuple[float, ...]) -> Check:
@@ -381,7 +379,7 @@ def _check(case: Case, value: Published, moved: tuple[float, ...]) -> Check:
     within = max(value.printed.half, _half_of_digit(published))
     limit = KINDS[value.kind]
     margin = max(limit * abs(published), value.uncertainty)
-    apart = abs(ours - published)
+    difference = abs(ours - published)
     return Check(
         case.name,
         case.about.title,
@@ -397,7 +395,7 @@ def _check(case: Case, value: Published, moved: tuple[float, ...]) -> Check:
         value.uncertainty,
         ours,
         moved if len(moved) > 1 else (),
-        EXACT if apart <= within else ACCEPTABLE if apart <= margin else UNACCEPTABLE,
+        EXACT if difference <= within else ACCEPTABLE if difference <= margin else UNACCEPTABLE,
         limit,
         value.note,
     )

@@ -28,12 +28,12 @@ UNREACHED = (
         "the text was not reached; the order as it is recalled is not compared",
     ),
     (
-        "Muthukumar and DesRoches (2006); Ye, Li and Zhu (2009), table of asked and achieved restitution",
+        "Muthukumar and DesRoches (2006); Ye, Li and Zhu (2009), table of specified and achieved restitution",
         "abstracts alone were reached; what the published laws return is derived",
     ),
     (
         "restitution of Hertz with damping by Lankarani and Nikravesh, e = 0.8 and less",
-        "reached, and ours converged differs by more than 5 %: the formula does not return what it is asked for",
+        "reached, and ours converged differs by more than 5 %: the formula does not return the specified e",
     ),
     (
         "Chopra, example 16.1, as structdyn solves it: a roof of 58.88 mm at 2 s",

@@ -76,6 +76,12 @@ def formats() -> tuple[Format, ...]:
     return tuple(sorted(module.FORMAT for module in modules))
 
 
+def split_component(source: str | Path) -> tuple[Path, str]:
+    """File and component of a name such as "quake.V2A#N28W"; a file whose own name has a # is taken as it is."""
+    path, _, component = str(source).rpartition(COMPONENT)
+    return (Path(path), component) if path and not Path(source).exists() else (Path(source), "")
+
+
 def _columns() -> Any:
     return import_module(f"{__name__}.columns")
 

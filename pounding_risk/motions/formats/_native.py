@@ -1,19 +1,25 @@
-"""Reading through ObsPy, for formats that it has: by name of the format, without warnings, errors as one sentence."""
+"""Reading through ObsPy, for formats that it has: by name of the format, without warnings, errors as one sentence.
+
+Counts become m/s² by a StationXML file beside the record, or by the unit that the user states.
+"""
 
 from __future__ import annotations
 
 import warnings
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import obspy
-from obspy import Stream
+from obspy import Stream, Trace
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats._text import check_step, text_of
+from pounding_risk.motions.formats._text import check_step, record_facts, text_of
+from pounding_risk.motions.formats._unit import TO_GIVE, known, sentence, size_of
 
 LONGEST_REASON = 200  # characters of what ObsPy says
+LEVEL = 45.0  # degrees of dip; a channel above is vertical
 
 
 def bytes_of(file: Any, name: str, kind: str) -> tuple[str, bytes]:
@@ -51,3 +57,74 @@ def read_by_obspy(raw: bytes, name: str, format: str, kind: str, *, refused: typ
             count = "1 sample" if len(trace.data) else "no sample"
             raise RecordError(f"{name}: has {count} in {trace.id}; a record needs at least 2")
     return stream
+
+
+def to_acceleration(trace: Trace, name: str, folder: Path | None, unit: str | None, kind: str) -> None:
+    """Turn a trace whose file has no unit into m/s², with ``stats.record``; ``kind`` is the format in words.
+
+    The StationXML is named as the file ``name`` with ``.xml``, or NETWORK.STATION.xml, in ``folder``. Of an
+    accelerometer the sensitivity is the whole response up to tens of Hz. Without that file, ``unit`` says what a sample
+    is. Counts of a digitiser are raw; so are whole numbers with a unit, but fractions are what a program made of them.
+
+    Raises RecordError where neither is there, the file does not know the channel, or no acceleration is measured.
+    """
+    # A file name is made of them.
+    if not trace.id.isprintable() or set("/\\") & set(trace.stats.network + trace.stats.station):
+        raise unreadable(name, kind, "its station and channel are no plain letters")
+    names = (f"{Path(name).stem}.xml", f"{trace.stats.network}.{trace.stats.station}.xml")
+    folder = Path(name).parent if folder is None else folder
+    beside, azimuth = next((folder / file for file in names if (folder / file).is_file()), None), None
+    is_counts = trace.data.dtype.kind == "i"
+    samples = trace.data.astype(np.float64)
+    if beside is not None:
+        counts, units, azimuth = _sensitivity(trace, beside)
+        trace.data, state = samples / counts, "raw"
+    elif unit is not None:
+        size = size_of(unit, f"{name}: unit as given")
+        units, state = sentence(unit, size), "raw" if is_counts else "processed"
+        with np.errstate(over="ignore"):
+            trace.data = samples * size
+        if not np.isfinite(trace.data).all():
+            raise unreadable(name, kind, "samples are too large for a number in m/s²")
+    else:
+        raise RecordError(
+            f"{name}: the unit is unknown, a {kind} file holds counts; put the StationXML of "
+            f"{trace.id} beside it as {names[1]}, or, where its samples are no counts, give their unit: "
+            f"{TO_GIVE}"
+        )
+    trace.stats.calib = 1.0
+    trace.stats.record = record_facts(
+        state=state,
+        units=units,
+        date=str(trace.stats.starttime.date),
+        station=trace.stats.station,
+        component=trace.stats.channel,
+        azimuth=azimuth,
+    )
+
+
+def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str, float | None]:
+    """Counts per m/s², the sentence that says so, and the azimuth of the channel: degrees clockwise from north."""
+    stats = trace.stats
+    try:
+        inventory = obspy.read_inventory(str(beside), format="STATIONXML")
+        sensitivity = inventory.get_response(trace.id, stats.starttime).instrument_sensitivity
+        counts, unit = float(sensitivity.value), str(sensitivity.input_units).upper()
+        placed = inventory.get_channel_metadata(trace.id, stats.starttime)
+    except Exception as error:
+        reason = (" ".join(str(error).split()) or type(error).__name__)[:200]
+        raise RecordError(
+            f"{beside}: gives no sensitivity for {trace.id} at {stats.starttime} ({reason}); fetch "
+            "the StationXML of this channel with its response"
+        ) from None
+    size = known(unit)
+    if size is None or not counts:
+        raise RecordError(
+            f'{beside}: {trace.id} measures {counts:g} counts per "{unit}", which is no acceleration; take '
+            "an accelerometer's channel (such as HN or BN)"
+        )
+    per_si = counts / size
+    # A vertical has no azimuth, and its dip may be left out.
+    upright = stats.channel.upper().endswith("Z") or abs(placed["dip"] or 0.0) > LEVEL
+    azimuth = None if upright or placed["azimuth"] is None else float(placed["azimuth"])
+    return per_si, f"units: counts, divided by {per_si:.10g} counts per m/s² ({beside.name})", azimuth

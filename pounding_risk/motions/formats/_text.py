@@ -1,10 +1,16 @@
-"""Helpers of the text formats: lines, tables of numbers in columns, facts of a header, errors by line."""
+"""What the text formats share: lines, tables of numbers in columns, facts of a header, checks against it, by line.
+
+A reader takes its header apart, and hands samples, factor and facts to `trace_of`. Whatever a header states twice, or
+of its samples, is compared: their number (`check_count`), the time step (`check_step`), the length (`check_length`) and
+the largest sample (`check_peak`).
+"""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from functools import wraps
 from math import isfinite
 from pathlib import Path
@@ -46,28 +52,18 @@ def record_facts(*, state: str, units: str, **facts: Any) -> AttribDict:
     return AttribDict({"state": state, "units": units, **facts})
 
 
-def trace_of(samples: NDArray[np.float64] | int, factor: float, stats: dict[str, Any], start: Any = None) -> Trace:
+def trace_of(
+    samples: NDArray[np.float64] | int, factor: float, dt: float, record: AttribDict, start: Any = None, **stats: Any
+) -> Trace:
     """A trace in m/s² of samples times a ``factor``, or without samples where only their number is handed over.
 
-    ``start`` is the time of the first sample, None where it is unknown.
+    ``dt`` is the time step [s], ``start`` the time of the first sample, None where it is unknown, ``stats`` what else
+    ObsPy shall know: network, station, location, channel, and the facts that are particular to a format.
     """
-    if start is not None:
-        stats = {**stats, "starttime": start}
-    return (
-        Trace(header={**stats, "npts": samples}) if isinstance(samples, int) else Trace(samples * factor, header=stats)
-    )
-
-
-def start_of(file: Any, size: int = START) -> str:
-    """The first characters of a path or of an open file, whose position is left where it was."""
-    if hasattr(file, "read"):
-        position = file.tell()
-        start = file.read(size)
-        file.seek(position)
-    else:
-        with Path(file).open("rb") as opened:
-            start = opened.read(size)
-    return start.decode("latin-1") if isinstance(start, bytes) else str(start)
+    header = {"delta": dt, "calib": 1.0, "record": record, **stats, **({} if start is None else {"starttime": start})}
+    if isinstance(samples, int):
+        return Trace(header={**header, "npts": samples})
+    return Trace(samples * factor, header=header)
 
 
 def recogniser(size: int = START) -> Callable[[Callable[[str], bool]], Callable[[Any], bool]]:
@@ -80,7 +76,14 @@ def recogniser(size: int = START) -> Callable[[Callable[[str], bool]], Callable[
         @wraps(test)
         def recognises(file: Any) -> bool:
             try:
-                return test(start_of(file, size))
+                if hasattr(file, "read"):
+                    position = file.tell()
+                    start = file.read(size)
+                    file.seek(position)
+                else:
+                    with Path(file).open("rb") as opened:
+                        start = opened.read(size)
+                return test(start.decode("latin-1") if isinstance(start, bytes) else str(start))
             except Exception:
                 return False
 
@@ -130,7 +133,8 @@ def free_numbers(name: str, lines: Sequence[str], first: int, example: str) -> N
 
     Raises RecordError, naming the line, for a word that is no finite number.
     """
-    return _numbers(name, ((at, word) for at, line in enumerate(lines) for word in line.split()), first, example)
+    words = ((at, word) for at, line in enumerate(lines) for word in line.split())
+    return _numbers(name, words, first, example, "samples after the header")
 
 
 def fixed_numbers(
@@ -141,37 +145,23 @@ def fixed_numbers(
     ``what`` says what they are. Raises RecordError, naming the line, for a column that is no finite number.
     """
     lines = [line.rstrip() for line in lines]
-    values = _plain_columns(lines, width)
-    if values is None:
-        words = (
-            (at, line[column : column + width].strip())
-            for at, line in enumerate(lines)
-            for column in range(0, len(line), width)
-        )
-        values = _numbers(name, words, first, example, what)
-    return values
-
-
-def _plain_columns(lines: Sequence[str], width: int) -> NDArray[np.float64] | None:
-    """The numbers of lines whose columns are all full, in one call; None where one of them is not.
-
-    NumPy reads a word as Python's float() does; what that takes beside plain numbers needs other characters.
-    """
-    if any(len(line) % width for line in lines):
-        return None
     raw = "".join(lines).encode("latin-1", "replace")
-    if not raw or raw.translate(None, b"0123456789+-.eE "):
-        return None
-    try:
-        values = np.frombuffer(raw, dtype=f"S{width}").astype(np.float64)
-    except ValueError:
-        return None
-    return values if np.isfinite(values).all() else None
+    # Full columns are read in one call. NumPy reads a word as Python's float() does; what that takes beside plain
+    # numbers needs other characters.
+    if raw and not raw.translate(None, b"0123456789+-.eE ") and not any(len(line) % width for line in lines):
+        with suppress(ValueError):
+            values = np.frombuffer(raw, dtype=f"S{width}").astype(np.float64)
+            if np.isfinite(values).all():
+                return values
+    words = (
+        (at, line[column : column + width].strip())
+        for at, line in enumerate(lines)
+        for column in range(0, len(line), width)
+    )
+    return _numbers(name, words, first, example, what)
 
 
-def _numbers(
-    name: str, words: Iterator[tuple[int, str]], first: int, example: str, what: str = "samples after the header"
-) -> NDArray[np.float64]:
+def _numbers(name: str, words: Iterator[tuple[int, str]], first: int, example: str, what: str) -> NDArray[np.float64]:
     values: list[float] = []
     for at, word in words:
         value = number(word)
@@ -200,6 +190,42 @@ def check_step(where: str, dt: float | None, word: str, name: str = "DT") -> flo
             f"from {SHORTEST_STEP:g} to {LONGEST_STEP:g} s: restore that line, or fetch the file again"
         )
     return dt
+
+
+def whole_count(where: str, word: str, name: str) -> int:
+    """The number of samples of a header; raises RecordError where it is no whole number of two or more."""
+    if not re.fullmatch(r"[+-]?\d{1,15}", word, re.ASCII):
+        raise RecordError(f"{where}: {name} is {quoted(word)}; it must be a whole number of samples")
+    if int(word) < 2:
+        raise RecordError(f"{where}: {name} is {int(word)}; a record needs at least 2 samples")
+    return int(word)
+
+
+def check_promised(where: str, count: int) -> None:
+    """Raise RecordError for fewer than two samples."""
+    if count < 2:
+        raise RecordError(f"{where}: promises {count} samples; a record needs at least 2: fetch the file again")
+
+
+def check_length(where: str, count: int, dt: float, stated: float | None, slack: float, by: str) -> None:
+    """Raise RecordError where the length [s] that a header states ``by`` some words is not that of its samples.
+
+    It may be n dt or (n - 1) dt; ``slack`` [s] is for the digits it is printed with, and for whatever the agencies do.
+    """
+    if stated is not None and not (count - 1) * dt - slack <= stated <= count * dt + slack:
+        raise RecordError(
+            f"{where}: {count} samples every {dt:g} s last {count * dt:g} s, {by} says {stated:g} s; correct the wrong "
+            "one, or fetch the file again"
+        )
+
+
+@contextmanager
+def time_of_header(sentence: str) -> Iterator[None]:
+    """Raise RecordError with the sentence where numbers of a header are no time: a thirteenth month, or the like."""
+    try:
+        yield
+    except (ValueError, TypeError, OverflowError):
+        raise RecordError(sentence) from None
 
 
 def quoted(text: str) -> str:
@@ -287,14 +313,26 @@ class Lines:
         # What ends a channel ends it before its time where lines are missing.
         end = next((at for at, line in enumerate(lines) if END.match(line)), None)
         lines = lines if end is None else lines[:end]
-        self._check_width(lines, columns)
         wide = columns.each * columns.width
+        for at, line in enumerate(lines, start=first + 1):
+            if len(line) > wide and line[wide:].strip():
+                raise RecordError(
+                    f"{self.name}, line {at}: has {quoted(line[wide:])} after its {columns.each} columns of "
+                    f"{columns.width} characters; repair that line, or fetch the file again"
+                )
         values = fixed_numbers(self.name, [line[:wide] for line in lines], first, columns.width, example, what)
         if len(values) != count:
             cut = "the file is cut short: fetch it again"
             repair = cut if len(values) < count else "correct that number, or fetch the file again"
             raise RecordError(f"{promise}: {count} {what} should follow, {len(values)} found; {repair}")
-        self._check_ends(lines, columns)
+        # Fortran writes numbers to the right end of their columns. A line that ends within one lost or gained a
+        # character: its numbers may still be numbers, with other digits.
+        for at, line in enumerate(lines, start=first + 1):
+            if len(line.rstrip()) % columns.width:
+                raise RecordError(
+                    f"{self.name}, line {at}: ends after {len(line.rstrip())} characters, within a column of "
+                    f"{columns.width}, so that some were lost or put in; repair that line, or fetch the file again"
+                )
         self.at += len(lines)
         return values
 
@@ -311,30 +349,6 @@ class Lines:
         row, column = divmod(number - 1, columns.each)
         start = column * columns.width
         return self._lines[at + row][start : start + columns.width], f"{self.name}, line {at + row + 1}"
-
-    def _check_width(self, lines: list[str], columns: Columns) -> None:
-        """Raise RecordError for a line that goes on after its last column."""
-        wide = columns.each * columns.width
-        for at, line in enumerate(lines):
-            if len(line) > wide and line[wide:].strip():
-                raise RecordError(
-                    f"{self.name}, line {self.at + at + 1}: has {quoted(line[wide:])} after its {columns.each} "
-                    f"columns of {columns.width} characters; repair that line, or fetch the file again"
-                )
-
-    def _check_ends(self, lines: list[str], columns: Columns) -> None:
-        """Raise RecordError for a line that ends within a column.
-
-        Fortran writes numbers to the right end of their columns. Such a line lost or gained a character: its numbers
-        may still be numbers, with other digits.
-        """
-        for at, line in enumerate(lines):
-            end = len(line.rstrip())
-            if end % columns.width:
-                raise RecordError(
-                    f"{self.name}, line {self.at + at + 1}: ends after {end} characters, within a column of "
-                    f"{columns.width}, so that some were lost or put in; repair that line, or fetch the file again"
-                )
 
     def skip(self, count: int, columns: Columns) -> None:
         """Pass over a table without reading its numbers; raises RecordError where the file ends before."""
@@ -372,7 +386,7 @@ def note_missing_channels(traces: list[Trace], line: str, channels: int) -> None
     promised = _CHANNELS.search(line)
     if promised and int(promised[1]) > channels:
         for trace in traces:
-            trace.stats.record.units += f"; the header tells of {int(promised[1])} channels, the file holds {channels}"
+            trace.stats.record.units += f"; the header states {int(promised[1])} channels, the file holds {channels}"
 
 
 class Even(NamedTuple):
@@ -418,3 +432,88 @@ def even_samples(
     last = np.append(steps > 0.0, True)
     even = np.interp(times[0] + dt * np.arange(count), times[last], values[last])
     return Even(even, dt, f", uneven times read at every {dt:g} s", values)
+
+
+# Agencies convert with 980, 980.665 or 981 cm/s² in one g, which differ by 1.02e-3; in the 27 real
+# components of the tests the two agree within the digits that are printed.
+CONVERSION = 1.1e-3
+MOST_DECIMALS = 9  # of samples in fixed columns
+
+_DIGITS = re.compile(r"[+-]?\d*\.?(?P<decimals>\d*)(?:[EeDd](?P<exponent>[+-]?\d+))?", re.ASCII)
+
+
+class StatedPeak(NamedTuple):
+    """The largest acceleration that a header states, without its sign, and where it does."""
+
+    value: float  # in the header's unit
+    rounding: float  # half of the last digit printed, in that unit
+    unit: str
+    size: float  # m/s² in one of that unit; 1 where samples are compared in the unit of the file
+    place: str  # file and line
+
+
+def stated_peak(word: str, unit: str, size: float, where: str) -> StatedPeak | None:
+    """The peak of a header's number as text; None where it is no number, or zero, which stands for not evaluated."""
+    value = number(word.strip())
+    return StatedPeak(abs(value), half_digit(word.strip()), unit, size, where) if value else None
+
+
+def half_digit(word: str) -> float:
+    """Half of the last digit that a number is printed with: 0.0005 of -.058."""
+    match = _DIGITS.fullmatch(word)
+    if match is None:
+        raise ValueError(f"{word!r} is not a number")
+    return 0.5 * 10.0 ** (int(match["exponent"] or 0) - len(match["decimals"]))
+
+
+def check_peak(
+    samples: NDArray[np.float64], *readings: StatedPeak | None, relative: float = CONVERSION
+) -> StatedPeak | None:
+    """Raise RecordError where the largest of the samples, or of the samples less their mean, is not the stated one.
+
+    Parameters
+    ----------
+    samples : array
+        Accelerations [m/s²], or in the file's unit where ``StatedPeak.size`` is 1.
+    readings : StatedPeak or None
+        What the header's number may mean; one must fit. Nothing is checked where one of them is None: not stated.
+    relative : float
+        How far the two may differ beyond the rounding of header and samples, as a share of the peak.
+
+    Returns
+    -------
+    StatedPeak or None
+        The reading that fits; None where nothing is stated.
+
+    Raises
+    ------
+    RecordError
+        Naming file, line and both peaks.
+    """
+    if not readings or None in readings:
+        return None
+    stated = [peak for peak in readings if peak is not None]
+    with np.errstate(over="ignore", invalid="ignore"):
+        largest = float(np.abs(samples).max())
+        less_mean = float(np.abs(samples - samples.mean()).max())
+    for peak in stated:
+        allowed = (peak.rounding + relative * peak.value) * peak.size
+        off = min(abs(one - peak.value * peak.size) for one in (largest, less_mean))
+        if off <= allowed or off - allowed <= _half_digit_of_samples(samples / peak.size) * peak.size:
+            return peak
+    first = stated[0]
+    raise RecordError(
+        f"{first.place}: the header says that the largest sample is {first.value:.6g} {first.unit}, it is "
+        f"{largest / first.size:.6g}; samples or header are damaged: fetch the file again"
+    )
+
+
+def _half_digit_of_samples(samples: NDArray[np.float64]) -> float:
+    """Half of the last decimal that samples in fixed columns were printed with; 0 where they were not."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        for decimals in range(MOST_DECIMALS + 1):
+            scaled = np.abs(samples) * 10.0**decimals
+            # A float has about 16 digits, of which units took some.
+            if np.abs(scaled - np.rint(scaled)).max() <= 1e-10 * scaled.max():
+                return 0.5 * 10.0**-decimals
+    return 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pounding_risk.errors import RecordError
 from pounding_risk.units import PGA, STANDARD_GRAVITY, QuantityError, parse
 
-LONGEST_UNIT = 40  # characters; taking a unit apart takes the square of them
+LONGEST_UNIT = 40  # characters; parsing a unit takes the square of them
 # How a user says the unit of a file that does not; for messages.
 TO_GIVE = 'records.unit = "cm/s^2" in a scene, unit="cm/s^2" in Python, --unit "cm/s^2" on the command line'
 # The usual ones, for speed and for the capitals that older programs write.

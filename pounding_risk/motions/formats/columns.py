@@ -23,21 +23,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from obspy import Stream, UTCDateTime
+from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._text import (
-    LONGEST_LINE,
-    NEWLINE,
-    check_count,
-    check_step,
-    number,
-    quoted,
-    recogniser,
-    record_facts,
-    text_of,
-    trace_of,
-)
+from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats._text import LONGEST_LINE, NEWLINE, quoted
 from pounding_risk.motions.formats._unit import TO_GIVE, sentence, size_of
 from pounding_risk.units import STEP, QuantityError, parse
 
@@ -106,7 +96,7 @@ def layout(line: str) -> tuple[int, str | None] | None:
     """
     separator = next((mark for mark in ";," if mark in line), None)
     words = parts(line, separator, separator == ";" and "," in line)
-    if not words or any(number(word) is None for word in words):
+    if not words or any(_text.number(word) is None for word in words):
         return None
     return len(words), separator
 
@@ -124,7 +114,11 @@ def head_of(name: str, lines: Sequence[str]) -> Head:
         text = line.strip()
         if not text:
             continue
-        _check_length(f"{name}, line {at + 1}", text)
+        if len(text) > LONGEST_LINE:  # looking for words in a line takes the square of its length
+            raise RecordError(
+                f"{name}, line {at + 1}: has {len(text)} characters, {LONGEST_LINE} at most are read; restore its line "
+                "ends, or fetch the file again"
+            )
         if text[0] in COMMENTS:
             _take_statement(f"{name}, line {at + 1}", text.lstrip(COMMENTS + " "), at + 1, statements, history)
             continue
@@ -135,22 +129,17 @@ def head_of(name: str, lines: Sequence[str]) -> Head:
             titled = at + 1
             continue
         columns, separator = laid_out
-        _check_columns(f"{name}, line {at + 1}", columns)
+        if columns > MOST_COLUMNS:
+            raise RecordError(
+                f"{name}, line {at + 1}: has {columns} columns; one, acceleration, or two, time and acceleration, are "
+                "read: keep one component a file, with one sample a line"
+            )
         titles = _titles(f"{name}, line {titled}", lines[titled - 1], columns) if titled else ()
         comma = separator == ";" and any("," in line for line in lines[at:])
         return Head(at, columns, separator, comma, statements, titles, titled, tuple(history))
     if titled:
         raise _strange(f"{name}, line {titled}", lines[titled - 1])
     raise RecordError(f"{name}: has no samples, every line is blank or a comment; fetch the record again")
-
-
-def _check_length(where: str, text: str) -> None:
-    """Raise RecordError for a line that is longer than any head or sample; looking for words in it takes its square."""
-    if len(text) > LONGEST_LINE:
-        raise RecordError(
-            f"{where}: has {len(text)} characters, {LONGEST_LINE} at most are read; restore its line ends, or fetch "
-            "the file again"
-        )
 
 
 def _strange(where: str, text: str) -> RecordError:
@@ -162,14 +151,6 @@ def _strange(where: str, text: str) -> RecordError:
         "column, acceleration, or two, time and acceleration, under comments after # and at most one line of heads "
         'such as "time [s], acceleration [g]": repair that line'
     )
-
-
-def _check_columns(where: str, columns: int) -> None:
-    if columns > MOST_COLUMNS:
-        raise RecordError(
-            f"{where}: has {columns} columns; one, acceleration, or two, time and acceleration, are read: keep one "
-            "component a file, with one sample a line"
-        )
 
 
 def _take_statement(where: str, text: str, line: int, statements: dict[str, Statement], history: list[str]) -> None:
@@ -225,7 +206,7 @@ def column(name: str, first: int, words: list[str]) -> NDArray[np.float64]:
 
     Raises RecordError, naming the line, for a word that is no finite number.
     """
-    values = [number(word) for word in words]
+    values = [_text.number(word) for word in words]
     for at, value in enumerate(values):
         if value is None:
             raise RecordError(
@@ -250,11 +231,11 @@ def step_of_times(name: str, first: int, words: list[str]) -> tuple[float, float
         at = int(flat[0]) + 1
         raise RecordError(
             f"{name}, line {first + at + 1}: the time {words[at]} is not after the {words[at - 1]} of the line before; "
-            "write times that rise, with enough digits to tell them apart"
+            "write times that rise, with enough digits to distinguish them"
         )
     steps = len(times) - 1
     step = float(times[-1] - times[0]) / steps
-    check_step(f"{name}, line {first + 1}", step, f"{step:g}", "the step of the times")
+    _text.check_step(f"{name}, line {first + 1}", step, f"{step:g}", "the step of the times")
     off = np.clip(_last_digit(times, words), TIGHTEST * step, LOOSEST * step)
     if (np.abs(times - (times[0] + np.arange(steps + 1) * step)) > off).any():
         usual = float(np.median(rises))
@@ -308,13 +289,13 @@ class _Said(NamedTuple):
     place: str
 
 
-@recogniser()
+@_text.recogniser()
 def fits(start: str) -> bool:
     """True where text is laid out as plain columns, whether it states unit and time step or not."""
     return _start(start) is not None
 
 
-@recogniser()
+@_text.recogniser()
 def _is_columns(start: str) -> bool:
     """True for plain columns that state their unit and, by ``dt`` or a column, their time step."""
     head = _start(start)
@@ -351,17 +332,23 @@ def _read_columns(
     Raises RecordError, naming file and line, for no unit or time step or two that differ, for what is no column of
     finite numbers, for times that do not fit, fewer than two samples, and another number of them than stated.
     """
-    name, text = text_of(file, name, KIND)
+    name, text = _text.text_of(file, name, KIND)
     lines = NEWLINE.split(_unicode(text).rstrip())
     head = head_of(name, lines)
     size, units = _unit(name, head, unit, dt)
-    facts = _facts(name, head, units)
+    record, start = _facts(name, head, units)
     words = _words(name, lines, head)
     if "samples" in head.statements:
-        _check_samples(name, head.statements["samples"], len(words))
-    stats = {"delta": _time_step(name, words, head, dt), "calib": 1.0, **facts}
+        where, word = f"{name}, line {head.statements['samples'].line}", head.statements["samples"].value
+        if not re.fullmatch(r"\d{1,12}", word, re.ASCII):
+            raise RecordError(f"{where}: samples is {quoted(word)}; it must be a whole number, how many there are")
+        _text.check_count(where, int(word), len(words), "samples")
+    step = _time_step(name, words, head, dt)
     samples = len(words) if headonly else column(name, head.first, [row[-1] for row in words])
-    return Stream([trace_of(samples, size, stats)])
+    named: dict[str, Any] = {"station": record.get("station", ""), "channel": record.get("component", "")}
+    if head.history:
+        named["processing"] = list(head.history)
+    return Stream([_text.trace_of(samples, size, step, record, start, **named)])
 
 
 def _unicode(text: str) -> str:
@@ -401,65 +388,40 @@ def _unstated(name: str, *missing: str) -> RecordError:
     return RecordError(f"{name}: {'says neither' if len(missing) > 1 else 'does not say'} {nouns}; {repair}")
 
 
-def _state(name: str, head: Head) -> str:
-    statement = head.statements.get("state")
-    if statement is None:
-        return "processed"
-    if statement.value not in STATES:
-        raise RecordError(
-            f'{name}, line {statement.line}: state is {quoted(statement.value)}; it may be "raw" or "processed"'
-        )
-    return statement.value
-
-
 def _stated_step(name: str, head: Head) -> _Said | None:
     """The time step that a comment states [s]; a number without a unit is in seconds, as in every format."""
     statement = head.statements.get("dt")
     if statement is None:
         return None
-    where, step = f"{name}, line {statement.line}", number(statement.value)
+    where, step = f"{name}, line {statement.line}", _text.number(statement.value)
     if step is None:
         try:
             step = parse(re.sub(r"(?<=[\d. ])sec(onds?)?$", "s", statement.value), STEP)
         except QuantityError:
             step = None
-    return _Said(check_step(where, step, statement.value, "dt"), where)
+    return _Said(_text.check_step(where, step, statement.value, "dt"), where)
 
 
-def _check_samples(name: str, stated: Statement, count: int) -> None:
-    where, word = f"{name}, line {stated.line}", stated.value
-    if not re.fullmatch(r"\d{1,12}", word, re.ASCII):
-        raise RecordError(f"{where}: samples is {quoted(word)}; it must be a whole number, how many there are")
-    check_count(where, int(word), count, "samples")
-
-
-def _facts(name: str, head: Head, units: str) -> dict[str, Any]:
-    """Facts of the recording as ObsPy statistics."""
+def _facts(name: str, head: Head, units: str) -> tuple[AttribDict, UTCDateTime | None]:
+    """Facts of the recording, and when it starts."""
     facts: dict[str, Any] = {key: head.statements[key].value for key in WORDS if key in head.statements}
     for key in (*NUMBERS, *CORNERS):
-        value = number(head.statements[key].value.split(" ")[0]) if key in head.statements else None
+        value = _text.number(head.statements[key].value.split(" ")[0]) if key in head.statements else None
         if value is not None:
             facts[key] = value
-    stats: dict[str, Any] = {"station": facts.get("station", ""), "channel": facts.get("component", "")}
-    start = head.statements.get("starttime")
+    state, start, begins = head.statements.get("state"), head.statements.get("starttime"), None
+    if state is not None and state.value not in STATES:
+        raise RecordError(f'{name}, line {state.line}: state is {quoted(state.value)}; it may be "raw" or "processed"')
     if start is not None:
-        try:
-            stats["starttime"] = _instant(start.value)
-        except ValueError:
-            raise RecordError(
-                f"{name}, line {start.line}: starttime is {quoted(start.value)}; write a time such as "
-                "2019-07-06T03:19:53.04Z, or leave that line out"
-            ) from None
-    if head.history:
-        stats["processing"] = list(head.history)
-    return {**stats, "record": record_facts(state=_state(name, head), units=units, **facts)}
-
-
-def _instant(text: str) -> UTCDateTime:
-    """A time in UTC; raises ValueError for any other text."""
-    if not _INSTANT.fullmatch(text):
-        raise ValueError("not a time")
-    return UTCDateTime(text)
+        sentence = (
+            f"{name}, line {start.line}: starttime is {quoted(start.value)}; write a time such as "
+            "2019-07-06T03:19:53.04Z, or leave that line out"
+        )
+        if not _INSTANT.fullmatch(start.value):
+            raise RecordError(sentence)
+        with _text.time_of_header(sentence):
+            begins = UTCDateTime(start.value)
+    return _text.record_facts(state=state.value if state else "processed", units=units, **facts), begins
 
 
 def _words(name: str, lines: Sequence[str], head: Head) -> list[list[str]]:
@@ -486,7 +448,7 @@ def _time_step(name: str, words: list[list[str]], head: Head, given: float | Non
     """The time step [s] that the caller, a comment and a column of times agree upon."""
     statement = _stated_step(name, head)
     if given is not None:
-        check_step(f"{name}: dt as given", given, f"{given:g}", "dt")
+        _text.check_step(f"{name}: dt as given", given, f"{given:g}", "dt")
         if statement is not None and abs(statement.value - given) > TIGHTEST * given:
             raise RecordError(
                 f"{statement.place}: dt is {statement.value:g} s, as given it is {given:g} s; keep the right one"
@@ -496,7 +458,12 @@ def _time_step(name: str, words: list[list[str]], head: Head, given: float | Non
         if statement is None:
             raise _unstated(name, "dt")
         return float(statement.value)
-    _check_seconds(name, head)
+    of_times = head.titles[0].unit if head.titles else None
+    if of_times is not None and of_times.lower() not in SECONDS:
+        raise RecordError(
+            f"{name}, line {head.title_line}: the times are in {quoted(of_times)}; write them in seconds, in a column "
+            "headed time [s]"
+        )
     step, drift = step_of_times(name, head.first, [row[0] for row in words])
     if statement is None:
         return step
@@ -505,15 +472,6 @@ def _time_step(name: str, words: list[list[str]], head: Head, given: float | Non
             f"{statement.place}: dt is {statement.value:g} s, but the times rise by {step:g} s; correct one of them"
         )
     return float(statement.value)
-
-
-def _check_seconds(name: str, head: Head) -> None:
-    unit = head.titles[0].unit if head.titles else None
-    if unit is not None and unit.lower() not in SECONDS:
-        raise RecordError(
-            f"{name}, line {head.title_line}: the times are in {quoted(unit)}; write them in seconds, in a column "
-            "headed time [s]"
-        )
 
 
 FORMAT = Format(

@@ -27,23 +27,8 @@ from obspy import Stream, Trace, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._peaks import check_peak, stated_peak
-from pounding_risk.motions.formats._text import (
-    NEWLINE,
-    Columns,
-    Lines,
-    channel_code,
-    check_step,
-    columns_of,
-    note_missing_channels,
-    numbered,
-    quoted,
-    recogniser,
-    record_facts,
-    text_of,
-    trace_of,
-)
+from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats._text import NEWLINE, Columns, Lines, quoted
 from pounding_risk.units import STANDARD_GRAVITY
 
 KIND = "COSMOS"
@@ -115,7 +100,7 @@ class Channel(NamedTuple):
         return _known(self.text, 2, self.reals[number - 1])
 
 
-@recogniser(512)
+@_text.recogniser(512)
 def _is_cosmos(start: str) -> bool:
     """True for a file whose first line names a version of the COSMOS format."""
     return bool(_TITLE.match(NEWLINE.split(start)[0]))
@@ -134,12 +119,14 @@ def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
     stated length, another number of samples than promised, another largest one than stated, and any number that is not
     finite.
     """
-    name, text = text_of(file, name, KIND)
+    name, text = _text.text_of(file, name, KIND)
     lines = Lines(name, text)
     channels: list[Channel] = []
     while not lines.ended() or not channels:
         channels.extend(_channels(lines, headonly))
-    acceleration_channels = [channel for channel in channels if _of_acceleration(channel)]
+    acceleration_channels = [
+        channel for channel in channels if channel.code(2) in (ACCELERATION, None) and "acc" in channel.words.lower()
+    ]
     if not acceleration_channels:
         code = float(channels[0].codes[1])
         quantity = QUANTITIES.get(int(code), channels[0].words or f"quantity {code:g}")
@@ -148,23 +135,38 @@ def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
         )
     numbers = [match[1] if (match := _ORIENTATION.search(channel.text[8])) else "" for channel in acceleration_channels]
     traces = [_trace(channel) for channel in acceleration_channels]
-    note_missing_channels(traces, channels[0].text[6], len(channels))
-    return Stream(numbered(traces, numbers))
-
-
-def _of_acceleration(channel: Channel) -> bool:
-    return channel.code(2) in (ACCELERATION, None) and "acc" in channel.words.lower()
+    _text.note_missing_channels(traces, channels[0].text[6], len(channels))
+    return Stream(_text.numbered(traces, numbers))
 
 
 def _channels(lines: Lines, headonly: bool) -> list[Channel]:
     """The series under the next headers: one as a rule, or acceleration, velocity and displacement in turn."""
-    text = _text(lines)
+    (title,) = lines.take(1, 'a first line with "(Format v01.20 with 13 text lines)"')
+    match = _TITLE.match(title)
+    if not match:
+        raise RecordError(
+            f'{lines.place}: {quoted(title)} is no first line of a COSMOS channel, which says "(Format v01.20 with 13 '
+            'text lines)"; check that this is one, or fetch the file again'
+        )
+    if match[2] != VERSION or int(match[3]) < TEXT_LINES:
+        raise RecordError(
+            f"{lines.place}: says version {match[2]} with {match[3]} text lines; version {VERSION} with at least "
+            f"{TEXT_LINES} is read: fetch the record in that version"
+        )
+    text = [title, *lines.take(int(match[3]) - 1, "the lines of text of its header")]
     where = f"{lines.name}, line {lines.at + 1}"
     codes, _, _ = _header(lines, "integer", "-999")
     stage = _stage(where, text, codes)
     reals, columns, at = _header(lines, "real", "-999.000000")
     peak = lines.word(at, columns, PEAK)
-    comments = _comments(lines)
+    (line,) = lines.take(1, "the line that says how many comments follow")
+    stated = _COMMENTS.match(line)
+    if not stated:
+        raise RecordError(
+            f'{lines.place}: {quoted(line)} should be "... Comment line(s) follow"; restore that line, or fetch the '
+            "file again"
+        )
+    comments = lines.take(int(stated[1]), "its comments")
     channels: list[Channel] = []
     while not channels or _SAMPLES.match(lines.ahead):
         (line,) = lines.take(1, "the line that says how many samples follow")
@@ -179,29 +181,13 @@ def _channels(lines: Lines, headonly: bool) -> list[Channel]:
     return channels
 
 
-def _text(lines: Lines) -> list[str]:
-    (title,) = lines.take(1, 'a first line with "(Format v01.20 with 13 text lines)"')
-    match = _TITLE.match(title)
-    if not match:
-        raise RecordError(
-            f'{lines.place}: {quoted(title)} is no first line of a COSMOS channel, which says "(Format v01.20 with 13 '
-            'text lines)"; check that this is one, or fetch the file again'
-        )
-    if match[2] != VERSION or int(match[3]) < TEXT_LINES:
-        raise RecordError(
-            f"{lines.place}: says version {match[2]} with {match[3]} text lines; version {VERSION} with at least "
-            f"{TEXT_LINES} is read: fetch the record in that version"
-        )
-    return [title, *lines.take(int(match[3]) - 1, "the lines of text of its header")]
-
-
 def _header(lines: Lines, kind: str, example: str) -> tuple[NDArray[np.float64], Columns, int]:
     """The whole or real numbers of a header, their columns, and how many lines are before them.
 
     More than a hundred are allowed, and not used.
     """
     (line,) = lines.take(1, f"the {kind} header")
-    match, columns = _HEADER.match(line), columns_of(line)
+    match, columns = _HEADER.match(line), _text.columns_of(line)
     if not match or match[2].lower() != kind or columns is None:
         sample = f"100 {kind.capitalize()}-header values follow on ... lines, Format= (...)"
         raise RecordError(
@@ -235,20 +221,9 @@ def _stage(where: str, text: list[str], codes: NDArray[np.float64]) -> int:
     return int(stage)
 
 
-def _comments(lines: Lines) -> list[str]:
-    (line,) = lines.take(1, "the line that says how many comments follow")
-    match = _COMMENTS.match(line)
-    if not match:
-        raise RecordError(
-            f'{lines.place}: {quoted(line)} should be "... Comment line(s) follow"; restore that line, or fetch the '
-            "file again"
-        )
-    return lines.take(int(match[1]), "its comments")
-
-
 def _promise(lines: Lines, line: str, codes: NDArray[np.float64]) -> tuple[str, int, Columns]:
     """The quantity in words, the number of samples and their columns; the unit must be that of the header."""
-    match, columns = _SAMPLES.match(line), columns_of(line)
+    match, columns = _SAMPLES.match(line), _text.columns_of(line)
     if not match or columns is None:
         sample = "7000 acceleration pts, approx 70 secs, units=cm/sec2(04), Format=(8F10.5)"
         raise RecordError(
@@ -256,8 +231,7 @@ def _promise(lines: Lines, line: str, codes: NDArray[np.float64]) -> tuple[str, 
             "fetch the file again"
         )
     count = int(match[1])
-    if count < 2:
-        raise RecordError(f"{lines.place}: promises {count} samples; a record needs at least 2: fetch the file again")
+    _text.check_promised(lines.place, count)
     if "acc" in match[2].lower() and match[4] and float(match[4]) != codes[2]:
         raise RecordError(
             f"{lines.place}: says unit {int(match[4])}, the integer header {codes[2]:g}; correct the wrong one, or "
@@ -270,14 +244,20 @@ def _trace(channel: Channel) -> Trace:
     """A trace in m/s², with the facts of the headers."""
     stage = channel.stage
     words, factor = _counts(channel) if stage == RAW_COUNTS else _unit(channel)
-    dt = _step(channel)
+    step, length = channel.real(62), channel.real(63)
+    dt = _text.check_step(
+        channel.place, None if step is None else 1e-3 * step, f"{channel.reals[61]:g} ms", "the 62nd real number"
+    )
+    # To 1 %, enough to notice a wrong digit.
+    _text.check_length(channel.place, channel.npts, dt, length, 0.01 * channel.npts * dt, "the 63rd real number")
     start = _start(channel)
     peak = channel.real(PEAK)
+    magnitudes = (channel.real(number) for number in (13, 15, 14, 16))  # moment, local, surface, other
     if channel.samples.size and peak is not None:
         word, line_words = channel.peak
         unit = words.partition(",")[0]
-        check_peak(channel.samples, stated_peak(word, unit, 1.0, line_words))
-    record = record_facts(
+        _text.check_peak(channel.samples, _text.stated_peak(word, unit, 1.0, line_words))
+    record = _text.record_facts(
         state=STATES[stage],
         units=f"units: {words}",
         date="" if start is None else str(start.date),
@@ -286,15 +266,14 @@ def _trace(channel: Channel) -> Trace:
         high_corner=channel.real(57) if stage == CORRECTED else None,
         # That of counts has their offset in it.
         header_pga=None if peak is None or stage == RAW_COUNTS else abs(peak) * factor,
-        **_earthquake(channel),
+        event=" ".join(channel.text[1].split()),
+        magnitude=next((value for value in magnitudes if value is not None), None),
+        distance_km=channel.real(17),
         **_place(channel),
     )
-    stats: dict[str, Any] = {"delta": dt, "calib": 1.0, "record": record}
-    stats["cosmos"] = AttribDict(
-        stage=stage, unit=int(channel.codes[2]), latitude=channel.real(1), longitude=channel.real(2)
-    )
-    stats.update(_codes(channel, dt, record.azimuth))
-    return trace_of(channel.samples if channel.samples.size else channel.npts, factor, stats, start)
+    cosmos = AttribDict(stage=stage, unit=int(channel.codes[2]), latitude=channel.real(1), longitude=channel.real(2))
+    samples = channel.samples if channel.samples.size else channel.npts
+    return _text.trace_of(samples, factor, dt, record, start, cosmos=cosmos, **_codes(channel, dt, record.azimuth))
 
 
 def _unit(channel: Channel) -> tuple[str, float]:
@@ -323,41 +302,17 @@ def _counts(channel: Channel) -> tuple[str, float]:
     return words, 1e-6 * bit / gain / sensitivity * STANDARD_GRAVITY
 
 
-def _step(channel: Channel) -> float:
-    """The time step [s]; the stated length must agree with it to 1 %, enough to tell a wrong digit."""
-    step, length = channel.real(62), channel.real(63)
-    word = f"{channel.reals[61]:g} ms"
-    dt = check_step(channel.place, None if step is None else 1e-3 * step, word, "the 62nd real number")
-    if length is not None and abs(length - channel.npts * dt) > dt + 0.01 * channel.npts * dt:
-        raise RecordError(
-            f"{channel.place}: {channel.npts} samples every {dt:g} s last {channel.npts * dt:g} s, the 63rd real "
-            f"number says {length:g} s; correct the wrong one, or fetch the file again"
-        )
-    return dt
-
-
 def _start(channel: Channel) -> UTCDateTime | None:
     """The time of the first sample; None where it is not known to the minute."""
     parts = [channel.code(number) for number in (40, 42, 43, 44, 45)]
-    if any(part is None for part in parts):
+    if None in parts:
         return None
-    try:
-        return UTCDateTime(*(int(part) for part in parts if part is not None)) + (channel.real(30) or 0.0)
-    except (ValueError, OverflowError):
-        shown = " ".join(f"{part:g}" for part in parts if part is not None)
-        raise RecordError(
-            f"{channel.place}: the start, year month day hour minute, is {shown}; correct these whole numbers (40, 42 "
-            "to 45), or write -999 where they are not known"
-        ) from None
-
-
-def _earthquake(channel: Channel) -> dict[str, Any]:
-    magnitudes = (channel.real(number) for number in (13, 15, 14, 16))  # moment, local, surface, other
-    return {
-        "event": " ".join(channel.text[1].split()),
-        "magnitude": next((value for value in magnitudes if value is not None), None),
-        "distance_km": channel.real(17),
-    }
+    known = [part for part in parts if part is not None]
+    with _text.time_of_header(
+        f"{channel.place}: the start, year month day hour minute, is {' '.join(f'{part:g}' for part in known)}; "
+        "correct these whole numbers (40, 42 to 45), or write -999 where they are not known"
+    ):
+        return UTCDateTime(*(int(part) for part in known)) + (channel.real(30) or 0.0)
 
 
 def _place(channel: Channel) -> dict[str, Any]:
@@ -389,7 +344,7 @@ def _codes(channel: Channel, dt: float, azimuth: float | None) -> dict[str, str]
     match = _STATION.search(channel.text[4])
     network, station = (match[1].strip(" -"), match[2]) if match else ("", "")
     vertical = channel.code(54) in VERTICAL
-    return {"network": network, "station": station, "channel": channel_code(dt, azimuth, vertical)}
+    return {"network": network, "station": station, "channel": _text.channel_code(dt, azimuth, vertical)}
 
 
 FORMAT = Format("COSMOS", "COSMOS (.v1c, .v2c)", (".v0c", ".v1c", ".v2c"), _is_cosmos, _read_cosmos)

@@ -26,25 +26,8 @@ from obspy import Stream, Trace, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, stated_peak
-from pounding_risk.motions.formats._text import (
-    NEWLINE,
-    Columns,
-    Even,
-    Lines,
-    channel_code,
-    check_step,
-    columns_of,
-    even_samples,
-    note_missing_channels,
-    numbered,
-    quoted,
-    recogniser,
-    record_facts,
-    text_of,
-    trace_of,
-)
+from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats._text import NEWLINE, Columns, Even, Lines, StatedPeak, quoted
 from pounding_risk.units import STANDARD_GRAVITY
 
 KIND = "CSMIP"
@@ -102,7 +85,7 @@ class Channel(NamedTuple):
     peak: tuple[str, str]  # the header's number for the largest sample, as text, with file and line
 
 
-@recogniser(1024)
+@_text.recogniser(1024)
 def _is_csmip(start: str) -> bool:
     """True for a file of volume 1, 2 or 3: the title and, for the later volumes, those before."""
     head = NEWLINE.split(start)
@@ -128,14 +111,14 @@ def _read_csmip(
     range or against the stated length, uneven times without ``dt``, that do not rise or leave gaps, another number of
     samples than promised, another largest one than stated, and any number that is not finite.
     """
-    name, text = text_of(file, name, KIND)
+    name, text = _text.text_of(file, name, KIND)
     lines = Lines(name, text)
     channels: list[Channel] = []
     while not lines.ended() or not channels:
         channels.append(_channel(lines, dt))
     traces = [_trace(channel, headonly) for channel in channels]
-    note_missing_channels(traces, channels[0].text[4], len(channels))
-    return Stream(numbered(traces, [trace.stats.csmip.channel for trace in traces]))
+    _text.note_missing_channels(traces, channels[0].text[4], len(channels))
+    return Stream(_text.numbered(traces, [trace.stats.csmip.channel for trace in traces]))
 
 
 def _channel(lines: Lines, dt: float | None) -> Channel:
@@ -171,9 +154,12 @@ def _series(lines: Lines, volume: int, text: list[str], reals: NDArray[np.float6
         dt = _rounded(lines.place, series[3], float(reals[60]) if volume == CORRECTED else None)
     elif points:
         count, unit, rate = int(points[1]), points[3], float(points[2])
-        dt = check_step(lines.place, 1.0 / rate if rate else None, f"1/({points[2]}/s)", "the time step")
-    _check_length(lines.place, text, count, dt)
-    columns = columns_of(line) or SAMPLES[volume]
+        dt = _text.check_step(lines.place, 1.0 / rate if rate else None, f"1/({points[2]}/s)", "the time step")
+    _text.check_promised(lines.place, count)
+    length = _LENGTH.search(text[10])
+    # To 1 %, enough to notice a wrong digit.
+    _text.check_length(lines.place, count, dt, float(length[1]) if length else None, 0.01 * count * dt, "the text")
+    columns = _text.columns_of(line) or SAMPLES[volume]
     samples = lines.table(count, columns, "-.123456", "samples")
     return Even(samples, dt, "", samples), unit
 
@@ -187,9 +173,8 @@ def _pairs(lines: Lines, volume: int, text: list[str], dt: float | None) -> tupl
             'accel data equally spaced at .005 sec, in cm/sec2" does; restore that line, or fetch the file again'
         )
     where = f"{lines.name}, line {lines.at + 1}"
-    if int(count[1]) < 2:
-        raise RecordError(f"{where}: {count[1]} samples are promised; a record needs at least 2: fetch the file again")
-    even = even_samples(where, lines.table(2 * int(count[1]), PAIRS, ".123", "numbers in pairs"), dt, ROUNDING)
+    _text.check_promised(where, int(count[1]))
+    even = _text.even_samples(where, lines.table(2 * int(count[1]), PAIRS, ".123", "numbers in pairs"), dt, ROUNDING)
     return even, unit[1]
 
 
@@ -204,19 +189,7 @@ def _rounded(where: str, shown: str, finer: float | None) -> float:
                 "one, or fetch the file again"
             )
         value = finer
-    return check_step(where, value, f"{value:g}", "the time step")
-
-
-def _check_length(where: str, text: list[str], count: int, dt: float) -> None:
-    """Raise RecordError where the stated length does not agree with number and step to 1 %."""
-    if count < 2:
-        raise RecordError(f"{where}: {count} samples are promised; a record needs at least 2: fetch the file again")
-    match = _LENGTH.search(text[10])
-    if match and abs(float(match[1]) - count * dt) > dt + 0.01 * count * dt:
-        raise RecordError(
-            f"{where}: {count} samples every {dt:g} s last {count * dt:g} s, the text says {match[1]} s; correct the "
-            "wrong one, or fetch the file again"
-        )
+    return _text.check_step(where, value, f"{value:g}", "the time step")
 
 
 def _trace(channel: Channel, headonly: bool) -> Trace:
@@ -224,15 +197,17 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
     words, factor = _unit(channel)
     number, component, azimuth = _orientation(channel.text[6])
     readings = _stated_peaks(channel)
-    peak = readings[0] if headonly else check_peak(channel.even.digitised * factor, *readings)
+    peak = readings[0] if headonly else _text.check_peak(channel.even.digitised * factor, *readings)
     start = _start(channel)
-    record = record_facts(
+    magnitudes = {kind.upper(): float(value) for kind, value in _MAGNITUDE.findall(channel.text[8])}
+    record = _text.record_facts(
         state=STATES[channel.volume],
         units=f"units: {words}, times {factor:.7g}{' m/s²' if 'g' in words else ''}{channel.even.words}",
         date="" if start is None else str(start.date),
         timed=start is not None,
-        event=_event(channel.text[1]),
-        magnitude=_magnitude(channel.text[8]),
+        # A line that has the record's own time alone, which differs from station to station, names no earthquake.
+        event="" if _NO_EVENT.match(channel.text[1]) else re.split(r"\s{2,}", channel.text[1].strip())[0],
+        magnitude=next((magnitudes[kind] for kind in "WLS" if magnitudes.get(kind)), None),  # moment, local, surface
         station=re.split(r"\s{2,}", channel.text[5].strip())[0],
         component=component,
         azimuth=azimuth,
@@ -241,11 +216,12 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
     )
     network, station = _station(channel.text)
     vertical = component.lower() in ("up", "down", "v", "vert", "vertical", "z")
-    stats: dict[str, Any] = {"delta": channel.even.dt, "calib": 1.0, "record": record}
-    stats["csmip"] = AttribDict(volume=channel.volume, channel=number, processed=channel.text[0].strip())
-    stats.update(network=network, station=station, channel=channel_code(channel.even.dt, azimuth, vertical))
-    samples = channel.even.samples
-    return trace_of(len(samples) if headonly else samples, factor, stats, start)
+    csmip = AttribDict(volume=channel.volume, channel=number, processed=channel.text[0].strip())
+    code = _text.channel_code(channel.even.dt, azimuth, vertical)
+    samples = len(channel.even.samples) if headonly else channel.even.samples
+    return _text.trace_of(
+        samples, factor, channel.even.dt, record, start, network=network, station=station, channel=code, csmip=csmip
+    )
 
 
 def _unit(channel: Channel) -> tuple[str, float]:
@@ -262,8 +238,8 @@ def _stated_peaks(channel: Channel) -> tuple[StatedPeak | None, ...]:
     """The possible readings of the header's peak: cm/s² in volume 2; g in volume 1, or the unit of its samples."""
     word, where = channel.peak
     if channel.volume == CORRECTED:
-        return (stated_peak(word, *_CM, where),)
-    return tuple(stated_peak(word, *unit, where) for unit in dict.fromkeys((UNITS["g"], _unit(channel))))
+        return (_text.stated_peak(word, *_CM, where),)
+    return tuple(_text.stated_peak(word, *unit, where) for unit in dict.fromkeys((UNITS["g"], _unit(channel))))
 
 
 def _orientation(line: str) -> tuple[str, str, float | None]:
@@ -274,17 +250,6 @@ def _orientation(line: str) -> tuple[str, str, float | None]:
     if degrees and int(degrees[1]) <= 360:
         return number, degrees[1], float(degrees[1])
     return number, words.capitalize() if words.lower() in ("up", "down") else words, None
-
-
-def _event(line: str) -> str:
-    """The earthquake; nothing where the line has the record's own time alone, which differs from station to station."""
-    return "" if _NO_EVENT.match(line) else re.split(r"\s{2,}", line.strip())[0]
-
-
-def _magnitude(line: str) -> float | None:
-    """Moment, local or surface magnitude, in this order of choice."""
-    magnitudes = {kind.upper(): float(value) for kind, value in _MAGNITUDE.findall(line)}
-    return next((magnitudes[kind] for kind in "WLS" if magnitudes.get(kind)), None)
 
 
 def _station(text: list[str]) -> tuple[str, str]:
@@ -314,14 +279,12 @@ def _start(channel: Channel) -> UTCDateTime | None:
     month, day, year, hour, minute = (int(match[group]) for group in range(1, 6))
     if year < 100:
         year += 1900 if year >= CENTURY else 2000
-    try:
+    with _text.time_of_header(
+        f"{channel.place}: the channel that starts here has no valid time in {quoted(match[0])}; correct that line, or "
+        "remove the time where it is not known"
+    ):
         local = UTCDateTime(year, month, day, hour, minute) + float(match[6] or 0.0)
         return local + 3600.0 * ZONES[match[7].upper()]
-    except ValueError:
-        raise RecordError(
-            f"{channel.place}: the channel that starts here has no valid time in {quoted(match[0])}; correct that "
-            "line, or remove the time where it is not known"
-        ) from None
 
 
 FORMAT = Format(

@@ -21,23 +21,12 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from obspy import Stream, Trace, UTCDateTime
+from obspy import Stream, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._peaks import check_peak, stated_peak
-from pounding_risk.motions.formats._text import (
-    NEWLINE,
-    check_count,
-    check_step,
-    free_numbers,
-    number,
-    quoted,
-    recogniser,
-    record_facts,
-    text_of,
-)
+from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats._text import NEWLINE, quoted
 
 KIND = "ESM"
 UNITS = ("cm/s^2", "cm/s2")
@@ -86,7 +75,7 @@ class Header(dict[str, str]):
 
     def number(self, key: str) -> float | None:
         """The number of a key, None where the header leaves it open."""
-        value = number(self[key]) if self[key] else None
+        value = _text.number(self[key]) if self[key] else None
         if value is None and self[key]:
             raise RecordError(
                 f"{self.place(key)}: {key} is {quoted(self[key])}; it must be a number, or empty: restore that line, "
@@ -95,7 +84,7 @@ class Header(dict[str, str]):
         return value
 
 
-@recogniser()
+@_text.recogniser()
 def _is_esm(start: str) -> bool:
     """True for a text file of ESM or ITACA, of whatever quantity."""
     return bool(_START.match(start)) and "SAMPLING_INTERVAL_S" in start
@@ -112,28 +101,35 @@ def _read_esm(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     number of samples other than NDATA, a largest one other than the stated PGA, and for any sample that is no finite
     number.
     """
-    name, text = text_of(file, name, KIND)
+    name, text = _text.text_of(file, name, KIND)
     lines = NEWLINE.split(text)
     while not lines[-1].strip():
         lines.pop()
     header = Header(name, lines)
     _check_kind(header, lines)
-    dt = check_step(
+    dt = _text.check_step(
         header.place("SAMPLING_INTERVAL_S"),
-        number(header["SAMPLING_INTERVAL_S"]),
+        _text.number(header["SAMPLING_INTERVAL_S"]),
         header["SAMPLING_INTERVAL_S"],
         "SAMPLING_INTERVAL_S",
     )
-    count = _count(header, dt)
-    stats = _stats(header, dt)
-    samples = lines[len(header) :]
-    _check_rows(name, samples, len(header))
-    values = free_numbers(name, samples, len(header), "-0.227973")
-    check_count(header.place("NDATA"), count, len(values), "NDATA")
-    if headonly:
-        return Stream([Trace(header={**stats, "npts": count})])
-    check_peak(values, stated_peak(header[PEAK], "cm/s²", 1.0, header.place(PEAK)))
-    return Stream([Trace(values * 0.01, header=stats)])
+    count = _text.whole_count(header.place("NDATA"), header["NDATA"], "NDATA")
+    _text.check_length(header.place("DURATION_S"), count, dt, header.number("DURATION_S"), 0.001, "DURATION_S")
+    for at, line in enumerate(lines[len(header) :], start=len(header) + 1):
+        if len(line.split()) != 1:
+            raise RecordError(
+                f"{name}, line {at}: found {quoted(line)} among the samples, of which an ESM file has one on a line; "
+                "restore that line, or fetch the file again"
+            )
+    values = _text.free_numbers(name, lines[len(header) :], len(header), "-0.227973")
+    _text.check_count(header.place("NDATA"), count, len(values), "NDATA")
+    record, start = _facts(header)
+    if not headonly:
+        _text.check_peak(values, _text.stated_peak(header[PEAK], "cm/s²", 1.0, header.place(PEAK)))
+    location = header["LOCATION"] if len(header["LOCATION"]) <= 2 else ""  # some archives write an address there
+    seed = {"network": header["NETWORK"], "station": header["STATION_CODE"], "channel": header["STREAM"]}
+    more = {**seed, "location": location, "esm": AttribDict(header)}
+    return Stream([_text.trace_of(count if headonly else values, 0.01, dt, record, start, **more)])
 
 
 def _check_kind(header: Header, lines: list[str]) -> None:
@@ -162,42 +158,12 @@ def _check_kind(header: Header, lines: list[str]) -> None:
         )
 
 
-def _count(header: Header, dt: float) -> int:
-    """NDATA, which must agree with the duration where the header states it."""
-    where, word = header.place("NDATA"), header["NDATA"]
-    if not re.fullmatch(r"\d{1,15}", word, re.ASCII):
-        raise RecordError(f"{where}: NDATA is {quoted(word)}; it must be a whole number of samples")
-    count = int(word)
-    if count < 2:
-        raise RecordError(f"{where}: NDATA is {count}; a record needs at least 2 samples")
-    duration = header.number("DURATION_S")
-    # Told as n dt or (n - 1) dt, to a thousandth of a second.
-    if duration is not None and not (count - 1) * dt - 0.001 <= duration <= count * dt + 0.001:
-        raise RecordError(
-            f"{header.place('DURATION_S')}: the duration is {duration:g} s, but {count} samples every {dt:g} s last "
-            f"{count * dt:g} s; fetch the file again"
-        )
-    return count
-
-
-def _check_rows(name: str, samples: list[str], first: int) -> None:
-    """Raise RecordError for a line after the header that does not hold exactly one word."""
-    for at, line in enumerate(samples):
-        if len(line.split()) != 1:
-            raise RecordError(
-                f"{name}, line {first + at + 1}: found {quoted(line)} among the samples, of which an ESM file has one "
-                "on a line; restore that line, or fetch the file again"
-            )
-
-
-def _stats(header: Header, dt: float) -> dict[str, Any]:
-    """ObsPy statistics from the header."""
+def _facts(header: Header) -> tuple[AttribDict, UTCDateTime | None]:
+    """The facts of the recording, and when it starts."""
     low, high, peak = header.number(LOW), header.number(HIGH), header.number(PEAK)
     magnitude = header.number("MAGNITUDE_W")
     day = _time(header, "EVENT_DATE_YYYYMMDD")
-    start = _time(header, FIRST_SAMPLE) or day
-    stream, location = header["STREAM"], header["LOCATION"]
-    record = record_facts(
+    record = _text.record_facts(
         **({} if header[FIRST_SAMPLE] else {"timed": False}),
         state="raw" if low is None and high is None else "processed",
         units="units: cm/s², times 0.01",
@@ -206,17 +172,13 @@ def _stats(header: Header, dt: float) -> dict[str, Any]:
         date="" if day is None else str(day.date),
         distance_km=header.number("EPICENTRAL_DISTANCE_KM"),
         station=header["STATION_CODE"],
-        component=stream,
-        azimuth=AZIMUTHS.get(stream[-1].upper()),
+        component=header["STREAM"],
+        azimuth=AZIMUTHS.get(header["STREAM"][-1].upper()),
         low_corner=low,
         high_corner=high,
         header_pga=None if peak is None else abs(peak) * 0.01,
     )
-    stats: dict[str, Any] = {"delta": dt, "calib": 1.0, "record": record, "esm": AttribDict(header)}
-    # Some archives write the address of the station where the location code belongs.
-    stats |= {"location": location if len(location) <= 2 else "", "channel": stream}
-    stats |= {"network": header["NETWORK"], "station": header["STATION_CODE"]}
-    return {**stats, "starttime": start} if start else stats
+    return record, _time(header, FIRST_SAMPLE) or day
 
 
 def _time(header: Header, key: str) -> UTCDateTime | None:
@@ -224,20 +186,19 @@ def _time(header: Header, key: str) -> UTCDateTime | None:
     words = header[key]
     if not words:
         return None
-    clock = _CLOCK.search(words)
-    day = words[: clock.start()] if clock else words
-    date = next(filter(None, (pattern.fullmatch(day) for pattern in _DAYS)), None)
-    if date and (clock or key != FIRST_SAMPLE):
-        hour, minute, second = (float(part) for part in clock.groups()) if clock else (0.0, 0.0, 0.0)
-        try:
-            days = (int(date[part]) for part in ("year", "month", "day"))
-            return UTCDateTime(*days, int(hour), int(minute)) + second
-        except (ValueError, OverflowError):
-            pass  # a thirteenth month, or the like
-    raise RecordError(
+    sentence = (
         f"{header.place(key)}: {key} is {quoted(words)}; it must be a time such as 20190728_160905.700, or empty: "
         "restore that line, or fetch the file again"
     )
+    clock = _CLOCK.search(words)
+    day = words[: clock.start()] if clock else words
+    date = next(filter(None, (pattern.fullmatch(day) for pattern in _DAYS)), None)
+    if date is None or (clock is None and key == FIRST_SAMPLE):
+        raise RecordError(sentence)
+    hour, minute, second = (float(part) for part in clock.groups()) if clock else (0.0, 0.0, 0.0)
+    with _text.time_of_header(sentence):
+        days = (int(date[part]) for part in ("year", "month", "day"))
+        return UTCDateTime(*days, int(hour), int(minute)) + second
 
 
 FORMAT = Format("ESM", "ESM and ITACA text (.asc)", (".asc",), _is_esm, _read_esm)

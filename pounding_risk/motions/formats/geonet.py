@@ -17,25 +17,12 @@ from math import ceil
 from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
-from obspy import Stream, UTCDateTime
+from obspy import Stream, Trace, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, stated_peak
-from pounding_risk.motions.formats._text import (
-    NEWLINE,
-    NUMBER,
-    check_count,
-    check_step,
-    fixed_numbers,
-    number,
-    quoted,
-    recogniser,
-    record_facts,
-    text_of,
-    trace_of,
-)
+from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats._text import NEWLINE, NUMBER, quoted
 
 KIND = "GeoNet"
 NETWORK = "NZ"  # of every station that GNS Science runs
@@ -74,10 +61,10 @@ class Heading(NamedTuple):
     line: int  # the index of its first line in the file
     label: str  # of the component, such as N28W
     dt: float  # s
-    counts: tuple[int, int, int]  # samples of acceleration, velocity and displacement
+    counts: list[int]  # samples of acceleration, velocity and displacement
 
 
-@recogniser(512)
+@_text.recogniser(512)
 def _is_geonet(start: str) -> bool:
     """True for a GeoNet V1A or V2A file."""
     first, second = NEWLINE.split(start)[:2]
@@ -95,27 +82,14 @@ def _read_geonet(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
     mm/s/s, a time step out of range, samples that are no finite numbers or not as many as the heading says, another
     largest one than it says, fewer than three components, and anything after them.
     """
-    name, text = text_of(file, name, KIND)
-    lines = NEWLINE.split(text)
-    while not lines[-1].strip():
-        lines.pop()
-    components = _components(name, lines)
-    codes = _codes(name, [heading for heading, _ in components])
-    stats = [_stats(name, heading, code) for (heading, _), code in zip(components, codes, strict=True)]
-    for heading, acceleration in components:
-        check_peak(acceleration, _stated_peak(name, heading))
-    samples = [len(acceleration) if headonly else acceleration for _, acceleration in components]
-    return Stream([trace_of(values, MILLIMETRE, header) for values, header in zip(samples, stats, strict=True)])
-
-
-def _components(name: str, lines: list[str]) -> list[tuple[Heading, NDArray]]:
-    """Heading and acceleration [mm/s²] of each component; every other block is checked on the way."""
+    name, text = _text.text_of(file, name, KIND)
+    lines = NEWLINE.split(text.rstrip())
     components: list[tuple[Heading, NDArray]] = []
     at = 0
     while len(components) < COMPONENTS:
         heading = _heading(name, lines, at)
         at += HEADING_LINES
-        blocks = []
+        blocks = []  # only the first is kept; the others are checked
         for count, quantity in zip(heading.counts, ("acceleration", "velocity", "displacement"), strict=True):
             blocks.append(_block(name, lines, at, count, quantity))
             at += ceil(count / COLUMNS)
@@ -125,13 +99,14 @@ def _components(name: str, lines: list[str]) -> list[tuple[Heading, NDArray]]:
             f"{name}, line {at + 1}: {quoted(lines[at])} follows the third component, with which a GeoNet file ends; "
             "remove it, or fetch the file again"
         )
-    return components
-
-
-def _stated_peak(name: str, heading: Heading) -> StatedPeak | None:
-    """The peak in the text of a heading; None where it was not evaluated."""
-    words = _PEAKS[0].match(heading.text[13])
-    return stated_peak(words[1], UNIT, 1.0, f"{name}, line {heading.line + 14}") if words else None
+    azimuths = _azimuths(name, [heading for heading, _ in components])
+    traces = []
+    for (heading, acceleration), azimuth, letter in zip(components, azimuths, _letters(azimuths), strict=True):
+        peak = _PEAKS[0].match(heading.text[13])
+        if peak:  # otherwise it was not evaluated
+            _text.check_peak(acceleration, _text.stated_peak(peak[1], UNIT, 1.0, f"{name}, line {heading.line + 14}"))
+        traces.append(_trace(name, heading, azimuth, letter, len(acceleration) if headonly else acceleration))
+    return Stream(traces)
 
 
 def _heading(name: str, lines: list[str], at: int) -> Heading:
@@ -142,23 +117,8 @@ def _heading(name: str, lines: list[str], at: int) -> Heading:
             f"{name}: ends with line {len(lines)}, before the end of the heading due from line {at + 1} on; a GeoNet "
             f"file has {COMPONENTS} components: the file is cut short, fetch it again"
         )
-    text, places = heading_lines[:TEXT_LINES], [f"{name}, line {at + row + 1}" for row in range(len(heading_lines))]
-    _check_text(places, text)
-    _check_unit(name, text, at)
-    numbers = [_table_row(places[row], heading_lines[row]) for row in range(TEXT_LINES, len(heading_lines))]
-    for line_words, values in zip(places[TEXT_LINES:], numbers[:WHOLE_LINES], strict=False):
-        _check_whole(line_words, values)
-    integers = [int(value) for row in numbers[:WHOLE_LINES] for value in row]
-    real = [value for row in numbers[WHOLE_LINES:] for value in row]
-    dt = check_step(places[22], real[STEP], f"{real[STEP]:g}", "the time step (the sixth number)")
-    label = _COMPONENT.match(text[12])[1]  # type: ignore[index]
-    heading = Heading(text, integers, real, at, label, dt, _counts(name, integers, at))
-    _check_points(name, heading)
-    return heading
-
-
-def _check_text(places: list[str], text: list[str]) -> None:
-    """Raise RecordError where a line that the heading needs is something else."""
+    places = [f"{name}, line {at + row + 1}" for row in range(HEADING_LINES)]
+    text = heading_lines[:TEXT_LINES]
     for row, pattern, example in (
         (0, _TITLE, "Uncorrected accelerogram 20161113_110256_THZ_20 GNS Science"),
         (1, _SITE, "Site THZ"),
@@ -170,12 +130,43 @@ def _check_text(places: list[str], text: list[str]) -> None:
                 f'{places[row]}: found {quoted(text[row])} where a GeoNet file has a line such as "{example}"; '
                 "restore that line, or fetch the file again"
             )
+    _check_unit(places, text)
+    integers, real = [], []
+    for row in range(TEXT_LINES, HEADING_LINES):
+        values, is_whole = _table_row(places[row], heading_lines[row]), row < TEXT_LINES + WHOLE_LINES
+        broken = [value for value in values if value != int(value)] if is_whole else []
+        if broken:
+            raise RecordError(
+                f"{places[row]}: has {broken[0]:g}, where all numbers are whole; restore that line of the heading, "
+                "or fetch the file again"
+            )
+        integers += [int(value) for value in values] if is_whole else []
+        real += [] if is_whole else values
+    dt = _text.check_step(places[22], real[STEP], f"{real[STEP]:g}", "the time step (the sixth number)")
+    counts, prepended = integers[COUNTS], integers[PREPENDED]
+    if counts[0] < 2:
+        raise RecordError(f"{places[19]}: the number of acceleration samples is {counts[0]}; a record needs at least 2")
+    if min(counts[1], counts[2], prepended) < 0 or prepended > counts[0]:
+        raise RecordError(
+            f"{places[19]}: {counts[1]} samples of velocity, {counts[2]} of displacement and {prepended} prepended "
+            f"ones do not go with {counts[0]} of acceleration; restore that line, or fetch the file again"
+        )
+    points = _POINTS.match(text[9])
+    assert points
+    if int(points[1]) != counts[0]:
+        raise RecordError(
+            f"{places[9]}: the text promises {int(points[1])} points, the numbers of line {at + 20} {counts[0]}; fetch "
+            "the file again"
+        )
+    _text.check_length(places[9], counts[0], dt, _text.number(points[2]) or 0.0, 0.01, "the text")
+    label = _COMPONENT.match(text[12])[1]  # type: ignore[index]
+    return Heading(text, integers, real, at, label, dt, counts)
 
 
 def _table_row(where: str, line: str) -> list[float]:
     """The ten numbers of a line of the heading, in columns of eight characters."""
     words = [line[column * WIDTH : (column + 1) * WIDTH].strip() for column in range(COLUMNS)]
-    values = [value for value in map(number, words) if value is not None]
+    values = [value for value in map(_text.number, words) if value is not None]
     if len(values) < COLUMNS or line[COLUMNS * WIDTH :].strip():
         raise RecordError(
             f"{where}: {quoted(line)} is not a line of {COLUMNS} numbers in columns of {WIDTH} characters; restore "
@@ -184,64 +175,22 @@ def _table_row(where: str, line: str) -> list[float]:
     return values
 
 
-def _check_whole(where: str, row: list[float]) -> None:
-    broken = [value for value in row if value != int(value)]
-    if broken:
-        raise RecordError(
-            f"{where}: has {broken[0]:g}, where all numbers are whole; restore that line of the heading, "
-            "or fetch the file again"
-        )
-
-
-def _check_unit(name: str, text: list[str], at: int) -> None:
+def _check_unit(places: list[str], text: list[str]) -> None:
     """Raise RecordError where the heading says no unit, or another than mm/s/s."""
     readings, peak = _READINGS.search(text[10]), _PEAKS[0].match(text[13])
-    statements = [(10, 1.0 if number(readings[1]) == 1.0 else None, readings[2])] if readings else []
-    statements += [(13, 1.0, peak[2])] if peak else []
+    statements = [(10, _text.number(readings[1]) == 1.0, readings[2])] if readings else []
+    statements += [(13, True, peak[2])] if peak else []
     if not statements:
         raise RecordError(
-            f"{name}, line {at + 14}: found {quoted(text[13])}, and no unit of the samples in the heading; a GeoNet "
-            f'file says "Acceleration: Peak 399.7 {UNIT} at 115.37 s": restore that line, or fetch the file again'
+            f"{places[13]}: found {quoted(text[13])}, and no unit of the samples in the heading; a GeoNet file says "
+            f'"Acceleration: Peak 399.7 {UNIT} at 115.37 s": restore that line, or fetch the file again'
         )
-    for row, factor, unit in statements:
-        if factor is None or unit.lower() != UNIT:
+    for row, is_one, unit in statements:
+        if not is_one or unit.lower() != UNIT:
             raise RecordError(
-                f"{name}, line {at + row + 1}: the unit of the samples is told by {quoted(text[row])}; a GeoNet file "
-                f"holds acceleration in 1.00 {UNIT}: convert the samples to it, or fetch the file again"
+                f"{places[row]}: the unit of the samples is stated by {quoted(text[row])}; a GeoNet file holds "
+                f"acceleration in 1.00 {UNIT}: convert the samples to it, or fetch the file again"
             )
-
-
-def _counts(name: str, integers: list[int], at: int) -> tuple[int, int, int]:
-    """The number of samples of acceleration, velocity and displacement."""
-    acceleration, velocity, displacement = integers[COUNTS]
-    where = f"{name}, line {at + TEXT_LINES + WHOLE_LINES}"
-    if acceleration < 2:
-        raise RecordError(f"{where}: the number of acceleration samples is {acceleration}; a record needs at least 2")
-    if min(velocity, displacement, integers[PREPENDED]) < 0 or integers[PREPENDED] > acceleration:
-        raise RecordError(
-            f"{where}: {velocity} samples of velocity, {displacement} of displacement and {integers[PREPENDED]} "
-            f"prepended ones do not go with {acceleration} of acceleration; restore that line, or fetch the file again"
-        )
-    return acceleration, velocity, displacement
-
-
-def _check_points(name: str, heading: Heading) -> None:
-    """Raise RecordError where the text of a heading and its numbers do not agree on samples and duration."""
-    points = _POINTS.match(heading.text[9])
-    assert points
-    promised, duration = int(points[1]), number(points[2]) or 0.0
-    count = heading.counts[0]
-    if promised != count:
-        raise RecordError(
-            f"{name}, line {heading.line + 10}: the text promises {promised} points, the numbers of line "
-            f"{heading.line + TEXT_LINES + WHOLE_LINES} {count}; fetch the file again"
-        )
-    # Told as n dt or (n - 1) dt, to a hundredth of a second.
-    if not (count - 1) * heading.dt - 0.01 <= duration <= count * heading.dt + 0.01:
-        raise RecordError(
-            f"{name}, line {heading.line + 10}: the duration is {duration:g} s, but {count} samples every "
-            f"{heading.dt:g} s last {count * heading.dt:g} s; fetch the file again"
-        )
 
 
 def _block(name: str, lines: list[str], at: int, count: int, quantity: str) -> NDArray:
@@ -255,72 +204,70 @@ def _block(name: str, lines: list[str], at: int, count: int, quantity: str) -> N
                 f"number{'s' if due > 1 else ''} of {WIDTH} characters each {'are' if due > 1 else 'is'} due; restore "
                 "that line, or fetch the file again"
             )
-    values = fixed_numbers(name, rows, at, WIDTH, "-11026.2")
-    check_count(f"{name}, {quantity} from line {at + 1} on", count, len(values), "the number of points")
+    values = _text.fixed_numbers(name, rows, at, WIDTH, "-11026.2")
+    _text.check_count(f"{name}, {quantity} from line {at + 1} on", count, len(values), "the number of points")
     return values
 
 
-def _codes(name: str, headings: list[Heading]) -> list[str]:
-    """The channel codes: band, N for an accelerometer, and the direction."""
+def _azimuths(name: str, headings: list[Heading]) -> list[float | None]:
+    """Degrees clockwise from north, by a component's name and its bearing, which must agree; None for a vertical."""
     labels = [heading.label.upper() for heading in headings]
-    for at, label in enumerate(labels):
+    azimuths: list[float | None] = []
+    for at, (heading, label) in enumerate(zip(headings, labels, strict=True)):
         if label in labels[:at]:
             raise RecordError(
-                f"{name}, line {headings[at].line + 13}: two components are called {label}, so that one of them has "
+                f"{name}, line {heading.line + 13}: two components are called {label}, so that one of them has "
                 "a wrong direction; find out which, and correct its name and its bearing"
             )
-    letters = [_letter(_azimuth(name, heading)) for heading in headings]
-    if letters.count("N") != 1 or letters.count("E") != 1:
-        numbers = iter("123")
-        letters = ["Z" if letter == "Z" else next(numbers) for letter in letters]
-    bands = ["H" if heading.dt <= LONGEST_HIGH_BAND_STEP else "B" for heading in headings]
-    return [f"{band}N{letter}" for band, letter in zip(bands, letters, strict=True)]
+    for heading, label in zip(headings, labels, strict=True):
+        bearing, compass = float(heading.whole[BEARING] % 360), _COMPASS.fullmatch(label)
+        azimuths.append(None if label in ("UP", "DOWN") else bearing)
+        if compass is None:
+            continue
+        side, angle, turn = compass[1], float(compass[2]), compass[3]
+        named = (angle if side == "N" else 180.0 - angle) if turn == "E" else (-angle if side == "N" else 180.0 + angle)
+        if abs((named - bearing + 180.0) % 360.0 - 180.0) > 1.0:
+            raise RecordError(
+                f"{name}, line {heading.line + 13}: the component {heading.label} points to {named % 360.0:g} degrees, "
+                f"its bearing in line {heading.line + 19} is {bearing:g}; find out which is right, and correct the "
+                "other"
+            )
+    return azimuths
 
 
-def _letter(azimuth: float | None) -> str:
-    """N or E within 5 degrees of it, as the FDSN's naming has it, Z for a vertical, otherwise nothing."""
-    if azimuth is None:
-        return "Z"
-    if min(azimuth, 360.0 - azimuth) <= 5.0:
-        return "N"
-    return "E" if abs(azimuth - 90.0) <= 5.0 else ""
+def _letters(azimuths: list[float | None]) -> list[str]:
+    """Directions of channel codes: N or E within 5 degrees of it, as the FDSN's naming has it, Z, otherwise 1 to 3."""
+    letters = []
+    for azimuth in azimuths:
+        if azimuth is None:
+            letters.append("Z")
+        elif min(azimuth, 360.0 - azimuth) <= 5.0:
+            letters.append("N")
+        else:
+            letters.append("E" if abs(azimuth - 90.0) <= 5.0 else "")
+    if letters.count("N") == letters.count("E") == 1:
+        return letters
+    numbers = iter("123")
+    return ["Z" if letter == "Z" else next(numbers) for letter in letters]
 
 
-def _azimuth(name: str, heading: Heading) -> float | None:
-    """Degrees clockwise from north, by the component's name and its bearing, which must agree; None for a vertical."""
-    if heading.label.upper() in ("UP", "DOWN"):
-        return None
-    bearing = float(heading.whole[BEARING] % 360)
-    compass = _COMPASS.fullmatch(heading.label)
-    if compass is None:
-        return bearing
-    side, angle, turn = compass[1].upper(), float(compass[2]), compass[3].upper()
-    named = (angle if side == "N" else 180.0 - angle) if turn == "E" else (-angle if side == "N" else 180.0 + angle)
-    if abs((named - bearing + 180.0) % 360.0 - 180.0) > 1.0:
-        raise RecordError(
-            f"{name}, line {heading.line + 13}: the component {heading.label} points to {named % 360.0:g} degrees, its "
-            f"bearing in line {heading.line + 19} is {bearing:g}; find out which is right, and correct the other"
-        )
-    return bearing
-
-
-def _stats(name: str, heading: Heading, code: str) -> dict[str, Any]:
-    """ObsPy statistics from the heading."""
+def _trace(name: str, heading: Heading, azimuth: float | None, letter: str, samples: NDArray | int) -> Trace:
+    """The trace of a component, in m/s², with the facts of its heading."""
     text, integers, real = heading.text, heading.whole, heading.real
     title, site = _TITLE.match(text[0]), _SITE.match(text[1])
     assert title and site
     location = _LOCATION.search(title["id"])
-    pga, pgv, pgd = map(_peak, _PEAKS, text[13:16], (UNIT, "mm/s", "mm"))
+    peaks = {}
+    for key, pattern, line, unit in zip(("pga", "pgv", "pgd"), _PEAKS, text[13:16], (UNIT, "mm/s", "mm"), strict=True):
+        match = pattern.match(line)
+        value = _text.number(match[1]) if match and match[2].lower() == unit else None
+        peaks[f"header_{key}"] = None if value is None else abs(value) * MILLIMETRE
     low, high = (tuple(real[edge] for edge in edges) for edges in (LOW_EDGES, HIGH_EDGES))
     origin = _time(name, heading.line + 17, (*integers[ORIGIN], 0, 0, 0.0))
-    buffer = (
-        *integers[START_YEAR],
-        *integers[START_DAY],
-        integers[START_MINUTE][0],
-        integers[START_MINUTE][1] / 1000.0,
-    )
+    minute, milliseconds = integers[START_MINUTE]
+    buffer = (*integers[START_YEAR], *integers[START_DAY], minute, milliseconds / 1000.0)
     start = _time(name, heading.line + 17, buffer)
-    record = record_facts(
+    record = _text.record_facts(
         **({} if start else {"timed": False}),
         state="raw" if title["kind"].lower() == "uncorrected" else "processed",
         units="units: mm/s², times 0.001",
@@ -330,43 +277,34 @@ def _stats(name: str, heading: Heading, code: str) -> dict[str, Any]:
         distance_km=float(integers[DISTANCE]) or None,
         station=site[1],
         component=heading.label,
-        azimuth=_azimuth(name, heading),
+        azimuth=azimuth,
         low_corner=low[1] or None,
         high_corner=high[0] or None,
-        header_pga=pga,
-        header_pgv=pgv,
-        header_pgd=pgd,
+        **peaks,
     )
-    stats: dict[str, Any] = {"delta": heading.dt, "calib": 1.0, "network": NETWORK, "station": site[1], "channel": code}
-    stats |= {"location": location[1] if location else "", "record": record}
     facts = {"title": title["id"], "site": text[2].strip(), "latitude": -real[LATITUDE], "longitude": real[LONGITUDE]}
     filtered = {"low_transition": low, "high_transition": high} if any((*low, *high)) else {}
-    stats["geonet"] = AttribDict({**facts, **filtered})
+    code = f"{'H' if heading.dt <= LONGEST_HIGH_BAND_STEP else 'B'}N{letter}"
+    named = {"network": NETWORK, "station": site[1], "channel": code, "location": location[1] if location else ""}
     begins = start - integers[PREPENDED] * heading.dt if start else origin
-    return {**stats, "starttime": begins} if begins else stats
-
-
-def _peak(pattern: re.Pattern[str], line: str, unit: str) -> float | None:
-    """The peak in a line of the heading, from millimetres to metres; None where it was not evaluated."""
-    match = pattern.match(line)
-    value = number(match[1]) if match and match[2].lower() == unit else None
-    return None if value is None else abs(value) * MILLIMETRE
+    return _text.trace_of(
+        samples, MILLIMETRE, heading.dt, record, begins, **named, geonet=AttribDict({**facts, **filtered})
+    )
 
 
 def _time(name: str, line: int, parts: tuple[float, ...]) -> UTCDateTime | None:
     """Year, month, day, hour, minute, second as a time; None where the heading has zeros for unknown."""
     if not any(parts[:3]):
         return None
-    try:
-        if 0.0 <= parts[5] < 61.0:
-            return UTCDateTime(*(int(part) for part in parts[:5])) + parts[5]
-    except (ValueError, OverflowError):
-        pass  # a thirteenth month, or the like
     listed = " ".join(f"{part:g}" for part in parts)
-    raise RecordError(
+    sentence = (
         f"{name}, lines {line} to {line + 3}: the heading's numbers give the time {listed} (year, month, day, hour, "
         "minute, second), which is none; restore those lines, or fetch the file again"
     )
+    if not 0.0 <= parts[5] < 61.0:
+        raise RecordError(sentence)
+    with _text.time_of_header(sentence):
+        return UTCDateTime(*(int(part) for part in parts[:5])) + parts[5]
 
 
 FORMAT = Format("GEONET", "GeoNet (.V1A, .V2A)", (".v1a", ".v2a"), _is_geonet, _read_geonet)

@@ -16,8 +16,7 @@ from obspy import Stream, Trace
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
 from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, unreadable
-from pounding_risk.motions.formats._peaks import StatedPeak, check_peak
-from pounding_risk.motions.formats._text import check_count, quoted, recogniser, record_facts
+from pounding_risk.motions.formats._text import StatedPeak, check_count, check_peak, quoted, recogniser, record_facts
 
 KIND = "K-NET"
 GAL = 0.01  # m/s²

@@ -11,8 +11,7 @@ from obspy import Stream
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, unreadable
-from pounding_risk.motions.formats._response import to_acceleration
+from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, to_acceleration, unreadable
 from pounding_risk.motions.formats._text import recogniser
 
 KIND = "MiniSEED"

@@ -17,26 +17,15 @@ unseen.
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from obspy import Stream, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._text import (
-    NEWLINE,
-    NUMBER,
-    check_count,
-    check_step,
-    free_numbers,
-    number,
-    quoted,
-    recogniser,
-    record_facts,
-    text_of,
-    trace_of,
-)
+from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats._text import NEWLINE, NUMBER, quoted
 from pounding_risk.units import STANDARD_GRAVITY
 
 KIND = "PEER AT2"
@@ -66,7 +55,7 @@ class Header(NamedTuple):
     lines: int  # of the file, up to the first sample
 
 
-@recogniser()
+@_text.recogniser()
 def _is_at2(start: str) -> bool:
     """True for a PEER AT2 file: acceleration, its unit and NPTS are named in the first lines."""
     head = [line.upper() for line in NEWLINE.split(start)[:HEADER_LINES]]
@@ -85,15 +74,40 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     time step that is not positive, fewer than two samples, a number of samples other than NPTS, and for any
     sample that is no finite number.
     """
-    name, text = text_of(file, name, KIND)
+    name, text = _text.text_of(file, name, KIND)
     lines = NEWLINE.split(text)
     header = _header(name, lines)
-    stats = _stats(header)
-    if headonly:
-        return Stream([trace_of(header.npts, 1.0, stats)])
-    values = free_numbers(name, lines[header.lines :], header.lines, "-.1234567E-02")
-    check_count(f"{name}, line {header.lines}", header.npts, len(values), "NPTS")
-    return Stream([trace_of(values, STANDARD_GRAVITY, stats)])
+    title = _TITLE.fullmatch(header.title) if len(header.title) <= LONGEST_TITLE else None
+    facts = {key: (title[key] or "").strip(" ,") if title else "" for key in _TITLE.groupindex}
+    facts["time"] = facts.pop("clock") or facts["time"]
+    corners = {kind.upper(): _text.number(corner) for kind, corner in _CORNER.findall(header.unit_line)}
+    at2: dict[str, Any] = {**facts, "title": header.title, "unit": "G"}
+    at2 |= {key: corners[kind] for key, kind in (("high_pass", "HP"), ("low_pass", "LP")) if kind in corners}
+    day = None
+    with suppress(ValueError):  # two digits of a year are of the twentieth century
+        month, day_of_month, year = (int(part) for part in facts["date"].split("/"))
+        day = UTCDateTime(year + 1900 if year < 100 else year, month, day_of_month)
+    azimuth = COMPASS.get(facts["component"].upper())
+    if re.fullmatch(r"\d{1,3}", facts["component"], re.ASCII) and int(facts["component"]) <= 360:
+        azimuth = float(facts["component"])
+    record = _text.record_facts(
+        state="processed",
+        timed=False,  # a header states the day alone
+        units="units: g, times 9.80665 m/s²",
+        event=facts["event"],
+        date=facts["date"] if day is None else str(day.date),
+        station=facts["station"],
+        component=facts["component"],
+        azimuth=azimuth,
+        low_corner=corners.get("HP"),
+        high_corner=corners.get("LP"),
+    )
+    if not headonly:
+        values = _text.free_numbers(name, lines[header.lines :], header.lines, "-.1234567E-02")
+        _text.check_count(f"{name}, line {header.lines}", header.npts, len(values), "NPTS")
+    named = {"station": facts["station"], "channel": facts["component"], "peer_at2": AttribDict(at2)}
+    samples = header.npts if headonly else values
+    return Stream([_text.trace_of(samples, STANDARD_GRAVITY, header.dt, record, day, **named)])
 
 
 def _header(name: str, lines: list[str]) -> Header:
@@ -106,7 +120,14 @@ def _header(name: str, lines: list[str]) -> Header:
             f"{quoted(lines[0])} first; a PEER AT2 file says ACCELERATION TIME SERIES IN UNITS OF G there: "
             "check that this is one"
         )
-    _check_unit(name, at_unit + 1, head[at_unit])
+    unit = _UNIT.search(head[at_unit])[1].rstrip(".")  # type: ignore[index]
+    is_acceleration = "ACCELERATION" in head[at_unit].upper()
+    if not is_acceleration or unit.upper() != "G":
+        quantity = "acceleration" if is_acceleration else "something other than acceleration"
+        raise RecordError(
+            f"{name}, line {at_unit + 1}: the header says {quantity} in units of {quoted(unit)}; a PEER AT2 file holds "
+            "acceleration in units of G: convert the samples to g, or take the AT2 file of this record"
+        )
     at_count = next((at for at, line in enumerate(head) if at > at_unit and "NPTS" in line.upper()), None)
     if at_count is None:
         next_line = quoted(lines[at_unit + 1]) if at_unit + 1 < len(lines) else "the end of the file"
@@ -117,17 +138,6 @@ def _header(name: str, lines: list[str]) -> Header:
     count, dt = _count_and_step(f"{name}, line {at_count + 1}", head[at_count])
     title = head[at_unit - 1].strip() if at_unit else ""
     return Header(title, head[at_unit], count, dt, at_count + 1)
-
-
-def _check_unit(name: str, number: int, line: str) -> None:
-    match = _UNIT.search(line)
-    unit = match[1].rstrip(".") if match else ""
-    if "ACCELERATION" not in line.upper() or unit.upper() != "G":
-        quantity = "acceleration" if "ACCELERATION" in line.upper() else "something other than acceleration"
-        raise RecordError(
-            f"{name}, line {number}: the header says {quantity} in units of {quoted(unit)}; a PEER AT2 file holds "
-            "acceleration in units of G: convert the samples to g, or take the AT2 file of this record"
-        )
 
 
 def _count_and_step(where: str, line: str) -> tuple[int, float]:
@@ -142,56 +152,7 @@ def _count_and_step(where: str, line: str) -> tuple[int, float]:
             repair = 'write NPTS= and DT=, such as "NPTS= 4000, DT= .0100 SEC"'
             raise RecordError(f"{where}: no {missing} in {quoted(line)}; {repair}")
         count_text, step_text = count_found[1], step_found[1]
-    if not re.fullmatch(r"[+-]?\d{1,15}", count_text, re.ASCII):
-        raise RecordError(f"{where}: NPTS is {quoted(count_text)}; it must be a whole number of samples")
-    count = int(count_text)
-    if count < 2:
-        raise RecordError(f"{where}: NPTS is {count}; a record needs at least 2 samples")
-    return count, check_step(where, number(step_text), step_text)
-
-
-def _stats(header: Header) -> dict[str, Any]:
-    """ObsPy statistics from the header."""
-    title = _TITLE.fullmatch(header.title) if len(header.title) <= LONGEST_TITLE else None
-    facts = {key: (title[key] or "").strip(" ,") if title else "" for key in _TITLE.groupindex}
-    facts["time"] = facts.pop("clock") or facts["time"]
-    corners = {kind.upper(): number(corner) for kind, corner in _CORNER.findall(header.unit_line)}
-    at2: dict[str, Any] = {**facts, "title": header.title, "unit": "G"}
-    at2 |= {name: corners[kind] for name, kind in (("high_pass", "HP"), ("low_pass", "LP")) if kind in corners}
-    day = _day(facts["date"])
-    record = record_facts(
-        state="processed",
-        timed=False,  # a header states the day alone
-        units="units: g, times 9.80665 m/s²",
-        event=facts["event"],
-        date=facts["date"] if day is None else str(day.date),
-        station=facts["station"],
-        component=facts["component"],
-        azimuth=_azimuth(facts["component"]),
-        low_corner=corners.get("HP"),
-        high_corner=corners.get("LP"),
-    )
-    stats: dict[str, Any] = {"delta": header.dt, "calib": 1.0, "peer_at2": AttribDict(at2), "record": record}
-    stats.update(station=facts["station"], channel=facts["component"])
-    if day is not None:
-        stats["starttime"] = day
-    return stats
-
-
-def _azimuth(component: str) -> float | None:
-    """Degrees clockwise from north, where the component's name is a whole number of them, or a letter (N)."""
-    if component.upper() in COMPASS:
-        return COMPASS[component.upper()]
-    return float(component) if re.fullmatch(r"\d{1,3}", component, re.ASCII) and int(component) <= 360 else None
-
-
-def _day(date: str) -> UTCDateTime | None:
-    """Month/day/year as the databases write it; two digits of a year are of the twentieth century."""
-    try:
-        month, day, year = (int(part) for part in date.split("/"))
-        return UTCDateTime(year + 1900 if year < 100 else year, month, day)
-    except ValueError:
-        return None
+    return _text.whole_count(where, count_text, "NPTS"), _text.check_step(where, _text.number(step_text), step_text)
 
 
 FORMAT = Format("PEER_AT2", "PEER AT2 (.at2)", (".at2",), _is_at2, _read_at2)

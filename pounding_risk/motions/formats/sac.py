@@ -16,10 +16,8 @@ from obspy import Stream
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._native import bytes_of, read_by_obspy
-from pounding_risk.motions.formats._peaks import StatedPeak, check_peak
-from pounding_risk.motions.formats._response import to_acceleration
-from pounding_risk.motions.formats._text import check_step, recogniser
+from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, to_acceleration
+from pounding_risk.motions.formats._text import StatedPeak, check_peak, check_step, recogniser
 
 KIND = "SAC"
 HEAD = 632  # bytes
@@ -81,18 +79,12 @@ def _read_sac(
     dt = check_step(name, float(str(np.float32(step))), f"{step:g}", "DELTA")
     trace = read_by_obspy(raw[:size], name, "SAC", KIND)[0]
     trace.stats.delta = dt
-    check_peak(trace.data.astype(np.float64), _stated_peak(raw, order, name), relative=SAME)
+    extremes = struct.unpack_from(f"{order}2f", raw, 4 * EXTREMES)
+    if UNSET not in extremes and any(extremes) and np.isfinite(extremes).all():
+        stated = StatedPeak(max(abs(value) for value in extremes), 0.0, "(DEPMIN, DEPMAX)", 1.0, name)
+        check_peak(trace.data.astype(np.float64), stated, relative=SAME)
     to_acceleration(trace, name, folder, unit, KIND)
     return Stream([trace])
-
-
-def _stated_peak(raw: bytes, order: str, name: str) -> StatedPeak | None:
-    """The larger of DEPMIN and DEPMAX, in the unit of the samples; None where one of them is not set."""
-    extremes = struct.unpack_from(f"{order}2f", raw, 4 * EXTREMES)
-    if UNSET in extremes or not any(extremes) or not np.isfinite(extremes).all():
-        return None
-    largest = max(abs(value) for value in extremes)
-    return StatedPeak(largest, 0.0, "(DEPMIN, DEPMAX)", 1.0, name)
 
 
 FORMAT = Format(

@@ -55,8 +55,8 @@ def _read_simcenter(
     name, text = text_of(file, name, KIND)
     facts = _loaded(name, text.removeprefix("ï»¿"))
     dt = facts.get("dT")
-    stated = float(dt) if dt is not None and _is_number(dt) else None
-    step = check_step(_place(name, text, "dT"), stated, "nothing" if dt is None else str(dt), "dT")
+    stated_step = float(dt) if dt is not None and _is_number(dt) else None
+    step = check_step(_place(name, text, "dT"), stated_step, "nothing" if dt is None else str(dt), "dT")
     columns = {axis: _samples(name, text, f"data_{axis}", facts) for axis in AXES if f"data_{axis}" in facts}
     if not set(columns) & {"x", "y"}:
         raise RecordError(f"{name}: has neither data_x nor data_y; a motion of SimCenter has one or both: {AGAIN}")
@@ -70,12 +70,20 @@ def _read_simcenter(
     station = str(facts["name"]) if isinstance(facts.get("name"), str) and facts["name"] else Path(name).stem
     traces = []
     for axis, values in columns.items():
-        _check_peak(name, text, f"PGA_{axis}", facts.get(f"PGA_{axis}"), values)
+        key, stated = f"PGA_{axis}", facts.get(f"PGA_{axis}")
+        readings = (float(np.abs(values).max()), float(values.max()), float(-values.min()))
+        if stated is not None and not (
+            _is_number(stated) and any(abs(abs(stated) - one) <= SAME_PEAK * max(abs(stated), one) for one in readings)
+        ):
+            raise RecordError(
+                f"{_place(name, text, key)}: {key} is {quoted(str(stated))}, and the samples go from "
+                f"{values.min():.6g} to {values.max():.6g}; samples or peak are damaged: {AGAIN}"
+            )
         record = record_facts(
             timed=False, state="processed", units=sentence(unit, size), station=station, component=axis
         )
-        stats = {"delta": step, "calib": 1.0, "station": station[:40], "channel": axis, "record": record}
-        traces.append(trace_of(values.size if headonly else values, size, stats))
+        samples = values.size if headonly else values
+        traces.append(trace_of(samples, size, step, record, station=station[:40], channel=axis))
     return Stream(traces)
 
 
@@ -135,17 +143,6 @@ def _place(name: str, text: str, key: str, sample: int | None = None) -> str:
             at = text.find(",", at + 1)
         at += len(text[at + 1 :]) - len(text[at + 1 :].lstrip()) + 1
     return f"{name}, line {text.count(chr(10), 0, at) + 1}"
-
-
-def _check_peak(name: str, text: str, key: str, stated: Any, values: Samples) -> None:
-    if stated is None:
-        return
-    readings = (float(np.abs(values).max()), float(values.max()), float(-values.min()))
-    if not _is_number(stated) or all(abs(abs(stated) - one) > SAME_PEAK * max(abs(stated), one) for one in readings):
-        raise RecordError(
-            f"{_place(name, text, key)}: {key} is {quoted(str(stated))}, and the samples go from {values.min():.6g} to "
-            f"{values.max():.6g}; samples or peak are damaged: {AGAIN}"
-        )
 
 
 FORMAT = Format(

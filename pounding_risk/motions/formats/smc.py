@@ -25,21 +25,8 @@ from obspy import Stream, Trace, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, stated_peak
-from pounding_risk.motions.formats._text import (
-    NEWLINE,
-    Columns,
-    Even,
-    Lines,
-    channel_code,
-    check_step,
-    even_samples,
-    quoted,
-    recogniser,
-    record_facts,
-    text_of,
-)
+from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats._text import NEWLINE, Columns, Even, Lines, StatedPeak, quoted
 
 KIND = "SMC"
 TEXT_LINES = 11
@@ -76,7 +63,7 @@ class Header(NamedTuple):
         return None if value == self.reals[0] or abs(value) > LARGEST else value
 
 
-@recogniser(1024)
+@_text.recogniser(1024)
 def _is_smc(start: str) -> bool:
     """True for an SMC file, of whatever it holds: magnitudes and station are where the format has them."""
     head = NEWLINE.split(start)
@@ -96,30 +83,39 @@ def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | 
     not rise or leave gaps, a time step out of range, another number of samples than the header says, another largest
     one, and any number that is not finite.
     """
-    name, text = text_of(file, name, KIND)
+    name, text = _text.text_of(file, name, KIND)
     lines = Lines(name, text)
     head = lines.take(TEXT_LINES, "the eleven lines of text")
-    state = _state(name, head[0])
+    title = " ".join(head[0].upper().split())
+    if title not in STATES:
+        allowed = " or ".join(f'"{known}"' for known in STATES)
+        raise RecordError(
+            f"{name}, line 1: the title is {quoted(head[0])}; an SMC file of acceleration has {allowed} there: take "
+            "such a file of this record"
+        )
     codes = lines.table(WHOLE, WHOLE_COLUMNS, "-32768", "whole numbers of the header")
     at = lines.at
     reals = lines.table(REAL, REAL_COLUMNS, "0.1700000E+39", "real numbers of the header")
     header = Header(name, head, codes, reals, _peak(lines, at, reals))
-    count = _count(header)
+    count = header.code(17)
+    if count is None or count < 2 or (header.real(2) is None and (count < 4 or count % 2)):
+        raise RecordError(
+            f"{name}, line {TEXT_LINES + 3}: the number of samples is {codes[16]:g}; a record needs at least 2, or as "
+            "many pairs of time and acceleration: fetch the file again"
+        )
     _check_comments(lines, header)
     where, rate = f"{name}, line {TEXT_LINES + 7}", header.real(2)
     if rate is None:  # pairs of times and accelerations
         pairs = _samples(lines, count, spare=1)
-        even = even_samples(where, pairs, dt, 10.0 ** (np.floor(np.log10(np.abs(pairs[0::2]) + TINY)) - 4.0))
+        even = _text.even_samples(where, pairs, dt, 10.0 ** (np.floor(np.log10(np.abs(pairs[0::2]) + TINY)) - 4.0))
     else:
-        step = check_step(where, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
+        step = _text.check_step(where, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
         # A header's count may be damaged, so that nothing is allocated for it.
         samples = np.broadcast_to(0.0, count) if headonly else _samples(lines, count)
         even = Even(samples, step, "", samples)
-    stats = _stats(header, state, even)
-    if headonly:
-        return Stream([Trace(header={**stats, "npts": len(even.samples)})])
-    check_peak(even.digitised * UNIT, header.peak)
-    return Stream([Trace(even.samples * UNIT, header=stats)])
+    if not headonly:
+        _text.check_peak(even.digitised * UNIT, header.peak)
+    return Stream([_trace(header, STATES[title], even, headonly)])
 
 
 def _samples(lines: Lines, count: int, spare: int = 0) -> NDArray[np.float64]:
@@ -139,27 +135,6 @@ def _samples(lines: Lines, count: int, spare: int = 0) -> NDArray[np.float64]:
     return samples
 
 
-def _state(name: str, title: str) -> str:
-    words = " ".join(title.upper().split())
-    if words not in STATES:
-        allowed = " or ".join(f'"{title_known}"' for title_known in STATES)
-        raise RecordError(
-            f"{name}, line 1: the title is {quoted(title)}; an SMC file of acceleration has {allowed} there: take "
-            "such a file of this record"
-        )
-    return STATES[words]
-
-
-def _count(header: Header) -> int:
-    count = header.code(17)
-    if count is None or count < 2 or (header.real(2) is None and (count < 4 or count % 2)):
-        raise RecordError(
-            f"{header.name}, line {TEXT_LINES + 3}: the number of samples is {header.codes[16]:g}; a record needs at "
-            "least 2, or as many pairs of time and acceleration: fetch the file again"
-        )
-    return count
-
-
 def _check_comments(lines: Lines, header: Header) -> None:
     count = header.code(16)
     if count is None or count < 0:
@@ -175,14 +150,18 @@ def _check_comments(lines: Lines, header: Header) -> None:
             )
 
 
-def _stats(header: Header, state: str, even: Even) -> dict[str, Any]:
-    """ObsPy statistics from the header."""
+def _trace(header: Header, state: str, even: Even, headonly: bool) -> Trace:
+    """The trace in m/s², with the facts of the header."""
     vertical, direction = header.code(13) in (0, 180), header.code(14)
     azimuth = None if vertical or direction is None or not 0 <= direction <= 360 else float(direction)
-    start, facts = _start(header), _facts(header)
-    record = record_facts(
+    event, station = _EVENT.match(header.text[3]), _STATION.match(header.text[5])
+    record = _text.record_facts(
         state=state,
         units=f"units: cm/s², times 0.01{even.words}",
+        event=event[4].strip() if event else header.text[3].strip(),
+        date=f"{event[1]}-{int(event[2]):02d}-{int(event[3]):02d}" if event else "",
+        station=station[1].strip() if station else header.text[2].strip(),
+        component=station[2].strip() if station else "",
         azimuth=azimuth,
         magnitude=next((value for value in map(header.real, (6, 8, 7, 9)) if value is not None), None),
         distance_km=header.real(17),
@@ -190,31 +169,18 @@ def _stats(header: Header, state: str, even: Even) -> dict[str, Any]:
         high_corner=header.real(35) if state == "processed" else None,
         header_pga=None if header.peak is None else header.peak.value * UNIT,
         timed=header.code(6) is not None and header.code(7) is not None,  # otherwise to the minute, as of film
-        **facts,
     )
     smc = {"title": header.text[0].strip(), "latitude": header.real(11), "longitude": header.real(12)}
-    stats: dict[str, Any] = {"delta": even.dt, "calib": 1.0, "record": record}
-    stats["smc"] = AttribDict({**smc, "problem": header.code(18) == 1})
-    stats.update(station=header.text[2].strip(" \0*"), channel=channel_code(even.dt, azimuth, vertical))
-    if start is not None:
-        stats["starttime"] = start
-    return stats
-
-
-def _facts(header: Header) -> dict[str, str]:
-    event, station = _EVENT.match(header.text[3]), _STATION.match(header.text[5])
-    return {
-        "event": event[4].strip() if event else header.text[3].strip(),
-        "date": f"{event[1]}-{int(event[2]):02d}-{int(event[3]):02d}" if event else "",
-        "station": station[1].strip() if station else header.text[2].strip(),
-        "component": station[2].strip() if station else "",
-    }
+    named = {"station": header.text[2].strip(" \0*"), "channel": _text.channel_code(even.dt, azimuth, vertical)}
+    problem = AttribDict({**smc, "problem": header.code(18) == 1})
+    samples = len(even.samples) if headonly else even.samples
+    return _text.trace_of(samples, UNIT, even.dt, record, _start(header), **named, smc=problem)
 
 
 def _peak(lines: Lines, at: int, reals: NDArray[np.float64]) -> StatedPeak | None:
     """The larger of the header's largest and smallest acceleration; None where one of them is not known."""
     extremes = [
-        stated_peak(word, "cm/s²", UNIT, place)
+        _text.stated_peak(word, "cm/s²", UNIT, place)
         for word, place in (lines.word(at, REAL_COLUMNS, number) for number in EXTREMES)
     ]
     stated_peaks = [peak for peak in extremes if peak is not None and peak.value not in (reals[0], -reals[0])]
@@ -227,14 +193,12 @@ def _start(header: Header) -> UTCDateTime | None:
     year, day, hour, minute = (header.code(number) for number in (2, 3, 4, 5))
     if not year or day is None or hour is None or minute is None:
         return None
-    try:
+    with _text.time_of_header(
+        f"{header.name}, line {TEXT_LINES + 1}: the time, year day hour minute, is {year} {day} {hour} {minute}; "
+        f"correct these whole numbers, or write {header.codes[0]:g} where they are not known"
+    ):
         start = UTCDateTime(year=year, julday=day, hour=hour, minute=minute)
         return start + (header.code(6) or 0) + 1e-3 * (header.code(7) or 0)
-    except (ValueError, TypeError, OverflowError):
-        raise RecordError(
-            f"{header.name}, line {TEXT_LINES + 1}: the time, year day hour minute, is {year} {day} {hour} {minute}; "
-            f"correct these whole numbers, or write {header.codes[0]:g} where they are not known"
-        ) from None
 
 
 FORMAT = Format("SMC", "SMC (.smc)", (".smc",), _is_smc, _read_smc, takes=("dt",))

@@ -14,10 +14,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from functools import cache
 from hashlib import sha256
-from importlib import import_module
-from pkgutil import iter_modules
 from typing import Any, NamedTuple
 
 from pounding_risk._common.words import nearest
@@ -45,7 +42,7 @@ _TEXT = re.compile(r"\s*([A-Za-z]\w*)\s*:\s*(\w+\s*=.*)", re.DOTALL)  # "ricker:
 
 
 class Recipe(NamedTuple):
-    """What a scene asks for: a kind of motion and the values of its keys in SI.
+    """A request of a scene: a kind of motion and the values of its keys in SI.
 
     Defaults are among them, except for those that follow from other keys.
     """
@@ -76,10 +73,10 @@ class Recipe(NamedTuple):
 
     def sources(self) -> tuple[Source, ...]:
         """The motions, one for each seed, as records that were read."""
-        seeds = self._seeds()
-        form = self.form()
+        values, form = dict(self.options), self.form()
+        first, count = values.get("seed", 0), values.get("count", 1)
         step = self._step(form)
-        return tuple(self._opened(form, step, seed, len(seeds) > 1) for seed in seeds)
+        return tuple(self._opened(form, step, seed, count > 1) for seed in range(first, first + count))
 
     def finer(self, times: float) -> Recipe:
         """The motion in so many times as many samples, at most `MOST`; noise, which they would change, as it is."""
@@ -93,16 +90,13 @@ class Recipe(NamedTuple):
         step = dict(self.options).get("step")
         return form.default_step() if step is None else float(step)
 
-    def _seeds(self) -> range:
-        """The seeds asked for; one place for a motion that has none."""
-        values = dict(self.options)
-        first = values.get("seed", 0)
-        return range(first, first + values.get("count", 1))
-
     def _opened(self, form: Form, step: float, seed: int, several: bool) -> Source:
         from obspy import Trace  # takes 0.2 s
 
-        recipe = self._of_seed(seed)
+        kind, recipe = motion_kinds()[self.kind], self
+        if kind.is_random:  # the recipe of one motion of several
+            options = {key: value for key, value in self.options if key != "count"}
+            recipe = Recipe(self.kind, _ordered(kind, options | {"seed": seed}))
         motion = form.sampled(step, seed)
         velocity, displacement = velocity_displacement(motion.samples, step)
         last = _near(velocity[-1], velocity, "m/s"), _near(displacement[-1], displacement, "m")
@@ -111,12 +105,9 @@ class Recipe(NamedTuple):
         trace.stats.processing = [f"generated {recipe.text()}", *motion.sentences, ends]
         facts: dict[str, Any] = {"id": recipe.name(several), "event": f"generated: {recipe._title()}", "date": ""}
         facts |= {"station": "", "component": "", "state": GENERATED, "format": GENERATED, "file": ""}
-        facts |= {
-            "sha256": sha256(recipe.text().encode()).hexdigest(),
-            "origin": f"generated {recipe.text()}",
-            "terms": "",
-        }
-        if motion_kinds()[self.kind].is_random:
+        digest = sha256(recipe.text().encode()).hexdigest()
+        facts |= {"sha256": digest, "origin": f"generated {recipe.text()}", "terms": ""}
+        if kind.is_random:
             facts[STATED] = f"generated: {self.kind}, seed {seed}"  # one stream of random numbers, whatever the filter
         if not motion.samples.any():
             facts[STILL] = True
@@ -124,22 +115,15 @@ class Recipe(NamedTuple):
             facts["interpolation_error"] = motion.error
         return Source(recipe.text(), trace, facts, "units: m/s², as generated", motion.doubts)
 
-    def _of_seed(self, seed: int) -> Recipe:
-        """The recipe of one motion of several."""
-        if "seed" not in motion_kinds()[self.kind].options:
-            return self
-        options = {key: value for key, value in self.options if key != "count"}
-        return Recipe(self.kind, _ordered(motion_kinds()[self.kind], options | {"seed": seed}))
-
     def name(self, several: bool = False) -> str:
-        """The name of a motion in results: that of the recipe, or its kind and what tells it from others."""
+        """The name of a motion in results: that of the recipe, or its kind and what distinguishes it."""
         values = dict(self.options)
         if "name" not in values:
             return self._title()
         return f"{values['name']}-seed{values['seed']}" if several else str(values["name"])
 
     def _title(self) -> str:
-        """The kind, and what tells this motion of it from others."""
+        """The kind, and what distinguishes this motion of it."""
         kind, values = motion_kinds()[self.kind], dict(self.options)
         parts = [kind.options[key].said(values[key]).replace(" ", "") for key in kind.named_by if key in values]
         return "-".join([self.kind, *parts, *([f"seed{values['seed']}"] if kind.is_random else [])])
@@ -153,14 +137,7 @@ def motion_kinds() -> Mapping[str, Kind]:
     mapping of str to Kind
         Function and keys of each kind by its name, in alphabetical order.
     """
-    _import_kinds()
     return KINDS
-
-
-@cache
-def _import_kinds() -> None:
-    for module in iter_modules(__path__):
-        import_module(f"{__name__}.{module.name}")
 
 
 def known_kind(name: Any) -> Kind:

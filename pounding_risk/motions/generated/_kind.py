@@ -174,16 +174,16 @@ class Kind(NamedTuple):
         return "{" + ", ".join([f'kind = "{self.name}"', *keys]) + "}"
 
 
-KINDS = Registry("motions", arrange=sorted)
+KINDS = Registry("motions", arrange=sorted, folder=__package__ or "")
 # The keys that every kind has, and those of every kind that differs by a seed.
 OF_ALL = {
     "step": Option(
         "Time step of the samples, between which the acceleration is linear.",
         STEP._replace(example="0.005 s"),
         None,
-        "chosen by the motion's fastest part, and told",
+        "chosen by the motion's fastest part, and stated",
     ),
-    "name": Option("Name of the motion in results.", None, None, "the kind, and what tells it from others"),
+    "name": Option("Name of the motion in results.", None, None, "the kind, and what distinguishes it"),
 }
 SEED = Quantity("1", 0.0, 2.0**53, "seed", example="7")
 COUNT = Quantity("1", 1.0, 10_000.0, "number of motions", example="20")

@@ -168,7 +168,11 @@ class Noise(Form):
         self.check(step)
         times = step * np.arange(round(self.duration / step) + 1)
         shape = self.envelope.at(times)
-        samples = sqrt(self.density(step)) * shape * self._stationary(step, seed, len(times))
+        if self.filter is None:
+            stationary = sqrt(self._variance(step)) * normal_numbers(seed, (len(times),))
+        else:
+            stationary = self.filter.sampled(step, normal_numbers(seed, (len(times), len(self.filter.drive))))
+        samples = sqrt(self.density(step)) * shape * stationary
         sentences = [f"seed {seed}: normal numbers of PCG64", *self._sentences(step)]
         if self.ends == AT_REST:
             line = shape * _line_to_rest(samples, shape, times)
@@ -178,32 +182,24 @@ class Noise(Form):
             )
         return closed(samples, step, tuple(sentences), least=LEAST_JUMP)
 
-    def _stationary(self, step: float, seed: int, count: int) -> Samples:
-        """Samples of the stationary motion for S₀ = 1 m²/s³."""
-        if self.filter is None:
-            return sqrt(self._variance(step)) * normal_numbers(seed, (count,))
-        return self.filter.sampled(step, normal_numbers(seed, (count, len(self.filter.drive))))
-
     def _sentences(self, step: float) -> Iterator[str]:
         """Strength, envelope, and what the step leaves of the spectrum."""
         density = self.density(step)
         rms = sqrt(density * self._variance(step)) / STANDARD_GRAVITY
         correlation = 0.0 if self.filter is None else self.filter.correlation(step)
+        band = "the samples have the covariance of the continuous motion"
+        if self.filter is None:
+            white = f"white up to {0.5 / step:g} Hz as samples"
+            band = f"{white}, and within 10 % up to {0.125 / step:.3g} Hz between them"
         yield (
             f"S₀ {density:.5g} m²/s³ (two-sided, per rad/s), {4.0 * pi * density:.5g} (m/s²)²/Hz one-sided; rms "
             f"{rms:.4g} g of the samples while the envelope is 1"
         )
         yield self.envelope.sentence
         yield (
-            f"step {step:g} s: {self._band(step)}; straight lines between samples keep "
+            f"step {step:g} s: {band}; straight lines between samples keep "
             f"{100.0 * (2.0 + correlation) / 3.0:.3g} % of the variance"
         )
-
-    def _band(self, step: float) -> str:
-        """What the step leaves of the spectrum."""
-        if self.filter is None:
-            return f"white up to {0.5 / step:g} Hz as samples, and within 10 % up to {0.125 / step:.3g} Hz between them"
-        return "the samples have the covariance of the continuous motion"
 
 
 @motion_kind("white_noise", amplitude=STRENGTH, random=True, **OF_NOISE)

@@ -31,7 +31,7 @@ AMPLITUDE = PGA._replace(words="amplitude of the acceleration", example="0.3 g")
     phase=Option("Phase at the start; any but 0 deg and 180 deg starts with a jump without a rise.", PHASE, 0.0),
 )
 def harmonic(*, pga: float, period: float, cycles: float, rise: float, phase: float) -> Wave:
-    """A sine with a whole or broken number of periods, with half a cosine as rise and fall where asked for.
+    """A sine with a whole or broken number of periods, with half a cosine as optional rise and fall.
 
         a(t) = pga w(t) sin(2π t/period + phase), 0 ≤ t ≤ cycles · period
 

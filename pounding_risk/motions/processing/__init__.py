@@ -1,20 +1,17 @@
 """The processing of a record: what a step is, the registry that finds every step, and the chain for raw records.
 
 A step takes samples [m/s²] and the time step [s] and returns new samples with a sentence that says what was done.
-A scene or a script asks for steps by name, ``[{"step": "mean"}, {"step": "bandpass", "low": "0.1 Hz"}]``, and
+A scene or a script names steps, ``[{"step": "mean"}, {"step": "bandpass", "low": "0.1 Hz"}]``, and
 `read_steps` turns that into steps with options in SI. To add a step is to write one function under ``@step`` in a
 module of this folder, a new one or the one of its family; nothing else lists it.
 
-No step scales. Scaling comes last, in `pounding_risk.motions.treatment`, on the samples that a run takes.
+No step scales. Scaling comes last, in `pounding_risk.motions.read`, on the samples that a run takes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
-from importlib import import_module
 from math import inf
-from pkgutil import iter_modules
 from typing import Any, NamedTuple
 
 from pounding_risk._common.plugins import Registry
@@ -45,7 +42,7 @@ class Done(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step as it is asked for: its name and its options in SI."""
+    """A step as it is requested: its name and its options in SI."""
 
     name: str
     options: dict[str, Any]
@@ -62,7 +59,7 @@ class Known(NamedTuple):
     options: dict[str, Quantity | tuple[str, ...]]
 
 
-_REGISTRY = Registry("steps", arrange=sorted)
+_REGISTRY = Registry("steps", arrange=sorted, folder=__name__)
 # What "auto" does to a raw record. No step of it needs a choice by the user; each says what field practice it follows.
 DEFAULT_CHAIN: tuple[Step, ...] = tuple(Step(name, {}) for name in ("mean", "taper", "bandpass", "baseline"))
 
@@ -85,14 +82,7 @@ def known_steps() -> Mapping[str, Known]:
     mapping of str to Known
         Function and options of each step by its name, in alphabetical order.
     """
-    _import_steps()
     return _REGISTRY
-
-
-@cache
-def _import_steps() -> None:
-    for module in iter_modules(__path__):
-        import_module(f"{__name__}.{module.name}")
 
 
 def read_steps(tables: Sequence[Mapping[str, Any]]) -> tuple[Step, ...]:

@@ -74,7 +74,7 @@ class _Shaking(NamedTuple):
 
     arrival: float
     strong: tuple[float, float]
-    settled: float
+    quiet_from: float
 
 
 class _Line(NamedTuple):
@@ -89,24 +89,32 @@ class _Line(NamedTuple):
 
 def _bilinear(samples: Samples, dt: float, given: tuple[float | None, float | None]) -> Done:
     shaking = _shaking(samples, dt, given[1])
-    line = _line(samples, dt, shaking.settled)
+    line = _line(samples, dt, shaking.quiet_from)
     zero = -line.speed / line.slope if line.slope else -1.0
-    if given == (None, None) and shaking.arrival <= zero <= shaking.settled:
+    if given == (None, None) and shaking.arrival <= zero <= shaking.quiet_from:
         corrected = samples - line.slope * _unit_step(len(samples), dt, zero)
         words = f"offset of {line.slope:.4g} m/s² subtracted from {zero:.4g} s on"
         others = shaking.strong
     else:
-        times = _times(given, shaking.strong)
+        start, end = (usual if time is None else time for time, usual in zip(given, shaking.strong, strict=True))
+        if end <= start:
+            raise RecordError(
+                f"offsets from {start:.4g} s to {end:.4g} s: the times do not rise; write an end after the start"
+            )
+        times = (start, end)
         corrected = samples - _offsets(len(samples), dt, line, times)
         middle = line.at(times[1]) / (times[1] - times[0])
         words = f"offsets of {middle:.4g} m/s² from {times[0]:.4g} to {times[1]:.4g} s and {line.slope:.4g} after"
-        others = (shaking.arrival, shaking.settled)
+        others = (shaking.arrival, shaking.quiet_from)
     instead = samples - _offsets(len(samples), dt, line, others)
-    displacement, otherwise = (100.0 * _static(trace, dt, shaking.settled) for trace in (corrected, instead))
+    quiet_end = slice(round(shaking.quiet_from / dt), None)
+    displacement, otherwise = (
+        100.0 * float(velocity_displacement(trace, dt)[1][quiet_end].mean()) for trace in (corrected, instead)
+    )
     other_words = f"{otherwise:.3g} cm with offsets from {others[0]:.4g} and {others[1]:.4g} s on"
     permanent = f"permanent displacement {displacement:.3g} cm ({other_words})"
     ends, flags = _ends(corrected, dt, ("velocity",))
-    fitted = f"fitted to the velocity after {shaking.settled:.4g} s"
+    fitted = f"fitted to the velocity after {shaking.quiet_from:.4g} s"
     return Done(corrected, f"baseline: bilinear, {words}, {fitted}; {permanent}; {ends}", flags)
 
 
@@ -116,33 +124,23 @@ def _shaking(samples: Samples, dt: float, end: float | None) -> _Shaking:
     first, last = (energy_time(samples, dt, share) for share in STRONG)
     if not arrival < last > first:
         raise RecordError('the record has no shaking in which its baseline could shift; write scheme = "polynomial"')
-    settled = max(last + SETTLING * (last - arrival), end or 0.0)
-    quiet = (len(samples) - 1) * dt - settled
+    quiet_from = max(last + SETTLING * (last - arrival), end or 0.0)
+    quiet = (len(samples) - 1) * dt - quiet_from
     if quiet < SHORTEST_END:
         raise RecordError(
             f"the bilinear scheme reads the offset from {SHORTEST_END:g} s or more of quiet after the shaking, the "
             f'record ends {max(quiet, 0.0):.3g} s after it; take a longer record, or scheme = "polynomial"'
         )
-    return _Shaking(arrival, (first, last), settled)
+    return _Shaking(arrival, (first, last), quiet_from)
 
 
-def _line(samples: Samples, dt: float, settled: float) -> _Line:
-    """The line through the velocity from ``settled`` [s] to the end (least squares, about its middle)."""
-    velocity = velocity_displacement(samples, dt)[0][round(settled / dt) :]
-    time = np.arange(len(samples))[round(settled / dt) :] * dt
+def _line(samples: Samples, dt: float, quiet_from: float) -> _Line:
+    """The line through the velocity from ``quiet_from`` [s] to the end (least squares, about its middle)."""
+    velocity = velocity_displacement(samples, dt)[0][round(quiet_from / dt) :]
+    time = np.arange(len(samples))[round(quiet_from / dt) :] * dt
     middle = float(time.mean())
     slope = float((time - middle) @ velocity / ((time - middle) @ (time - middle)))
     return _Line(float(velocity.mean()) - slope * middle, slope)
-
-
-def _times(times: tuple[float | None, float | None], strong: tuple[float, float]) -> tuple[float, float]:
-    """Start and end of the offsets: as given, or those of the strong shaking."""
-    start, end = (usual if time is None else time for time, usual in zip(times, strong, strict=True))
-    if end <= start:
-        raise RecordError(
-            f"offsets from {start:.4g} s to {end:.4g} s: the times do not rise; write an end after the start"
-        )
-    return start, end
 
 
 def _offsets(count: int, dt: float, line: _Line, times: tuple[float, float]) -> Samples:
@@ -156,11 +154,6 @@ def _unit_step(count: int, dt: float, time: float) -> Samples:
     """Zero before ``time`` and one after it, with a ramp of one step so that its integral is exact."""
     rise: Samples = np.clip(np.arange(count) - time / dt + 0.5, 0.0, 1.0)
     return rise
-
-
-def _static(samples: Samples, dt: float, settled: float) -> float:
-    """Mean displacement [m] of the quiet end."""
-    return float(velocity_displacement(samples, dt)[1][round(settled / dt) :].mean())
 
 
 def _ends(samples: Samples, dt: float, at_rest: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:

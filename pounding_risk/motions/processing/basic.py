@@ -32,7 +32,7 @@ def window(samples: Samples, dt: float, *, start: float = 0.0, end: float = inf)
         )
     flags: tuple[str, ...] = ()
     if last + dt / 2 < end < inf:
-        flags = (f"the window asked for ends at {end:g} s, the record already at {last:g} s",)
+        flags = (f"the requested window ends at {end:g} s, the record already at {last:g} s",)
     sentence = f"window: kept {first * dt:g} s to {(stop - 1) * dt:g} s ({stop - first} samples)"
     return Done(samples[first:stop].copy(), sentence, flags, first)
 

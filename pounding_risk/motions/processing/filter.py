@@ -45,14 +45,35 @@ def bandpass(
     then starts that much earlier.
     """
     chosen = _chosen(samples, dt, (low, high), corners)
-    _check(chosen, dt, (len(samples) - 1) * dt)
-    passed, pad = filtered(samples, dt, (chosen.low, chosen.high), order)
-    flags = (*chosen.flags, *_filter_flags(samples, dt, chosen.low))
-    words = _filter_words(chosen, order, pad * dt)
-    band = (chosen.low, chosen.high)
+    low, high = chosen.low, chosen.high
+    duration, nyquist = (len(samples) - 1) * dt, 0.5 / dt
+    if not (low < high and (high < nyquist or (high == inf and low > 0.0))):
+        raise RecordError(
+            f"the corners {low:g} and {high:g} Hz do not fit a time step of {dt:g} s; they must rise and "
+            f"stay below the Nyquist frequency of {nyquist:g} Hz (inf for no upper corner)"
+        )
+    lowest = low or high
+    if lowest < FEWEST_CYCLES / duration:
+        raise RecordError(
+            f"the corner {lowest:g} Hz is {lowest * duration:.2g} of a cycle in the record of {say(duration, TIME)}; "
+            f"write {FEWEST_CYCLES / duration:.2g} Hz or more"
+        )
+    passed, pad = filtered(samples, dt, (low, high), order)
+    flags = list(chosen.flags)
+    if max(abs(samples[0]), abs(samples[-1])) > ENDS_OF_PEAK * float(np.abs(samples).max()):
+        flags.append("the record was filtered with ends above 2 % of its peak: subtract the mean and taper before")
+    if 0.0 < low < 1.0 / duration:
+        flags.append(f"the lower corner {low:g} Hz is below one cycle in the record of {say(duration, TIME)}")
+    band = f"{low:.4g} to {high:.4g} Hz"
+    if not low:
+        band = f"below {high:.4g} Hz"
+    elif high == inf:
+        band = f"above {low:.4g} Hz"
+    why = f"; {chosen.words}" if chosen.words else ""
+    words = f"bandpass: acausal Butterworth of order {order:g}, {band} (-3 dB){why}; {pad * dt:.4g} s of zeros"
     if pads == KEPT:
-        return Done(passed, f"{words}, kept", flags, -pad, band=band)
-    return Done(passed[pad : pad + len(samples)], words, flags, band=band)
+        return Done(passed, f"{words} at both ends, kept", tuple(flags), -pad, band=(low, high))
+    return Done(passed[pad : pad + len(samples)], f"{words} at both ends", tuple(flags), band=(low, high))
 
 
 def _chosen(samples: Samples, dt: float, corner_pair: tuple[float | None, float | None], corners: str) -> Corners:
@@ -66,44 +87,3 @@ def _chosen(samples: Samples, dt: float, corner_pair: tuple[float | None, float 
     if high is not None:
         return Corners(usual.low, high, f"the lower corner: {usual.words}", usual.flags)
     return usual
-
-
-def _check(corners: Corners, dt: float, duration: float) -> None:
-    """Raise RecordError for corners that do not rise or do not fit the time step or the record."""
-    low, high, nyquist = corners.low, corners.high, 0.5 / dt
-    if not (low < high and (high < nyquist or (high == inf and low > 0.0))):
-        raise RecordError(
-            f"the corners {low:g} and {high:g} Hz do not fit a time step of {dt:g} s; they must rise and "
-            f"stay below the Nyquist frequency of {nyquist:g} Hz (inf for no upper corner)"
-        )
-    lowest = low or high
-    if lowest < FEWEST_CYCLES / duration:
-        raise RecordError(
-            f"the corner {lowest:g} Hz is {lowest * duration:.2g} of a cycle in the record of {say(duration, TIME)}; "
-            f"write {FEWEST_CYCLES / duration:.2g} Hz or more"
-        )
-
-
-def _filter_words(corners: Corners, order: float, pad: float) -> str:
-    low, high = corners.low, corners.high
-    band = (
-        f"{low:.4g} to {high:.4g} Hz"
-        if low and high < inf
-        else f"above {low:.4g} Hz"
-        if low
-        else f"below {high:.4g} Hz"
-    )
-    why = f"; {corners.words}" if corners.words else ""
-    return f"bandpass: acausal Butterworth of order {order:g}, {band} (-3 dB){why}; {pad:.4g} s of zeros at both ends"
-
-
-def _filter_flags(samples: Samples, dt: float, low: float) -> tuple[str, ...]:
-    """Flags for samples that should not be filtered as they are, and for a corner below one cycle."""
-    flags = []
-    peak = float(np.abs(samples).max())
-    if max(abs(samples[0]), abs(samples[-1])) > ENDS_OF_PEAK * peak:
-        flags.append("the record was filtered with ends above 2 % of its peak: subtract the mean and taper before")
-    duration = (len(samples) - 1) * dt
-    if 0.0 < low < 1.0 / duration:
-        flags.append(f"the lower corner {low:g} Hz is below one cycle in the record of {say(duration, TIME)}")
-    return tuple(flags)

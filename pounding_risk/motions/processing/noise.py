@@ -108,7 +108,7 @@ def corners_from_noise(samples: Samples, dt: float) -> Corners:
         return default_corners(dt, f"by default, as {error}")
     band = _band(spectra)
     if band is None:
-        flag = f"at {CENTRE:g} Hz the earthquake is less than {LEAST_RATIO:g} times the noise: the record tells little"
+        flag = f"at {CENTRE:g} Hz the earthquake is less than {LEAST_RATIO:g} times the noise: the record says little"
         return default_corners(dt, "by default, as no band stands out of the noise")._replace(flags=(flag,))
     lowest = max(band[0], 1.0 / ((len(samples) - 1) * dt))
     low, drifts = _without_drift(samples, dt, lowest)  # a doubt where every corner drifts
@@ -122,10 +122,8 @@ def corners_from_noise(samples: Samples, dt: float) -> Corners:
 def shared_corners(components: Sequence[Samples], dt: float) -> Corners:
     """The stricter corners of components that belong together, such as both horizontals: one filter for all."""
     components_corners = [corners_from_noise(samples, dt) for samples in components]
-    low, high = (
-        max(components_corners, key=lambda corners: corners.low),
-        min(components_corners, key=lambda corners: corners.high),
-    )
+    low = max(components_corners, key=lambda corners: corners.low)
+    high = min(components_corners, key=lambda corners: corners.high)
     words = low.words if low is high or low.words == high.words else f"lower corner: {low.words}; upper: {high.words}"
     flags = dict.fromkeys(flag for corners in components_corners for flag in corners.flags)
     return Corners(low.low, high.high, f"the stricter of {len(components_corners)} components: {words}", tuple(flags))
@@ -144,8 +142,7 @@ def _amplitudes(part: Samples, dt: float, size: int) -> Samples:
     """|∫ a e^(-iωt) dt| [m/s] of a window without its mean, tapered."""
     position = np.linspace(0.0, 1.0, len(part))
     weight = cosine_rise(position / TAPERED) * cosine_rise((1.0 - position) / TAPERED)
-    amplitudes: Samples = np.abs(np.fft.rfft((part - part.mean()) * weight, size)) * dt
-    return amplitudes
+    return np.asarray(np.abs(np.fft.rfft((part - part.mean()) * weight, size)) * dt)
 
 
 def _smoothed(amplitudes: Samples, dt: float, size: int, centres: Samples) -> Samples:

@@ -55,15 +55,11 @@ def resample(samples: Samples, dt_before: float, *, dt: float = FINE, method: st
     words = f"resample: from {dt_before:g} s to {dt:g} s, {method}"
     if coarser:
         words += f", after an acausal low-pass at {corner:g} Hz"
-    return Done(resampled, words, _changed(samples, resampled), dt=dt)
-
-
-def _changed(before: Samples, after: Samples) -> tuple[str, ...]:
-    """A flag where the peak moved by more than 2 %."""
-    old, new = float(np.abs(before).max()), float(np.abs(after).max())
-    if old == 0.0 or abs(new / old - 1.0) <= CHANGE_OF_PEAK:
-        return ()
-    return (f"resampling changed PGA by {100.0 * (new / old - 1.0):+.1f} %",)
+    old, new = float(np.abs(samples).max()), float(np.abs(resampled).max())
+    flags = []
+    if old > 0.0 and abs(new / old - 1.0) > CHANGE_OF_PEAK:
+        flags.append(f"resampling changed PGA by {100.0 * (new / old - 1.0):+.1f} %")
+    return Done(resampled, words, tuple(flags), dt=dt)
 
 
 def _low_pass(samples: Samples, dt: float, corner: float) -> Samples:

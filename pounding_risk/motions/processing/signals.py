@@ -28,7 +28,7 @@ def onset(samples: Samples, dt: float) -> float:
 
     The samples up to the peak are split where two stationary noises of different variance explain them best:
     least k ln var(a[:k]) + (n - k - 1) ln var(a[k:]) (Maeda 1985). A second pass up to shortly after the
-    first split finds the P wave where the first found the S wave. 0 where the record is too short to tell.
+    first split finds the P wave where the first found the S wave. 0 where the record is too short for it.
     """
     end = int(np.argmax(np.abs(samples - samples.mean()))) + 1
     pick = _split(samples[:end])
@@ -102,7 +102,7 @@ def _integral(samples: Samples, dt: float) -> Samples:
 
 
 def _split(samples: Samples) -> int:
-    """The number of samples before the change of variance; 0 where there are too few to tell."""
+    """The number of samples before the change of variance; 0 where there are too few for it."""
     n = len(samples)
     if n < 20:
         return 0

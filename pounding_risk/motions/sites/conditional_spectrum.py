@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pounding_risk._common.tables import AGAIN, Row, Table, head_of, read_table
+from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.motions.sites.tables import AGAIN, Row, Table, head_of, read_table
 from pounding_risk.units import STANDARD_GRAVITY, shown
 
 WIDE = ("sa_period", "val0", "std0")
@@ -43,44 +44,42 @@ def read_conditional(path: Path, poe: str = "") -> ConditionalSpectrum:
     Raises RecordError, with the line, for a damaged file, and for several probabilities of which none is chosen.
     """
     if set(WIDE) <= set(head_of(path)):
-        table = read_table(path, WIDE)
+        table = read_table(path, error=RecordError, needed=WIDE)
         found = [name for name in table.head if name.startswith("val")]
         name = _chosen(table, poe, found)
         rows, median, deviation, period = list(table.rows), name, f"std{name[3:]}", "sa_period"
         if deviation not in table.head:
             raise table.fault(f"has {name} without {deviation}; {AGAIN}")
     else:
-        table = read_table(path, LONG)
+        table = read_table(path, error=RecordError, needed=LONG)
         name = _chosen(table, poe, list(dict.fromkeys(row.cells[table.head.index("poe")] for row in table.rows)))
         rows = [row for row in table.rows if row.cells[table.head.index("poe")] == name]
         rows, median, deviation, period = _means(table, rows), "mea", "std", "period"
     values = np.array([[table.number(row, key) for key in (period, median, deviation)] for row in rows])
     for row, (at, value, spread) in zip(rows, values, strict=True):
         if not (at >= 0.0 and value > 0.0 and spread >= 0.0):
-            raise table.fault(
-                f"period {at:g} s, Sa {value:g} g, deviation {spread:g}: one is out of range; {AGAIN}", row
-            )
+            raise row.fault(f"period {at:g} s, Sa {value:g} g, deviation {spread:g}: one is out of range; {AGAIN}")
     site = f" at {table.facts['lon']}, {table.facts['lat']}" if {"lon", "lat"} <= set(table.facts) else ""
     which = f"{name} of {', '.join(found)}" if "sa_period" in table.head else f"PoE {float(name):g}"
     words = f"conditional spectrum of OpenQuake{site}, {which}, {len(rows)} periods"
     return ConditionalSpectrum(values[:, 0], STANDARD_GRAVITY * values[:, 1], values[:, 2], words)
 
 
-def _chosen(table: Table, asked: str, known: list[str]) -> str:
-    """The probability, or column, of a file that is asked for; its only one where none is."""
+def _chosen(table: Table, wanted: str, known: list[str]) -> str:
+    """The probability, or column, of a file that is requested; its only one where none is."""
     repair = f"choose one with --poe, or # after the name of the file: {', '.join(known)}"
-    if not asked:
+    if not wanted:
         if len(known) != 1:
             raise table.fault(f"has spectra of {len(known)} probabilities of exceedance; {repair}")
         return known[0]
     for name in known:
         try:
-            same = name == asked or isclose(float(name), float(asked), rel_tol=1e-6)
+            same = name == wanted or isclose(float(name), float(wanted), rel_tol=1e-6)
         except ValueError:
             same = False
         if same:
             return name
-    raise table.fault(f"has no probability {shown(asked)}; {repair}")
+    raise table.fault(f"has no probability {shown(wanted)}; {repair}")
 
 
 def _means(table: Table, rows: list[Row]) -> list[Row]:

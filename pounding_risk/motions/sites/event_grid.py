@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pounding_risk._common.inputs import EXPORT, read_text
+from pounding_risk._common.tables import head_of, read_table
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats._unit import size_of
 from pounding_risk.motions.record import FACTOR_OF_SITE, Source
-from pounding_risk.motions.sites.places import FARTHEST, Asked, Place, Site, find_site, read_site
-from pounding_risk.motions.sites.tables import head_of, place_of, read_table
+from pounding_risk.motions.sites.places import FARTHEST, Place, Site, SiteRequest, find_site, place_of, read_site
 from pounding_risk.motions.source import components
 from pounding_risk.units import shown
 
@@ -50,14 +50,14 @@ def is_grid(path: Path) -> bool:
 
 def read_grid(path: Path) -> tuple[GridSite, ...]:
     """The sites of a grid; raises RecordError with the line for a damaged one, and for a place that is there twice."""
-    table = read_table(path, GRID, AGAIN)
+    table = read_table(path, AGAIN, error=RecordError, needed=GRID)
     sites: dict[Place, GridSite] = {}
     for row in table.rows:
         place = place_of(table, row, *GRID[1:])
         file = row.cells[table.head.index("GP_file")]
         if not file or place in sites:
             what = f"a second site at {place}" if file else "no GP_file"
-            raise table.fault(f"has {what}; {AGAIN}", row)
+            raise row.fault(f"has {what}; {AGAIN}")
         vs30 = table.number(row, "Vs30") if "Vs30" in table.head else None
         sites[place] = GridSite(path.parent / file, place, vs30)
     return tuple(sites.values())
@@ -65,7 +65,7 @@ def read_grid(path: Path) -> tuple[GridSite, ...]:
 
 def site_motions(site: GridSite) -> tuple[SiteMotion, ...]:
     """The motions of a site; raises RecordError with the line for a damaged table, and one of intensities."""
-    table = read_table(site.file, (), AGAIN)
+    table = read_table(site.file, AGAIN, error=RecordError)
     if "TH_file" not in table.head:
         raise table.fault(
             f"its columns are {shown(','.join(table.head)[:60])}, and motions are in TH_file; a grid of intensities "
@@ -75,40 +75,39 @@ def site_motions(site: GridSite) -> tuple[SiteMotion, ...]:
     for row in table.rows:
         factor = table.number(row, "factor") if "factor" in table.head else 1.0
         if not (isfinite(factor) and factor > 0.0):
-            raise table.fault(f"the factor is {factor:g}; it must be greater than 0: {AGAIN}", row)
+            raise row.fault(f"the factor is {factor:g}; it must be greater than 0: {AGAIN}")
         name = row.cells[table.head.index("TH_file")]
         beside = [site.file.parent / f"{name}{suffix}" for suffix in (".json", ".csv", "")]
         file = next((one for one in beside if name and one.is_file()), None)
         if file is None:
-            raise table.fault(
+            raise row.fault(
                 f"no motion {shown(name)} is beside it, as {beside[0].name}, {beside[1].name} or a file of that name; "
-                "copy it there, or leave the line out",
-                row,
+                "copy it there, or leave the line out"
             )
         motions.append(SiteMotion(file, factor))
     return tuple(motions)
 
 
 def grid_sources(
-    path: Path, asked: Asked | None, *, unit: str | None = None, dt: float | None = None
+    path: Path, wanted: SiteRequest | None, *, unit: str | None = None, dt: float | None = None
 ) -> Iterator[Source]:
-    """Every component of every motion at the site of a grid that is asked for, or at its only one.
+    """Every component of every motion at the site of a grid that is requested, or at its only one.
 
     Parameters
     ----------
     path : Path
         The grid.
-    asked : Asked or None
-        What is asked for; a site that is far is taken, with a doubt.
+    wanted : SiteRequest or None
+        What is requested; a site that is far is taken, with a doubt.
     unit : str, optional
         Unit of the samples; by default that of the workflow's input.json beside the grid, or up to two folders above.
     dt : float, optional
         Time step [s] of motions that do not state theirs.
     """
     sites = read_grid(path)
-    limitless = None if asked is None else asked._replace(within=inf)
+    limitless = None if wanted is None else wanted._replace(within=inf)
     found = find_site([one.place for one in sites], [one.file.stem for one in sites], limitless, str(path), CHOOSE)
-    yield from _sources(sites[found.position], asked, found, _unit(path, unit), dt)
+    yield from _sources(sites[found.position], wanted, found, _unit(path, unit), dt)
 
 
 def all_sources(path: Path, *, unit: str | None = None, dt: float | None = None) -> Iterator[Source]:
@@ -119,20 +118,22 @@ def all_sources(path: Path, *, unit: str | None = None, dt: float | None = None)
 
 
 def sources_at(path: Path, site: str, *, unit: str | None = None, dt: float | None = None) -> Iterator[Source]:
-    """As `grid_sources`, at the site that a text asks for; at all of them where it is empty."""
+    """As `grid_sources`, at the site that a text names; at all of them where it is empty."""
     if not site:
         return all_sources(path, unit=unit, dt=dt)
     return grid_sources(path, read_site(site, str(path)), unit=unit, dt=dt)
 
 
-def _sources(site: GridSite, asked: Asked | None, found: Site, unit: str | None, dt: float | None) -> Iterator[Source]:
+def _sources(
+    site: GridSite, wanted: SiteRequest | None, found: Site, unit: str | None, dt: float | None
+) -> Iterator[Source]:
     known = {"site": site.file.name, "longitude": site.place.longitude, "latitude": site.place.latitude}
     known |= {} if site.vs30 is None else {"vs30": site.vs30}
     doubts: tuple[str, ...] = ()
-    if asked is not None and asked.place is not None:
+    if wanted is not None and wanted.place is not None:
         known["site_distance_km"] = found.distance
-        if found.distance > min(asked.within, FARTHEST):
-            doubts = (f"its site {site.file.name} is {found.distance:.3g} km from {asked.place}: check the place",)
+        if found.distance > min(wanted.within, FARTHEST):
+            doubts = (f"its site {site.file.name} is {found.distance:.3g} km from {wanted.place}: check the place",)
     for motion in site_motions(site):
         for source in components(motion.file, unit=unit, dt=dt):
             record = {**source.record, **known, FACTOR_OF_SITE: motion.factor}

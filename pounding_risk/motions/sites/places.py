@@ -1,20 +1,22 @@
-"""Places by longitude and latitude, the distance between two, and the site of a list that is asked for.
+"""Places by longitude and latitude, the distance between two, and the site of a list that is requested.
 
 >>> from pounding_risk.motions.sites.places import Place, distance, read_site
 >>> round(distance(Place(23.73, 37.98), Place(22.94, 40.64)), 0)  # km, Athens to Thessaloniki
 304.0
 >>> read_site("23.73, 37.98 within 20 km")
-Asked(place=Place(longitude=23.73, latitude=37.98), id='', within=20.0)
+SiteRequest(place=Place(longitude=23.73, latitude=37.98), id='', within=20.0)
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
+from collections.abc import Sequence
 from math import asin, ceil, cos, inf, isfinite, radians, sin, sqrt
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
+from pounding_risk._common.tables import Row, Table
+from pounding_risk._common.words import nearest as nearest_word
 from pounding_risk.errors import RecordError
 from pounding_risk.units import Quantity, QuantityError, parse, shown
 
@@ -37,8 +39,8 @@ class Place(NamedTuple):
         return f"{self.longitude:.6g}, {self.latitude:.6g}"
 
 
-class Asked(NamedTuple):
-    """The site that is asked for: the nearest to a place, no farther than ``within`` [km], or the one of an id."""
+class SiteRequest(NamedTuple):
+    """The site that is requested: the nearest to a place, no farther than ``within`` [km], or the one of an id."""
 
     place: Place | None
     id: str = ""
@@ -46,7 +48,7 @@ class Asked(NamedTuple):
 
 
 class Site(NamedTuple):
-    """A site of a list: its position in it, its place, and its distance [km] from the place asked for."""
+    """A site of a list: its position in it, its place, and its distance [km] from the place requested."""
 
     position: int
     place: Place
@@ -71,8 +73,8 @@ def place(longitude: float, latitude: float, where: str) -> Place:
     return Place(longitude, latitude)
 
 
-def read_site(text: str, where: str = "site") -> Asked:
-    """The site that a text asks for: ``23.73, 37.98``, that ``within 20 km``, or an id of the list.
+def read_site(text: str, where: str = "site") -> SiteRequest:
+    """The site that a text names: ``23.73, 37.98``, that ``within 20 km``, or an id of the list.
 
     Raises RecordError, which begins with ``where``, for a place that is none and a distance that is none.
     """
@@ -80,12 +82,12 @@ def read_site(text: str, where: str = "site") -> Asked:
     if match is None:
         if not text.strip() or "," in text or "within" in text:
             raise RecordError(f"{where}: {shown(text)} is no site; {EXAMPLE}, with 'within 20 km' after it, or an id")
-        return Asked(None, text.strip())
+        return SiteRequest(None, text.strip())
     try:
         within = parse(match[3], LENGTH) / 1e3 if match[3] else FARTHEST
     except QuantityError as error:
         raise RecordError(f"{where}: within {shown(match[3])} is no distance ({error}); write 'within 20 km'") from None
-    return Asked(place(float(match[1]), float(match[2]), where), within=within)
+    return SiteRequest(place(float(match[1]), float(match[2]), where), within=within)
 
 
 def nearest(places: Sequence[Place], at: Place) -> Site:
@@ -96,9 +98,9 @@ def nearest(places: Sequence[Place], at: Place) -> Site:
 
 
 def find_site(
-    places: Sequence[Place], ids: Sequence[str], asked: Asked | None, where: str, choose: str = CHOOSE
+    places: Sequence[Place], ids: Sequence[str], wanted: SiteRequest | None, where: str, choose: str = CHOOSE
 ) -> Site:
-    """The site that is asked for, or the only one where none is.
+    """The site that is requested, or the only one where none is.
 
     Parameters
     ----------
@@ -106,8 +108,8 @@ def find_site(
         The sites of a list, one or more.
     ids : sequence of str
         Their ids; empty where they have none.
-    asked : Asked or None
-        What is asked for.
+    wanted : SiteRequest or None
+        What is requested.
     where : str
         The list, which errors name first.
     choose : str
@@ -116,40 +118,42 @@ def find_site(
     Raises
     ------
     RecordError
-        For several sites where none is asked for, an id that none has, and where the nearest is farther than allowed.
+        For several sites where none is requested, an id that none has, and where the nearest is farther than allowed.
     """
-    if asked is None:
+    if wanted is None:
         if len(places) > 1:
             raise RecordError(f"{where}: has {len(places)} sites, the first at {places[0]}; {choose}")
         return Site(0, places[0])
-    if asked.place is None:
-        if asked.id in ids:
-            position = list(ids).index(asked.id)
+    if wanted.place is None:
+        if wanted.id in ids:
+            position = list(ids).index(wanted.id)
             return Site(position, places[position])
-        near = get_close_matches(asked.id, ids, 1, 0.6)
-        hint = f" (did you mean {near[0]}?)" if near else ""
+        hint = nearest_word(wanted.id, ids)
         known = f"its ids go from {ids[0]} to {ids[-1]}" if ids else "its sites have no ids"
-        raise RecordError(f"{where}: has no site {shown(asked.id)}{hint}; {known}: {EXAMPLE}")
-    site = nearest(places, asked.place)
-    if site.distance > asked.within:
+        raise RecordError(f"{where}: has no site {shown(wanted.id)}{hint}; {known}: {EXAMPLE}")
+    site = nearest(places, wanted.place)
+    if site.distance > wanted.within:
         raise RecordError(
             f"{where}: the nearest of its {len(places)} sites is at {site.place}, {site.distance:.1f} km from "
-            f"{asked.place}, and {asked.within:g} km are allowed; check longitude and latitude, in this order, or "
-            f"write '{asked.place} within {ceil(1.05 * site.distance)} km'"
+            f"{wanted.place}, and {wanted.within:g} km are allowed; check longitude and latitude, in this order, or "
+            f"write '{wanted.place} within {ceil(1.05 * site.distance)} km'"
         )
     return site
 
 
-def site_of(record: Mapping[str, Any]) -> str:
-    """The site of a record in words, from its facts; "" of a record that is of none."""
-    if "site" not in record:
-        return ""
-    away = f", {record['site_distance_km']:.3g} km from the place of the scene" if "site_distance_km" in record else ""
-    return f"{record['site']} at {Place(record['longitude'], record['latitude'])}{away}"
+def place_of(table: Table, row: Row, longitude: str = "lon", latitude: str = "lat") -> Place:
+    """Longitude and latitude of a row."""
+    return place(table.number(row, longitude), table.number(row, latitude), f"{table.path}, line {row.line}")
 
 
-def site_words(site: Site, asked: Asked | None) -> str:
+def split_site(text: str) -> tuple[str, str]:
+    """A file, or pattern of files, and the site after "#"; a file whose own name has a # is taken as it is."""
+    name, mark, site = text.rpartition("#")
+    return (name, site) if mark and name and not Path(text).exists() else (text, "")
+
+
+def site_words(site: Site, wanted: SiteRequest | None) -> str:
     """Sentence on the site that was taken."""
-    if asked is None or asked.place is None:
+    if wanted is None or wanted.place is None:
         return f"The site is at {site.place}."
-    return f"The site is at {site.place}, {site.distance:.3g} km from {asked.place}."
+    return f"The site is at {site.place}, {site.distance:.3g} km from {wanted.place}."

@@ -1,7 +1,7 @@
 """Files for the tools around this one, written from results or scenes: a module of this folder for each format.
 
 A module states ``WORDS`` (what the file is), the ``ENDINGS`` of its name, its ``SOURCE`` ("results" or "scene") and
-which options it ``TAKES``, and has ``write(source, target, asked)``, which returns the files that it wrote, and
+which options it ``TAKES``, and has ``write(source, target, options)``, which returns the files that it wrote, and
 sentences on what they do not hold. One with ``SEVERAL`` gets a list of sources, one with ``OF_DAMAGE`` datasets of
 `damage` too. The module's name is that of the format.
 """
@@ -18,13 +18,13 @@ from pounding_risk._common.plugins import Registry
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.demands import check_dataset, open_dataset
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.exports._written import Asked, Written, write_file
+from pounding_risk.reports.exports._written import Options, Written, write_file
 from pounding_risk.results.files import RESULTS
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.units import GAP, PGA, shown, si
 
-__all__ = ["Asked", "Written", "export", "formats", "known_format", "write_file"]
+__all__ = ["Options", "Written", "export", "formats", "known_format", "write_file"]
 FACTS = ("WORDS", "ENDINGS", "SOURCE", "TAKES", "write")  # that a format has
 
 if TYPE_CHECKING:
@@ -116,9 +116,12 @@ def export(
         nothing for it, a scene that the other program cannot say, layers without the libraries of the extra [maps],
         and as `assess`, `damage` and `read_block`.
     """
-    module = known_format(to)
-    file = _target(Path(target), to, module)
-    asked = Asked(
+    module, file = known_format(to), Path(target)
+    if file.suffix.lower() not in module.ENDINGS:
+        endings = " or ".join(filter(None, module.ENDINGS))
+        kind = f"a file that ends in {endings}" if endings else "a folder, a name without an ending"
+        raise PoundingError(f"{target}: {to} is {kind}; choose another name")
+    options = Options(
         of,
         None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
         None if pga is None else si(pga, PGA, "pga"),
@@ -130,39 +133,26 @@ def export(
         None if inventory is None else Path(inventory),
         method,
     )
-    given = [name for name, value in asked._asdict().items() if value not in (None, False)]
+    given = [name for name, value in options._asdict().items() if value not in (None, False)]
     if refused := [name for name in given if name not in module.TAKES]:
         raise PoundingError(f"--{refused[0].replace('_', '-')}: has no effect on {to} ({module.WORDS}); leave it out")
-    written: Written = module.write(_all_opened(source, to, module), file, asked)
-    return written
-
-
-def _target(target: Path, to: str, module: Any) -> Path:
-    """The file or folder to write; raises PoundingError for a name that it cannot have."""
-    if target.suffix.lower() not in module.ENDINGS:
-        endings = " or ".join(filter(None, module.ENDINGS))
-        kind = f"a file that ends in {endings}" if endings else "a folder, a name without an ending"
-        raise PoundingError(f"{target}: {to} is {kind}; choose another name")
-    return target
-
-
-def _all_opened(source: Any, to: str, module: Any) -> Any:
-    """What a format is made of: one source, or a list of those that take several; raises as `_opened`."""
     listed = list(source) if isinstance(source, Sequence) and not isinstance(source, str) else [source]
-    if getattr(module, "SEVERAL", False):
-        if not listed:
-            raise PoundingError(f"{to} is written from results, and none are given")
-        return [_opened(one, to, module) for one in listed]
-    if len(listed) != 1:
+    several = getattr(module, "SEVERAL", False)
+    if several and not listed:
+        raise PoundingError(f"{to} is written from results, and none are given")
+    if not several and len(listed) != 1:
         raise PoundingError(f"{to} is written from one source, and {len(listed)} are given; name one")
-    return _opened(listed[0], to, module)
+    opened = [_opened(one, to, module) for one in listed]
+    written: Written = module.write(opened if several else opened[0], file, options)
+    return written
 
 
 def _opened(source: Any, to: str, module: Any) -> Any:
     """The dataset, or the scene, that a format is made of; raises PoundingError for the other one."""
     if module.SOURCE == "scene":
         if (isinstance(source, str | Path) and Path(source).suffix in RESULTS) or hasattr(source, "data_vars"):
-            raise PoundingError(f"{to} is written from a scene, and {_named(source)} holds results; name the TOML file")
+            named = str(source) if isinstance(source, str | Path) else "the dataset"
+            raise PoundingError(f"{to} is written from a scene, and {named} holds results; name the TOML file")
         return as_scene(source)
     is_scene = (isinstance(source, str | Path) and Path(source).suffix not in RESULTS) or hasattr(source, "interfaces")
     if is_scene:
@@ -175,7 +165,3 @@ def _opened(source: Any, to: str, module: Any) -> Any:
     if kind_of(results) != "damage" or not getattr(module, "OF_DAMAGE", False):
         check_dataset(results, whose)
     return results
-
-
-def _named(source: Any) -> str:
-    return str(source) if isinstance(source, str | Path) else "the dataset"

@@ -1,7 +1,7 @@
 """Buildings and interfaces of rows as layers of a map: what is known of each, and where it is.
 
 Names of columns end in their unit, ``_m`` or ``_N``; shares and ratios have none. `BUILDING` and `INTERFACE` say what
-each column is. Contact is that of `assess`, at the assessed gap. What only runs can tell is empty where none is at it.
+each column is. Contact is that of `assess`, at the assessed gap. What needs runs is empty where none is at it.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
-from pounding_risk.assessment.demands import Motions, interfaces, motions_of
+from pounding_risk.assessment.demands import interfaces, motions_of
 from pounding_risk.assessment.row import RowCase, any_of_building, row_case
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._outlines import Places, nominal_places, street_places
-from pounding_risk.reports.exports._written import Asked
+from pounding_risk.reports.exports._written import Options
 from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.statistics.proportions import exact_bounds
 from pounding_risk.units import GAP, say
@@ -104,7 +104,7 @@ class Layers(NamedTuple):
     buildings: Layer
     interfaces: Layer
     crs: str | None
-    told: tuple[str, ...]
+    notes: tuple[str, ...]
 
 
 class Row(NamedTuple):
@@ -120,6 +120,11 @@ class Row(NamedTuple):
         """Names of the buildings, from left to right."""
         return [building.name for building in self.case.buildings]
 
+    @property
+    def yield_force(self) -> float:
+        """F_E of the runs [N]."""
+        return float(self.case.results["yield_force"])
+
     def beside(self, at: int) -> list[int]:
         """The interfaces of a building."""
         return [k for k in (at - 1, at) if 0 <= k < len(self.assessment.interfaces)]
@@ -129,7 +134,7 @@ class Row(NamedTuple):
         return abs(self.assessment.interfaces[at].gap - self.case.gaps[at]) <= SAME_GAP
 
 
-def layers_of(datasets: Sequence[xr.Dataset], asked: Asked) -> Layers:
+def layers_of(datasets: Sequence[xr.Dataset], options: Options) -> Layers:
     """Layers of the rows of a street, one dataset each; raises PoundingError as `assess` and `row_case`."""
     members = [
         (str(results.attrs.get("title", "")), list(map(str, results["building"].values))) for results in datasets
@@ -140,30 +145,27 @@ def layers_of(datasets: Sequence[xr.Dataset], asked: Asked) -> Layers:
         raise PoundingError(
             f"{building} of {title} is in two of the results; name those of each row once, and give each scene a name"
         )
-    places: Places = nominal_places(members) if asked.street is None else street_places(asked.street, members)
-    rows = [_row(results, asked) for results in datasets]
+    places: Places = nominal_places(members) if options.street is None else street_places(options.street, members)
+    rows = [_row(results, options) for results in datasets]
     buildings = [_building(row, at) for row in rows for at in range(len(row.buildings))]
     between = [_interface(row, at) for row in rows for at in range(len(row.buildings) - 1)]
     return Layers(
         Layer("buildings", BUILDING, buildings, places.buildings),
         Layer("interfaces", INTERFACE, between, places.interfaces),
         places.crs,
-        (*places.told, *dict.fromkeys(sentence for row in rows for sentence in _told(row))),
+        (*places.notes, *dict.fromkeys(sentence for row in rows for sentence in _notes(row))),
     )
 
 
-def _row(results: xr.Dataset, asked: Asked) -> Row:
-    chosen: dict[str, Any] = {"gap": asked.gap, "pga": asked.pga, "intensity_level": asked.intensity_level}
+def _row(results: xr.Dataset, options: Options) -> Row:
+    chosen: dict[str, Any] = {"gap": options.gap, "pga": options.pga, "intensity_level": options.intensity_level}
     assessment = assess(results, **chosen)
-    parts = zip(interfaces(results), assessment.interfaces, strict=True)
-    closes = np.array([_closes(motions_of(part), one) for (_, part), one in parts])
-    return Row(assessment.title, row_case(results, **chosen), assessment, closes)
-
-
-def _closes(motions: Motions, one: InterfaceAssessment) -> Any:
-    """1 where a motion closes the assessed gap of an interface, 0 where not, NaN where its response is not known."""
-    closing = motions.closing[:, motions.amplitudes.index(one.amplitude)]
-    return np.where(motions.finite, np.where(closing > one.gap, 1.0, 0.0), nan)
+    closes = []
+    for (_, part), one in zip(interfaces(results), assessment.interfaces, strict=True):
+        motions = motions_of(part)
+        closing = motions.closing[:, motions.amplitudes.index(one.amplitude)]
+        closes.append(np.where(motions.finite, np.where(closing > one.gap, 1.0, 0.0), nan))
+    return Row(assessment.title, row_case(results, **chosen), assessment, np.array(closes))
 
 
 def _building(row: Row, at: int) -> dict[str, Any]:
@@ -180,7 +182,7 @@ def _building(row: Row, at: int) -> dict[str, Any]:
         shape.height if known else nan,
         min((one.word for one in verdicts), key=WORST_FIRST.index),
         *_share(closes, weight, row.assessment.confidence),
-        *_share(yields if is_run and isfinite(_force(row)) else np.empty(0), weight, row.assessment.confidence),
+        *_share(yields if is_run and isfinite(row.yield_force) else np.empty(0), weight, row.assessment.confidence),
         *(_raised(row, at, names) if is_run else nan for names in (DRIFTS, ACCELERATIONS)),
         int(np.isfinite(closes).sum()),
         amplitude_words(row.case.results),
@@ -190,7 +192,7 @@ def _building(row: Row, at: int) -> dict[str, Any]:
 
 def _raised(row: Row, at: int, names: Sequence[str]) -> float:
     """With contact over without, of the first of these outputs that a dataset has; NaN of one that has none."""
-    from pounding_risk.figures.storey_profiles import amplification
+    from pounding_risk.figures.row import amplification
 
     known = [name for name in names if {name, f"{name}_free"} <= set(row.case.results.data_vars)]
     return amplification(row.case, at, known[0]) if known else nan
@@ -205,17 +207,12 @@ def _share(answers: Any, weight: float, confidence: float) -> tuple[float, float
     return float(known.mean()), float(low), float(high)
 
 
-def _force(row: Row) -> float:
-    """F_E of the runs [N]."""
-    return float(row.case.results["yield_force"])
-
-
 def _interface(row: Row, at: int) -> dict[str, Any]:
     """The values of an interface, in the order of `INTERFACE`."""
     one = row.assessment.interfaces[at]
     contact, touch = one.contact_at_gap(), row.case.touches[at]
     required = [one.required_at(percentile) for percentile in PERCENTILES]
-    force, is_run = _force(row), row.is_run(at)
+    force, is_run = row.yield_force, row.is_run(at)
     values = [
         *(row.title, one.name, row.buildings[at], row.buildings[at + 1], one.gap),
         *(one.verdict.word, one.verdict.sentence),
@@ -237,20 +234,20 @@ def _yielding(one: InterfaceAssessment, force: float) -> tuple[float, float, flo
     return nan, nan, nan
 
 
-def _told(row: Row) -> list[str]:
+def _notes(row: Row) -> list[str]:
     """Sentences on the case of a row."""
     of = row.assessment
-    told = [
+    notes = [
         f"motions {amplitude_words(row.case.results)}; {of.asked[0].lower()}{of.asked[1:]}".rstrip("."),
         "probabilities are shares of the motions of the scan, of no hazard and no period of time",
     ]
     failed = row.case.motions - min(touch.runs for touch in row.case.touches)
     if failed:
-        told.append(f"{row.title}: {counted(failed, 'run')} failed, and count in no share that only runs can tell")
-    told += [
+        notes.append(f"{row.title}: {counted(failed, 'run')} failed, and count in no share that only runs can tell")
+    notes += [
         f"{interface.name}: no run is at {say(interface.gap, GAP)}, the nearest are at {say(row.case.gaps[at], GAP)}: "
         "yielding, impacts, forces and amplifications are left empty"
         for at, interface in enumerate(of.interfaces)
         if not row.is_run(at)
     ]
-    return told
+    return notes

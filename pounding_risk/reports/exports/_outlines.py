@@ -25,14 +25,7 @@ class Places(NamedTuple):
     buildings: list[Any]
     interfaces: list[Any]
     crs: str | None
-    told: tuple[str, ...]
-
-
-class Outlines(NamedTuple):
-    """Footprints of a street by street and name, and the reference system of their coordinates."""
-
-    shapes: dict[tuple[str, str], Any]
-    crs: str | None
+    notes: tuple[str, ...]
 
 
 def nominal_places(rows: Rows) -> Places:
@@ -45,56 +38,50 @@ def nominal_places(rows: Rows) -> Places:
         buildings += [Point(ALONG * at, low) for at in range(len(names))]
         middles = (ALONG * (at + 0.5) for at in range(len(names) - 1))
         interfaces += [LineString([(x, low - HALF), (x, low + HALF)]) for x in middles]
-    told = (
+    notes = (
         f"not georeferenced: buildings are points {ALONG:g} m apart in the order of the row, whatever their widths; "
         "give the footprints with --street"
     )
-    return Places(buildings, interfaces, None, (told,))
+    return Places(buildings, interfaces, None, (notes,))
 
 
 def street_places(street: Path, rows: Rows) -> Places:
     """Footprints of buildings, and the face that each interface has; raises PoundingError where one is missing."""
-    outlines = read_outlines(street)
-    if not outlines.shapes:
+    from pounding_risk.streets.rows import footprint_outlines
+
+    outlines, is_degrees = footprint_outlines(street)
+    crs = WGS84 if is_degrees else None
+    if not outlines:
         raise PoundingError(f"{street}: has no footprints; layers to scale need a map with polygons")
     buildings, interfaces = [], []
     for title, names in rows:
         shapes = _of_row(outlines, title, names, street)
         buildings += shapes
-        is_degrees = outlines.crs is not None
         interfaces += [face_of(left, right, is_degrees) for left, right in pairwise(shapes)]
-    told = [f"footprints are those of {street.name}, in {outlines.crs or 'metres of no known reference system'}"]
-    others = len(outlines.shapes) - len(buildings)
+    notes = [f"footprints are those of {street.name}, in {crs or 'metres of no known reference system'}"]
+    others = len(outlines) - len(buildings)
     if others > 0:
-        told.append(f"{counted(others, 'footprint')} of it belong to no building of the results, and are in no layer")
-    return Places(buildings, interfaces, outlines.crs, tuple(told))
+        notes.append(f"{counted(others, 'footprint')} of it belong to no building of the results, and are in no layer")
+    return Places(buildings, interfaces, crs, tuple(notes))
 
 
-def read_outlines(street: Path) -> Outlines:
-    """The footprints of a street, a map or its buildings.csv, as polygons of shapely; raises as `read_block`."""
-    from pounding_risk.streets.rows import footprint_outlines
-
-    shapes, is_degrees = footprint_outlines(street)
-    return Outlines(shapes, WGS84 if is_degrees else None)
-
-
-def _of_row(outlines: Outlines, title: str, names: Sequence[str], source: Path) -> list[Any]:
+def _of_row(outlines: dict[tuple[str, str], Any], title: str, names: Sequence[str], source: Path) -> list[Any]:
     """The footprints of a row's buildings, all of one street; raises PoundingError where none has them all."""
     streets = [
         street
-        for street in dict.fromkeys(street for street, _ in outlines.shapes)
-        if all((street, name) in outlines.shapes for name in names)
+        for street in dict.fromkeys(street for street, _ in outlines)
+        if all((street, name) in outlines for name in names)
     ]
     of_title = [street for street in streets if street and title.startswith(street)]
     if len(streets) == 1 or of_title:
         street = max(of_title or streets, key=len)
-        return [outlines.shapes[street, name] for name in names]
+        return [outlines[street, name] for name in names]
     if streets:
         raise PoundingError(
             f"{source}: {len(streets)} streets have buildings with the names of {title}: {', '.join(streets)}; begin "
             "the scene's title with the name of its street"
         )
-    known = {name for _, name in outlines.shapes}
+    known = {name for _, name in outlines}
     missing = [name for name in names if name not in known]
     if missing:
         raise PoundingError(f"{source}: has no footprint of {', '.join(missing)} of {title}; name it there")

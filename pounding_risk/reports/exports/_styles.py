@@ -1,7 +1,7 @@
 """Styles of the layers for QGIS (QML): classes of the probability of contact.
 
-The colour-blind tell them apart, and so does a print in grey: colours are those of Matplotlib's cividis from light to
-dark. The limits are those of the plan of a street.
+The colour-blind can distinguish them, and so can readers of a print in grey: colours are those of Matplotlib's cividis
+from light to dark. The limits are those of the plan of a street.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What an export is asked for, and what it says of the files that it wrote."""
+"""The options of an export, and what it says of the files that it wrote."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pounding_risk._common.files import not_written, write_together
 from pounding_risk.errors import PoundingError
 
 
-class Asked(NamedTuple):
+class Options(NamedTuple):
     """Options of `export`, as they were read."""
 
     of: str | None = None  # what fragilities are of

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk._common.letters import cell
+from pounding_risk._common.letters import cell, csv_text
 from pounding_risk.motions.levels import LEVEL_AXIS
-from pounding_risk.reports.exports._written import Asked, Written, write_folder
+from pounding_risk.reports.exports._written import Options, Written, write_folder
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.variables import PLACES
 
@@ -33,7 +31,7 @@ TABLES = {
 FREE = "_without_contact"  # added to the name of a table whose values are of motions and not of cases
 
 
-def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
+def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     """Write a table for each kind of place of a dataset, with every case."""
     tables = ((f"{name}.csv", table(results, variables)) for name, variables in grouped(results).items())
     return Written(write_folder(target, tables), ())
@@ -44,14 +42,10 @@ def grouped(results: xr.Dataset) -> dict[str, list[str]]:
     groups: dict[str, list[str]] = {}
     for name, variable in results.data_vars.items():
         places = tuple(str(dim) for dim in variable.dims if dim in PLACES)
-        if (
-            places not in TABLES
-            or not any(dim in (*AXES, LEVEL_AXIS) for dim in variable.dims)
-            or "period" in variable.dims
-        ):
-            continue
-        ending = "" if "gap" in variable.dims else FREE
-        groups.setdefault(TABLES[places] + ending, []).append(str(name))
+        is_of_cases = any(dim in (*AXES, LEVEL_AXIS) for dim in variable.dims) and "period" not in variable.dims
+        if is_of_cases and places in TABLES:
+            ending = "" if "gap" in variable.dims else FREE
+            groups.setdefault(TABLES[places] + ending, []).append(str(name))
     return groups
 
 
@@ -59,22 +53,16 @@ def table(results: xr.Dataset, names: list[str]) -> str:
     """The text of a table: labels of each row, then the variables with their units."""
     first = results[names[0]]
     dims = [str(dim) for dim in first.dims]
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([_head(results, name) for name in (*dims, *names)])
+    units = ((name, str(results[name].attrs.get("units", "1"))) for name in (*dims, *names))
+    rows: list[list[Any]] = [[name if unit == "1" else f"{name} [{unit}]" for name, unit in units]]
     labels = [results[dim].values.tolist() for dim in dims]
     columns = [results[name].transpose(*dims).values.reshape(-1) for name in names]
     flags = [_meanings(results[name]) for name in names]
     for row, where in enumerate(np.ndindex(*first.shape)):
         values = [_cell(column[row], known) for column, known in zip(columns, flags, strict=True)]
         if any(value != "" for value in values):
-            writer.writerow([*(cell(label[at]) for label, at in zip(labels, where, strict=True)), *map(cell, values)])
-    return out.getvalue()
-
-
-def _head(results: xr.Dataset, name: str) -> str:
-    unit = str(results[name].attrs.get("units", "1"))
-    return name if unit == "1" else f"{name} [{unit}]"
+            rows.append([*(cell(label[at]) for label, at in zip(labels, where, strict=True)), *map(cell, values)])
+    return csv_text(rows)
 
 
 def _meanings(values: xr.DataArray) -> dict[int, str]:

@@ -20,7 +20,7 @@ from pounding_risk._common.files import check_target, move_into_place, not_writt
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._layers import Layer, layers_of
 from pounding_risk.reports.exports._styles import style
-from pounding_risk.reports.exports._written import Asked, Written
+from pounding_risk.reports.exports._written import Options, Written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,21 +49,21 @@ CONSTRAINT gdc_tn UNIQUE (table_name, name))"""
 SCHEMA = ("gpkg_data_columns", None, "gpkg_schema", "http://www.geopackage.org/spec121/#extension_schema", "read-write")
 
 
-def write(results: list[xr.Dataset], target: Path, asked: Asked) -> Written:
+def write(results: list[xr.Dataset], target: Path, options: Options) -> Written:
     """Write the layers of rows into one file, whole or not at all; raises PoundingError as `layers_of`."""
     need(NEEDED, "a GeoPackage")
     file = check_target(target, ENDINGS)
-    layers = layers_of(results, asked)
+    layers = layers_of(results, options)
     aside = partial_of(file)  # a folder, since GDAL writes more files beside, and wants the ending of the name
     try:
         aside.mkdir()
-        _write(aside / file.name, (layers.buildings, layers.interfaces), layers.crs, layers.told)
+        _write(aside / file.name, (layers.buildings, layers.interfaces), layers.crs, layers.notes)
         move_into_place(aside / file.name, file)
     except (OSError, RuntimeError, sqlite3.Error) as error:  # those of GDAL are RuntimeErrors
         raise not_written(file, error) from None
     finally:
         shutil.rmtree(aside, ignore_errors=True)
-    return Written((file,), layers.told)
+    return Written((file,), layers.notes)
 
 
 def need(names: Iterable[str], what: str) -> None:
@@ -82,11 +82,11 @@ def frame_of(layer: Layer, crs: str | None) -> Any:
     return GeoDataFrame(layer.rows, columns=list(layer.columns), geometry=layer.shapes, crs=crs)
 
 
-def _write(file: Path, layers: Iterable[Layer], crs: str | None, told: Iterable[str]) -> None:
+def _write(file: Path, layers: Iterable[Layer], crs: str | None, notes: Iterable[str]) -> None:
     """Write layers, their columns and their styles."""
     from pyogrio import write_dataframe
 
-    words = "; ".join(told)
+    words = "; ".join(notes)
     when = f"{now().partition('+')[0]}.000Z"
     kinds = {}
     for layer in layers:
@@ -96,14 +96,8 @@ def _write(file: Path, layers: Iterable[Layer], crs: str | None, told: Iterable[
         is_point = kinds[layer.name] == "marker"
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "'crs' was not provided", UserWarning)
-            write_dataframe(
-                frame,
-                file,
-                layer=layer.name,
-                driver="GPKG",
-                promote_to_multi=not is_point,
-                layer_options=options,
-            )
+            kind = {"driver": "GPKG", "promote_to_multi": not is_point, "layer_options": options}
+            write_dataframe(frame, file, layer=layer.name, **kind)
     with closing(sqlite3.connect(file)) as connection, connection:
         connection.execute(COLUMNS)
         connection.execute(STYLES)
@@ -114,7 +108,10 @@ def _write(file: Path, layers: Iterable[Layer], crs: str | None, told: Iterable[
             about,
         )
         for layer in layers:
-            columns = [(layer.name, name, said(column)) for name, column in layer.columns.items()]
+            columns = []
+            for name, column in layer.columns.items():
+                unit = f" [{column.unit}]" if column.unit not in ("", "1") else ""
+                columns.append((layer.name, name, column.words + unit))
             connection.executemany(
                 "INSERT INTO gpkg_data_columns (table_name, column_name, description) VALUES (?, ?, ?)", columns
             )
@@ -127,8 +124,3 @@ def _write(file: Path, layers: Iterable[Layer], crs: str | None, told: Iterable[
                 values,
             )
         connection.execute("UPDATE gpkg_contents SET last_change = ?", (when,))
-
-
-def said(column: Any) -> str:
-    """What a column is, with its unit where it has one."""
-    return f"{column.words} [{column.unit}]" if column.unit not in ("", "1") else str(column.words)

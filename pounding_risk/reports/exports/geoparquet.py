@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pounding_risk.reports.exports._layers import Layer, layers_of
-from pounding_risk.reports.exports._written import Asked, Written, write_folder
+from pounding_risk.reports.exports._written import Options, Written, write_folder
 from pounding_risk.reports.exports.geopackage import NEEDED, frame_of, need
 
 if TYPE_CHECKING:
@@ -20,14 +20,14 @@ SEVERAL = True
 TAKES = ("gap", "pga", "intensity_level", "street")
 
 
-def write(results: list[xr.Dataset], target: Path, asked: Asked) -> Written:
+def write(results: list[xr.Dataset], target: Path, options: Options) -> Written:
     """Write the layers of rows, a file each; raises PoundingError as `layers_of`."""
     need((*NEEDED, "pyarrow"), "GeoParquet")
-    layers = layers_of(results, asked)
+    layers = layers_of(results, options)
     files = (
         (f"{layer.name}.parquet", parquet_of(layer, layers.crs)) for layer in (layers.buildings, layers.interfaces)
     )
-    return Written(write_folder(target, files), layers.told)
+    return Written(write_folder(target, files), layers.notes)
 
 
 def parquet_of(layer: Layer, crs: str | None) -> bytes:

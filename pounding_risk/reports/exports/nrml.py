@@ -14,16 +14,9 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from pounding_risk.reports.exports._curves import (
-    TAIL,
-    Fragilities,
-    Function,
-    Model,
-    distinct,
-    probabilities,
-)
-from pounding_risk.reports.exports._damage import fragilities_of
-from pounding_risk.reports.exports._written import Asked, Written, write_files
+from pounding_risk.reports.exports._fragilities import TAIL, Fragilities, Function, Model, distinct, fragilities_of
+from pounding_risk.reports.exports._written import Options, Written, write_files
+from pounding_risk.statistics.fragility import fragility_curve
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,23 +32,23 @@ MOST_LEVELS = 257
 LONGEST_MODEL = 75  # characters of the identifier of a model
 
 
-def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
+def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     """Write the fragilities of one kind of failure, a file for each model; raises PoundingError for none."""
-    found = fragilities_of(results, asked)
-    told = [*found.told]
+    found = fragilities_of(results, options)
+    notes = [*found.notes]
     files = [target]
     if len(found.models) > 1:
         names = distinct(model.identifier for model in found.models)
         files = [target.with_name(f"{target.stem}-{name}{target.suffix}") for name in names]
-        told.append("OpenQuake takes one model from a file, with the same limit states for all its functions")
-    side = " without pounding" if asked.without else ""
-    documents = (document(found, model, side, asked.discrete) for model in found.models)
+        notes.append("OpenQuake takes one model from a file, with the same limit states for all its functions")
+    side = " without pounding" if options.without else ""
+    documents = (document(found, model, side, options.discrete) for model in found.models)
     written = write_files(zip(files, documents, strict=True))
-    told += [
+    notes += [
         "probabilities are those of the fitted lognormal; its standard errors are in the description",
         "the curves count no uncertainty of the buildings",
     ]
-    return Written(written, tuple(told))
+    return Written(written, tuple(notes))
 
 
 def document(found: Fragilities, model: Model, side: str, discrete: bool) -> str:
@@ -96,7 +89,7 @@ def _add_discrete(element: Xml.Element, function: Function, imt: str) -> None:
     written = [f"{level:.6g}" for level in np.geomspace(low, high, min(count, MOST_LEVELS))]
     Xml.SubElement(element, "imls", {"imt": imt}).text = " ".join(written)
     for curve in function.curves:
-        shares = probabilities(curve, np.array(written, dtype=float))
+        shares = fragility_curve(np.array(written, dtype=float), curve.median, curve.dispersion)
         Xml.SubElement(element, "poes", {"ls": curve.state}).text = " ".join(f"{share:.8g}" for share in shares)
 
 

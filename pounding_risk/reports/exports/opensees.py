@@ -13,21 +13,20 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.version import __version__
-from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.errors import SceneError
 from pounding_risk.motions.levels import at_pga
-from pounding_risk.reports.exports._written import Asked, Written, write_file
+from pounding_risk.reports.exports._written import Options, Written, write_file
 
 if TYPE_CHECKING:
     from pounding_risk.lab.accuracy_bench import Bench, PointCase
     from pounding_risk.lab.accuracy_opensees import PowerLaw
-    from pounding_risk.lab.baselines.row import RowMatrices
     from pounding_risk.scene.scene import Scene
 
 WORDS = "a scene as an OpenSeesPy script"
 ENDINGS = (".py",)
 SOURCE = "scene"
 TAKES = ("gap", "pga")
-STEPS_A_SAMPLE = 10  # of the script, unless asked otherwise
+STEPS_A_SAMPLE = 10  # of the script, by default
 WIDEST = 118  # characters of a line
 RTOL = 1e-10  # of the peaks that the script shows beside its own
 
@@ -178,31 +177,21 @@ for name, (moved, most) in PEAKS.items():
 '''
 
 
-class Lines(NamedTuple):
-    """What of a scene stands in the script."""
-
-    buildings: dict[str, list[tuple[float, float]]]
-    dashpots: dict[str, dict[tuple[int, int], float]]
-    contacts: dict[str, tuple[Any, ...]]
-    computed: dict[str, dict[str, Any]]
-    peaks: dict[str, tuple[float, float]]
-
-
-def write(study: Scene, target: Path, asked: Asked) -> Written:
+def write(study: Scene, target: Path, options: Options) -> Written:
     """Write the case of the scene's own gap under its first motion; raises SceneError for what OpenSees cannot say."""
-    from pounding_risk.lab.accuracy import bench_of
+    from pounding_risk.lab.accuracy_bench import bench_of
     from pounding_risk.lab.accuracy_opensees import SLOWEST_TOUCH
 
     grid = study.grid
     own = grid._replace(
-        gaps=(study.gap if asked.gap is None else asked.gap,),
-        amplitudes=grid.amplitudes[:1] if asked.pga is None else (at_pga(asked.pga),),
+        gaps=(study.gap if options.gap is None else options.gap,),
+        amplitudes=grid.amplitudes[:1] if options.pga is None else (at_pga(options.pga),),
         yield_forces=(study.yield_force,),
         contact_models=(study.contact_model,),
     )
     bench = bench_of(study.updated(grid=own), 1)
     script = _script(study, bench)
-    told = tuple(_told(script))
+    notes = tuple(_notes(script))
     motion = next(iter(bench.motions))
     text = TEMPLATE.format(
         title=study.name or "A scene",
@@ -210,13 +199,13 @@ def write(study: Scene, target: Path, asked: Asked) -> Written:
         version=__version__,
         name=target.name,
         step=motion.dt / STEPS_A_SAMPLE,
-        told="\n".join(fill(f"- {sentence}", WIDEST, subsequent_indent="  ") for sentence in told),
+        told="\n".join(fill(f"- {sentence}", WIDEST, subsequent_indent="  ") for sentence in notes),
         sampling=motion.dt,
         slowest=SLOWEST_TOUCH,
         motion=_listed(motion.acceleration.tolist()),
-        **{name: pformat(part, sort_dicts=False, width=WIDEST) for name, part in _lines(script)._asdict().items()},
+        **{name: pformat(part, sort_dicts=False, width=WIDEST) for name, part in _parts(script).items()},
     )
-    return Written((write_file(target, text),), told)
+    return Written((write_file(target, text),), notes)
 
 
 def _listed(values: list[float]) -> str:
@@ -231,92 +220,77 @@ class Script(NamedTuple):
 
     bench: Bench
     case: PointCase
-    matrices: RowMatrices
     names: list[str]  # of the buildings
+    computed: dict[int, PowerLaw]  # of contact points without a material, whose force the script computes
 
-    @property
-    def computed(self) -> dict[int, PowerLaw]:
-        """The contact points whose force the script computes, with their laws; the others have a material.
-
-        Raises PoundingError for a law that is neither.
-        """
-        from pounding_risk.lab.accuracy_opensees import name_of, power_law
-
-        found = {}
-        for k in range(len(self.bench.points)):
-            if self.has_material(k):
-                continue
-            law, e, mass = self.case.laws[k], self.case.rules[k].c0, self.matrices.striking[k]
-            read = power_law(law, e, mass, self.case.yield_forces[k])
-            if read is None:
-                raise PoundingError(
-                    f"it has no material for {name_of(law)}, whose force is no sum of two powers of the penetration "
-                    "that a script could compute; take one of jankowski, hertz_damp, kelvin_voigt or "
-                    "viscous_elastoplastic (--set interface.contact_model=...)"
-                )
-            found[k] = read
-        return found
-
-    def has_material(self, k: int) -> bool:
-        """Whether OpenSees has a material for the law of a contact point, which joins two floors."""
-        from pounding_risk.lab.accuracy_opensees import MATERIALS, sides_of
-
-        point = self.bench.points[k]
-        at_floors = all(floor == int(floor) for _, floor in sides_of(self.bench.chains, point))
-        return at_floors and type(self.case.laws[k]).__name__ in MATERIALS
-
-    def label(self, k: int) -> str:
-        """What tables call a contact point."""
-        point = self.bench.points[k]
-        left, right = self.names[point.interface : point.interface + 2]
-        return f"{left} | {right}, floors {point.left_floor:g} and {point.right_floor:g}"
+    def ends(self, k: int) -> list[tuple[str, int, float]]:
+        """Building, floor and share of each mass in the displacement that closes a contact point."""
+        first, shares = self.bench.matrices.first, self.bench.matrices.shares[k]
+        masses = np.flatnonzero(shares)
+        at = np.searchsorted(first, masses, side="right") - 1
+        return [
+            (self.names[building], int(mass - first[building] + 1), float(shares[mass]))
+            for building, mass in zip(at, masses, strict=True)
+        ]
 
 
 def _script(study: Scene, bench: Bench) -> Script:
     """The first case; raises SceneError for what OpenSees cannot say, and a script cannot compute."""
-    from pounding_risk.lab.accuracy_opensees import FALLS, ON_SPRINGS, has_constant_restitution, matrices_of
+    from pounding_risk.lab import accuracy_opensees as opensees
 
     case = next(bench.point_cases())
     why = f"it knows no {bench.event_only}" if bench.event_only else ""
-    why = why or (ON_SPRINGS if any(chain.foundations for chain in bench.chains) else "")
-    why = why or ("" if has_constant_restitution(case.rules) else FALLS)
-    if not why:
-        names = [building.name for building in study.buildings]
-        found = Script(bench, case, matrices_of(bench), names)
-        try:
-            assert found.computed is not None
-        except PoundingError as error:
-            why = str(error)
+    why = why or (opensees.ON_SPRINGS if any(chain.foundations for chain in bench.chains) else "")
+    why = why or ("" if opensees.has_constant_restitution(case.rules) else opensees.FALLS)
+    computed: dict[int, PowerLaw] = {}
+    for k, point in enumerate(bench.points if not why else ()):
+        law, is_at_floors = case.laws[k], all(f == int(f) for _, f in opensees.sides_of(bench.chains, point))
+        if is_at_floors and type(law).__name__ in opensees.MATERIALS:
+            continue
+        read = opensees.power_law(law, case.rules[k].c0, bench.matrices.striking[k], case.yield_forces[k])
+        if read is None:
+            why = (
+                f"it has no material for {opensees.name_of(law)}, whose force is no sum of two powers of the "
+                "penetration that a script could compute; take one of jankowski, hertz_damp, kelvin_voigt or "
+                "viscous_elastoplastic (--set interface.contact_model=...)"
+            )
+            break
+        computed[k] = read
     if why:
         raise SceneError(study.source, [f"OpenSees cannot say this scene: {why}"])
-    return found
+    return Script(bench, case, [building.name for building in study.buildings], computed)
 
 
-def _lines(script: Script) -> Lines:
-    """The numbers of the script."""
+def _parts(script: Script) -> dict[str, Any]:
+    """The numbers of the script, by their place in the template."""
     from pounding_risk.lab.accuracy_findings import FORCE, REACH
     from pounding_risk.lab.accuracy_opensees import impact_material
 
     bench, case, names = script.bench, script.case, script.names
     moving = {name: chain for name, chain in zip(names, bench.chains, strict=True) if chain.mass.size}
-    buildings = {name: list(zip(chain.mass.tolist(), chain.spring.tolist(), strict=True))
-                 for name, chain in moving.items()}  # fmt: skip
     contacts: dict[str, tuple[Any, ...]] = {}
+    computed: dict[str, dict[str, Any]] = {}
     for k, point in enumerate(bench.points):
-        if script.has_material(k):
-            sides = ((point.interface, point.left_floor), (point.interface + 1, point.right_floor))
-            left, right = ((names[at], int(floor)) if names[at] in moving else None for at, floor in sides)
-            contact = case.gaps[k], case.laws[k], case.rules[k]
-            material = tuple(_plain(part) for part in impact_material(bench.chains, point, contact))
-            contacts[script.label(k)] = (left, right, material)
-    computed = {
-        script.label(k): {"ends": _ends(script, k), "gap": _plain(case.gaps[k])} | law._asdict()
-        for k, law in script.computed.items()
-    }
-    found = bench.event(RTOL).values[0]
+        between = " | ".join(names[point.interface : point.interface + 2])
+        label = f"{between}, floors {point.left_floor:g} and {point.right_floor:g}"
+        if k in script.computed:
+            computed[label] = {"ends": script.ends(k), "gap": _plain(case.gaps[k])} | script.computed[k]._asdict()
+            continue
+        sides = ((point.interface, point.left_floor), (point.interface + 1, point.right_floor))
+        left, right = ((names[at], int(floor)) if names[at] in moving else None for at, floor in sides)
+        contact = case.gaps[k], case.laws[k], case.rules[k]
+        contacts[label] = (left, right, tuple(_plain(part) for part in impact_material(bench.chains, point, contact)))
+    answers = bench.event(RTOL).values[0]
     interfaces = [f"{left} | {right}" for left, right in pairwise(names)]
-    peaks = {name: (float(row[REACH]), float(row[FORCE])) for name, row in zip(interfaces, found, strict=True)}
-    return Lines(buildings, {name: _dashpots(chain) for name, chain in moving.items()}, contacts, computed, peaks)
+    return {
+        "buildings": {
+            name: list(zip(chain.mass.tolist(), chain.spring.tolist(), strict=True)) for name, chain in moving.items()
+        },
+        "dashpots": {name: _dashpots(chain) for name, chain in moving.items()},
+        "contacts": contacts,
+        "computed": computed,
+        "peaks": {name: (float(row[REACH]), float(row[FORCE])) for name, row in zip(interfaces, answers, strict=True)},
+    }
 
 
 def _dashpots(chain: Any) -> dict[tuple[int, int], float]:
@@ -328,22 +302,11 @@ def _dashpots(chain: Any) -> dict[tuple[int, int], float]:
     return {pair: value for pair, value in (to_ground | between).items() if abs(value) > smallest}
 
 
-def _ends(script: Script, k: int) -> list[tuple[str, int, float]]:
-    """Building, floor and share of each mass in the displacement that closes a contact point."""
-    first = script.matrices.first
-    masses = np.flatnonzero(script.matrices.shares[k])
-    at = np.searchsorted(first, masses, side="right") - 1
-    return [
-        (script.names[building], int(mass - first[building] + 1), float(script.matrices.shares[k, mass]))
-        for building, mass in zip(at, masses, strict=True)
-    ]
-
-
 def _plain(part: Any) -> Any:
     return part if isinstance(part, str) else float(np.asarray(part))
 
 
-def _told(script: Script) -> Iterator[str]:
+def _notes(script: Script) -> Iterator[str]:
     """What of a scene the script has not, or does in another way."""
     from pounding_risk.lab.accuracy_opensees import MATERIALS, name_of
 
@@ -354,14 +317,11 @@ def _told(script: Script) -> Iterator[str]:
     laws = [script.case.laws[k] for k in script.computed]
     laws = sorted({name_of(law) for law in laws if type(law).__name__ not in MATERIALS})
     reasons = [f"material for {law}" for law in laws]
-    reasons += ["element for a floor against a column"] if _columns(script) else []
+    # A contact point part-way up a column has shares of two floors.
+    is_between = any(share not in (-1.0, 1.0) for k in script.computed for *_, share in script.ends(k))
+    reasons += ["element for a floor against a column"] if is_between else []
     if reasons:
         yield (
             f"OpenSees has no {' and no '.join(reasons)}: the script computes these forces itself by the formula of "
             "pounding-risk, at each step from the state that the last accelerations give for its end"
         )
-
-
-def _columns(script: Script) -> bool:
-    """Whether a contact point is part-way up a column."""
-    return any(share not in (-1.0, 1.0) for k in script.computed for _, _, share in _ends(script, k))

@@ -2,32 +2,31 @@
 
 A row of demands is a motion of the scan, in the same order in both files of a building. Columns have pelicun's names of
 demands: ``1-PFA-2-1`` is the peak floor acceleration of floor 2 in direction 1; floor 0 is the ground, whose peak is
-PGA. The fragilities are against the intensity of the last column.
+PGA.
+
+Limit states of the fragilities are against the intensity of the ground (``PGA``, ``SA_0.5``, ``PGV``), which is the
+last column of the demands, at location 0 in direction 1: components stand there. Directional, since pelicun multiplies
+what is not by 1.2 for two directions. The file has the head of its Damage and Loss Model Library, with words beside it.
 """
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterator
-from io import StringIO
-from itertools import product
+import json
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.demands import intensities
+from pounding_risk._common.letters import csv_text
+from pounding_risk.assessment.demands import intensities, resolved_intensity
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.exports._curves import Known, identifier_of
-from pounding_risk.reports.exports._pelicun_fragilities import (
-    components_of,
-    demand_name,
-    fragility_table,
-    fragility_words,
-)
-from pounding_risk.reports.exports._written import Asked, Written, write_folder
+from pounding_risk.reports.exports import _fragilities as fragilities
+from pounding_risk.reports.exports._fragilities import Fragilities, Function, Intensity, identifier_of
+from pounding_risk.reports.exports._written import Options, Written, write_folder
+from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.one_case import one_case
@@ -44,6 +43,10 @@ Array = NDArray[np.float64]
 # Largest acceleration of a floor and drift of a storey, of buildings with storeys and of single masses.
 STOREYS = ("storey_acceleration", "storey_drift")
 SINGLE_MASS = ("peak_floor_acceleration", "peak_displacement")
+PREFIX = "PND"  # of pounding; the libraries of pelicun have no such components
+HEAD = ("ID", "Incomplete", "Demand-Type", "Demand-Unit", "Demand-Offset", "Demand-Directional")
+OF_STATE = ("Family", "Theta_0", "Theta_1", "DamageStateWeights")
+UNITS = {"g": "g", "cm/s": "cmps"}  # of intensities, in pelicun
 
 
 class Demand(NamedTuple):
@@ -54,38 +57,72 @@ class Demand(NamedTuple):
     values: Array  # (motions,)
 
 
-def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
+class Components(NamedTuple):
+    """Components by identifier against one intensity, and what is left out."""
+
+    measure: Intensity | None
+    functions: dict[str, Function]
+    notes: tuple[str, ...]
+
+
+def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     """Write the demands at one gap, contact model and F_E, those of the scene, and the fragilities that there are.
 
     Of a dataset of damage states fragilities alone. Raises PoundingError as `one_case`.
     """
-    runs, told = _runs_or_why(results, asked)
-    found = components_of(results, asked)
+    runs, notes = _runs_or_why(results, options)
+    components = _components(results, options)
+    measure, functions = components.measure, components.functions
     tables: dict[str, str] = {}
     if runs is not None:
-        told = list(_demand_tables(results, runs, found.measure, tables))
-    told += found.told
-    if found.measure is not None and found.components:
-        tables["fragility.csv"] = fragility_table(found.measure, found.components)
-        words = fragility_words(found.components, str(results.attrs.get("title", "")))
-        tables["fragility.json"] = words
-        told.append(
-            f"components stand at location 0 in direction 1, where {demand_name(found.measure)} is their demand"
-        )
+        notes = list(_demand_tables(results, runs, measure, tables))
+    notes += components.notes
+    if measure is not None and functions:
+        tables["fragility.csv"] = _fragility_table(measure, functions)
+        tables["fragility.json"] = _fragility_words(functions, str(results.attrs.get("title", "")))
+        notes.append(f"components stand at location 0 in direction 1, where {_demand_name(measure)} is their demand")
     else:
-        told.append("no fragilities are written")
-    return Written(write_folder(target, tables.items()), tuple(told))
+        notes.append("no fragilities are written")
+    return Written(write_folder(target, tables.items()), tuple(notes))
+
+
+# ------------------------------------------------------------------------------------------------ demands
+
+
+def _runs_or_why(results: xr.Dataset, options: Options) -> tuple[xr.Dataset | None, list[str]]:
+    """Every record and polarity at one case of the grid, or why none is written.
+
+    Curves of damage states need no amplitude, as in NRML.
+    """
+    if kind_of(results) == "damage":
+        return None, ["demands are of results of scan; these are of damage states"]
+    try:
+        case = one_case(results, gap=options.gap, pga=options.pga, intensity_level=options.intensity_level)
+    except PoundingError as error:
+        if options.of != "damage" or options.pga is not None or options.intensity_level is not None:
+            raise
+        return None, [f"no demands are written, for which one amplitude is needed: {error}"]
+    axes = (amplitude_axis(results), "gap", "yield_force", "contact_model")
+    return results.sel({axis: case[axis].values.item() for axis in axes if axis in results.dims}), []
 
 
 def _demand_tables(
-    results: xr.Dataset, runs: xr.Dataset, measure: Known | None, tables: dict[str, str]
+    results: xr.Dataset, runs: xr.Dataset, measure: Intensity | None, tables: dict[str, str]
 ) -> Iterator[str]:
     """Enter the demands of each building in ``tables``, by the file's name, and yield sentences on them."""
-    yield _case_words(runs)
-    complete = _complete(runs)
+    model, gap, force = str(runs["contact_model"].item()), float(runs["gap"]), float(runs["yield_force"])
+    yield f"demands are those at a gap of {1e3 * gap:.6g} mm, {model}, F_E {force:.6g} N"
+    status = runs["status"]
+    flag = str(status.attrs["flag_meanings"]).split().index("complete")
+    complete = _by_motion(status) == np.atleast_1d(status.attrs["flag_values"])[flag]
     if not complete.all():
         yield f"{counted(int((~complete).sum()), 'run')} failed; their motions are in no file"
-    intensity = () if measure is None else (_intensity(results, runs, measure),)
+    intensity = []
+    if measure is not None:
+        axis = amplitude_axis(results)
+        level = int(np.argmin(np.abs(results[axis].values - float(runs[axis])))) if axis in results.dims else 0
+        unit = "mps" if measure.imt == "PGV" else "mps2"
+        intensity.append(Demand(_demand_name(measure), unit, intensities(results, measure.word)[:, level]))
     for place, building in enumerate(map(str, runs["building"].values)):
         one = runs.isel(building=place)
         heights = _storey_heights(one)
@@ -93,68 +130,35 @@ def _demand_tables(
             yield f"{building}: no storey drift ratios, as the scene gives it no heights"
         for ending, word in (("", "with"), ("_free", "without")):
             columns = [*_demands(one, ending, heights), *intensity]
-            name = f"{identifier_of(building)}-{word}-contact.csv"
-            tables[name] = table(runs, columns, complete)
-
-
-def _intensity(results: xr.Dataset, runs: xr.Dataset, measure: Known) -> Demand:
-    """The intensity of the motions at the amplitude of the runs."""
-    axis = amplitude_axis(results)
-    level = int(np.argmin(np.abs(results[axis].values - float(runs[axis])))) if axis in results.dims else 0
-    unit = "mps" if measure.imt == "PGV" else "mps2"
-    return Demand(demand_name(measure), unit, intensities(results, measure.word)[:, level])
-
-
-def _runs_or_why(results: xr.Dataset, asked: Asked) -> tuple[xr.Dataset | None, list[str]]:
-    """The runs whose demands are written, or why none are: curves of damage states need no amplitude, as in NRML."""
-    if kind_of(results) == "damage":
-        return None, ["demands are of results of scan; these are of damage states"]
-    try:
-        return _runs(results, asked), []
-    except PoundingError as error:
-        if asked.of != "damage" or asked.pga is not None or asked.intensity_level is not None:
-            raise
-        return None, [f"no demands are written, for which one amplitude is needed: {error}"]
-
-
-def _runs(results: xr.Dataset, asked: Asked) -> xr.Dataset:
-    """Every record and polarity at one case of the grid."""
-    case = one_case(results, gap=asked.gap, pga=asked.pga, intensity_level=asked.intensity_level)
-    axes = (amplitude_axis(results), "gap", "yield_force", "contact_model")
-    return results.sel({axis: case[axis].values.item() for axis in axes if axis in results.dims})
-
-
-def _case_words(runs: xr.Dataset) -> str:
-    model, gap, force = str(runs["contact_model"].item()), float(runs["gap"]), float(runs["yield_force"])
-    return f"demands are those at a gap of {1e3 * gap:.6g} mm, {model}, F_E {force:.6g} N"
-
-
-def _complete(runs: xr.Dataset) -> NDArray[np.bool_]:
-    """Motions whose run is complete, (motions,)."""
-    status = runs["status"]
-    meanings = str(status.attrs["flag_meanings"]).split()
-    code = np.atleast_1d(status.attrs["flag_values"])[meanings.index("complete")]
-    return np.asarray(_by_motion(status) == code)
+            # Rows are numbered as the motions of the scan are.
+            tables[f"{identifier_of(building)}-{word}-contact.csv"] = csv_text(
+                [
+                    ["", *(column.name for column in columns)],
+                    ["Units", *(column.unit for column in columns)],
+                    *([at, *(repr(float(each.values[at])) for each in columns)] for at in np.flatnonzero(complete)),
+                ]
+            )
 
 
 def _by_motion(values: xr.DataArray) -> Array:
+    """Values by record and polarity as one axis, (motions, ...)."""
     return np.asarray(values.transpose("record", "polarity", ...).values.reshape(-1, *values.shape[2:]))
 
 
 def _storey_heights(one: xr.Dataset) -> Array | None:
     """Height of each storey of a building [m]; None where its floors have no levels."""
-    if "floor_level" in one.variables:
-        levels = one["floor_level"].values
-        levels = levels[np.isfinite(levels)]
-    else:
-        levels = np.atleast_1d(one["building_height"].values) if "building_height" in one.variables else np.empty(0)
+    name = next((name for name in ("floor_level", "building_height") if name in one.variables), None)
+    levels = np.empty(0) if name is None else np.atleast_1d(one[name].values)
     levels = levels[np.isfinite(levels)]
     return np.diff(levels, prepend=0.0) if levels.size else None
 
 
 def _demands(one: xr.Dataset, ending: str, heights: Array | None) -> Iterator[Demand]:
     """The demands of a building: accelerations of the ground and its floors, drift ratios of its storeys."""
-    ground = np.repeat(_ground(one), one.sizes["polarity"])
+    peaks = next((name for name in ("record_pga_felt", "record_pga") if name in one.variables), None)
+    if peaks is None:
+        raise PoundingError("the dataset has no peak ground accelerations of its records; scan the scene again")
+    ground = np.repeat(np.asarray(one[peaks].values, dtype=float), one.sizes["polarity"])
     yield Demand("1-PFA-0-1", "mps2", ground)
     several = "storey" in one.sizes and f"storey_acceleration{ending}" in one
     accelerations, drifts = (
@@ -168,22 +172,89 @@ def _demands(one: xr.Dataset, ending: str, heights: Array | None) -> Iterator[De
             yield Demand(f"1-PID-{storey + 1}-1", "rad", drifts[:, storey] / heights[storey])
 
 
-def _ground(one: xr.Dataset) -> Array:
-    """Peak ground acceleration of each record as it acts [m/s2]."""
-    for name in ("record_pga_felt", "record_pga"):
-        if name in one.variables:
-            return np.asarray(one[name].values, dtype=float)
-    raise PoundingError("the dataset has no peak ground accelerations of its records; scan the scene again")
+# ------------------------------------------------------------------------------------------------ fragilities
 
 
-def table(runs: xr.Dataset, columns: list[Demand], complete: NDArray[np.bool_]) -> str:
-    """The text of a file of demands; rows are numbered as the motions of the scan are, with their names last."""
-    out = StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["", *(column.name for column in columns)])
-    writer.writerow(["Units", *(column.unit for column in columns)])
-    motions = product(runs["record"].values, runs["polarity"].values)
-    for number, _ in enumerate(motions):
-        if complete[number]:
-            writer.writerow([number, *(repr(float(column.values[number])) for column in columns)])
-    return out.getvalue()
+def _components(results: xr.Dataset, options: Options) -> Components:
+    """The components of contact, yielding and damage states, or of the one kind of the options.
+
+    Raises PoundingError for an intensity that pelicun does not know, and where the one kind has none.
+    """
+    of_damage = kind_of(results) == "damage"
+    has_states = of_damage or bool(tables_of(results.attrs["scene_resolved"]).get("damage"))
+    kinds: Sequence[str] = fragilities.KINDS if has_states else fragilities.KINDS[:2]
+    kinds = (options.of,) if options.of else kinds[2:] if of_damage else kinds
+    if options.intensity is not None and not of_damage:
+        fragilities.intensity_of(resolved_intensity(results, options.intensity))
+    measure, named, notes = None, [], []
+    faults: list[PoundingError] = []
+    for kind in kinds:
+        for side in ("with", "without") if kind == "damage" else ("with",):
+            # The amplitude of demands does not matter to curves of damage; a method is of these alone.
+            own: dict[str, Any] = {"method": None}
+            if kind == "damage":
+                own = {"without": side == "without", "pga": None, "intensity_level": None}
+            try:
+                found = fragilities.fragilities_of(results, options._replace(of=kind, **own))
+            except PoundingError as error:
+                faults.append(error)
+                notes.append(f"{kind}{' without pounding' if side == 'without' else ''}: {error}")
+                continue
+            measure = found.measure
+            notes += found.notes
+            named += list(_named(found, kind, side))
+    if faults and not named and len(kinds) == 1:
+        raise faults[0]
+    names = fragilities.distinct(name for name, _ in named)
+    functions = {name: function for name, (_, function) in zip(names, named, strict=True)}
+    return Components(measure, functions, tuple(dict.fromkeys(notes)))
+
+
+def _named(found: Fragilities, kind: str, side: str) -> Iterator[tuple[str, Function]]:
+    """Functions by an identifier without "-", with which pelicun separates the location and direction."""
+    for model in found.models:
+        for function in model.functions:
+            place = (model.identifier, side) if kind == "damage" else (function.identifier,)
+            yield ".".join((PREFIX, kind, *place)).replace("-", "_"), function
+
+
+def _demand_name(measure: Intensity) -> str:
+    """The column of a file of demands that the components want, "1-SA_0.5-0-1"."""
+    return f"1-{measure.imt.replace('(', '_').rstrip(')')}-0-1"
+
+
+def _fragility_table(measure: Intensity, functions: dict[str, Function]) -> str:
+    """The text of the file of fragilities."""
+    demand = {"PGA": "Peak Ground Acceleration", "PGV": "Peak Ground Velocity"}.get(
+        measure.imt, f"Spectral Acceleration|{measure.imt[3:-1]}"
+    )
+    most = max(len(function.curves) for function in functions.values())
+    rows = [[*HEAD, *(f"LS{number}-{name}" for number in range(1, most + 1) for name in OF_STATE)]]
+    for name, function in functions.items():
+        cells: list[Any] = [name, 0, demand, UNITS[measure.unit], 0, 1]
+        for curve in function.curves:
+            cells += ["lognormal", repr(curve.median), repr(curve.dispersion), ""]
+        rows.append(cells + [""] * (len(rows[0]) - len(cells)))
+    return csv_text(rows)
+
+
+def _fragility_words(functions: dict[str, Function], title: str) -> str:
+    """The text of the file beside it, which says what each component and its states are, as pelicun's libraries do."""
+    words: dict[str, dict[str, Any]] = {
+        "_GeneralInformation": {
+            "ShortName": "pounding-risk",
+            "Description": f"Pounding of adjacent buildings: {title}. Each component has the quantity 1 EA.",
+            "Version": "1.0",
+        }
+    }
+    for name, function in functions.items():
+        words[name] = {
+            "Description": function.curves[0].words,
+            "SuggestedComponentBlockSize": "1 EA",
+            "RoundUpToIntegerQuantity": "True",
+            "LimitStates": {
+                f"LS{number}": {f"DS{number}": {"Description": f"{curve.state}: {curve.words}; {curve.runs} runs"}}
+                for number, curve in enumerate(function.curves, start=1)
+            },
+        }
+    return f"{json.dumps(words, indent=2, ensure_ascii=False)}\n"

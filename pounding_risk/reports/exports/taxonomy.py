@@ -6,22 +6,20 @@ gap is less than 4 % of the height of the lower of both. POP is written by what 
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
-from io import StringIO
-from math import inf, isnan
+from math import inf, isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk._common.letters import cell
+from pounding_risk._common.letters import cell, csv_text
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
 from pounding_risk.assessment.options import percent_words
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.exports._written import Asked, Written, write_file
+from pounding_risk.reports.exports._written import Options, Written, write_file
 from pounding_risk.results.attributes import tables_of
 from pounding_risk.streets.inventory import read_inventory
 from pounding_risk.streets.inventory.gem import read_taxonomy, with_found
@@ -59,50 +57,29 @@ class Side(NamedTuple):
     interface: InterfaceAssessment
 
 
-class Strings(NamedTuple):
-    """The strings of buildings by name, where each is from, and sentences on them."""
-
-    by_name: Mapping[str, tuple[str, str]]
-    told: tuple[str, ...]
-
-
-def write(results: xr.Dataset, target: Path, asked: Asked) -> Written:
+def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     """Write the table at one gap and amplitude, as `assess` takes them; raises PoundingError as it does."""
-    assessment = assess(results, gap=asked.gap, pga=asked.pga, intensity_level=asked.intensity_level)
+    assessment = assess(results, gap=options.gap, pga=options.pga, intensity_level=options.intensity_level)
     names = [str(name) for name in results["building"].values]
-    strings = _strings(results, names, asked.inventory)
-    out = StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(HEADS)
-    rows = [
-        _row(name, height, sides, strings.by_name[name], assessment)
-        for name, height, sides in _with_sides(results, names, assessment)
-    ]
-    writer.writerows([*map(cell, row)] for row in rows)
-    told = [
-        "positions are those in the row; what stands in front of a building and behind it is not in the results, so "
-        "that BP3 is never written",
-        f"POP is written where more than {percent_words(assessment.target)} of the motions close a gap of the building",
-        *strings.told,
-    ]
-    unknown = [row[0] for row in rows if not row[2]]
-    if unknown:
-        told.append(f"no position of {', '.join(unknown)}: the scene gives no height; write height in [[building]]")
-    return Written((write_file(target, out.getvalue()),), tuple(told))
-
-
-def _with_sides(
-    results: xr.Dataset, names: list[str], assessment: Assessment
-) -> list[tuple[str, float, tuple[Side, ...]]]:
-    """Each building with its height and its neighbours to the left and to the right."""
-    given = results["building_height"].values if "building_height" in results.variables else np.full(len(names), np.nan)
-    heights = [float(height) if height > 0.0 else np.nan for height in given]
-    buildings = []
+    strings, without = _strings(results, names, options.inventory)
+    given = results["building_height"].values if "building_height" in results.variables else np.full(len(names), nan)
+    heights = [float(height) if height > 0.0 else nan for height in given]
+    rows = []
     for number, name in enumerate(names):
         beside = [(other, min(other, number)) for other in (number - 1, number + 1) if 0 <= other < len(names)]
         sides = tuple(Side(names[other], heights[other], assessment.interfaces[at]) for other, at in beside)
-        buildings.append((name, heights[number], sides))
-    return buildings
+        rows.append(_row(name, heights[number], sides, strings[name], assessment))
+    notes = [
+        "positions are those in the row; what stands in front of a building and behind it is not in the results, so "
+        "that BP3 is never written",
+        f"POP is written where more than {percent_words(assessment.target)} of the motions close a gap of the building",
+        *without,
+    ]
+    unknown = [row[0] for row in rows if not row[2]]
+    if unknown:
+        notes.append(f"no position of {', '.join(unknown)}: the scene gives no height; write height in [[building]]")
+    text = csv_text([HEADS, *([*map(cell, row)] for row in rows)])
+    return Written((write_file(target, text),), tuple(notes))
 
 
 def _row(
@@ -138,7 +115,7 @@ def _position(height: float, sides: tuple[Side, ...]) -> tuple[str, str]:
     """The position of a building in its row, "" where a height that it hangs on is not known, and its rule."""
     adjoining = 0
     for side in sides:
-        lower = min(height, side.height) if not isnan(height) and not isnan(side.height) else np.nan
+        lower = nan if isnan(height) or isnan(side.height) else min(height, side.height)
         if side.interface.gap > 0.0 and isnan(lower):
             return "", "a height is not known"
         adjoining += side.interface.gap == 0.0 or side.interface.gap < ADJOINING * lower
@@ -151,28 +128,32 @@ def oed_code(gap: float) -> int:
     return next(code for limit, code in CODES if gap < limit)
 
 
-def _strings(results: xr.Dataset, names: list[str], inventory: Path | None) -> Strings:
-    """The string of each building: that of an inventory where it has one, else that of its typology and storeys."""
+def _strings(
+    results: xr.Dataset, names: list[str], inventory: Path | None
+) -> tuple[dict[str, tuple[str, str]], list[str]]:
+    """The string of each building and where it is from, and a note on those without one in the inventory.
+
+    That of an inventory where it has one, else that of its typology and storeys.
+    """
     tables = tables_of(str(results.attrs.get("scene_resolved", ""))).get("building", [])
     own = {str(table.get("name", "")): _of_scene(table) for table in tables}
     by_name = {name: (own.get(name, ""), "the scene") for name in names}
     if inventory is None:
-        return Strings(by_name, ())
-    known = {
-        str(one.values.get("name", f"building {number}")): one.taxonomy
-        for number, one in enumerate(read_inventory(inventory).entries, 1)
-    }
+        return by_name, []
+    entries = enumerate(read_inventory(inventory).entries, 1)
+    known = {str(one.values.get("name", f"building {number}")): one.taxonomy for number, one in entries}
     if not set(known) & set(names):
         hint = nearest(names[0], known)
         raise PoundingError(f"{inventory}: has none of the buildings, such as {shown(names[0])}{hint}; check the names")
     without = []
     for name in names:
-        if known.get(name) and _is_string(known[name]):
+        try:
+            read_taxonomy(known.get(name, ""))
             by_name[name] = known[name], inventory.name
-        else:
+        except PoundingError:
             without.append(name)
-    told = f"{counted(len(without), 'building')} without a GEM string in {inventory.name}: {', '.join(without)}"
-    return Strings(by_name, (f"{told}; what the scene says is written",) if without else ())
+    about = f"{counted(len(without), 'building')} without a GEM string in {inventory.name}: {', '.join(without)}"
+    return by_name, [f"{about}; what the scene says is written"] if without else []
 
 
 def _of_scene(table: Mapping[str, Any]) -> str:
@@ -181,11 +162,3 @@ def _of_scene(table: Mapping[str, Any]) -> str:
     lists = (len(value) for key, value in table.items() if key.startswith("storey_") and isinstance(value, list))
     storeys = table.get("storeys") or next(lists, 0)
     return "/".join(filter(None, (typology, f"H:{storeys}" if storeys else "")))
-
-
-def _is_string(text: str) -> bool:
-    try:
-        read_taxonomy(text)
-    except PoundingError:
-        return False
-    return True

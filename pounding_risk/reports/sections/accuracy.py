@@ -1,4 +1,4 @@
-"""Section on accuracy: tolerance, runs made again, energy left over, failed runs, and a dataset of `accuracy`."""
+"""Section on accuracy: tolerance, recomputed runs, energy left over, failed runs, and a dataset of `accuracy`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COUNTED = {"change_impact_count": "impact count", "change_yield_exceedance": "yi
 
 
 def write(data: ReportData) -> list[Block]:
-    """The tolerance, the runs made again and how far they moved, energy left over, and runs that failed."""
+    """The tolerance, the recomputed runs and how far they moved, energy left over, and runs that failed."""
     results = data.results
     simulated = int((results["simulated"] == 1).sum())
     total = results["status"].size
@@ -32,12 +32,25 @@ def write(data: ReportData) -> list[Block]:
         ("cases", count(total)),
         ("with a run of their own", count(simulated)),
         ("known exactly without one", count(total - simulated)),
-        *_again(results),
-        *_residuals(results),
-        *_failed(results),
+        *_recomputed(results),
     ]
+    # Energy that contacts leave unaccounted for, over the runs of their own that touched.
+    if "energy_residual" in results:
+        has_contact = ((results["simulated"] == 1) & (results["impact_count"] > 0)).values
+        values = results["energy_residual"].values[has_contact]
+        if (values := values[np.isfinite(values)]).size:
+            words = "energy that a run's contacts leave unaccounted for, over the largest energy, median"
+            rows.append((words, number(np.median(values), digits=2)))
+            rows.append(("the same, largest", number(values.max(), digits=2)))
+    status = results["status"]
+    codes, names = (
+        np.atleast_1d(status.attrs.get("flag_values", [])),
+        str(status.attrs.get("flag_meanings", "")).split(),
+    )
+    counts = [(name, (status.values == code).sum()) for code, name in zip(codes, names, strict=True) if code != 0]
+    failed = [(f"failed: {name.replace('_', ' ')}", count(times)) for name, times in counts if times]
     blocks = [
-        facts("Tolerance, recomputed runs, energy and failures.", rows),
+        facts("Tolerance, recomputed runs, energy and failures.", [*rows, *(failed or [("failed", count(0))])]),
         paragraph(
             "Between contacts the motion is exact for a ground acceleration that is linear between samples; in contact "
             "the integration keeps the tolerance and lands on every event. A case without a run of its own has exactly "
@@ -49,13 +62,14 @@ def write(data: ReportData) -> list[Block]:
     return blocks
 
 
-def _again(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
-    """Numbers of runs made again, and how far their results moved."""
+def _recomputed(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
+    """Numbers of runs recomputed, and how far their results moved."""
+    words = "recomputed at a tighter tolerance"
     if "sensitive" not in results or not (results["sensitive"] >= 0).any():
-        return [("recomputed at a tighter tolerance", "none")]
+        return [(words, "none")]
     flags = results["sensitive"]
     rows: list[tuple[str, Cell | str]] = [
-        ("recomputed at a tighter tolerance", count((flags >= 0).sum())),
+        (words, count((flags >= 0).sum())),
         ("of these sensitive: an answer moves by more than the tolerance", count((flags == 1).sum())),
     ]
     for name, words in MOVED.items():
@@ -66,33 +80,3 @@ def _again(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
             rows.append((f"{words} moved by, largest", number(values.max(), digits=2)))
     rows += [(f"runs whose {words} changed", count((results[name] > 0).sum())) for name, words in COUNTED.items()]
     return rows
-
-
-def _residuals(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
-    """Energy that contacts leave unaccounted for, over the runs of their own that touched."""
-    if "energy_residual" not in results:
-        return []
-    has_contact = ((results["simulated"] == 1) & (results["impact_count"] > 0)).values
-    values = results["energy_residual"].values[has_contact]
-    values = values[np.isfinite(values)]
-    if not values.size:
-        return []
-    words = "energy that a run's contacts leave unaccounted for, over the largest energy"
-    return [
-        (f"{words}, median", number(np.median(values), digits=2)),
-        ("the same, largest", number(values.max(), digits=2)),
-    ]
-
-
-def _failed(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
-    """Runs that did not complete, by what happened to them."""
-    status = results["status"]
-    codes = np.atleast_1d(status.attrs.get("flag_values", []))
-    meanings = str(status.attrs.get("flag_meanings", "")).split()
-    counts = [
-        (f"failed: {slug.replace('_', ' ')}", int((status.values == code).sum()))
-        for code, slug in zip(codes, meanings, strict=True)
-        if code != 0
-    ]
-    failed: list[tuple[str, Cell | str]] = [(words, count(times)) for words, times in counts if times]
-    return failed or [("failed", count(0))]

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from textwrap import fill
-from typing import TYPE_CHECKING
+from functools import partial
 
 import numpy as np
 
 from pounding_risk.assessment.sensitivity import force_words
-from pounding_risk.figures.style import MEANING, QUIET, blank, plain, svg_text
+from pounding_risk.figures.scan import draw_models
 from pounding_risk.questions.compare import sheet
 from pounding_risk.render.sheet import (
-    DRAWN,
     Block,
     Cell,
     amount,
@@ -30,9 +27,6 @@ from pounding_risk.render.sheet import (
 from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.units import SHOWN
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 TITLE = "Contact models compared"
 ORDER = 70
 # Outputs by which models are set side by side: what they are called, and their unit.
@@ -45,9 +39,7 @@ BY_MODEL = {
 
 def write(data: ReportData) -> list[Block]:
     """Every contact model at the scene's gap: shares of contact and yielding, and the spread of three outputs."""
-    blocks: list[Block] = []
-    for pair in data.pairs:
-        blocks += _by_model(data, pair)
+    blocks = [block for pair in data.pairs for block in _by_model(data, pair)]
     if len(data.laws) == 1 and "compare" not in data.others:
         mixed = "interface_contact_model" in data.results
         run = "Each interface has a contact model of its own" if mixed else "One contact model was run"
@@ -88,28 +80,7 @@ def _by_model(data: ReportData, pair: Pair) -> list[Block]:
     }
     if panels and len(rows) > 1:
         caption = f"{pair.name}: median and middle 68 % of {', '.join(panels)} under {len(rows)} contact models"
-        blocks.append(
-            figure(
-                f"{pair.anchor}-models",
-                svg_text(draw_models(list(map(name_of, data.laws)), panels)),
-                f"{caption}, {where}.",
-                f"{caption}, {where}; the table above has the numbers.",
-            )
-        )
+        drawing = partial(draw_models, list(map(name_of, data.laws)), panels)
+        alt = f"{caption}, {where}; the table above has the numbers."
+        blocks.append(figure(f"{pair.anchor}-models", drawing, f"{caption}, {where}.", alt))
     return blocks
-
-
-def draw_models(names: Sequence[str], panels: dict[str, np.ndarray]) -> Figure:
-    """A panel for each output: 16th, 50th and 84th percentile (models, 3), in the unit of the panel's words."""
-    rows, colour = len(names), MEANING["motions"]
-    drawn, axes = blank(1, len(panels), (DRAWN[0], 1.4 + 0.3 * rows), sharey=True)
-    for axis, (words, spreads) in zip(axes[0], panels.items(), strict=True):
-        for row, (low, median, high) in enumerate(spreads):
-            axis.plot([low, high], [row, row], color=colour, linewidth=5, alpha=0.35, solid_capstyle="butt")
-            axis.plot(median, row, "o", color=colour, markersize=6)
-        axis.set_xlabel(fill(words, 20), fontsize=9.5)
-        axis.set_xlim(left=0.0)
-    axes[0, 0].set_yticks(range(rows), list(map(plain, names)), fontsize=9)
-    axes[0, 0].set_ylim(rows - 0.5, -0.5)
-    axes[0, 0].tick_params(axis="y", colors=QUIET, labelcolor="black")
-    return drawn

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from itertools import product
 
 import numpy as np
 
@@ -38,10 +38,7 @@ OUTPUTS = {
 
 def write(data: ReportData) -> list[Block]:
     """Two tables for each interface, at its gap, under the scene's contact model."""
-    blocks: list[Block] = []
-    for pair in data.pairs:
-        blocks += [*_buildings(data, pair), *response(pair.assessed)]
-    return blocks
+    return [block for pair in data.pairs for block in (*_buildings(data, pair), *response(pair.assessed))]
 
 
 def _buildings(data: ReportData, pair: Pair) -> list[Block]:
@@ -53,35 +50,22 @@ def _buildings(data: ReportData, pair: Pair) -> list[Block]:
     where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}{pair.at}, under {law}"
     if not touching.any():
         return [paragraph(f"{pair.name}: no motion brings contact {where}; the buildings move as if alone.")]
-    rows = [
-        _row(pair, str(building), output, touching, here)
-        for building in pair.results["building"].values
-        for output in OUTPUTS
-        if output in here
-    ]
+    rows: list[list[Cell | str]] = []
+    for building, output in product(map(str, pair.results["building"].values), OUTPUTS):
+        if output not in here:
+            continue
+        words, unit = OUTPUTS[output]
+        both = (pair.results[f"{output}_free"], here[output])
+        free, struck = (one.sel(building=building).transpose("record", "polarity").values[touching] for one in both)
+        is_known = np.isfinite(free) & np.isfinite(struck)
+        free, struck = free[is_known], struck[is_known]
+        if not free.size:
+            rows.append([building, words, *[number(np.nan)] * 4, MISSING])
+            continue
+        ratio = np.divide(struck, free, out=np.full(free.shape, np.nan), where=free > 0.0)
+        spreads = [middle(percentiles(values), of) for values, of in ((free, unit), (struck, unit), (ratio, "1"))]
+        rows.append([building, head(words, unit), *spreads, count((struck > free).sum()), count(free.size)])
     heads = [("building", "l"), ("output", "l"), ("without contact: median (16 to 84 %)", "r")]
     heads += [("with contact: median (16 to 84 %)", "r"), ("with over without: median (16 to 84 %)", "r")]
     heads += [("raised in", "r"), ("motions", "r")]
     return [table(f"{pair.name}: peaks of the buildings in the motions with contact, {where}.", heads, rows)]
-
-
-def _row(pair: Pair, building: str, output: str, touching: Any, here: Any) -> list[Cell | str]:
-    words, unit = OUTPUTS[output]
-    both = [
-        values.sel(building=building).transpose("record", "polarity").values[touching]
-        for values in (pair.results[f"{output}_free"], here[output])
-    ]
-    is_known = np.isfinite(both[0]) & np.isfinite(both[1])
-    free, with_contact = both[0][is_known], both[1][is_known]
-    ratio = np.divide(with_contact, free, out=np.full(free.shape, np.nan), where=free > 0.0)
-    raised = count((with_contact > free).sum()) if free.size else number(np.nan)
-    spreads = [middle(percentiles(values), unit) for values in (free, with_contact)]
-    label = head(words, unit) if free.size else words
-    return [
-        building,
-        label,
-        *spreads,
-        middle(percentiles(ratio), "1"),
-        raised,
-        count(free.size) if free.size else MISSING,
-    ]

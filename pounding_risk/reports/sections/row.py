@@ -6,12 +6,19 @@ from math import nan
 
 import numpy as np
 
-from pounding_risk.assessment.row import ContactPoint, RowCase, Touch
-from pounding_risk.figures.elevation import elevation_figure, elevation_finding, where_words
-from pounding_risk.figures.plan_view import plan_figure, plan_finding
-from pounding_risk.figures.storey_profiles import amplification, profiles_figure, profiles_finding
-from pounding_risk.figures.style import svg_text
+from pounding_risk._common.counted import counted
+from pounding_risk.assessment.row import RowCase, Touch, force_text, share_of_building
+from pounding_risk.figures.row import (
+    amplification,
+    between,
+    elevation_figure,
+    has_storeys,
+    plan_figure,
+    profiles_figure,
+    where_words,
+)
 from pounding_risk.render.sheet import (
+    KEPT,
     Block,
     Cell,
     amount,
@@ -40,38 +47,82 @@ def write(data: ReportData) -> list[Block]:
         return []
     case = data.row
     where = where_words(case)
+    of_interfaces = zip(case.interfaces, case.gaps, case.touches, strict=True)
+    interfaces = [[name, number(gap, "m"), *_touch(touch)] for name, gap, touch in of_interfaces]
     blocks = [
-        paragraph(f"{elevation_finding(case)}."),
+        paragraph(f"{contact_finding(case)}."),
         figure(
             "row-elevation",
-            svg_text(elevation_figure(case, titled=False)),
+            lambda: elevation_figure(case, titled=False),
             f"The row in elevation, {where}. Heights are to scale, widths nominal, gaps drawn larger. Colour: share of "
             "the motions with contact; a thick rim: some reach F_E.",
             f"Elevation of {len(case.buildings)} buildings with {len(case.points)} contact points. "
-            f"{elevation_finding(case)}. The tables below have the numbers.",
+            f"{contact_finding(case)}. The tables below have the numbers.",
         ),
-        table(f"Neighbours, {where}.", [("neighbours", "l"), (head("gap", "m"), "r"), *OF_TOUCH], _interfaces(case)),
+        table(f"Neighbours, {where}.", [("neighbours", "l"), (head("gap", "m"), "r"), *OF_TOUCH], interfaces),
         _points(case, where),
     ]
     if len(case.buildings) > 2:  # of two it would say what the elevation says
-        blocks[0] = paragraph(f"{elevation_finding(case)}. {plan_finding([case])}.")
+        blocks[0] = paragraph(f"{contact_finding(case)}. {struck_finding(case)}.")
         blocks.append(
             figure(
                 "row-plan",
-                svg_text(plan_figure(case, titled=False)),
+                lambda: plan_figure(case, titled=False),
                 f"The row in plan, {where}: share of the motions in which a building touches a neighbour, and in which "
                 "a contact of it reaches F_E.",
-                f"Plan of {len(case.buildings)} buildings. {plan_finding([case])}.",
+                f"Plan of {len(case.buildings)} buildings. {struck_finding(case)}.",
             )
         )
     return blocks + _storeys(case, where)
 
 
-def _interfaces(case: RowCase) -> list[list[Cell | str]]:
-    return [
-        [name, number(gap, "m"), *_touch(touch)]
-        for name, gap, touch in zip(case.interfaces, case.gaps, case.touches, strict=True)
-    ]
+def contact_finding(case: RowCase) -> str:
+    """Sentence on where contact is most likely, with which force, and whether it reaches F_E."""
+    shares = [touch.contact for touch in case.touches]
+    if not any(touch.runs for touch in case.touches):
+        return f"No run of {counted(case.motions, 'motion')} is complete"
+    if not np.nanmax(shares) > 0.0:
+        return f"No contact in {counted(case.motions, 'motion')}"
+    # Of several that touch as often, the one that is struck hardest.
+    ranked = [(np.nan_to_num(touch.contact), np.nan_to_num(touch.force)) for touch in case.touches]
+    at = max(range(len(ranked)), key=ranked.__getitem__)
+    most, is_several = case.touches[at], len(shares) > 1
+    where = f"at {sum(share > 0.0 for share in shares)} of {len(shares)} interfaces, most often " if is_several else ""
+    motions = f"{round(most.contact * most.runs)} of {counted(most.runs, 'motion')}"
+    force = force_text(most.force)
+    finding = f"Contact {where}between {between(case.interfaces[at])}: {motions}, {force} in the median"
+    yields = np.nan_to_num([touch.yielding for touch in case.touches])
+    if yields.max() > 0.0:
+        share = f"{100 * yields.max():.0f} %"
+        at_which = between(case.interfaces[int(yields.argmax())])
+        finding += f"; F_E reached in {f'up to {share} ({at_which})' if is_several else share}"
+    return finding
+
+
+def struck_finding(case: RowCase) -> str:
+    """Sentence on how many buildings touch in more than half of the motions, and which is struck most."""
+    shares = np.array([share_of_building(case, "impact_count", at) for at in range(len(case.buildings))])
+    highest = np.nanmax(shares, initial=0.0)
+    if not highest > 0.0:
+        return f"No building touches a neighbour in {counted(case.motions, 'motion')}"
+    most = [building.name for building, share in zip(case.buildings, shares, strict=True) if share == highest]
+    who = most[0] if len(most) == 1 else f"{len(most)} of them"
+    often = f"{(shares > 0.5).sum()} of {shares.size} buildings touch a neighbour in more than half of the motions"
+    return f"{often}; {who} most often, in {100 * highest:.0f} %"
+
+
+def drift_finding(case: RowCase) -> str:
+    """Sentence on how contact changes the largest storey drift, at the ends of the row and inside it."""
+    parts = []
+    ends = " at the row's ends" if len(case.buildings) > 2 else ""
+    for position, where in (("end", ends), ("interior", " inside the row")):
+        same = [at for at, one in enumerate(case.buildings) if one.position == position and has_storeys(one)]
+        ratios = np.array([amplification(case, at) for at in same])
+        if np.isfinite(ratios).any():
+            parts.append(f"{np.nanmedian(ratios):.2f} times{where}")
+    if not parts:
+        return f"No building with storeys touches a neighbour in {counted(case.motions, 'motion')}"
+    return f"With contact the largest storey drift is {' and '.join(parts)} what it is without, in the median"
 
 
 def _touch(touch: Touch) -> list[Cell | str]:
@@ -82,20 +133,14 @@ def _touch(touch: Touch) -> list[Cell | str]:
 
 def _points(case: RowCase, where: str) -> Block:
     heads = [("neighbours", "l"), ("left floor", "r"), ("right floor", "r"), ("kind", "l"), ("level [m]", "r")]
-    rows = [_point(case, point) for point in case.points]
-    most = sorted(range(len(rows)), key=lambda at: -np.nan_to_num(case.points[at].touch.contact))[:12]
-    return table(
-        f"Contact points, {where}. Floor 2.4 is 0.4 up the columns of storey 3.",
-        [*heads, *OF_TOUCH],
-        rows,
-        keep=sorted(most),
-        note="those with most contact",
-    )
-
-
-def _point(case: RowCase, point: ContactPoint) -> list[Cell | str]:
-    floors = [number(floor, digits=3) for floor in (point.left_floor, point.right_floor)]
-    return [case.interfaces[point.interface], *floors, point.kind, number(point.level), *_touch(point.touch)]
+    rows = []
+    for point in case.points:
+        floors = [number(floor, digits=3) for floor in (point.left_floor, point.right_floor)]
+        place = [case.interfaces[point.interface], *floors, point.kind, number(point.level)]
+        rows.append([*place, *_touch(point.touch)])
+    most = sorted(range(len(rows)), key=lambda at: -np.nan_to_num(case.points[at].touch.contact))[:KEPT]
+    caption = f"Contact points, {where}. Floor 2.4 is 0.4 up the columns of storey 3."
+    return table(caption, [*heads, *OF_TOUCH], rows, keep=sorted(most), note="those with most contact")
 
 
 def _storeys(case: RowCase, where: str) -> list[Block]:
@@ -120,12 +165,12 @@ def _storeys(case: RowCase, where: str) -> list[Block]:
     return [
         figure(
             "row-profiles",
-            svg_text(profiles_figure(case, titled=False)),
+            lambda: profiles_figure(case, titled=False),
             f"Storeys with and without contact, {where}, in the motions in which each building touches a neighbour.",
-            f"Drift, shear and acceleration against height. {profiles_finding(case)}.",
+            f"Drift, shear and acceleration against height. {drift_finding(case)}.",
         ),
         paragraph(
-            f"{profiles_finding(case)}. Per motion the row's contacts have an impulse of {impulse} and take {lost}."
+            f"{drift_finding(case)}. Per motion the row's contacts have an impulse of {impulse} and take {lost}."
         ),
         table(
             f"With contact over without, median of the motions in which the building touches, {where}.",

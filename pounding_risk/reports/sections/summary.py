@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.separations.rules import MEMORY, QUOTED
 from pounding_risk.questions.assess import columns, row, verdict
@@ -42,61 +40,42 @@ def write(data: ReportData) -> list[Block]:
 
 
 def _numbers(data: ReportData, pair: Pair) -> list[tuple[str, Cell | str]]:
-    assessed, assessment = pair.assessed, data.assessment
-    here, bounds = assessed.contact_at_gap(), f"{100 * assessment.confidence:g} % bounds"
+    one, assessment = pair.assessed, data.assessment
+    here, bounds = one.contact_at_gap(), f"{100 * assessment.confidence:g} % bounds"
     rows: list[tuple[str, Cell | str]] = [
-        ("gap assessed", amount(assessed.gap, "m")),
+        ("gap assessed", amount(one.gap, "m")),
         ("motions with contact", count(here.count)),
         ("motions", count(here.runs)),
         ("probability of contact [%]", number(here.probability, "%", 3)),
         (f"its {bounds} by recording [%]", between(here.low_recordings, here.high_recordings, "%", 3)),
         (f"its {bounds}, were all motions independent [%]", between(here.low, here.high, "%", 3)),
         ("probability allowed [%]", number(assessment.target, "%", 3)),
-        *_required(assessed, assessment.percentile),
-        *([] if assessment.criterion.agrees else _required(assessed, assessment.criterion.target_percentile)),
-        *_by_rate(assessed),
-        ("motions that need most", _governing(assessed.verdict)),
+    ]
+    for percentile in dict.fromkeys((assessment.percentile, assessment.criterion.target_percentile)):
+        required = one.required_at(percentile)
+        ratio = one.gap / required.gap if required.gap > 0.0 else float("nan")
+        no_bound = "" if required.bounded else " (* the largest seen, no bound)"
+        rows.append((f"gap that {percentile:g} % of the motions need", enough(required.gap, unit=True)))
+        rows += [(f"its bounds [mm]{no_bound}", bounds_cell(required)), ("gap over that", number(ratio, digits=3))]
+    if (by_rate := one.rate_verdict) is not None:
+        gap = by_rate.required
+        rows += [
+            ("contacts a year at the gap assessed", number(by_rate.annual, digits=3)),
+            ("its bounds [1/year]", between(by_rate.low, by_rate.high, "1", 3)),
+            (f"verdict for {by_rate.words}", by_rate.word),
+            (f"gap for {by_rate.words}{', at least' if gap.at_least else ''}", amount(gap.gap, "m")),
+            ("its bounds [mm]", between(gap.low, gap.high, "m")),
+        ]
+    governing = [(motion, amount(motion.closing, "m")) for motion in one.verdict.governing]
+    most = ", ".join(f"{motion.record} {motion.polarity} ({cell['text']})" for motion, cell in governing)
+    return [
+        *rows,
+        ("motions that need most", {"text": most, "parts": [cell["raw"] for _, cell in governing]}),
         ("cases of the dataset", count(assessment.cases)),
         ("of these failed, excluded from what contact does", count(assessment.failed)),
         ("recomputed at a tighter tolerance", count(assessment.checked)),
         ("of these sensitive", count(assessment.sensitive)),
     ]
-    return rows
-
-
-def _required(assessed: Any, percentile: float) -> list[tuple[str, Cell | str]]:
-    required = assessed.required_at(percentile)
-    ratio = assessed.gap / required.gap if required.gap > 0.0 else float("nan")
-    return [
-        (f"gap that {percentile:g} % of the motions need", enough(required.gap, unit=True)),
-        (f"its bounds [mm]{'' if required.bounded else ' (* the largest seen, no bound)'}", bounds_cell(required)),
-        ("gap over that", number(ratio, digits=3)),
-    ]
-
-
-def _by_rate(assessed: Any) -> list[tuple[str, Cell | str]]:
-    """Rows on the rate of contact, where a target rate is given."""
-    judged = assessed.rate_verdict
-    if judged is None:
-        return []
-    required = judged.required
-    return [
-        ("contacts a year at the gap assessed", number(judged.annual, digits=3)),
-        ("its bounds [1/year]", between(judged.low, judged.high, "1", 3)),
-        (f"verdict for {judged.words}", judged.word),
-        (f"gap for {judged.words}{', at least' if required.at_least else ''}", amount(required.gap, "m")),
-        ("its bounds [mm]", between(required.low, required.high, "m")),
-    ]
-
-
-def _governing(judged: Any) -> Cell:
-    """The motions that close most, with the gap that each needs."""
-    cells = [amount(motion.closing, "m") for motion in judged.governing]
-    words = [
-        f"{motion.record} {motion.polarity} ({cell['text']})"
-        for motion, cell in zip(judged.governing, cells, strict=True)
-    ]
-    return {"text": ", ".join(words), "parts": [cell["raw"] for cell in cells]}
 
 
 def _caveats(data: ReportData) -> list[str]:
@@ -119,7 +98,7 @@ def _caveats(data: ReportData) -> list[str]:
         sentences.append("Some files that the scene names were excluded; they stand with the records.")
     if data.facts("unused_keys", []):
         sentences.append("Some keys of the scene have no effect in it; they are listed with the scene.")
-    rules = [rule.row for pair in data.pairs for rule in pair.codes.rules]
+    rules = [rule.row for pair in data.pairs for rule in pair.assessed.separations]
     if any(each.verification in (MEMORY, QUOTED) for each in rules):
         sentences.append(
             "Some rules of codes are quoted by others or from memory: their clauses were not read; see there."

@@ -37,7 +37,7 @@ def formats() -> Mapping[str, ModuleType]:
 
 
 def inventory_format(path: Path, text: str) -> ModuleType | None:
-    """The format of a file, told by its head; None where it is no inventory."""
+    """The format of a file, recognised by its head; None where it is no inventory."""
     if path.suffix.lower() == METADATA:
         return formats()["openquake"]
     heads = frozenset(heads_of(path, text))
@@ -96,7 +96,13 @@ def inventory_table(path: Path, metres: bool = False) -> Table | None:
         raise BlockError(str(path), ["an inventory has its coordinates in degrees; leave --metres (metres=True) out"])
     inventory = read_inventory(path)
     if missing := [one for one in inventory.entries if not one.footprint and "left wall" not in one.values]:
-        raise BlockError(str(path), [_who_is_beside(path, inventory, missing)])
+        number = counted(len(missing), "building")
+        sentence = (
+            f"{inventory.kind}: {number} of {len(inventory.entries)}, first {missing[0].place}, without footprint: who "
+            "stands beside whom is not known; give the footprints and the inventory beside them, `pounding-risk block "
+            f"footprints.gpkg --inventory {path.name}`, or write columns 'left wall [m]' and 'right wall [m]'"
+        )
+        raise BlockError(str(path), [sentence])
     entries = [
         Entry(one.place, one.values, None, Mapped(one.values.get("name", ""), one.longitude, one.latitude), one.derived)
         for one in inventory.entries
@@ -113,12 +119,3 @@ def inventory_table(path: Path, metres: bool = False) -> Table | None:
     shapes = [shapely.from_wkt(outline, on_invalid="ignore") for outline in outlines]
     shaped = [entry._replace(footprint=shape) for entry, shape in zip(entries, shapes, strict=True)]
     return outlined_table(path, shaped, notes)
-
-
-def _who_is_beside(path: Path, inventory: Inventory, missing: list[Building]) -> str:
-    number = counted(len(missing), "building")
-    return (
-        f"{inventory.kind}: {number} of {len(inventory.entries)}, first {missing[0].place}, without footprint: who "
-        "stands beside whom is not known; give the footprints and the inventory beside them, `pounding-risk block "
-        f"footprints.gpkg --inventory {path.name}`, or write columns 'left wall [m]' and 'right wall [m]'"
-    )

@@ -12,7 +12,9 @@ from typing import Any, NamedTuple
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import refused
-from pounding_risk.streets.table import COLUMNS, NOT_KNOWN, Derived, cell_value, csv_rows
+from pounding_risk._common.tables import csv_rows
+from pounding_risk.streets.hazus import FAMILIES
+from pounding_risk.streets.table import COLUMNS, NOT_KNOWN, Derived, cell_value
 from pounding_risk.units import shown
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?")
@@ -83,6 +85,11 @@ class Kind(NamedTuple):
     hazus: str
     typology: str
     words: str
+
+    @classmethod
+    def of_hazus(cls, family: str) -> Kind:
+        """That of a family of Hazus."""
+        return cls(family, FAMILIES[family].typology, FAMILIES[family].words)
 
 
 class Notes:
@@ -366,7 +373,7 @@ def _properties(feature: Any) -> Mapping[str, Any]:
     return properties if isinstance(properties, dict) else {}
 
 
-def tell_unread(sheet: Sheet, read: Iterable[str], notes: Notes) -> None:
+def note_unread(sheet: Sheet, read: Iterable[str], notes: Notes) -> None:
     """Note the columns that hold something and are not read."""
     held = {head for line in sheet.lines for head in line.cells} - {head.lower() for head in read}
     unread = [head for head in sheet.heads if bare(head).lower() in held]
@@ -377,7 +384,7 @@ def tell_unread(sheet: Sheet, read: Iterable[str], notes: Notes) -> None:
 
 
 def own_name(sheet: Sheet, *heads: str) -> str:
-    """The first of some heads whose cells tell every line from the others; "" where none does."""
+    """The first of some heads whose cells differ in every line; "" where none does."""
     for head in heads:
         names = [line.cells.get(head.lower(), "") for line in sheet.lines]
         if all(names) and len(set(names)) == len(names):

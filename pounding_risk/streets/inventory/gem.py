@@ -168,7 +168,7 @@ def kind_of(attributes: tuple[Attribute, ...]) -> Kind | None:
     family = FRAMES.get((of, system), "")
     if not family:
         return Kind("", "", f"{said}, {of} of an unknown system")
-    return Kind(family, FAMILIES[family].typology, FAMILIES[family].words)
+    return Kind.of_hazus(family)
 
 
 def put_taxonomy(draft: Draft, text: str, head: str) -> str:
@@ -182,23 +182,19 @@ def put_taxonomy(draft: Draft, text: str, head: str) -> str:
     if kind is not None:
         draft.kind(kind, f"{head} {text}")
     for atom in (atom for each in attributes for atom in each.atoms):
-        _put_atom(draft, atom, head)
+        if atom.name in LEVELS:
+            draft.put("code level", LEVELS[atom.name], rule=f"its {head}, {atom.name}")
+        elif atom.name in ("H", "HEX", "HAPP", "HBET") and "storeys" not in draft.values:
+            _put_storeys(draft, atom, head)
+        elif atom.name in ("HHT", "HHI") and atom.parameters and "height" not in draft.values:
+            number = atom.parameters[0]
+            height = float(number) if re.fullmatch(r"\d{1,6}(\.\d*)?", number) else 0.0
+            storeys = 1 if atom.name == "HHT" else draft.values.get("storeys")
+            if not 0.0 < height < 1e3:
+                draft.fault(head, f"{atom} gives no height in m; write HHT:18.5")
+            elif storeys:
+                draft.put("height", height * storeys, f"{height * storeys:g} m", f"its {head}, {atom}")
     return text
-
-
-def _put_atom(draft: Draft, atom: Atom, head: str) -> None:
-    """Set storeys, height or level of the code from an atom that says it."""
-    if atom.name in LEVELS:
-        draft.put("code level", LEVELS[atom.name], rule=f"its {head}, {atom.name}")
-    elif atom.name in ("H", "HEX", "HAPP", "HBET") and "storeys" not in draft.values:
-        _put_storeys(draft, atom, head)
-    elif atom.name in ("HHT", "HHI") and atom.parameters and "height" not in draft.values:
-        height = _float(atom.parameters[0])
-        storeys = 1 if atom.name == "HHT" else draft.values.get("storeys")
-        if height is None or not 0.0 < height < 1e3:
-            draft.fault(head, f"{atom} gives no height in m; write HHT:18.5")
-        elif storeys:
-            draft.put("height", height * storeys, f"{height * storeys:g} m", f"its {head}, {atom}")
 
 
 def _put_storeys(draft: Draft, atom: Atom, head: str) -> None:
@@ -218,7 +214,3 @@ def year_of(text: str) -> int | None:
     """The year that a string gives, exactly or about; None where it gives none."""
     years = re.findall(r"(?:^|[/+])Y(?:APP)?:(\d{4})(?=$|[/+])", text)
     return next((int(year) for year in years if FIRST_YEAR <= int(year) <= LAST_YEAR), None)
-
-
-def _float(text: str) -> float | None:
-    return float(text) if re.fullmatch(r"\d{1,6}(\.\d*)?", text) else None

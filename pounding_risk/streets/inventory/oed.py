@@ -9,11 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from types import MappingProxyType
-from typing import Any
 
 from pounding_risk.models.structures.storeys import MOST_STOREYS
-from pounding_risk.streets.hazus import FAMILIES
-from pounding_risk.streets.inventory._lines import Building, Draft, Kind, Notes, Sheet, own_name, tell_unread
+from pounding_risk.streets.inventory._lines import Building, Draft, Kind, Notes, Sheet, note_unread, own_name
 from pounding_risk.streets.inventory.gem import put_taxonomy
 
 WORDS = "an OED location file"
@@ -28,12 +26,7 @@ READ = (
 LONGEST_GEOM = 250  # characters that the field holds
 # Name and size in SI of the codes of units; the first of each is the default.
 LENGTHS = {1: ("feet", 0.3048), 2: ("metres", 1.0), 3: ("kilometres", 1e3), 4: ("miles", 1609.344)}
-AREAS = {
-    11: ("square feet", 0.3048**2),
-    12: ("square metres", 1.0),
-    13: ("acres", 4046.8564224),
-    14: ("hectares", 1e4),
-}
+AREAS = {11: ("square feet", 0.3048**2), 12: ("square metres", 1.0), 13: ("acres", 4046.8564224), 14: ("hectares", 1e4)}
 RISES = {-1: "low", -2: "mid", -3: "high"}
 UNKNOWN, FIRST_CODE, LAST_CODE = 5000, 5000, 8999
 CODES = MappingProxyType(
@@ -79,7 +72,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
     for head in filter(sheet.unit, READ):
         faults.append(f"head: {head} has a unit in brackets, which OED says by a code; write {head}Unit, and its code")
     own = sheet.own(READ, OWN)
-    tell_unread(sheet, [*READ, *own], notes)
+    note_unread(sheet, [*READ, *own], notes)
     name = own_name(sheet, "LocName", "LocNumber")
     for line in sheet.lines:
         draft = Draft(line, faults, notes)
@@ -89,8 +82,9 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         _size(draft)
         _kind(draft)
         draft.single("NumberOfBuildings", unknown=(0.0,))
-        year = draft.year("YearBuilt", unknown=(0,))
-        taxonomy = _taxonomy(draft)
+        year, taxonomy = draft.year("YearBuilt", unknown=(0,)), ""
+        if draft.text("OrgConstructionScheme").upper().startswith("GEM") and draft.text("OrgConstructionCode"):
+            taxonomy = put_taxonomy(draft, draft.text("OrgConstructionCode"), "OrgConstructionCode")
         draft.own_columns(own)
         geometry = draft.wkt("Geom")
         if geometry is None and len(line.cells.get("geom", "")) >= LONGEST_GEOM:
@@ -144,15 +138,5 @@ def _kind(draft: Draft) -> None:
     if not FIRST_CODE <= code <= LAST_CODE:
         draft.fault("ConstructionCode", f"{code} is no code of OED, {FIRST_CODE} to {LAST_CODE}; correct it")
         return
-    family = CODES.get(code, "")
-    named = Kind(family, FAMILIES[family].typology, FAMILIES[family].words) if family else None
-    kind = named or OTHERS.get(code, Kind("", "", "a code that is not among those read"))
-    draft.kind(kind, f"ConstructionCode {code}")
-
-
-def _taxonomy(draft: Draft) -> str:
-    """The GEM string that stands as the original construction code, of a scheme that starts with GEM."""
-    if not draft.text("OrgConstructionScheme").upper().startswith("GEM"):
-        return ""
-    text: Any = draft.text("OrgConstructionCode")
-    return put_taxonomy(draft, str(text), "OrgConstructionCode") if text else ""
+    unread = OTHERS.get(code, Kind("", "", "a code that is not among those read"))
+    draft.kind(Kind.of_hazus(CODES[code]) if code in CODES else unread, f"ConstructionCode {code}")

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.streets.hazus import FAMILIES, family_of
+from pounding_risk.streets.hazus import family_of
 from pounding_risk.streets.inventory._lines import (
     Building,
     Draft,
@@ -25,8 +25,8 @@ from pounding_risk.streets.inventory._lines import (
     bare,
     csv_sheet,
     known_cells,
+    note_unread,
     own_name,
-    tell_unread,
 )
 from pounding_risk.streets.inventory.gem import put_taxonomy, read_taxonomy, year_of
 from pounding_risk.streets.table import BlockError, file_text
@@ -55,7 +55,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
     """The buildings of an exposure."""
     heads = _heads(sheet)
     own = sheet.own(heads.values())
-    tell_unread(sheet, [*heads.values(), *own], notes)
+    note_unread(sheet, [*heads.values(), *own], notes)
     name = own_name(sheet, heads["id"])
     unit = sheet.unit(heads["area"]) or str(sheet.facts.get("area unit", "")).strip()
     for line in sheet.lines:
@@ -82,7 +82,7 @@ def _taxonomy(draft: Draft, head: str) -> str:
     hazus = OF_HAZUS.fullmatch(text)
     family = family_of(hazus[1]) if hazus else ""
     if hazus and family:
-        draft.kind(Kind(family, FAMILIES[family].typology, FAMILIES[family].words), f"{head} {text}")
+        draft.kind(Kind.of_hazus(family), f"{head} {text}")
         draft.put("code level", LEVELS[hazus[2]], rule=f"its {head}, {hazus[2]}")
         return text
     try:
@@ -116,13 +116,23 @@ def metadata_sheet(path: Path, text: str, faults: list[str]) -> Sheet:
     model = _model(text, faults)
     if model is None:
         return Sheet(path, (), [])
-    facts = _facts(model, faults)
+    facts: dict[str, Any] = {"fields": {}}  # unit of areas and names of fields
+    for each in model.iter():
+        if _tag(each) == "area" and "unit" in each.attrib:
+            facts["area unit"] = each.attrib["unit"]
+        elif _tag(each) == "field" and each.get("oq") in FIELDS:
+            if not each.get("input"):
+                faults.append(f'exposureFields: the field "{each.get("oq")}" has no input; write the column\'s name')
+            facts["fields"][each.get("oq")] = each.get("input", "")
     assets = next((each for each in model if _tag(each) == "assets"), None)
     if assets is None:
         faults.append("has no <assets>; name the tables in it, or write an <asset> for each building")
         return Sheet(path, (), [])
     if len(assets):
-        lines = [_asset(number, each) for number, each in enumerate(assets, 1)]
+        lines = []
+        for number, each in enumerate(assets, 1):
+            place = next((part for part in each if _tag(part) == "location"), each)
+            lines.append(Line(f"asset {number}", known_cells({**each.attrib, **place.attrib}.items())))
         return Sheet(path, FIELDS, lines, {**facts, "fields": {}})  # other names are those of tables
     heads: list[str] = []
     lines = []
@@ -163,22 +173,3 @@ def _model(text: str, faults: list[str]) -> ET.Element | None:
 
 def _tag(element: ET.Element) -> str:
     return str(element.tag).rpartition("}")[2]
-
-
-def _facts(model: ET.Element, faults: list[str]) -> dict[str, Any]:
-    """Unit of areas and names of fields."""
-    facts: dict[str, Any] = {"fields": {}}
-    for each in model.iter():
-        if _tag(each) == "area" and "unit" in each.attrib:
-            facts["area unit"] = each.attrib["unit"]
-        elif _tag(each) == "field" and each.get("oq") in FIELDS:
-            if not each.get("input"):
-                faults.append(f'exposureFields: the field "{each.get("oq")}" has no input; write the column\'s name')
-            facts["fields"][each.get("oq")] = each.get("input", "")
-    return facts
-
-
-def _asset(number: int, element: ET.Element) -> Line:
-    """An asset that stands in the metadata itself."""
-    place = next((each for each in element if _tag(each) == "location"), element)
-    return Line(f"asset {number}", known_cells({**element.attrib, **place.attrib}.items()))

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pounding_risk._common.inputs import EXPORT, read_text
 from pounding_risk.models.structures.storeys import MOST_STOREYS
@@ -22,9 +21,9 @@ from pounding_risk.streets.inventory._lines import (
     Kind,
     Notes,
     Sheet,
+    note_unread,
     outline_json,
     own_name,
-    tell_unread,
 )
 from pounding_risk.streets.table import AREA, HEIGHT
 from pounding_risk.units import QuantityError, parse
@@ -51,7 +50,7 @@ def recognises(heads: frozenset[str]) -> bool:
 def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Building]:
     """The buildings of a table of assets."""
     own = sheet.own(READ)
-    tell_unread(sheet, [*READ, *own], notes)
+    note_unread(sheet, [*READ, *own], notes)
     name = own_name(sheet, "id", "Building_ID")
     length, said = _run_unit(sheet.path)
     for line in sheet.lines:
@@ -120,15 +119,12 @@ def _doubt_area(draft: Draft, footprint: str) -> None:
 
 def _area_about(footprint: str) -> float:
     """Area within the outer rings of a footprint [m²], on a sphere, as near as a doubt needs."""
-    shape = outline_json(footprint)
-    polygons = [shape["coordinates"]] if shape["type"] == "Polygon" else shape["coordinates"]
-    return sum(_ring_area(np.array(polygon[0])) for polygon in polygons)
-
-
-def _ring_area(ring: NDArray[np.float64]) -> float:
-    x, y = ring.T
-    x, y = (x - x[0]) * DEGREE * np.cos(np.radians(y[0])), (y - y[0]) * DEGREE
-    return abs(0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)))
+    shape, area = outline_json(footprint), 0.0
+    for polygon in [shape["coordinates"]] if shape["type"] == "Polygon" else shape["coordinates"]:
+        x, y = np.array(polygon[0]).T
+        x, y = (x - x[0]) * DEGREE * np.cos(np.radians(y[0])), (y - y[0]) * DEGREE
+        area += abs(0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)))
+    return area
 
 
 def _kind(draft: Draft) -> None:
@@ -136,7 +132,7 @@ def _kind(draft: Draft) -> None:
     text = draft.text("StructureType")
     family = family_of(text)
     if family:
-        draft.kind(Kind(family, FAMILIES[family].typology, FAMILIES[family].words), f"StructureType {text}")
+        draft.kind(Kind.of_hazus(family), f"StructureType {text}")
     elif text:
         draft.fault("StructureType", f'"{text}" is no type of Hazus; it may be {", ".join(FAMILIES)}')
 

@@ -5,8 +5,10 @@ own tests. Were a file claimed twice, the order of a list would decide how it is
 """
 
 import gzip
+import inspect
 import json
 import os
+import re
 import subprocess
 import sys
 from importlib import metadata
@@ -17,13 +19,31 @@ import damage
 import numpy as np
 import obspy
 import pytest
+import test_cosmos
+import test_csmip
+import test_esm
+import test_geonet
+import test_peer_at2
+import test_smc
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
 from pounding_risk.motions.formats import formats, read_components, readable
 
 DATA = Path(__file__).parents[2] / "data" / "formats"
 FORMATS = {format.name: format for format in formats()}
 STATED = {"SAC": {"unit": "m/s^2"}, "SIMCENTER": {"unit": "g"}}  # what the samples of a format need to be said
+# The tests of each text format, which have tables of its SPELLINGS and of BAD files named x with its suffix.
+MODULES = {
+    "COSMOS": test_cosmos,
+    "CSMIP": test_csmip,
+    "ESM": test_esm,
+    "GEONET": test_geonet,
+    "PEER_AT2": test_peer_at2,
+    "SMC": test_smc,
+}
 MANY, FEW = 2000, 60
 TIME_LIMIT = 300  # s, for all damaged files of all formats: a hang, as they take about 20
 
@@ -95,6 +115,42 @@ def test_components_of_a_file_have_names_of_their_own(samples, name):
         assert len(found) == 1 or all(names)
 
 
+@pytest.mark.parametrize(
+    "name", [name for name in FORMATS if "headonly" in inspect.signature(FORMATS[name].read).parameters]
+)
+def test_a_head_alone_has_the_numbers_and_no_samples(samples, name):
+    for path in samples[name]:
+        whole, heads = (FORMATS[name].read(path, headonly, **STATED.get(name, {})) for headonly in (False, True))
+        for trace, head in zip(whole, heads, strict=True):
+            assert (head.stats.npts, len(head.data)) == (len(trace.data), 0)
+            assert (head.id, head.stats.delta, head.stats.record.units) == (
+                (trace.id, trace.stats.delta, trace.stats.record.units)
+            )
+
+
+def raw_of(text):
+    return text if isinstance(text, bytes) else text.encode("latin-1")
+
+
+@pytest.mark.parametrize(("name", "words"), [(name, words) for name in MODULES for words in MODULES[name].SPELLINGS])
+def test_spellings_that_mean_the_same(name, words):
+    one, other = (FORMATS[name].read(BytesIO(raw_of(text))) for text in MODULES[name].SPELLINGS[words])
+    for trace, same in zip(one, other, strict=True):
+        assert np.array_equal(trace.data, same.data)
+        assert (trace.stats.delta, trace.stats.record.state) == (same.stats.delta, same.stats.record.state)
+
+
+@pytest.mark.parametrize(("name", "at"), [(name, at) for name in MODULES for at in range(len(MODULES[name].BAD))])
+def test_bad_files_say_what_is_wrong(tmp_path, monkeypatch, name, at):
+    monkeypatch.chdir(tmp_path)
+    text, sentence = MODULES[name].BAD[at]
+    path = Path(re.match(r"x\.\w+", sentence)[0])
+    path.write_bytes(raw_of(text))
+    with pytest.raises(RecordError) as caught:
+        read_components(path)
+    assert str(caught.value) == sentence
+
+
 def test_the_list_of_formats_names_each():
     assert all(format.words in readable() for format in FORMATS.values())
 
@@ -116,6 +172,36 @@ def test_the_short_files_are_sound(name, tmp_path):
     for raw in damage.short_files()[name]:
         unit = damage.unit_of(FORMATS[name])
         assert damage.outcome(FORMATS[name], raw, tmp_path / "short", unit, through_a_file=False) == "read"
+
+
+ORIGINALS = damage.short_files()
+ORIGINALS["CSMIP"].append(test_csmip.film(test_csmip.TIMES, test_csmip.VALUES).encode())
+PROMISED = {  # samples, by the header as this test reads it
+    "ESM": lambda raw: re.search(rb"\nNDATA\s*:\s*(\d+)", raw)[1],
+    "GEONET": lambda raw: 43,
+    "PEER_AT2": lambda raw: re.search(rb"NPTS\s*=\s*(\+?\d+)", raw, re.IGNORECASE)[1],
+}
+
+
+@pytest.mark.parametrize("name", MODULES)
+@settings(max_examples=200, deadline=None)
+@given(data=st.data())
+def test_damage_is_refused_or_leaves_finite_samples_of_the_right_number(name, data):
+    """Bytes of the short files changed, removed or added at random places."""
+    raw = bytearray(data.draw(st.sampled_from(ORIGINALS[name])))
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(raw) - 1))
+        end = at + data.draw(st.sampled_from([0, 1, 1, 1, 8, 15, 81]))
+        raw[at:end] = data.draw(st.binary(max_size=3) | st.sampled_from([b"9", b"-", b"E", b".", b"\n"]))
+    try:
+        traces = FORMATS[name].read(BytesIO(bytes(raw)), dt=0.005)
+    except RecordError as error:
+        assert f"{sys.modules[FORMATS[name].read.__module__].KIND} record" in str(error)
+        return
+    for trace in traces:
+        assert np.isfinite(trace.data).all() and len(trace.data) == trace.stats.npts >= 2
+        assert name not in PROMISED or len(trace.data) == int(PROMISED[name](bytes(raw)))
+        assert str(trace.stats.starttime) and trace.stats.delta > 0.0
 
 
 @pytest.mark.parametrize("name", FORMATS)

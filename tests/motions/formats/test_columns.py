@@ -84,21 +84,6 @@ def test_facts_of_the_recording():
     assert "note" not in record
 
 
-def test_path_text_open_file_and_bytes_agree(tmp_path):
-    path = tmp_path / "x.csv"
-    path.write_text(TWO)
-    with path.open("rb") as opened:
-        assert _is_columns(opened)
-        assert opened.tell() == 0
-        traces = [_read_columns(given)[0] for given in (path, str(path), opened, BytesIO(TWO.encode()))]
-    assert all(trace == traces[0] for trace in traces)
-
-
-def test_head_only_has_the_numbers_and_no_samples():
-    trace = read(TWO, headonly=True)
-    assert (trace.stats.npts, trace.stats.delta, len(trace.data)) == (3, 0.01, 0)
-
-
 def test_files_that_do_not_say_enough_are_not_claimed(tmp_path):
     others = [catalogue.path(entry.id) for entry in catalogue.entries()]
     others += [catalogue.records_folder() / "catalogue.toml", tmp_path, tmp_path / "none", None, 3, BytesIO(b"")]
@@ -254,7 +239,7 @@ BAD = [
         TWO.replace("0.02,", "0.01,"),
         {},
         "x.csv, line 4: the time 0.01 is not after the 0.01 of the line before; write times that rise, with enough "
-        "digits to tell them apart",
+        "digits to distinguish them",
     ),
     (
         TWO + "0.03, 0\n0.045, 0\n",

@@ -1,20 +1,14 @@
 """ESM and ITACA text: real files, the spellings in use, and the exact sentence for each fault."""
 
 import gzip
-from importlib import metadata
 from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import obspy
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import read_file
-from pounding_risk.motions.formats.esm import _is_esm, _read_esm
-from pounding_risk.motions.read import read_motion
+from pounding_risk.motions.formats.esm import _read_esm
 
 DATA = Path(__file__).parents[2] / "data" / "formats"
 EAST, NORTH = (gzip.decompress((DATA / f"esm-dlfa-{stream}.asc.gz").read_bytes()) for stream in ("hne", "hnn"))
@@ -75,25 +69,6 @@ def test_the_header_goes_to_the_statistics():
     assert stats.esm["STATION_NAME"] == "Delfoi, Greece"
     assert stats.esm["ORIGINAL_DATA_MEDIATOR"] == "http://eida.gein.noa.gr/"  # colons belong to a value
     assert len(stats.esm) == HEADER
-
-
-def test_path_text_open_file_and_bytes_agree(tmp_path):
-    path = tmp_path / "HL.DLFA..HNE.D.20190728.160908.C.ACC.ASC"
-    path.write_bytes(EAST)
-    with path.open("rb") as opened:
-        assert _is_esm(opened)
-        assert opened.tell() == 0
-        traces = [_read_esm(given)[0] for given in (path, str(path), opened, BytesIO(EAST))]
-    assert all(np.array_equal(trace.data, traces[0].data) for trace in traces)
-    assert all(trace.stats == traces[0].stats for trace in traces)
-    motion = read_motion(path)
-    assert motion.pga == pytest.approx(0.00227973, abs=0.5e-8)
-    assert (motion.record["format"], motion.record["state"], motion.record["magnitude"]) == ("ESM", "processed", 4.6)
-
-
-def test_head_only_has_the_numbers_and_no_samples():
-    trace = _read_esm(BytesIO(EAST), headonly=True)[0]
-    assert (trace.stats.npts, trace.stats.delta, len(trace.data)) == (13876, 0.005, 0)
 
 
 UNFILTERED = {"LOW_CUT_FREQUENCY_HZ": "", "HIGH_CUT_FREQUENCY_HZ": "", "FILTER_ORDER": ""}
@@ -162,34 +137,27 @@ DYNA_10 = {
 }
 
 
-@pytest.mark.parametrize(
-    "data",
-    [
-        changed(SMALL, **DYNA_10),
-        SMALL.replace(b"\n", b"\r\n"),
-        SMALL + b"\n \n",
-        SMALL[:-1],
-        SMALL.replace(b"\n0.1\n", b"\n  1.0E-01 \n"),
-        changed(SMALL, UNITS="cm/s2"),
-        changed(SMALL, DURATION_S="0.015"),
-    ],
-    ids=["DYNA 1.0", "CR LF", "blank lines at the end", "no last newline", "exponents", "cm/s2", "n - 1 steps"],
-)
-def test_spellings_that_mean_the_same(data):
-    assert list(_read_esm(BytesIO(data))[0].data) == [0.1 * 0.01, -0.2 * 0.01, 0.3 * 0.01, -0.227973 * 0.01]
+SPELLINGS = {
+    "DYNA 1.0": (SMALL, changed(SMALL, **DYNA_10)),
+    "CR LF": (SMALL, SMALL.replace(b"\n", b"\r\n")),
+    "blank lines at the end": (SMALL, SMALL + b"\n \n"),
+    "no last newline": (SMALL, SMALL[:-1]),
+    "exponents": (SMALL, SMALL.replace(b"\n0.1\n", b"\n  1.0E-01 \n")),
+    "cm/s2": (SMALL, changed(SMALL, UNITS="cm/s2")),
+    "n - 1 steps": (SMALL, changed(SMALL, DURATION_S="0.015")),
+}
+
+
+def test_the_short_file_has_its_samples():
+    assert list(_read_esm(BytesIO(SMALL))[0].data) == [0.1 * 0.01, -0.2 * 0.01, 0.3 * 0.01, -0.227973 * 0.01]
 
 
 def test_dyna_1_0_has_55_lines():
     assert len(_read_esm(BytesIO(changed(SMALL, **DYNA_10)))[0].stats.esm) == 55
 
 
-def test_nothing_else_is_taken_for_esm(tmp_path):
-    others = [tmp_path, tmp_path / "none", None, 3, BytesIO(b""), BytesIO(b"EVENT_NAME: X\n1\n2\n")]
-    assert not any(_is_esm(other) for other in [*others, BytesIO(gzip.compress(EAST)), BytesIO(b"\n" + EAST[200:])])
-
-
 PLAIN = "restore that line, or fetch the file again"
-BAD = [
+HEADERS = [
     (
         {"DATA_TYPE": "VELOCITY"},
         'line 50: the file holds "VELOCITY"; take the ACCELERATION file of this record (.ACC. in its name)',
@@ -249,7 +217,8 @@ BAD = [
     ),
     (
         {"SAMPLING_INTERVAL_S": "0.01"},
-        "line 31: the duration is 0.02 s, but 4 samples every 0.01 s last 0.04 s; fetch the file again",
+        "line 31: 4 samples every 0.01 s last 0.04 s, DURATION_S says 0.02 s; correct the wrong one, or fetch the file "
+        "again",
     ),
     (
         {"LOW_CUT_FREQUENCY_HZ": "low"},
@@ -266,7 +235,7 @@ BAD = [
         f'line 3: EVENT_DATE_YYYYMMDD is "July"; it must be a time such as 20190728_160905.700, or empty: {PLAIN}',
     ),
 ]
-BROKEN = [
+LINES = [
     (
         b"\n-0.2\n",
         b"\nNaN\n",
@@ -299,53 +268,16 @@ BROKEN = [
 ]
 
 
-def refusal(tmp_path, monkeypatch, data):
-    monkeypatch.chdir(tmp_path)
-    Path("x.asc").write_bytes(data)
-    with pytest.raises(RecordError) as caught:
-        read_file(Path("x.asc"))
-    return str(caught.value)
-
-
-@pytest.mark.parametrize(("values", "sentence"), BAD)
-def test_bad_headers_say_what_is_wrong(tmp_path, monkeypatch, values, sentence):
-    mark = ", " if sentence.startswith("line") else ": "
-    assert refusal(tmp_path, monkeypatch, changed(SMALL, **values)) == f"x.asc{mark}{sentence}"
-
-
-@pytest.mark.parametrize(("old", "new", "sentence"), BROKEN)
-def test_bad_lines_say_what_is_wrong(tmp_path, monkeypatch, old, new, sentence):
-    assert refusal(tmp_path, monkeypatch, SMALL.replace(old, new)) == f"x.asc, {sentence}"
-
-
-def test_files_of_nothing_are_refused(tmp_path, monkeypatch):
-    assert refusal(tmp_path, monkeypatch, b"") == "x.asc: is empty (0 bytes); fetch the record again"
-    cut = refusal(tmp_path, monkeypatch, SMALL[:1000])
-    assert cut.startswith("x.asc: no HEADER_FORMAT in the header of 38 lines, before the end of the file; an ESM file")
-
-
-@settings(max_examples=150)
-@given(st.data())
-def test_damage_is_refused_or_leaves_finite_samples_of_the_right_number(data):
-    """Bytes of the short file changed, removed or added at random places."""
-    raw = bytearray(SMALL)
-    for _ in range(data.draw(st.integers(1, 4))):
-        at = data.draw(st.integers(0, len(raw) - 1))
-        end = at + data.draw(st.sampled_from([0, 1, 1, 1, 15, 81]))
-        raw[at:end] = data.draw(st.binary(max_size=3) | st.sampled_from([b"9", b"-", b"E", b".", b"\n"]))
-    try:
-        trace = _read_esm(BytesIO(bytes(raw)))[0]
-    except RecordError as error:
-        assert "ESM record" in str(error)
-        return
-    assert np.isfinite(trace.data).all()
-    assert len(trace.data) == int(trace.stats.esm["NDATA"])
-
-
-def test_obspy_reads_the_format_by_itself(tmp_path):
-    """Through the entry points of the installed package, in anyone's script."""
-    if not metadata.entry_points(group="obspy.plugin.waveform", name="ESM"):
-        pytest.skip("the package is not installed, so ObsPy cannot know its formats")
-    path = tmp_path / "dlfa.asc"
-    path.write_bytes(EAST)
-    assert obspy.read(str(path))[0].stats._format == "ESM"
+BAD = [
+    (b"", "x.asc: is empty (0 bytes); fetch the record again"),
+    (
+        SMALL[:1000],
+        "x.asc: no HEADER_FORMAT in the header of 38 lines, before the end of the file; an ESM file has lines such as "
+        "NDATA: 13876 from EVENT_NAME to USER5: take the file from the database again",
+    ),
+    *[
+        (changed(SMALL, **values), f"x.asc{', ' if sentence.startswith('line') else ': '}{sentence}")
+        for values, sentence in HEADERS
+    ],
+    *[(SMALL.replace(old, new), f"x.asc, {sentence}") for old, new, sentence in LINES],
+]

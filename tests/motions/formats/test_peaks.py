@@ -12,7 +12,7 @@ import pytest
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import formats
-from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, half_digit, stated_peak
+from pounding_risk.motions.formats._text import StatedPeak, check_peak, half_digit, stated_peak
 
 DATA = Path(__file__).parents[2] / "data" / "formats"
 FORMATS = {format.name: format for format in formats()}
@@ -159,5 +159,5 @@ def test_a_channel_missing_at_the_end_is_told(name):
         traces = read(data[: ends[channels - 1]])
         assert len(traces) == channels
         for trace in traces:
-            told = f"; the header tells of 3 channels, the file holds {channels}"
+            told = f"; the header states 3 channels, the file holds {channels}"
             assert trace.stats.record.units == f"units: g, times 9.80665 m/s²{told}"

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from math import inf
+from typing import Any
 
 import numpy as np
 
-from pounding_risk.lab.stability.case import BITS, HERTZ, LINEAR, ONE, POTENTIAL, Bound, Group
+from pounding_risk.lab.stability.case import ALL, BITS, HERTZ, LINEAR, ONE, POTENTIAL, Bound, Group
 from pounding_risk.lab.stability.trial import SOFT, STIFF, Trial, TrialScene, largest_difference, shaking
 from pounding_risk.solver.counters import STEPS
 from pounding_risk.solver.pair.api import free_response, oscillators
@@ -18,20 +19,20 @@ GROUP = Group("exact")
 
 UNCHANGED = ("count", "status", "steps", "residual", "held", "demand", "exceedance")
 YIELDING = 1.5e6  # N
+USUAL = TrialScene(gap=0.005, yield_force=YIELDING)
+PEAKS = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration", "impact_count")
 
 
 @GROUP.case("31", "seen from behind: −a_g, left for right", "the same run", BITS)
 def mirror(trial: Trial) -> float:
     """The pair seen from behind: buildings swapped, the ground reversed."""
-    scene = TrialScene(gap=0.005, yield_force=YIELDING)
-    one = trial.solve(scene)
-    other = trial.solve(scene._replace(left=STIFF, right=SOFT, ground=-scene.ground))
+    other = trial.solve(USUAL._replace(left=STIFF, right=SOFT, ground=-USUAL.ground))
     swapped = {"left": "right", "right": "left"}
     back = {}
     for name, value in other.items():
         stem, _, side = name.rpartition("_")
         back[f"{stem}_{swapped[side]}" if side in swapped else name] = value
-    return largest_difference(one, back)
+    return largest_difference(trial.solve(USUAL), back)
 
 
 def scaled(outputs: dict[str, float], factors: dict[str, float]) -> dict[str, float]:
@@ -60,84 +61,71 @@ def factors(*, length: float = 1.0, time: float = 1.0, force: float = 1.0) -> di
     }
 
 
-@GROUP.case("41a", "masses, stiffnesses, F_E × 4", "same motion, forces × 4", BITS, factor=4.0)
-@GROUP.case("41b", "the same × 2^200", "same motion, forces × it", BITS, factor=2.0**200)
-def masses(trial: Trial, factor: float) -> float:
+def similar(trial: Trial, one: TrialScene, other: TrialScene, only: tuple[str, ...] = (), **sizes: float) -> float:
+    """Largest difference of the outputs of one scene, times the factors of these sizes, from those of the other."""
+    return largest_difference(scaled(trial.solve(one), factors(**sizes)), trial.solve(other), only=only)
+
+
+def heavier(factor: float) -> dict[str, Any]:
     """m, k, β and F_E times a power of two: the same motion, forces times it."""
-    scene = TrialScene(gap=0.005, yield_force=YIELDING)
     heavy = TrialScene(
         SOFT._replace(mass=factor * SOFT.mass),
         STIFF._replace(mass=factor * STIFF.mass),
-        scene.gap,
-        factor * scene.hertz,
-        factor * scene.linear,
+        USUAL.gap,
+        factor * USUAL.hertz,
+        factor * USUAL.linear,
         yield_force=factor * YIELDING,
     )
-    return largest_difference(scaled(trial.solve(scene), factors(force=factor)), trial.solve(heavy))
+    return {"one": USUAL, "other": heavy, "force": factor}
 
 
-@GROUP.case("41c", "a_g, gap, F_E × 16, β / 4", "displacements × 16", BITS, POTENTIAL)
-def amplitude(trial: Trial) -> float:
-    """a_g, gap and F_E times 16, β a quarter (16^1.5 = 64), k as it is: displacements times 16.
-
-    16 and not 4: the fourth root of a penetration, in Jankowski's dashpot, then doubles.
-    """
-    scene = TrialScene(gap=0.005, yield_force=YIELDING)
-    more = scene._replace(
-        gap=16.0 * scene.gap,
-        hertz=0.25 * scene.hertz,
-        yield_force=16.0 * YIELDING,
-        ground=16.0 * scene.ground,
-    )
-    return largest_difference(scaled(trial.solve(scene), factors(length=16.0, force=16.0)), trial.solve(more))
-
-
-def slowed(trial: Trial) -> tuple[dict[str, float], dict[str, float]]:
-    """Time times 16: periods and dt; a_g, k, β and F_E divided by 256. What must come out, and what does."""
-    scene = TrialScene(gap=0.005, yield_force=YIELDING)
-    slow = TrialScene(
-        SOFT._replace(period=16.0 * SOFT.period),
-        STIFF._replace(period=16.0 * STIFF.period),
-        scene.gap,
-        scene.hertz / 256.0,
-        scene.linear / 256.0,
-        yield_force=YIELDING / 256.0,
-        ground=scene.ground / 256.0,
-        dt=16.0 * scene.dt,
-    )
-    return scaled(trial.solve(scene), factors(time=16.0, force=1.0 / 256.0)), trial.solve(slow)
-
-
-@GROUP.case("41d", "time × 16, k and F_E / 256", "the same displacements", BITS, LINEAR)
-def slow_motion(trial: Trial) -> float:
-    """Slowed 16 times: the largest difference of any output."""
-    return largest_difference(*slowed(trial))
-
-
-@GROUP.case(
-    "41e",
-    "time × 16, β and F_E / 256",
-    "the same peaks",
-    Bound(1e-11, 10.0, "the steps differ: their scale of depth is a search good to a tenth, corners are stepped over"),
-    HERTZ,
+# a_g, gap and F_E times 16, β a quarter (16^1.5 = 64), k as it is: displacements times 16. And not 4: the fourth root
+# of a penetration, in Jankowski's dashpot, then doubles.
+LARGER = USUAL._replace(
+    gap=16.0 * USUAL.gap, hertz=0.25 * USUAL.hertz, yield_force=16.0 * YIELDING, ground=16.0 * USUAL.ground
 )
-def slow_motion_of_hertz(trial: Trial) -> float:
-    """The same for laws in δ^1.5, whose error control takes its scale of depth from a search good to a tenth: peaks."""
-    wanted, outputs = slowed(trial)
-    peaks = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration", "impact_count", "contact_time")
-    return largest_difference(outputs, wanted, only=peaks)
+# Periods and dt times 16; a_g, k, β and F_E divided by 256.
+SLOWER = TrialScene(
+    SOFT._replace(period=16.0 * SOFT.period),
+    STIFF._replace(period=16.0 * STIFF.period),
+    USUAL.gap,
+    USUAL.hertz / 256.0,
+    USUAL.linear / 256.0,
+    yield_force=YIELDING / 256.0,
+    ground=USUAL.ground / 256.0,
+    dt=16.0 * USUAL.dt,
+)
+SLOWED: dict[str, Any] = {"one": USUAL, "other": SLOWER, "time": 16.0, "force": 1.0 / 256.0}
+# The error control of laws in δ^1.5 takes its scale of depth from a search good to a tenth: peaks alone.
+OF_HERTZ = Bound(
+    1e-11, 10.0, "the steps differ: their scale of depth is a search good to a tenth, corners are stepped over"
+)
+for number, words, invariant, bound, laws, arguments in (
+    ("41a", "masses, stiffnesses, F_E × 4", "same motion, forces × 4", BITS, ALL, heavier(4.0)),
+    ("41b", "the same × 2^200", "same motion, forces × it", BITS, ALL, heavier(2.0**200)),
+    (
+        *("41c", "a_g, gap, F_E × 16, β / 4", "displacements × 16", BITS, POTENTIAL),
+        {"one": USUAL, "other": LARGER, "length": 16.0, "force": 16.0},
+    ),
+    ("41d", "time × 16, k and F_E / 256", "the same displacements", BITS, LINEAR, SLOWED),
+    (
+        *("41e", "time × 16, β and F_E / 256", "the same peaks", OF_HERTZ, HERTZ),
+        {**SLOWED, "only": (*PEAKS, "contact_time")},
+    ),
+    ("43", "gap = inf", "a gap of 10 m", BITS, ALL, {"one": TrialScene(gap=inf), "other": TrialScene(gap=10.0)}),
+    ("48", "the same run twice", "the same run", BITS, ALL, {"one": TrialScene(), "other": TrialScene()}),
+):
+    GROUP.case(number, words, invariant, bound, laws, **arguments)(similar)
 
 
 @GROUP.case("37c", "a_g × 2^40, × 2^−40, no contact", "displacements × it", BITS)
 def free_motion_scales(trial: Trial) -> float:
     """a_g times 2^40 and 2^−40 without contact: every displacement times it."""
     scene = TrialScene(gap=inf)
-    one = trial.solve(scene)
-    worst = 0.0
-    for factor in (2.0**40, 2.0**-40):
-        more = trial.solve(scene._replace(ground=factor * scene.ground))
-        worst = max(worst, largest_difference(scaled(one, factors(length=factor, force=factor)), more))
-    return worst
+    return max(
+        similar(trial, scene, scene._replace(ground=factor * scene.ground), length=factor, force=factor)
+        for factor in (2.0**40, 2.0**-40)
+    )
 
 
 @GROUP.case("38a", "48 zeros before the record, no contact", "the same motion, later", BITS, ONE)
@@ -157,23 +145,7 @@ def quiet_before(trial: Trial) -> float:
 )
 def quiet_before_contact(trial: Trial) -> float:
     """The same with contact, whose clock rounds otherwise at another time: difference of the peaks."""
-    scene = TrialScene(gap=0.005, yield_force=YIELDING)
-    one = trial.solve(scene)
-    later = trial.solve(scene._replace(ground=np.append(np.zeros(48), scene.ground)))
-    peaks = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration", "impact_count")
-    return largest_difference(one, later, only=peaks)
-
-
-@GROUP.case("43", "gap = inf", "a gap of 10 m", BITS)
-def infinite_gap(trial: Trial) -> float:
-    """gap = inf, and a gap that the free motion does not close: any difference."""
-    return largest_difference(trial.solve(TrialScene(gap=inf)), trial.solve(TrialScene(gap=10.0)))
-
-
-@GROUP.case("48", "the same run twice", "the same run", BITS)
-def same_again(trial: Trial) -> float:
-    """Largest difference of two runs of one case."""
-    return largest_difference(trial.solve(TrialScene()), trial.solve(TrialScene()))
+    return similar(trial, USUAL, USUAL._replace(ground=np.append(np.zeros(48), USUAL.ground)), PEAKS)
 
 
 @GROUP.case("45", "7 gaps × 4 yield forces, screened", "every case run by itself", BITS)

@@ -7,16 +7,7 @@ from math import inf, sqrt
 import numpy as np
 
 from pounding_risk.lab.stability.case import BITS, CAPPED, ENERGY, FORCES, LEDGER, PATH, POTENTIAL, Bound, Group
-from pounding_risk.lab.stability.trial import (
-    NO_PULL,
-    SOFT,
-    STIFF,
-    WALL,
-    Trial,
-    TrialScene,
-    largest_difference,
-    shaking,
-)
+from pounding_risk.lab.stability.trial import NO_PULL, SOFT, STIFF, WALL, Trial, TrialScene, largest_difference, shaking
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair.isolated import Impact
@@ -27,7 +18,7 @@ ROUNDING = Bound(1e-12, 0.0, "rounding of some tens of steps; both masses are mo
 BLOCK, SPEED = TrialScene(hertz=2.75e9, linear=9.35e7), 0.5  # N/m^1.5, N/m, m/s: concrete cubes of 570 kg
 MASS = 570.0
 
-# What each law returns where e = 0.01 is asked for: its closed form, and for Jankowski's law, which has none, an
+# What each law returns for a specified e = 0.01: its closed form, and for Jankowski's law, which has none, an
 # independent integration at rtol 1e-12.
 RETURNED = {
     "linear": 1.0,

@@ -64,7 +64,7 @@ def static_solution(trial: Trial, scene: TrialScene, level: float) -> Static:
     return Static(force(delta), delta)
 
 
-def settled(trial: Trial, scene: TrialScene) -> float:
+def unrest(trial: Trial, scene: TrialScene) -> float:
     """How far the end of a long push lies from the static solution, in force and in penetration."""
     steps = trial.follow(scene).steps
     resting = static_solution(trial, scene, float(scene.ground[-1]))
@@ -88,7 +88,7 @@ def resting(trial: Trial) -> float:
     A gentle one: the touch is from rest, where the Hertz-damp laws have a damper that lets the buildings creep to
     their place in a time that grows with the force (100 s at 3 m/s²).
     """
-    return settled(trial, TrialScene(LEANING, PROP, ground=push(GENTLE, 1.0, 30.0)))
+    return unrest(trial, TrialScene(LEANING, PROP, ground=push(GENTLE, 1.0, 30.0)))
 
 
 @GROUP.case(
@@ -146,7 +146,7 @@ def chattering(trial: Trial) -> float:
     scene = bouncing(20.0)
     bounces = len(trial.follow(scene).contacts)
     trial.solve(scene)
-    return settled(trial, scene) if bounces >= 5 else inf
+    return unrest(trial, scene) if bounces >= 5 else inf
 
 
 @GROUP.case(
@@ -159,7 +159,7 @@ def chattering(trial: Trial) -> float:
 def pushed_past_yielding(trial: Trial) -> float:
     """A push that needs three times F_E to be held: F = F_E, and the structures carry the rest."""
     scene = TrialScene(LEANING, PROP, ground=push(LEVEL, 1.0, 30.0))
-    return settled(trial, scene._replace(yield_force=static_solution(trial, scene, LEVEL).force / 3.0))
+    return unrest(trial, scene._replace(yield_force=static_solution(trial, scene, LEVEL).force / 3.0))
 
 
 @GROUP.case(

@@ -1,39 +1,58 @@
-"""The fixed-step methods: their order against matrix exponentials, contact against an integrator of the tests."""
+"""Rival methods: fixed steps against matrix exponentials, contacts of all against the integrators of the tests."""
 
 from __future__ import annotations
 
+import ast
+from functools import cache
 from itertools import pairwise
-from math import hypot, isnan, pi
-from typing import NamedTuple
+from math import hypot, inf, isnan, pi
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import numpy as np
 import oracle
 import pytest
+from oracle_rows import Answer, Row, integrate
+from row_cases import CASES, SOIL, Shaking, jankowski, meeting, points_of, single, storeys
 from scipy.linalg import expm
 
+import pounding_risk.lab.baselines
 from pounding_risk.lab.baselines import fixed_step as fixed
-from pounding_risk.lab.baselines.central_difference import CentralDifference
-from pounding_risk.lab.baselines.force import Contact, contact_force
-from pounding_risk.lab.baselines.newmark import Newmark, solve_force
-from pounding_risk.lab.baselines.rk4 import Rk4
+from pounding_risk.lab.baselines.matrices import row_matrices
+from pounding_risk.lab.baselines.row_fixed_step import METHODS, solve_fixed_row
+from pounding_risk.lab.baselines.solve_ivp import SOLVERS, Contacts, solve_general
+from pounding_risk.lab.baselines.steppers import CentralDifference, Contact, Newmark, Rk4, contact_force, solve_force
 from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.restitution import constant
+from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair.api import Interface, oscillators
 
+# ------------------------------------------------------------------------------------------------ a pair
 DT = 0.01  # s
 LEFT, RIGHT = Building("left", 5e4, 0.3, 0.05), Building("right", 9e4, 0.15, 0.05)
 GAP, E, STRENGTH = 1e-3, 0.6, 1.5e5
 FOLLOWED = [name for name, law in LAWS.items() if not is_path_dependent(law)]  # by δ and δ̇ alone
 STIFFNESS = {law: 2.5e8 if law in oracle.LINEAR else 1.05e10 for law in oracle.LAWS}
-APART = 1e3  # m, a gap that stays open
+OPEN = 1e3  # m, a gap that stays open
 QUICK = ("viscous_elastoplastic", "kelvin_voigt_tension_cut")
 
 
-def ground() -> np.ndarray:
-    """Two and a half seconds of noise under a half-sine [m/s²]: thirty contacts or so, some of them yielding."""
-    return np.random.default_rng(7).normal(size=250) * np.sin(np.pi * np.arange(250) / 249.0) * 3.0
+def ground(count: int = 250) -> np.ndarray:
+    """Noise under a half-sine [m/s²]: in two and a half seconds thirty contacts or so, some of them yielding."""
+    return np.random.default_rng(7).normal(size=count) * np.sin(np.pi * np.arange(count) / (count - 1)) * 3.0
+
+
+@cache
+def truth_of(name: str, count: int = 250, gap: float = GAP) -> dict[str, float]:
+    """The tests' own integrator."""
+    sides = oracle.Oscillator(LEFT.mass, LEFT.period), oracle.Oscillator(RIGHT.mass, RIGHT.period)
+    strength = STRENGTH if LAWS[name].capped else inf
+    return oracle.integrate(
+        oracle.Scene(*sides, name, STIFFNESS[name], gap, E, strength), ground(count), DT, rtol=1e-11
+    )
 
 
 def smooth_ground() -> np.ndarray:
@@ -75,7 +94,7 @@ def free_error(stepper, parts: int, pair=None) -> float:
     """Relative error of the largest relative displacement at the steps."""
     motion = fixed.Ground(smooth_ground(), DT, parts)
     exact = np.abs(displacements(LEFT, motion) - displacements(RIGHT, motion)).max()
-    found = run(stepper, interface("linear", gap=APART), motion, pair)
+    found = run(stepper, interface("linear", gap=OPEN), motion, pair)
     assert (found[fixed.COUNT], found[fixed.FORCE], found[fixed.TOUCHING]) == (0.0, 0.0, 0.0)
     assert isnan(found[fixed.FIRST])
     return float(abs(found[fixed.REACH] / exact - 1.0))
@@ -110,27 +129,9 @@ def test_the_stability_limit_of_the_explicit_methods():
             name: run(stepper, interface("linear", gap=1e300), motion, pair) for name, stepper in fixed.STEPPERS.items()
         }
         assert {name for name, row in rows.items() if row[fixed.UNSTABLE] or row[fixed.REACH] > 10.0} == unstable
-    found = fixed.solve_fixed("rk4", pair, interface("linear", gap=1e300), motion)
-    assert all(isnan(value) for value in found.values())
 
 
 # ------------------------------------------------------------------------------------------------- in contact
-@pytest.fixture(scope="module")
-def truths() -> dict[str, dict[str, float]]:
-    """The tests' own integrator, by law; filled when asked."""
-    return {}
-
-
-def truth_of(name: str, kept: dict[str, dict[str, float]]) -> dict[str, float]:
-    if name not in kept:
-        sides = oracle.Oscillator(LEFT.mass, LEFT.period), oracle.Oscillator(RIGHT.mass, RIGHT.period)
-        strength = STRENGTH if LAWS[name].capped else np.inf
-        kept[name] = oracle.integrate(
-            oracle.Scene(*sides, name, STIFFNESS[name], GAP, E, strength), ground(), DT, rtol=1e-11
-        )
-    return kept[name]
-
-
 def slow_but(quick: tuple[str, ...]) -> list:
     """Every law, those past the quick ones marked slow: a kernel compiles for each."""
     return [name if name in quick else pytest.param(name, marks=pytest.mark.slow) for name in FOLLOWED]
@@ -138,9 +139,9 @@ def slow_but(quick: tuple[str, ...]) -> list:
 
 @pytest.mark.parametrize("method", fixed.STEPPERS)
 @pytest.mark.parametrize("name", slow_but(QUICK))
-def test_contacts_converge_to_the_integrator_of_the_tests(name, method, truths):
+def test_contacts_of_fixed_steps_converge(name, method):
     """First order, as touches fall inside steps: measured errors are at most 40 h for h in seconds, over all laws."""
-    truth = truth_of(name, truths)
+    truth = truth_of(name)
     assert truth["impact_count"] >= 5
     for h, error in ((1e-4, 1e-2), (1e-5, 1e-3), (1e-6, 1e-4)):
         motion = fixed.divided(ground(), DT, h)
@@ -270,3 +271,180 @@ def test_steps_divide_samples():
         assert fixed.divided(ground(), DT, h).parts == parts
     found = fixed.divided([0, 1, 2], DT, 1e-3)
     assert found.acceleration.dtype == np.float64
+
+
+# ------------------------------------------------------------------------------------------------ SciPy
+ALIKE = ("peak_relative_displacement", "peak_closing", "peak_contact_force", "first_impact_time")
+
+
+def solved(name: str, rtol: float, solver: str = "DOP853", gap: float = GAP) -> SimpleNamespace:
+    strength = STRENGTH if LAWS[name].capped else inf
+    there = Contacts(np.array([gap]), (LAWS[name](STIFFNESS[name]),), (constant(E),), np.array([strength]))
+    row = row_matrices([chain_of(LEFT), chain_of(RIGHT)], points_of([meeting(0, 1.0, 1.0, 1e-3)]))
+    found = solve_general(solver, row, there, (ground(150), DT), rtol)._asdict()
+    return SimpleNamespace(**{key: np.asarray(value).item() for key, value in found.items()})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FOLLOWED)
+def test_every_law_by_scipy_agrees(name):
+    """At rtol 1e-10; errors add up over a dozen contacts, and the force's crest is that of SciPy's interpolant."""
+    found, right = solved(name, 1e-10), truth_of(name, 150)
+    assert right["impact_count"] >= 5 and found.impact_count == right["impact_count"]
+    for output in ALIKE:
+        assert getattr(found, output) == pytest.approx(right[output], rel=1e-7), output
+    if LAWS[name].capped:
+        assert right["yield_demand"] > 1.0
+        assert (found.uncapped_force >= STRENGTH) == (right["yield_demand"] >= 1.0)
+    else:
+        assert found.uncapped_force == found.peak_contact_force
+    assert found.steps >= found.impact_count
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_tighter_tolerances_are_closer(solver):
+    """From 1e-3 to 1e-7 the errors of both peaks fall at least a hundredfold, and the steps grow."""
+    right = truth_of("jankowski", 150)
+    loose, tight = solved("jankowski", 1e-3, solver), solved("jankowski", 1e-7, solver)
+    for name in ("peak_relative_displacement", "peak_contact_force"):
+        errors = [abs(getattr(found, name) / right[name] - 1.0) for found in (loose, tight)]
+        assert errors[1] < 1e-2 * errors[0] or errors[1] < 1e-9, name
+        assert errors[1] < 1e-5, name
+    assert tight.steps > loose.steps
+    assert tight.impact_count == right["impact_count"]
+
+
+def test_without_contact():
+    """A gap that stays open, by its size or by being infinite: the free motion, and nothing of a contact."""
+    right = truth_of("jankowski", 150, OPEN)
+    for gap in (1e3, inf):
+        found = solved("jankowski", 1e-9, gap=gap)
+        assert found.peak_relative_displacement == pytest.approx(right["peak_relative_displacement"], rel=1e-8)
+        assert found.peak_closing == pytest.approx(right["peak_closing"], rel=1e-8)
+        assert (found.impact_count, found.peak_contact_force, found.steps) == (0.0, 0.0, 0.0)
+        assert isnan(found.first_impact_time)
+
+
+# ------------------------------------------------------------------------------------------------ rows
+LAW = "kelvin_voigt_tension_cut"
+CUT: Any = {"law": LAW, "stiffness": 2e8, "restitution": E}
+CHAINS = (storeys(3, 70e3, 4e7), single(150e3, 0.25), storeys(2, 300e3, 1.5e8, damping_rule="rayleigh"))
+# A column between floors, and two floors of one building that may touch at once.
+MEETINGS = (meeting(0, 2.5, 1.0, 0.006, **CUT), meeting(1, 1.0, 2.0, 0.008, **CUT), meeting(1, 1.0, 1.0, 0.004, **CUT))
+GAPS = np.array([each.gap for each in MEETINGS])
+LAWS_THERE = (LAWS[LAW](2e8),) * len(MEETINGS)
+RULES = (constant(E),) * len(MEETINGS)
+
+
+@pytest.fixture(scope="module")
+def shaking() -> tuple[np.ndarray, float]:
+    return Shaking("CCC-HN1", 24.0, 27.0, 0.5).samples()
+
+
+@pytest.fixture(scope="module")
+def truth(shaking) -> Answer:
+    return integrate(CHAINS, MEETINGS, *shaking)
+
+
+@pytest.mark.parametrize("name", ["5 and 3 storeys, floors against columns", "single, rigid, storeys", "soil"])
+def test_matrices_are_those_of_the_tests(name):
+    """The integrator of the tests builds its own, from the same masses, springs and floor numbers."""
+    case = CASES[name]
+    found, expected = row_matrices(case.chains, points_of(case.meetings)), Row(case.chains, case.meetings)
+    assert found.mass == pytest.approx(1.0 / expected.inverse_mass, rel=1e-15)
+    assert np.array_equal(found.damping, expected.damping)
+    assert found.stiffness == pytest.approx(expected.drift.T @ np.diag(expected.spring) @ expected.drift, rel=1e-12)
+    assert found.shares == pytest.approx(expected.b, abs=1e-12)
+    assert found.striking == pytest.approx(1.0 / (expected.b**2 @ expected.inverse_mass), rel=1e-12)
+
+
+def test_storeys_that_yield_have_no_matrix():
+    chains = CASES["yielding storeys"].chains
+    with pytest.raises(ValueError, match="no stiffness matrix"):
+        row_matrices(chains, ())
+    assert row_matrices(jankowski(SOIL), ()).mass.size == 8
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_contacts_of_rows_converge(method, shaking, truth):
+    """First order, as touches fall inside steps: three contact points, two of them on the same building."""
+    assert truth.points["impact_count"].min() >= 2
+    row, bounds = row_matrices(CHAINS, points_of(MEETINGS)), (GAPS, np.full(3, inf))
+    for h, error in ((1e-4, 2e-2), (1e-5, 2e-3)):
+        found = solve_fixed_row(method, row, LAWS_THERE, RULES, bounds, fixed.divided(*shaking, h))
+        for column, name in ((fixed.CLOSING, "peak_closing"), (fixed.FORCE, "peak_contact_force")):
+            assert found[:, column] == pytest.approx(truth.points[name], rel=error), (h, name)
+        assert not found[:, fixed.UNSTABLE].any()
+    assert np.array_equal(found[:, fixed.COUNT], truth.points["impact_count"])
+    assert found[:, fixed.FIRST] == pytest.approx(truth.points["first_impact_time"], abs=1e-5)
+    assert found[:, fixed.TOUCHING] * 1e-5 == pytest.approx(truth.points["contact_time"], rel=2e-3)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_one_contact_point_is_that_of_a_pair(method):
+    """The same steps as `fixed_step`, with matrices in place of periods: to rounding, grown over the contacts."""
+    motion, there = fixed.Ground(ground(150), DT, 20), interface(LAW)
+    expected = run(fixed.STEPPERS[method], there, motion)
+    row = row_matrices([chain_of(LEFT), chain_of(RIGHT)], points_of([meeting(0, 1.0, 1.0, GAP)]))
+    (found,) = solve_fixed_row(method, row, (there.law,), (constant(E),), ([GAP], [STRENGTH]), motion)
+    assert expected[fixed.COUNT] >= 5 and found == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_step_beyond_the_stability_limit_is_unstable(shaking):
+    """Central difference past h = 2/ω of a stiff storey; Newmark's method has no limit."""
+    stiff = (storeys(2, 50e3, 4e9), single(150e3, 0.25))
+    row = row_matrices(stiff, points_of(MEETINGS[:1])[:1])
+    for method, unstable in (("central_difference", True), ("newmark", False)):
+        found = solve_fixed_row(
+            method, row, LAWS_THERE[:1], RULES[:1], (np.array([1e3]), np.array([inf])), fixed.divided(*shaking, 1.0)
+        )
+        assert (not np.isfinite(found[0, fixed.REACH]) or found[0, fixed.REACH] > 1.0 or found[0, -1] > 0) == unstable
+
+
+@pytest.mark.parametrize(("solver", "rtol", "error"), [("DOP853", 1e-10, 1e-7), ("Radau", 1e-6, 1e-4)])
+def test_scipy_agrees_with_the_integrator_of_the_tests(solver, rtol, error, shaking, truth):
+    """Another search for events: errors add up over the contacts, force crests are those of SciPy's interpolant."""
+    there = Contacts(GAPS, LAWS_THERE, RULES, np.full(3, inf))
+    found = solve_general(solver, row_matrices(CHAINS, points_of(MEETINGS)), there, shaking, rtol)
+    assert np.array_equal(found.impact_count, truth.points["impact_count"])
+    for name in ("peak_closing", "peak_contact_force", "first_impact_time"):
+        assert getattr(found, name) == pytest.approx(truth.points[name], rel=error), name
+    assert found.steps >= found.impact_count.max()
+
+
+def test_a_ground_motion_that_is_not_finite_is_refused(shaking):
+    a = shaking[0].copy()
+    a[20] = np.nan
+    there = Contacts(GAPS, LAWS_THERE, RULES, np.full(3, inf))
+    with pytest.raises(ValueError, match="sample 20 of the ground motion is not finite"):
+        solve_general("DOP853", row_matrices(CHAINS, points_of(MEETINGS)), there, (a, shaking[1]), 1e-6)
+
+
+# ------------------------------------------------------------------------------------------- where they may stand
+PACKAGE = Path(pounding_risk.lab.baselines.__file__).parents[2]
+
+
+def modules_of(file: Path) -> set[str]:
+    """Every module that a file imports from, whole names."""
+    found = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found.add(node.module or "")
+    return found
+
+
+@pytest.mark.parametrize("file", sorted((PACKAGE / "lab" / "baselines").glob("*.py")), ids=lambda file: file.stem)
+def test_rivals_share_nothing_with_the_solver_but_laws_and_buildings(file):
+    """No kernel of the solver, nothing that reads or draws: a rival that borrowed its events would be none."""
+    plain = {"__future__", "collections.abc", "math", "typing", "numpy", "numpy.typing", "scipy.integrate"}
+    plain |= {"pounding_risk._jit.compile"}
+    for module in modules_of(file) - plain:
+        assert module.startswith(("pounding_risk.lab.baselines.", "pounding_risk.models.")), module
+
+
+def test_the_solver_uses_no_rival():
+    for folder in ("solver/pair", "solver/row", "models"):
+        for file in (PACKAGE / folder).rglob("*.py"):
+            assert not any("baselines" in module for module in modules_of(file)), file.name

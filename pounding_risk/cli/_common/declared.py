@@ -1,0 +1,331 @@
+"""Commands made from questions (`pounding_risk.questions`): the options, the run, and what is printed and written."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+from inspect import Parameter, Signature
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import typer
+
+from pounding_risk.cli._common import options as shared
+from pounding_risk.cli._common.files import FIGURES, announce, draw, writing
+from pounding_risk.cli._common.options import RUN_FAILED, file_option, out_option
+from pounding_risk.cli._common.progress import ProgressDisplay
+from pounding_risk.cli._common.subjects import SUBJECTS, Fields
+from pounding_risk.errors import PoundingError
+from pounding_risk.questions import Declared
+from pounding_risk.questions._declaration import Option
+
+SHARED = {
+    "workers": shared.Workers, "hazard": shared.Hazard, "gmfs": shared.Gmfs, "new": shared.New, "out": None,
+    "progress": None, "say": None,
+}  # fmt: skip
+EMPTY: tuple[Any, ...] = (None, (), [], "")
+_ENTRY = re.compile(r"^(\w+(?:, \w+)*) : .*$")
+
+
+class Call(NamedTuple):
+    """A function that takes part in a command, and its parameters by name."""
+
+    function: Callable[..., Any]
+    parameters: dict[str, Parameter]
+
+    def takes(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Those values that are parameters of the function; what is not given is left to its default."""
+        return {name: value for name, value in values.items() if name in self.parameters and value not in EMPTY}
+
+
+def command_of(declared: Declared) -> Callable[..., None]:
+    """The function of a command, from which typer reads its arguments and options.
+
+    Parameters
+    ----------
+    declared : Declared
+        The question.
+
+    Returns
+    -------
+    callable
+        Takes the command's values by name, runs the question, prints its sheet and writes its files.
+    """
+    question = Question(declared)
+
+    def command(**values: Any) -> None:
+        question.run(values)
+
+    fields = question.fields()
+    parameters = [
+        Parameter(field, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+        for field, (annotation, default) in fields.items()
+    ]
+    command.__signature__ = Signature(parameters)  # type: ignore[attr-defined] # typer reads it
+    command.__annotations__ = {field: annotation for field, (annotation, _) in fields.items()}
+    command.__doc__ = question.summary
+    return command
+
+
+class Question:
+    """A question as a command."""
+
+    def __init__(self, declared: Declared):
+        self.name, self.module, self.function = declared.name, declared.module(), declared.function()
+        module: Any = self.module
+        own = getattr(module, "answer", None)
+        calls = [_call(function) for function in (self.function, own) if function is not None]
+        if own is not None and not _passes_options(own):
+            calls = calls[1:]
+        parameters = {field: parameter for call in calls for field, parameter in call.parameters.items()}
+        self.answer = Call(own or self.function, parameters)
+        self.sheet = _call(module.sheet)
+        first = next(iter(parameters))
+        kind = f"optional {first}" if parameters[first].default is None else first
+        self.subject = SUBJECTS.get(getattr(module, "SUBJECT", kind))
+        self.first = first if self.subject is not None else ""
+        del self.sheet.parameters[next(iter(self.sheet.parameters))]
+        self.figures: dict[str, Any] = getattr(module, "FIGURES", {})
+        self.options: dict[str, Option | None] = getattr(module, "OPTIONS", {})
+        self.files: dict[str, Any] = getattr(module, "FILES", {})
+        self.texts = {**parameters_of(module.sheet), **parameters_of(self.function), **parameters_of(own)}
+
+    @property
+    def summary(self) -> str:
+        """The first line of the function's docstring, and further lines of the module's ``HELP``."""
+        first = (inspect.getdoc(self.function) or "").partition("\n")[0]
+        return "\n\n".join(filter(None, (first, getattr(self.module, "HELP", ""))))
+
+    # ------------------------------------------------------------------------------------------------- options
+
+    def fields(self) -> Fields:
+        """Annotation, as typer takes it, and default of each argument and option by the name of its parameter."""
+        fields = {} if self.subject is None else dict(self.subject.fields)
+        for name, parameter in (self.answer.parameters | self.sheet.parameters).items():
+            if name != self.first and self.options.get(name, Option()) is not None:
+                fields |= self._of_parameter(name, parameter.default, str(parameter.annotation))
+        for name, option in self.options.items():
+            if option is not None and name not in fields:
+                fields |= self._of_parameter(name, None, "")
+        if "hazard" in fields:
+            fields["site"] = (shared.Site, None)
+        suffixes = self._suffixes()
+        fields["out"] = (Annotated[Path | None, out_option("Write the answer", *suffixes)], None)
+        if ".nc" in suffixes:
+            fields["new"] = (shared.New, False)
+        for name, file in self.files.items():
+            if name != "out":
+                fields[name] = (Annotated[Path | None, file_option(file.description, file.suffixes)], None)
+        for name in self.figures:
+            if name.startswith("-"):
+                continue
+            words = "Write a figure" if not name else f"Write a figure of {name}"
+            flag = "--figure" if not name else f"--{name}-figure"
+            fields[_figure_field(name)] = (Annotated[Path | None, file_option(words, FIGURES, flag)], None)
+        if hasattr(self.module, "failed"):
+            fields["strict"] = (shared.Strict, False)
+        return fields
+
+    def _of_parameter(self, name: str, default: Any, annotation: str) -> Fields:
+        """The field of a parameter; none of one that the command gives itself."""
+        default = None if default in (Parameter.empty, (), None, "") else default
+        if name in SHARED:
+            return {} if SHARED[name] is None else {name: (SHARED[name], default)}
+        option = self.options.get(name) or Option()
+        kind = option.kind or _kind(annotation)
+        if kind == list[str]:
+            default = None
+        elif isinstance(default, list | tuple):
+            default = tuple(map(str, default)) if kind == tuple[str, str] else tuple(default)
+        elif default is False and kind is not bool:
+            default = None
+        # A number stays the function's own default: its text would lack the unit.
+        shown: Any = bool(default)
+        if kind is str and isinstance(default, int | float):
+            default, shown = None, f"{default:g}"
+        settings: dict[str, Any] = {"help": option.help or _help(self.texts.get(name, ""))}
+        if option.metavar or kind == list[str]:
+            settings["metavar"] = option.metavar or "TEXT"
+        if option.is_argument:
+            return {name: (Annotated[kind | None, typer.Argument(show_default=False, **settings)], default)}
+        flag = self._flag(name)
+        flags = (f"{flag}/--no-{flag.removeprefix('--')}",) if kind is bool else (flag,)
+        kind = kind if kind is bool else kind | None
+        default = bool(default) if kind is bool else default
+        return {name: (Annotated[kind, typer.Option(*flags, show_default=shown, **settings)], default)}
+
+    def _suffixes(self) -> tuple[str, ...]:
+        """Kinds of files that the answer can be written to."""
+        own = self.files["out"].suffixes if "out" in self.files else ()
+        kinds = [*own] if ".nc" in own or not self._is_dataset() else [".nc", *own]
+        return tuple(dict.fromkeys([*kinds, ".csv", ".html"]))
+
+    def _is_dataset(self) -> bool:
+        return "out" in self.answer.parameters or "Dataset" in str(inspect.signature(self.function).return_annotation)
+
+    # ----------------------------------------------------------------------------------------------------- run
+
+    def run(self, values: dict[str, Any]) -> None:
+        """Answer the question, write the files that are asked for, and print the sheet."""
+        given = {name: value for name, value in values.items() if value not in EMPTY}
+        out: Path | None = given.get("out")
+        dataset = out if out is not None and out.suffix == ".nc" else None
+        if dataset is not None and "out" not in self.answer.parameters:
+            from pounding_risk.ensemble.replacing import check_replaceable
+
+            check_replaceable(dataset, self.name, None, values["new"])
+        with _NamedByOption(self.name, {name: self._flag(name) for name in values}):
+            check = getattr(self.module, "check", lambda _: None)
+            check(given)
+            subject = {} if self.subject is None else {self.first: self.subject.open(values)}
+            check(given | subject)
+            _join_site(values)
+            answer = self._answered(self.answer.takes(values | {"out": dataset}) | subject)
+            blocks = self.sheet.function(answer, **self.sheet.takes(values))
+            written = [*self._files(answer, blocks, given), *self._drawn(answer, values)]
+        from pounding_risk.render.terminal import print_sheet
+
+        print_sheet(blocks)  # after the files: a reader of the first lines alone, such as `head`, ends the printing
+        announce(*written)
+        if values.get("strict") and self.module.failed(answer):
+            raise typer.Exit(RUN_FAILED)
+        if code := getattr(self.module, "status", lambda _: 0)(answer):
+            raise typer.Exit(code)
+
+    def _answered(self, arguments: dict[str, Any]) -> Any:
+        """The answer, with progress on standard error where the function reports any."""
+        takes, function = self.answer.parameters, self.answer.function
+        if "say" in takes:
+            arguments["say"] = typer.echo
+        if "progress" not in takes:
+            return function(**arguments)
+        with ProgressDisplay(self.name, getattr(self.module, "UNIT", "cases")) as progress:
+            return function(**arguments, progress=progress)
+
+    def _files(self, answer: Any, blocks: Any, given: Mapping[str, Any]) -> Iterator[Path]:
+        """Write the answer to the files that are given; gives each that is written."""
+        for name in dict.fromkeys(("out", *self.files)):
+            target, file = given.get(name), self.files.get(name)
+            if target is None:
+                continue
+            with writing(target):
+                if file is not None and target.suffix.lower() in file.suffixes:
+                    (_named(file.write) if isinstance(file.write, str) else file.write)(answer, target)
+                else:
+                    self._write_usual(answer, blocks, target)
+            yield target
+
+    def _write_usual(self, answer: Any, blocks: Any, target: Path) -> None:
+        """Write the dataset, unless the function has done so, the tables or the page of an answer, by the suffix."""
+        if target.suffix == ".csv":
+            from pounding_risk._common.files import write_whole
+            from pounding_risk.render.csv_text import csv_text
+
+            content = csv_text(blocks).encode()
+            write_whole(target, lambda file: file.write(content))
+        elif target.suffix == ".html":
+            from pounding_risk.reports.sheet_page import write_sheet_page
+
+            write_sheet_page(target, self.summary, blocks)
+        elif "out" not in self.answer.parameters:
+            from pounding_risk.results.files import save
+
+            save(answer, target)
+
+    def _drawn(self, answer: Any, values: Mapping[str, Any]) -> Iterator[Path]:
+        """Draw the figures that are asked for; gives the file of each."""
+        for name, figure in self.figures.items():
+            target = values.get(_figure_field(name))
+            if name.startswith("-") and (first := values["figure"]) is not None:
+                target = first.with_stem(f"{first.stem}{name}")
+            drawing = figure(answer) if callable(figure) else figure
+            if target is None or not drawing:
+                continue
+            shown = self.module.drawn(answer) if hasattr(self.module, "drawn") else answer
+            draw(target, drawing, shown, **_call(_named(f"figures.{drawing}")).takes(values), quiet=True)
+            yield target
+
+    def _flag(self, name: str) -> str:
+        option = self.options.get(name)
+        return (option and option.flag) or f"--{name.replace('_', '-')}"
+
+
+class _NamedByOption:
+    """Errors that begin with the name of a parameter begin with that of the option."""
+
+    def __init__(self, name: str, flags: Mapping[str, str]):
+        self.name, self.flags = name, flags
+
+    def __enter__(self) -> None: ...
+
+    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
+        if isinstance(error, PoundingError):
+            for text in (str(error), str(error).removeprefix(f"{self.name}: ")):  # as in "simulate: gap: ..."
+                parameter, colon, rest = text.partition(":")
+                if colon and parameter in self.flags:
+                    raise PoundingError(f"{self.flags[parameter]}:{rest}") from None
+
+
+def parameters_of(function: Any) -> dict[str, str]:
+    """Description of each parameter in the docstring of a function, one paragraph each (numpydoc)."""
+    lines = (inspect.getdoc(function) or "").split("\n") if function is not None else []
+    if "Parameters" not in lines:
+        return {}
+    found: dict[str, list[str]] = {}
+    names: list[str] = []
+    for line in lines[lines.index("Parameters") + 2 :]:
+        if entry := _ENTRY.match(line):
+            names = entry[1].split(", ")
+            found |= {name: [] for name in names}
+        elif line and not line.startswith(" "):
+            break
+        else:
+            for name in names:
+                found[name].append(line.strip())
+    return {name: " ".join(filter(None, words)) for name, words in found.items()}
+
+
+def _help(text: str) -> str:
+    """A description as a terminal shows it: without the marks of code."""
+    return text.replace("``", "").replace("`", "")
+
+
+def _kind(annotation: str) -> Any:
+    """Type of an option from the annotation of its parameter."""
+    words = set(re.findall(r"[\w.]+", annotation))
+    if words & {"Sequence", "Iterable", "tuple", "list"}:
+        return list[str]
+    if words & {"Path", "Any"}:
+        return Path
+    if "str" in words:
+        return str
+    return next((kind for kind in (bool, int, float) if kind.__name__ in words), str)
+
+
+def _call(function: Callable[..., Any]) -> Call:
+    parameters = inspect.signature(function).parameters
+    return Call(function, {name: each for name, each in parameters.items() if each.kind != Parameter.VAR_KEYWORD})
+
+
+def _named(name: str) -> Callable[..., Any]:
+    """The function of a name below `pounding_risk`, "module.function"."""
+    module, _, function = name.rpartition(".")
+    return getattr(import_module(f"pounding_risk.{module}"), function)
+
+
+def _passes_options(function: Callable[..., Any]) -> bool:
+    return any(each.kind == Parameter.VAR_KEYWORD for each in inspect.signature(function).parameters.values())
+
+
+def _figure_field(name: str) -> str:
+    return f"{name.replace('-', '_')}_figure" if name else "figure"
+
+
+def _join_site(values: dict[str, Any]) -> None:
+    """Put the site of ``--site`` behind the file that it is a site of."""
+    site = values.pop("site", None)
+    which = "hazard" if values.get("gmfs") is None else "gmfs"
+    if site is not None or values.get(which) is not None:
+        values[which] = shared.at_site(values.get(which), site)

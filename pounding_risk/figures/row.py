@@ -1,0 +1,577 @@
+"""Figures of a row: in elevation, in plan, and by storey with and without contact, over the motions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pounding_risk._common.counted import counted
+from pounding_risk.assessment.row import (
+    BuildingShape,
+    RowCase,
+    any_of_building,
+    force_text,
+    share_of_building,
+)
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures.style import (
+    QUIET,
+    STYLES,
+    blank,
+    force_words,
+    law_words,
+    legend_below,
+    plain,
+    share_bar,
+    title,
+)
+from pounding_risk.motions.levels import PEAK
+from pounding_risk.results.amplitudes import amplitudes_of
+from pounding_risk.units import MISSING, STANDARD_GRAVITY, say_in
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+# In elevation.
+WIDTH = 9.0  # m, of every building as drawn
+WIDEST_GAP = 1.5  # m, as drawn
+ROUND = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)  # by which gaps are drawn larger than they are
+ON_A_LINE = 8  # buildings; a longer row is drawn in several lines
+CROWDED = 8  # contact points of an interface; of more, only some have their numbers written
+MARKERS = {"floor": "o", "column": "D"}
+RAISED = STYLES[1][0]
+# In plan.
+Rings = tuple[Array, ...]  # of one building, corners (n, 2) [m]
+Key = tuple[int, str]  # the row's number and the building's name
+NO_ROW = -1
+UPRIGHT = 12  # buildings; of more, names are written upright
+LABELLED = 150  # buildings; of more, as in a city, each is coloured and none has hatches, a name or a number
+DEPTH, ALLEY = 12.0, 6.0  # m, of a building and between rows, where no footprints are given
+PANELS = (("impact_count", "touches a neighbour"), ("yield_exceedance", "a contact of it reaches $F_E$"))
+# Shares up to these are hatched so, that the map is read in grey as well.
+HATCHES = ((0.0, ""), (0.16, "."), (0.5, "//"), (0.84, "xx"), (1.0, "xxxx"))
+ALONE = "#e6e6e6"
+DARK = 0.55  # from which share on the letters are white
+# By storey.
+MOST_BUILDINGS = 6  # of one figure
+BAND = (16.0, 84.0)
+WITHOUT, WITH = STYLES[0], STYLES[1]
+
+
+class Quantity(NamedTuple):
+    """Words of a quantity's axis, factor from SI to the unit there, and whether it is of storeys or of floors."""
+
+    words: str
+    factor: float
+    of_storey: bool
+
+
+QUANTITIES = {
+    "storey_drift": Quantity("drift [% of the storey's height]", 100.0, True),
+    "storey_shear": Quantity("storey shear [MN]", 1e-6, True),
+    "storey_acceleration": Quantity("floor acceleration [g]", 1.0 / STANDARD_GRAVITY, False),
+    "storey_ductility": Quantity("storey ductility [1]", 1.0, True),  # of storeys that may yield
+}
+
+
+class Profile(NamedTuple):
+    """One quantity of one building by storey: (16 %, 50 %, 84 %) rows in the axis's unit."""
+
+    free: Array
+    struck: Array
+    motions: int  # those in which the building touches a neighbour; 0: none does, and all are shown
+
+
+class _Line(NamedTuple):
+    """One line of the figure: buildings ``first`` to ``last``, and their left walls [m]."""
+
+    first: int
+    last: int
+    walls: tuple[float, ...]
+    gap_scale: float
+
+
+def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> Figure:
+    """A row in elevation, with the share of the motions that bring contact at each contact point.
+
+    Heights are to scale, widths are nominal and gaps drawn larger by the factor that is stated. At each contact point
+    the colour is the share of the motions with contact, and beside it stand this share and the median of the peak
+    force where there is contact; below, where the force reaches F_E, the share that does.
+
+    Parameters
+    ----------
+    case : RowCase
+        One cell of a row's grid, from `row_case`.
+    note : str
+        Added to the caption.
+    titled : bool
+        Whether title and conditions are written; a report has them beside the figure.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A long row stands in several lines.
+    """
+    lines = _lines(case)
+    tallest = max(building.height for building in case.buildings)
+    across = max(line.last - line.first + 1 for line in lines)
+    size = (max(8.6, 1.5 + 1.75 * across), 1.6 + len(lines) * (1.5 + min(max(0.16 * tallest, 2.0), 5.5)))
+    figure, axes = blank(len(lines), 1, size)
+    picture: Any = None
+    for axis, line in zip(axes[:, 0], lines, strict=True):
+        picture = _draw_line(axis, case, line, tallest)
+        axis.set_xlim(-1.0, max(line.walls[-1] for line in lines) + WIDTH + 1.0)
+    share_bar(figure, picture, axes, "share of the motions with contact", 30.0 * len(lines))
+    if titled:
+        _headed(figure, "Share of the motions with contact at each contact point", [case], note)
+    _elevation_legend(figure, case)
+    return figure
+
+
+def _headed(figure: Figure, headline: str, cases: Sequence[RowCase], note: str) -> None:
+    """Title and caption of a figure of one row or several, with the cell of the grid."""
+    every = cases[0]._replace(gaps=tuple(gap for case in cases for gap in case.gaps))
+    subject = f"{len(cases)} rows" if len(cases) > 1 else every.results.attrs["title"]
+    title(figure, headline, plain(f"{subject}: {where_words(every)}").replace("F_E", "$F_E$"), plain(note))
+
+
+def where_words(case: RowCase) -> str:
+    """Gap, yield force, contact model, motions and amplitude of the cell, in words."""
+    results = case.results
+    gaps = sorted(set(np.round(case.gaps, 9)))
+    ends = " to ".join(f"{1e3 * gap:.4g}" for gap in dict.fromkeys((gaps[0], gaps[-1])))
+    force = float(results["yield_force"])
+    columns = ""  # F_E of columns, where columns are met and have another than the floors
+    if "contact_point_yield_force" in results.variables:
+        forces = results["contact_point_yield_force"].values[results["contact_point_kind"].values == "column"]
+        others = sorted({round(one / 1e3) for one in forces[np.isfinite(forces) & (forces != force)]})
+        several = f" to {others[-1]}" if len(others) > 1 else ""
+        columns = f" (of columns {others[0]}{several} kN)" if others else ""
+    words = [
+        f"gap{'s' * (len(gaps) > 1)} {ends} mm",
+        f"{force_words(force).replace('$F_E$', 'F_E')}{columns}",
+        law_words(str(results["contact_model"].values)),
+        f"{case.motions} motion{'s' if case.motions > 1 else ''}",
+    ]
+    amplitudes = amplitudes_of(results)
+    if amplitudes.values[0] is not None and np.isfinite(amplitudes.values[0]):
+        measured = "" if amplitudes.measure == PEAK else f"{amplitudes.measure.words} "
+        words.append(measured + amplitudes.words(amplitudes.values[0]))
+    return ", ".join(words)
+
+
+def between(interface: str) -> str:
+    """Both buildings of an interface, joined by "and"."""
+    return interface.replace(" | ", " and ")
+
+
+def _lines(case: RowCase) -> list[_Line]:
+    """Cut the row into lines; a building at a cut stands at the end of one and at the start of the next."""
+    count = len(case.buildings)
+    n_lines = max(1, -(-(count - 1) // (ON_A_LINE - 1)))
+    cuts = np.round(np.linspace(0, count - 1, n_lines + 1)).astype(int)
+    scale = gap_scale(case.gaps)
+    lines = []
+    for first, last in pairwise(cuts):
+        steps = [WIDTH + scale * case.gaps[at] for at in range(first, last)]
+        walls = np.concatenate([[0.0], np.cumsum(steps)])
+        lines.append(_Line(int(first), int(last), tuple(walls.tolist()), scale))
+    return lines
+
+
+def gap_scale(gaps: Sequence[float]) -> float:
+    """The largest round factor that keeps the widest gap within `WIDEST_GAP`."""
+    widest = max(gaps, default=0.0)
+    return float(max((factor for factor in ROUND if factor * widest <= WIDEST_GAP), default=1))
+
+
+def _draw_line(axis: Any, case: RowCase, line: _Line, tallest: float) -> Any:
+    for wall, at in zip(line.walls, range(line.first, line.last + 1), strict=True):
+        outline(axis, case.buildings[at], wall)
+    inside = [point for point in case.points if line.first <= point.interface < line.last]
+    of_gaps = {at: _draw_interface(axis, case, line, at) for at in range(line.first, line.last)}
+    middles = [of_gaps[point.interface] for point in inside]
+    shares = np.array([point.touch.contact for point in inside])
+    picture: Any = None
+    for kind, marker in MARKERS.items():
+        same_kind = [number for number, point in enumerate(inside) if point.kind == kind]
+        edges = [RAISED if inside[number].touch.yielding > 0.0 else "black" for number in same_kind]
+        picture = axis.scatter(
+            [middles[number] for number in same_kind], [inside[number].level for number in same_kind], 52.0,
+            c=shares[same_kind], marker=marker, cmap="cividis_r", vmin=0.0, vmax=1.0, zorder=5, edgecolors=edges,
+            linewidths=[2.2 if edge == RAISED else 0.9 for edge in edges], plotnonfinite=True,
+        )  # fmt: skip
+    axis.axhline(0.0, color="black", linewidth=1.4)
+    axis.set(ylim=(-0.01 * tallest, 1.16 * tallest), ylabel="height [m]")
+    axis.set_yticks([tick for tick in axis.get_yticks() if 0.0 <= tick <= tallest])
+    axis.spines["left"].set_bounds(0.0, tallest)
+    axis.set_xticks([])
+    axis.grid(False)
+    for side in ("top", "right", "bottom"):
+        axis.spines[side].set_visible(False)
+    return picture
+
+
+def outline(axis: Any, building: BuildingShape, wall: float) -> None:
+    """Draw walls, floors and the name of a building; a rigid one is hatched."""
+    from matplotlib.patches import Rectangle
+
+    look: dict[str, Any] = {"facecolor": "#f1f1f1", "edgecolor": "#333333", "linewidth": 1.1}
+    look |= {"hatch": "///"} if building.is_rigid else {}
+    axis.add_patch(Rectangle((wall, 0.0), WIDTH, building.height, **look))
+    for level in building.levels[:-1]:
+        axis.plot([wall, wall + WIDTH], [level, level], color="#9a9a9a", linewidth=0.9)
+    label = f"{building.name}\n{'rigid, ' if building.is_rigid else ''}{building.position}"
+    below: dict[str, Any] = {"xytext": (0, -4), "textcoords": "offset points", "ha": "center", "va": "top"}
+    axis.annotate(plain(label), (wall + WIDTH / 2, 0.0), fontsize=8, **below)
+
+
+def _draw_interface(axis: Any, case: RowCase, line: _Line, at: int) -> float:
+    """Write numbers beside the contact points, and the gap with the interface's share above; returns its middle [m]."""
+    half = 0.5 * line.gap_scale * case.gaps[at]
+    middle = line.walls[at - line.first] + WIDTH + half
+    points = [point for point in case.points if point.interface == at]
+    # Of many points those with most contact have their numbers written, where there is room for them.
+    room = max((point.level for point in points), default=0.0) / CROWDED
+    written: list[float] = []
+    for point in sorted(points, key=lambda candidate: (-np.nan_to_num(candidate.touch.contact), -candidate.level)):
+        if any(abs(point.level - level) < room for level in written):
+            continue
+        written.append(point.level)
+        touch, is_yielding = point.touch, point.touch.yielding > 0.0
+        yields = f", {_share(touch.yielding)} $F_E$" if is_yielding else ""
+        right = f"{force_text(touch.force)}{yields}" if touch.contact > 0.0 else ""
+        for words, sign, side in ((_share(touch.contact), -1.0, "right"), (right, 1.0, "left")):
+            axis.annotate(
+                words, (middle + sign * half, point.level), xytext=(7 * sign, 0), textcoords="offset points", ha=side,
+                va="center", fontsize=6.8, zorder=6, color=RAISED if sign > 0 and is_yielding else "black",
+                bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6},
+            )  # fmt: skip
+    top = max(case.buildings[at].height, case.buildings[at + 1].height)
+    axis.annotate(
+        f"{say_in(case.gaps[at], 'mm', 3)}\n{_share(case.touches[at].contact)}", (middle, top), xytext=(0, 5),
+        textcoords="offset points", ha="center", va="bottom", fontsize=8, fontweight="bold", color=QUIET,
+    )  # fmt: skip
+    return middle
+
+
+def _share(share: float) -> str:
+    return MISSING if np.isnan(share) else f"{100 * share:.0f} %"
+
+
+def _elevation_legend(figure: Figure, case: RowCase) -> None:
+    from matplotlib.lines import Line2D
+
+    look: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "#dddddd", "markersize": 7}
+    handles = [
+        Line2D([], [], marker="o", markeredgecolor="black", label="floor to floor", **look),
+        Line2D([], [], marker="D", markeredgecolor="black", label="floor to column", **look),
+        Line2D([], [], marker="o", markeredgecolor=RAISED, markeredgewidth=2.2, label="reaches $F_E$ in some", **look),
+    ]
+    caption = "left of a point: share with contact; right: median peak force, share that reaches $F_E$; "
+    caption += f"gaps drawn × {gap_scale(case.gaps):g}"
+    legend_below(figure, handles, 3, caption)
+
+
+def plan_figure(
+    rows: RowCase | Sequence[RowCase],
+    footprints: Mapping[str, ArrayLike | Sequence[ArrayLike]] | None = None,
+    note: str = "",
+    *,
+    titled: bool = True,
+) -> Figure:
+    """Street plan of rows: shares of the motions in which each building touches a neighbour, and in which one yields.
+
+    Parameters
+    ----------
+    rows : RowCase or sequence of RowCase
+        Cells of the grids of one row or several, from `row_case`.
+    footprints : mapping of str to array, optional
+        Corners (n, 2) [m] by the building's name, or several such rings; those of buildings in no row are drawn in
+        grey. Without footprints rows are drawn one below the other, with nominal widths and depths.
+    note : str
+        Added to the caption.
+    titled : bool
+        Whether title and conditions are written.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two panels, one of contact and one of reaching F_E.
+
+    Raises
+    ------
+    PoundingError
+        Where a building of a row has no footprint, or one that is no polygon.
+    """
+    from matplotlib.patches import Patch
+
+    cases = [rows] if isinstance(rows, RowCase) else list(rows)
+    corners = _plain_rings(cases) if footprints is None else _checked_rings(footprints, cases)
+    every = np.concatenate([ring for rings in corners.values() for ring in rings])
+    span = np.ptp(every, axis=0)
+    flat = bool(span[0] > 2.6 * span[1])
+    figure, axes = blank(*((2, 1) if flat else (1, 2)), _size(span, flat))
+    picture: Any = None
+    for axis, (name, words) in zip(axes.flat, PANELS, strict=True):
+        picture = _draw_plan(axis, cases, corners, name)
+        axis.set_title(words, fontsize=10, loc="left")
+    share_bar(figure, picture, axes, "share of the motions")
+    if titled:
+        _headed(figure, "Share of the motions in which each building is struck", cases, note)
+    count = sum(len(case.buildings) for case in cases)
+    handles = []
+    if count <= LABELLED:
+        look: dict[str, Any] = {"facecolor": "white", "edgecolor": QUIET}
+        names = ["0 %" if most == 0.0 else f"to {100 * most:.0f} %" for most, _ in HATCHES]
+        handles = [Patch(hatch=2 * marks, label=name, **look) for (_, marks), name in zip(HATCHES, names, strict=True)]
+    if len(corners) > count:
+        handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="in no row"))
+    if handles:
+        legend_below(figure, handles, len(handles))
+    return figure
+
+
+def _plain_rings(cases: Sequence[RowCase]) -> dict[Key, Rings]:
+    """Nominal footprints: buildings of a row left to right, rows one above the other from the top down."""
+    footprints: dict[Key, Rings] = {}
+    for number, case in enumerate(cases):
+        low = -number * (DEPTH + ALLEY)
+        for at, building in enumerate(case.buildings):
+            left = at * WIDTH
+            ends = ((left, low), (left + WIDTH, low), (left + WIDTH, low + DEPTH), (left, low + DEPTH))
+            footprints[number, building.name] = (np.array(ends),)
+    return footprints
+
+
+def _checked_rings(footprints: Mapping[str, Any], cases: Sequence[RowCase]) -> dict[Key, Rings]:
+    """Rings of every building by its row, the largest first; buildings in no row by `NO_ROW`."""
+    rings = {str(name): _rings(str(name), corners) for name, corners in footprints.items()}
+    inside = [(number, building.name) for number, case in enumerate(cases) for building in case.buildings]
+    missing = [name for _, name in inside if name not in rings]
+    if missing:
+        raise PoundingError(f"no footprint of {', '.join(missing)}; give one, or none at all for a plain row")
+    alone = set(rings) - {name for _, name in inside}
+    return {(number, name): rings[name] for number, name in inside} | {(NO_ROW, name): rings[name] for name in alone}
+
+
+def _rings(name: str, corners: Any) -> Rings:
+    several = isinstance(corners, list | tuple) and np.ndim(corners[0]) == 2
+    rings = [np.asarray(ring_corners, dtype=float) for ring_corners in (corners if several else [corners])]
+    for ring in rings:
+        if ring.ndim != 2 or ring.shape[1:] != (2,) or len(ring) < 3 or not np.isfinite(ring).all():
+            raise PoundingError(f"footprint of {name}: is no polygon; give three corners or more, each x and y in m")
+    return tuple(sorted(rings, key=lambda ring: -float(np.prod(np.ptp(ring, axis=0)))))
+
+
+def _size(span: Array, flat: bool) -> tuple[float, float]:
+    """Size of the figure: panels of the street's own shape, within a page."""
+    ratio = float(np.clip(span[1] / max(span[0], 1e-9), 0.08, 4.0))
+    if flat:
+        width = float(np.clip(0.09 * span[0], 8.0, 20.0))
+        return width, 2.2 + 2.0 * (0.85 * width * ratio + 0.4)
+    return 13.0, 2.2 + min(5.6 * ratio, 9.0)
+
+
+def _draw_plan(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings], name: str) -> Any:
+    from matplotlib.collections import PolyCollection
+
+    shares = {
+        (number, building.name): share_of_building(case, name, at)
+        for number, case in enumerate(cases)
+        for at, building in enumerate(case.buildings)
+    }
+    for who, rings in corners.items():
+        for ring in rings if who not in shares else ():
+            axis.fill(*ring.T, facecolor=ALONE, edgecolor="#888888", linewidth=0.8)
+    labelled = len(shares) <= LABELLED
+    rings_of_rows = [ring for who in shares for ring in corners[who]]
+    look: dict[str, Any] = {"edgecolors": "black", "linewidths": 0.9 if labelled else 0.2, "cmap": "cividis_r"}
+    drawn = PolyCollection(rings_of_rows, **look)
+    drawn.set_array(np.ma.masked_invalid([share for who, share in shares.items() for _ in corners[who]]))
+    drawn.set_clim(0.0, 1.0)
+    axis.add_collection(drawn)
+    for who, share in shares.items() if labelled else ():
+        _label(axis, corners[who], who[1], share, len(shares) > UPRIGHT)
+    axis.set(aspect="equal", xticks=[], yticks=[])
+    axis.autoscale_view()
+    axis.grid(False)
+    for side in axis.spines.values():
+        side.set_visible(False)
+    return drawn
+
+
+def _label(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> None:
+    """Hatch a building by its class of shares and write its name and number, upright where the footprint is narrow."""
+    is_dark = share > DARK
+    for ring in rings if np.isfinite(share) else ():
+        hatch = next(hatch for most, hatch in HATCHES if share <= most)
+        ink = "#ffffff66" if is_dark else "#00000044"
+        axis.fill(*ring.T, facecolor="none", hatch=hatch, edgecolor=ink, linewidth=0)
+    wide, deep = np.ptp(rings[0], axis=0)
+    words = f"{name}\n{'–' if np.isnan(share) else f'{100 * share:.0f} %'}"
+    box = {"facecolor": "#1a2c4e" if is_dark else "#ffffff", "edgecolor": "none", "pad": 1.0, "alpha": 0.75}
+    look: dict[str, Any] = {"color": "white" if is_dark else "black", "bbox": box, "ha": "center", "va": "center"}
+    turned = 90 if deep > (1.0 if crowded else 1.8) * wide else 0
+    axis.annotate(plain(words), rings[0].mean(axis=0), fontsize=7.5, rotation=turned, **look)
+
+
+def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = "", *, titled: bool = True) -> Figure:
+    """Storey profiles with and without contact: median and middle 68 % of the motions in which a building touches.
+
+    Levels of contact are marked on the side where the neighbour stands.
+
+    Parameters
+    ----------
+    case : RowCase
+        One cell of a row's grid, from `row_case`.
+    buildings : sequence of str
+        Names of buildings; without any, those whose drift contact raises most, `MOST_BUILDINGS` at most.
+    note : str
+        Added to the caption.
+    titled : bool
+        Whether title and conditions are written.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A column for each building, a row for each quantity.
+
+    Raises
+    ------
+    PoundingError
+        For a name that the row has not, and for a row without storeys.
+    """
+    rows = [name for name in QUANTITIES if name in case.results]
+    chosen = _chosen_buildings(case, buildings) if rows else []
+    if not chosen:
+        raise PoundingError("no building has storeys; profiles need floor_masses, or a height and storeys")
+    figure, axes = blank(len(rows), len(chosen), (1.6 + 2.3 * max(len(chosen), 3), 1.8 + 2.9 * len(rows)), sharey="row")
+    for row, name in enumerate(rows):
+        for column, at in enumerate(chosen):
+            _draw_profile(axes[row, column], case, at, name)
+            axes[row, column].set_xlabel(QUANTITIES[name].words, fontsize=9)
+        axes[row, 0].set(ylabel="height [m]", ylim=(0.0, 1.04 * max(case.buildings[at].height for at in chosen)))
+    for column, at in enumerate(chosen):
+        shown = profile(case, at, rows[0])
+        motions = f"{shown.motions} of {counted(case.motions, 'motion')}" if shown.motions else "no contact"
+        building = case.buildings[at]
+        axes[0, column].set_title(plain(f"{building.name} ({building.position})\n{motions}"), fontsize=9.5)
+    if titled:
+        _headed(figure, "Storeys with and without contact", [case], note)
+    _profiles_legend(figure)
+    return figure
+
+
+def amplification(case: RowCase, building: int, name: str = "peak_drift") -> float:
+    """Median over the motions with contact of a building's largest response with contact over that without.
+
+    Parameters
+    ----------
+    case : RowCase
+        One cell of a row's grid.
+    building : int
+        Number of the building, from 0 at the left.
+    name : str
+        Variable of the dataset that has a twin without contact.
+
+    Returns
+    -------
+    float
+        The ratio; NaN where no motion brings contact.
+    """
+    touched = any_of_building(case, "impact_count", building) == 1.0
+    both = [
+        case.results[output].isel(building=building).transpose("record", "polarity").values.ravel()[touched]
+        for output in (name, f"{name}_free")
+    ]
+    ratio = np.divide(both[0], both[1], out=np.full(both[0].shape, np.nan), where=both[1] > 0.0)
+    finite_ratios = ratio[np.isfinite(ratio)]
+    return float(np.median(finite_ratios)) if finite_ratios.size else float("nan")
+
+
+def profile(case: RowCase, building: int, name: str) -> Profile:
+    """One of `QUANTITIES` of one building, with contact and without, over the motions in which it touches a neighbour.
+
+    Over all motions, where there are none: then both are the same.
+    """
+    touches = any_of_building(case, "impact_count", building)
+    motions = int((touches == 1.0).sum())
+    is_drawn = touches == 1.0 if motions else np.isfinite(touches)
+    levels = case.buildings[building].levels
+    heights = np.diff([0.0, *levels]) if name == "storey_drift" else 1.0
+    spreads = []
+    for suffix in ("_free", ""):
+        of_building = case.results[f"{name}{suffix}"].isel(building=building)
+        values = of_building.transpose("record", "polarity", "storey").values
+        values = values.reshape(-1, values.shape[-1])[is_drawn, : len(levels)] * QUANTITIES[name].factor / heights
+        # NaN where no run is complete.
+        missing = np.full((3, len(levels)), np.nan)
+        spreads.append(np.asarray(np.percentile(values, (BAND[0], 50.0, BAND[1]), axis=0)) if len(values) else missing)
+    return Profile(spreads[0], spreads[1], motions)
+
+
+def has_storeys(building: BuildingShape) -> bool:
+    """True for a building that has numbers of storeys; a rigid one has none."""
+    return not building.is_rigid and bool(building.levels)
+
+
+def _chosen_buildings(case: RowCase, names: Sequence[str]) -> list[int]:
+    """Numbers of the named buildings that have storeys; without names, of those whose drift contact raises most."""
+    every = [building.name for building in case.buildings]
+    for name in names:
+        if name not in every:
+            raise PoundingError(f"building {name!r} is not in the row, which has {', '.join(every)}")
+    some = [every.index(name) for name in names] if names else list(range(len(every)))
+    some = [at for at in some if has_storeys(case.buildings[at])]
+    if names:
+        return some
+    return sorted(sorted(some, key=lambda at: -np.nan_to_num(amplification(case, at)))[:MOST_BUILDINGS])
+
+
+def _draw_profile(axis: Any, case: RowCase, building: int, name: str) -> None:
+    """Draw one quantity against height, and on the side of the neighbour a mark at each level of contact."""
+    spread, quantity = profile(case, building, name), QUANTITIES[name]
+    levels = np.array(case.buildings[building].levels)
+    for values, (colour, dash) in ((spread.free, WITHOUT), (spread.struck, WITH)):
+        heights, (low, middle, high) = levels, values
+        if quantity.of_storey:  # one value all along a storey
+            heights = np.repeat([0.0, *levels], 2)[1:-1]
+            low, middle, high = np.repeat(values, 2, axis=1)
+        if heights.size == 1:  # one floor: no area between its ends
+            axis.plot([low[0], high[0]], [heights[0]] * 2, color=colour, alpha=0.3, linewidth=5.0)
+        axis.fill_betweenx(heights, low, high, color=colour, alpha=0.18, linewidth=0.0)
+        marker = "" if quantity.of_storey else "."
+        axis.plot(middle, heights, color=colour, linestyle=dash, linewidth=1.9, marker=marker, markersize=7)
+    axis.set_xlim(0.0, 1.05 * axis.dataLim.x1 if axis.dataLim.x1 > 0.0 else 1.0)  # values near one another too
+    for point in case.points:
+        if building in (point.interface, point.interface + 1):
+            place, marker = (1.0, "<") if building == point.interface else (0.0, ">")
+            face = "black" if point.touch.contact > 0.0 else "white"  # full where a motion touches there
+            axis.plot(
+                place, point.level, marker, transform=axis.get_yaxis_transform(), color="black", markerfacecolor=face,
+                markersize=6, clip_on=False, zorder=5,
+            )  # fmt: skip
+            axis.axhline(point.level, color=QUIET, linestyle=":", linewidth=0.7, zorder=0)
+
+
+def _profiles_legend(figure: Figure) -> None:
+    from matplotlib.lines import Line2D
+
+    lines: list[dict[str, Any]] = [
+        {"color": colour, "linestyle": dash, "linewidth": 1.9} for colour, dash in (WITHOUT, WITH)
+    ]
+    mark: dict[str, Any] = {"color": "black", "linestyle": "none", "marker": "<"}
+    handles = [
+        Line2D([], [], label="without contact", **lines[0]),
+        Line2D([], [], label="with contact (bands: 16 to 84 %)", **lines[1]),
+        Line2D([], [], label="level of contact", **mark),
+        Line2D([], [], label="never touched there", markerfacecolor="white", **mark),
+    ]
+    legend_below(figure, handles, 4)

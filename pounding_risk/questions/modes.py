@@ -1,0 +1,71 @@
+"""Sheet of `modes`: the modes of vibration of each building, until they carry nearly all of its mass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pounding_risk.render.sheet import Block, Cell, count, listing, number, paragraph, table
+
+if TYPE_CHECKING:
+    from pounding_risk.studies.modes import Modes
+
+ORDER = 110
+FUNCTION = "studies.modes"
+FIGURES = {"": "modes.modes_figure"}
+SHOWN_SHARE = 0.99  # of the mass; further modes are left out
+HEADS = (("building", "l"), ("mode", "r"), ("period [s]", "r"), ("participation", "r"), ("share of the mass [%]", "r"))
+
+
+class ModesOfScene(NamedTuple):
+    """The modes of all buildings, and notes on uncertain numbers of the scene."""
+
+    buildings: tuple[Modes, ...]
+    notes: tuple[str, ...]
+
+
+def answer(scene: Any) -> ModesOfScene:
+    """The modes of a scene with the notes on its uncertain numbers."""
+    from pounding_risk.scene.uncertain import stated
+    from pounding_risk.studies.modes import modes
+
+    return ModesOfScene(modes(scene), tuple(stated(scene.uncertain)))
+
+
+def drawn(answered: ModesOfScene) -> tuple[Modes, ...]:
+    """What the figure shows."""
+    return answered.buildings
+
+
+def sheet(answered: ModesOfScene) -> list[Block]:
+    """Periods, participation factors, effective masses and damping ratios of the slowest modes.
+
+    Parameters
+    ----------
+    answered : ModesOfScene
+        As `answer` gives it.
+    """
+    rows = [row for building in answered.buildings for row in _rows(building)]
+    explained = (
+        f"Modes until they carry {100 * SHOWN_SHARE:.0f} % of the mass; participation of shapes whose largest "
+        "displacement is 1; storeys elastic."
+    )
+    heads = (*HEADS, ("of all so far [%]", "r"), ("damping [%]", "r"))
+    return [table("Modes of each building on its own.", heads, rows), paragraph(explained), listing(answered.notes)]
+
+
+def _rows(building: Modes) -> Iterator[list[Cell | str]]:
+    if not building.periods.size:
+        yield [building.name, "rigid", *"–––––"]
+        return
+    carried = building.shares.cumsum()
+    for place in range(min(int((carried < SHOWN_SHARE).sum()) + 1, carried.size)):
+        yield [
+            building.name if place == 0 else "",
+            count(place + 1),
+            number(building.periods[place], "s"),
+            number(building.participations[place], digits=3),
+            number(building.shares[place], "%", 3),
+            number(carried[place], "%", 3),
+            number(building.dampings[place], "%", 3),
+        ]

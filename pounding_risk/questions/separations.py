@@ -1,0 +1,396 @@
+"""The rules of building codes: alone, applied to given displacements, or beside the gaps that motions need."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.questions._declaration import Option
+from pounding_risk.render.sheet import (
+    MISSING,
+    Block,
+    Cell,
+    count,
+    facts,
+    head,
+    heading,
+    middle,
+    number,
+    paragraph,
+    table,
+)
+from pounding_risk.units import PGA, Quantity, parse, si
+
+if TYPE_CHECKING:
+    from pounding_risk.assessment.separations.rules import Site
+    from pounding_risk.assessment.separations.table import CodeTable, Comparison, SeparationRow
+
+ORDER = 120
+FIGURES = {"": "separations.separations_figure"}
+OPTIONS = {
+    "displacement": Option(metavar="SIDE=LENGTH"),
+    "behaviour_factor": Option(metavar="[SIDE=]NUMBER"),
+    "factor": Option(kind=list[float]),
+}
+HEIGHT = Quantity("m", 0.0, inf, "height of a building", open_low=True, open_high=True, example="12 m")
+FACTOR = Quantity("1", 0.0, inf, "behaviour factor", open_low=True, open_high=True, example="3")
+BOTH_DISPLACEMENTS = "--displacement left=45mm --displacement right=30mm"
+Row = list[Cell | str]
+
+
+class Given(NamedTuple):
+    """Separations of two given displacements, under the facts of a site."""
+
+    rows: tuple[SeparationRow, ...]
+    displacements: tuple[float, float]  # m, elastic
+    site: Site
+
+
+class Beside(NamedTuple):
+    """Separations beside the gaps that the motions of a dataset need, by interface."""
+
+    tables: tuple[tuple[str, CodeTable], ...]
+
+
+def separations(
+    results: Any = None,
+    *,
+    displacement: Sequence[str] = (),
+    behaviour_factor: Sequence[str] = (),
+    percentile: float | str = 84.0,
+    height: Sequence[float | str] = (),
+    factor: Sequence[float] = (),
+    aligned: bool = False,
+    alike: bool = False,
+    zone: str | None = None,
+    intensity: int | None = None,
+    structure: str = "frame",
+    ground: float | str | None = None,
+    interface: str | None = None,
+) -> Given | Beside | None:
+    """Separations of building codes, beside those needed.
+
+    Parameters
+    ----------
+    results : xarray.Dataset, str or Path, optional
+        Dataset of a scan; the rules alone by default.
+    displacement : sequence of str
+        Elastic design displacement, left=45mm; twice, in place of a dataset.
+    behaviour_factor : sequence of str
+        Of these displacements: q, Cd / Ie, μ, 3 or left=3; once or twice. 1 by default.
+    percentile : float or str
+        Percentile of the gap needed, "84 %".
+    height : sequence of float or str
+        Height of a building [m, or text with a unit]; twice: left, then right.
+    factor : sequence of float
+        Code's displacement over the linear one of a dataset, such as Cd / R; twice: left, then right. 1 by default.
+    aligned : bool
+        Floors are at the same levels.
+    alike : bool
+        Same height and kind of structure too.
+    zone : str, optional
+        Of Mexico City: I, II or III.
+    intensity : int, optional
+        In China: 6 to 9.
+    structure : str
+        In China: frame, frame and walls, or walls.
+    ground : float or str, optional
+        Design acceleration a_g S [m/s2, or text with a unit], in Italy.
+    interface : str, optional
+        Of a row, "left | right"; every one by default.
+
+    Returns
+    -------
+    Given, Beside or None
+        None for the rules alone.
+
+    Raises
+    ------
+    PoundingError
+        For a number out of its range, and for what is given once or has no side.
+    """
+    from pounding_risk.assessment.demands import interfaces
+    from pounding_risk.assessment.options import percentile_of
+    from pounding_risk.assessment.separations import table as code
+    from pounding_risk.results.check import check_scan
+    from pounding_risk.results.files import open_results
+    from pounding_risk.results.selected_axes import with_axes
+
+    if results is None and not (displacement or behaviour_factor):
+        return None
+    site = _site(height, behaviour_factor, factor, ground)
+    site = site._replace(aligned=aligned, alike=alike, zone=zone, intensity=intensity, structure=structure)
+    if results is None:
+        given = _displacements(displacement)
+        return Given(code.separations(("left", "right"), given, site=site), given, site)
+    share = percentile_of(percentile)
+    dataset = with_axes(open_results(results) if isinstance(results, str | Path) else results, str(results))
+    check_scan(dataset, "the dataset", names=("building", "building_period", "building_damping"))
+    parts = {name: part for name, part in interfaces(dataset) if interface in (None, name)}
+    if not parts:
+        names = ", ".join(name for name, _ in interfaces(dataset))
+        raise PoundingError(f"interface: {interface!r} is not in the dataset, which has {names}")
+    return Beside(tuple((name, code.code_table(part, share, site)) for name, part in parts.items()))
+
+
+def check(given: Mapping[str, Any]) -> None:
+    """Raise PoundingError for options that do not go together, and for numbers out of their range."""
+    from pounding_risk.assessment.options import percentile_of
+
+    if "percentile" in given:
+        percentile_of(given["percentile"])
+    height, behaviour, factor = (given.get(name) or () for name in ("height", "behaviour_factor", "factor"))
+    _site(height, behaviour, factor, given.get("ground"))
+    if given.get("results") is None:
+        if "figure" in given:
+            raise PoundingError("figure: needs a dataset to draw; name one, such as results.nc")
+        if "factor" in given and ("displacement" in given or "behaviour_factor" in given):
+            raise PoundingError("factor: is of a dataset's displacements; of given ones write --behaviour-factor 3")
+        return
+    for name in ("displacement", "behaviour_factor"):
+        if name in given:
+            raise PoundingError(
+                f"{name}: is for given displacements, without a dataset; leave the dataset out, or scale its own with "
+                "--factor"
+            )
+
+
+def drawn(answer: Beside) -> CodeTable:
+    """The table of the only interface; raises PoundingError where there are several."""
+    if len(answer.tables) > 1:
+        raise PoundingError(
+            f'figure: shows one of {len(answer.tables)} interfaces; add --interface "{answer.tables[0][0]}"'
+        )
+    return answer.tables[0][1]
+
+
+def _site(
+    height: Sequence[float | str],
+    behaviour_factor: Sequence[str],
+    factor: Sequence[float],
+    ground: float | str | None,
+) -> Site:
+    """Heights, factors and design acceleration of a site; raises PoundingError for what is out of its range."""
+    from pounding_risk.assessment.separations.rules import Site
+
+    heights = _pair("height", [si(each, HEIGHT, "height") for each in height], '"12 m"', '"20 m"')
+    factors = _pair("factor", factor, "0.8", "1") or _behaviour(behaviour_factor)
+    return Site(heights=heights, factors=factors, ground=None if ground is None else si(ground, PGA, "ground"))
+
+
+def _pair(name: str, values: Sequence[float], left: str, right: str) -> tuple[float, float] | None:
+    """The values of an option that is given twice, None where it is not given."""
+    if values and len(values) != 2:
+        example = f"--{name} {left} --{name} {right}"
+        raise PoundingError(f"{name}: is given {len(values)} times; give it twice, such as {example}")
+    return (values[0], values[1]) if values else None
+
+
+def _by_side(name: str, texts: Sequence[str], quantity: Quantity, example: str) -> tuple[float, float]:
+    """Numbers of texts such as left=45mm, left and right."""
+    sides: dict[str, float] = {}
+    for text in texts:
+        side, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or side not in ("left", "right") or side in sides:
+            raise PoundingError(f'{name}: "{text}" is not one of left and right once each; write {example}')
+        try:
+            sides[side] = parse(value, quantity)
+        except PoundingError as error:
+            raise PoundingError(f"{name}: {side}: {error}") from None
+    missing = [side for side in ("left", "right") if side not in sides]
+    if missing:
+        raise PoundingError(f"{name}: has none for {' and '.join(missing)}; write {example}")
+    return sides["left"], sides["right"]
+
+
+def _displacements(texts: Sequence[str]) -> tuple[float, float]:
+    from pounding_risk.assessment.separations.table import DISPLACEMENT
+
+    return _by_side("displacement", texts, DISPLACEMENT._replace(low=0.0, open_high=True), BOTH_DISPLACEMENTS)
+
+
+def _behaviour(texts: Sequence[str]) -> tuple[float, float]:
+    """The factors of the two displacements; 1 where none is given, and one number for both."""
+    if not texts:
+        return 1.0, 1.0
+    if len(texts) == 1 and "=" not in texts[0]:
+        both = si(texts[0], FACTOR, "behaviour_factor")
+        return both, both
+    example = "--behaviour-factor 3, or --behaviour-factor left=3 --behaviour-factor right=2"
+    return _by_side("behaviour_factor", texts, FACTOR, example)
+
+
+# ------------------------------------------------------------------------------------------------------- sheets
+
+
+def sheet(answer: Given | Beside | None) -> list[Block]:
+    """The rules with their clauses; with displacements or a dataset the separation that each requires.
+
+    Parameters
+    ----------
+    answer : Given, Beside or None
+        As `separations` gives it.
+    """
+    if answer is None:
+        return _rules()
+    if isinstance(answer, Given):
+        return _of_given(answer)
+    blocks: list[Block] = []
+    for place, (name, one) in enumerate(answer.tables, start=1):
+        blocks += [heading(name, f"interface-{place}")] if len(answer.tables) > 1 else []
+        blocks += _beside(one)
+    return blocks
+
+
+def _rules() -> list[Block]:
+    """Every rule with its clause, its formula and how its text is known; then the texts, and later editions."""
+    from pounding_risk.assessment.separations.rules import FROM_MEMORY, QUOTED_ONLY, RATIONAL, RULES, SHARED, SUPERSEDED
+
+    rules = RULES.values()
+    heads = [("rule", "l"), ("clause", "l"), ("year", "r"), ("text", "l"), ("superseded", "l"), ("needs", "l")]
+    heads += [("what it is and how it is found", "l"), ("ground motion", "l")]
+    rows: list[Row] = [
+        [
+            rule.name,
+            rule.clause,
+            MISSING if rule.year is None else count(rule.year),
+            rule.verification,
+            "yes" if rule.superseded else MISSING,
+            " and ".join(rule.needs) or MISSING,
+            f"{rule.title}: {rule.formula}",
+            rule.level or MISSING,
+        ]
+        for rule in rules
+    ]
+    return [
+        table("Rules of building codes.", heads, rows, keep=range(len(rows))),
+        paragraph(f"{SHARED[FROM_MEMORY]}. {SHARED[QUOTED_ONLY]}."),
+        facts("The texts.", [(rule.name, f"{rule.verification}: {rule.source}") for rule in rules if rule.source]),
+        facts(
+            "Superseded, as far as it is known here, from memory.",
+            [(rule.name, f"{rule.clause}, by {rule.superseded}") for rule in rules if rule.superseded],
+        ),
+        facts(f"{SUPERSEDED}.", _in_force()),
+        paragraph(f"Ground motions are from memory. {RATIONAL}."),
+    ]
+
+
+def _in_force() -> list[tuple[str, str]]:
+    """What is known of which edition is in force, once for rules that share it."""
+    from pounding_risk.assessment.separations.rules import RULES
+
+    known: dict[str, list[str]] = {}
+    for rule in RULES.values():
+        if rule.in_force:
+            known.setdefault(rule.in_force, []).append(rule.name)
+    return [(", ".join(names), words) for words, names in known.items()]
+
+
+def _of_given(given: Given) -> list[Block]:
+    """Each rule's separation of given elastic design displacements, with its factor, level and clause."""
+    from pounding_risk.assessment.separations.rules import NOT_REDUCED, RULES, SUPERSEDED
+
+    heads = [("rule", "l"), (head("separation", "m"), "r"), ("factor is", "l"), ("clause", "l"), ("text", "l")]
+    heads += [("ground motion of the clause", "l"), ("note", "l")]
+    plain = [replace(row, note="; ".join(_parts(row, (NOT_REDUCED,)))) for row in given.rows]
+    rows: list[Row] = [
+        [
+            row.rule,
+            _length(row.separation),
+            RULES[row.rule].factor or MISSING,
+            row.clause,
+            row.verification,
+            RULES[row.rule].level or MISSING,
+            _own_note(row),
+        ]
+        for row in plain
+    ]
+    left, right = (number(each, "m")["text"] for each in given.displacements)
+    factors = given.site.factors
+    if factors == (1.0, 1.0):
+        of_factors = "No --behaviour-factor is given: they are taken to be the design displacements of every rule."
+    else:
+        of_factors = "Every rule takes the same factor: only rows whose own factor it is hold; run again for another."
+    explained = [
+        f"Of elastic design displacements of {left} mm and {right} mm, times {factors[0]:g} and {factors[1]:g}.",
+        of_factors,
+        "Displacements belong to the ground motion of the clause, and to the height at which the two can touch.",
+        *_footnotes(plain),
+        "Factors and ground motions are from memory.",
+    ]
+    return [
+        table("Separations of given displacements.", heads, rows, keep=range(len(rows))),
+        paragraph("\n".join(explained)),
+        facts(f"{SUPERSEDED}.", _in_force()),
+    ]
+
+
+def _beside(one: CodeTable) -> list[Block]:
+    """Each rule beside what the motions need, then the finding."""
+    from pounding_risk.assessment.separations.rules import OWN_PEAKS
+    from pounding_risk.statistics.required_gap import rounded_up
+
+    share = f"{one.percentile:g} %"
+    heads = [("rule", "l"), ("text", "l"), (head("median", "m"), "r"), (head(share, "m"), "r")]
+    heads += [("over the gap needed", "r"), ("insufficient for", "r"), ("note", "l")]
+    rows = [_cells(comparison, one.motions) for comparison in one.rules]
+    notes = [f"Separations are {OWN_PEAKS}.", *_footnotes([comparison.row for comparison in one.rules])]
+    still = f"; {one.without} more close no gap" if one.without else ""
+    median, upper = (number(rounded_up(gap), "m")["text"] for gap in (one.demand_median, one.demand))
+    about: list[tuple[str, Cell | str]] = [
+        ("motions", f"{one.motions} {one.at}, each a record and a polarity{still}"),
+        ("gap needed", f"{median} mm in the median, {upper} mm in {share} of the motions"),
+        *(
+            (f"displacement, {building}", f"{number(value, 'm')['text']} mm in the median")
+            for building, value in zip(one.buildings, one.displacements, strict=True)
+        ),
+        ("correlation", "–, one is rigid" if one.correlation is None else f"{one.correlation:.3f} under white noise"),
+        ("finding", one.finding),
+    ]
+    return [
+        table(
+            "Separations that rules require beside the gaps that the motions need.", heads, rows, keep=range(len(rows))
+        ),
+        paragraph("\n".join([*notes, "`pounding-risk separations` lists the clauses."])),
+        facts("", about),
+    ]
+
+
+def _cells(comparison: Comparison, motions: int) -> Row:
+    """Cells of a rule: its text, separations, ratio to the gap needed, and motions for which it is insufficient."""
+    row = comparison.row
+    if comparison.exceeded is None:
+        return [row.rule, row.verification, _length(row.separation), MISSING, MISSING, MISSING, _own_note(row)]
+    low, ratio, high = (
+        value or 0.0 for value in (comparison.ratio_low, comparison.ratio_median, comparison.ratio_high)
+    )
+    short = round(comparison.exceeded * motions)
+    lengths = [number(comparison.middle, "m"), number(comparison.upper, "m")]
+    insufficient: Cell = {"text": f"{short} of {motions}", "parts": [short, motions]}
+    return [row.rule, row.verification, *lengths, middle((low, ratio, high), "1"), insufficient, _own_note(row)]
+
+
+def _parts(row: SeparationRow, excluded: Sequence[str] | Mapping[str, str]) -> list[str]:
+    return [part for part in row.note.split("; ") if part not in excluded]
+
+
+def _own_note(row: SeparationRow) -> str:
+    """A row's note without the parts that `_footnotes` explains."""
+    from pounding_risk.assessment.separations.rules import SHARED
+
+    return "; ".join(_parts(row, SHARED)) or MISSING
+
+
+def _footnotes(rows: Sequence[SeparationRow]) -> list[str]:
+    """Sentences for the parts of notes that many rows share."""
+    from pounding_risk.assessment.separations.rules import SHARED
+
+    return [f"{words}." for note, words in SHARED.items() if any(note in row.note for row in rows)]
+
+
+def _length(value: float | None) -> Cell | str:
+    return MISSING if value is None else number(value, "m")

@@ -1,0 +1,192 @@
+"""Sheet of `simulate`: the case, its outputs, its contacts, and notes on what is unusual."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from math import isfinite, isnan
+from typing import TYPE_CHECKING, Any
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS
+from pounding_risk.motions.levels import Level, read_measure
+from pounding_risk.questions._declaration import File, Option
+from pounding_risk.questions.notes import FASTER
+from pounding_risk.render.sheet import (
+    MISSING,
+    Block,
+    Cell,
+    amount,
+    count,
+    facts,
+    head,
+    listing,
+    milliseconds,
+    number,
+    paragraph,
+    table,
+)
+from pounding_risk.units import SHOWN
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ORDER = 40
+FUNCTION = "studies.simulate"
+FIGURES = {"": "simulate.simulation_figure"}
+FILES = {"animation": File((".html",), "The run, moving", "reports.animation.animate")}
+OPTIONS = {"absolute": Option(kind=bool, help="The figure has displacements in space too.")}
+MOST_CONTACTS = 60  # rows of the table of contacts on a terminal
+OF_BUILDINGS = {
+    "peak_displacement": "m",
+    "peak_drift": "m",
+    "peak_storey_shear": "N",
+    "peak_floor_acceleration": "m/s2",
+}
+# Columns of the table of contacts: head, variable, and its cell.
+OF_CONTACTS: tuple[tuple[str, str, Callable[[float], Cell]], ...] = (
+    ("start [s]", "contact_start", lambda value: _text(value, f"{value:.4f}")),
+    ("lasts [ms]", "contact_duration", milliseconds),
+    ("approach [m/s]", "contact_approach_speed", lambda value: number(value, "m/s", 3)),
+    ("e requested", "contact_restitution_asked", lambda value: _text(value, f"{value:.3f}")),
+    ("rebound [m/s]", "contact_rebound_speed", lambda value: number(value, "m/s", 3)),
+    ("peak force [kN]", "contact_peak_force", lambda value: number(value, "N")),
+    ("penetration [mm]", "contact_peak_penetration", lambda value: number(value, "m", 3)),
+    ("energy taken [J]", "contact_work", lambda value: _text(value, f"{value:.4g}")),
+    ("yields", "contact_yields", lambda value: _text(value, f"{value:g}")),
+)
+OF_PLACES = (
+    ("first [s]", "first_impact_time", "s"),
+    ("peak force [kN]", "peak_contact_force", "N"),
+    ("impulse [kN s]", "impulse", "N s"),
+)
+
+
+def sheet(run: xr.Dataset) -> list[Block]:
+    """The case, its outputs, its buildings, its contacts, and notes.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        An answer of `simulate`.
+
+    Returns
+    -------
+    list of Block
+        Of several interfaces a table of them takes the place of the outputs.
+    """
+    attrs = run.attrs
+    is_one = run.sizes["interface"] == 1
+    levels = (("gap", "m"), ("yield_force", "N")) if is_one else ()  # of several interfaces the table has them
+    about: list[tuple[str, Cell | str]] = [
+        ("scene", attrs["title"]),
+        (
+            "record",
+            f"{attrs['record']}, {attrs['polarity']}, PGA {amount(attrs['pga'], 'm/s2')['text']}{_level(attrs)}",
+        ),
+        ("contact model", attrs["contact_model"]),
+        *((name.replace("_", " "), _amount(attrs[name], unit)) for name, unit in levels),
+        ("status", attrs["status"]),
+    ]
+    held = int(run["restitution_held"].sum())
+    notes = [*([f"{held} contacts are {FASTER}"] if held else []), *json.loads(attrs.get("notes", "[]"))]
+    blocks = [
+        facts("", about),
+        listing(json.loads(attrs.get("unused_keys", "[]"))),
+        _outputs(run.isel(interface=0)) if is_one else _places(run, "interface"),
+        _buildings(run),
+        _contacts(run),
+        listing(notes),
+    ]
+    return [block for block in blocks if block["kind"] != "list" or block["items"]]
+
+
+def check(given: Mapping[str, Any]) -> None:
+    """Raise PoundingError for a panel without a figure."""
+    if given.get("absolute") and "figure" not in given:
+        raise PoundingError("absolute: adds a panel to the figure; write it with --figure run.png")
+
+
+def failed(run: xr.Dataset) -> bool:
+    """Whether the run failed."""
+    return bool(run.attrs["status"] != "complete")
+
+
+def _level(attrs: Mapping[str, Any]) -> str:
+    """The level of intensity that the record was scaled to, in words; "" without."""
+    measure = read_measure(attrs.get("intensity", ""))
+    return "" if measure is None else f", {Level(measure, attrs['intensity_level']).words}"
+
+
+def _outputs(run: xr.Dataset) -> Block:
+    """Value and meaning of each output of the only interface, or of the run."""
+    rows: list[list[Cell | str]] = []
+    for name, variable in run.data_vars.items():
+        if variable.ndim == 0:
+            value = variable.item()
+            # A count of -1: the run failed, or the contact model does not define it.
+            whole = count(value) if value >= 0 else MISSING
+            cell = whole if variable.dtype.kind == "i" else _amount(value, variable.units)
+            rows.append([str(name), cell, variable.long_name])
+    return table("Outputs.", (("output", "l"), ("value", "r"), ("meaning", "l")), rows, keep=range(len(rows)))
+
+
+def _buildings(run: xr.Dataset) -> Block:
+    peaks = {name: unit for name, unit in OF_BUILDINGS.items() if name in run}
+    heads = [("building", "l"), *((head(name.replace("_", " "), unit), "r") for name, unit in peaks.items())]
+    rows = [
+        # A rigid building's -0 is 0.
+        [str(building), *(number(0.0 + float(run[name][place]), unit) for name, unit in peaks.items())]
+        for place, building in enumerate(run["building"].values)
+    ]
+    return table("Peaks of the buildings.", heads, rows)
+
+
+def _contacts(run: xr.Dataset) -> Block:
+    """Every contact of a single contact point; of several points a line for each that was touched."""
+    if run.sizes["contact"] == 0:
+        return paragraph("no contact")
+    if run.sizes["contact_point"] > 1:
+        touched = run.isel(contact_point=run["contact_point_impact_count"].values > 0)
+        return _places(touched, "contact_point", "contact_point_")
+    shown = run.assign(contact_duration=run["contact_end"] - run["contact_start"])
+    law = CONTACT_MODELS.get(str(run.attrs["contact_model"]))  # none where the interfaces differ in theirs
+    if law is not None and not getattr(law, "needs_restitution", True):
+        shown = shown.drop_vars("contact_restitution_asked", errors="ignore")
+    heads = [("contact", "r"), *((words, "r") for words, _, _ in OF_CONTACTS)]
+    rows = [
+        [
+            count(place + 1),
+            *(cell(float(shown[name][place])) if name in shown else MISSING for _, name, cell in OF_CONTACTS),
+        ]
+        for place in range(run.sizes["contact"])
+    ]
+    return table(
+        "Contacts.", heads, rows, keep=range(min(len(rows), MOST_CONTACTS)), note="the first; -o writes them all"
+    )
+
+
+def _places(run: xr.Dataset, dim: str, prefix: str = "") -> Block:
+    """The contact at each interface with its gap, or at each contact point with its kind."""
+    is_interface = dim == "interface"
+    fact = (head("gap", "m"), "r") if is_interface else ("kind", "l")
+    heads = [("neighbours" if is_interface else "contact point", "l"), fact, ("impacts", "r")]
+    heads += [*((words, "r") for words, _, _ in OF_PLACES), ("reaches F_E", "r")]
+    rows: list[list[Cell | str]] = []
+    for place, name in enumerate(run[dim].values):
+        one = run.isel({dim: place})
+        impacts, yields = (int(one[f"{prefix}{output}"]) for output in ("impact_count", "yield_exceedance"))
+        about = number(one["interface_gap"], "m") if is_interface else str(one["contact_point_kind"].item())
+        cells = [number(one[f"{prefix}{output}"], unit) for _, output, unit in OF_PLACES]
+        reaches = {0: "no", 1: "yes"}.get(yields, MISSING)
+        rows.append([str(name), about, count(impacts) if impacts >= 0 else MISSING, *cells, reaches])
+    return table("Contact at each interface." if is_interface else "Contact points that touched.", heads, rows)
+
+
+def _amount(value: float, unit: str) -> Cell:
+    """A value with its unit; inf where nothing yields."""
+    return amount(value, unit) if unit in SHOWN else _text(value, f"{value:.4g} {unit}")
+
+
+def _text(value: float, text: str) -> Cell:
+    return {"text": MISSING if isnan(value) else text, "raw": value if isfinite(value) else None}

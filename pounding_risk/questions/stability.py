@@ -1,0 +1,93 @@
+"""Sheet of `stability`: the hard cases of pounding, and by how much what must hold does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf, isfinite, isnan
+from typing import TYPE_CHECKING
+
+from pounding_risk.render.sheet import Block, Cell, count, listing, paragraph, table
+
+if TYPE_CHECKING:
+    from pounding_risk.lab.stability import Row
+
+ORDER = 90
+FUNCTION = "lab.stability.run"
+FAILS = 3  # exit status
+HEADS = (("case", "l"), ("group", "l"), ("scene", "l"), ("what must hold", "l"), ("laws", "r"), ("worst figure", "r"))
+BESIDE = (("as a row", "r"), ("worst figure as a row", "r"))
+
+
+def sheet(rows: Sequence[Row]) -> list[Block]:
+    """The worst figure of each case, whatever does not hold, and the counts.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        An answer of `stability`.
+
+    Returns
+    -------
+    list of Block
+        With the figures of the solver of rows beside, where it was run.
+    """
+    in_row = [row.in_row for row in rows if row.in_row is not None]
+    by_case: dict[str, list[Row]] = {}
+    for row in rows:
+        by_case.setdefault(row.case.number, []).append(row)
+    heads = (*HEADS, *(BESIDE if in_row else ()), ("bound", "r"), ("law", "l"), ("steps", "r"))
+    lines = [
+        _line(of_case, [one for one in in_row if one.case.number == number], bool(in_row))
+        for number, of_case in by_case.items()
+    ]
+    caption = "Hard cases: worst figure over the contact laws, and the bound that it must keep."
+    also = f"; {len(in_row)} as a row: {_outcome(in_row)}" if in_row else ""
+    return [
+        table(caption, heads, lines),
+        listing([*_failing(rows, ""), *_failing(in_row, " as a row")], mark=""),
+        paragraph(f"{len(by_case)} hard cases, {len(rows)} with each law: {_outcome(rows)}{also}"),
+    ]
+
+
+def status(rows: Sequence[Row]) -> int:
+    """Exit status of the command."""
+    return 0 if all(row.holds and (row.in_row is None or row.in_row.holds) for row in rows) else FAILS
+
+
+def _line(of_case: Sequence[Row], beside: Sequence[Row], has_rows: bool) -> list[Cell | str]:
+    worst = max(of_case, key=_badness)
+    line: list[Cell | str] = [worst.case.number, worst.case.group, worst.case.scene, worst.case.invariant]
+    line += [_share(of_case), _figure(worst.figure)]
+    if has_rows:
+        line += [_share(beside), _figure(max(beside, key=_badness).figure)] if beside else ["–", "–"]
+    law = worst.law if worst.figure != 0.0 else "–"
+    return [*line, _figure(worst.bound), law, count(max(row.steps for row in of_case))]
+
+
+def _badness(row: Row) -> tuple[bool, float]:
+    """Order of outcomes from good to bad."""
+    return not row.holds, inf if isnan(row.figure) else row.figure
+
+
+def _failing(rows: Sequence[Row], words: str) -> list[str]:
+    return [
+        f"case {row.case.number}, {row.law}{words}: {_figure(row.figure)['text']} > {_figure(row.bound)['text']}; "
+        f"{row.status}"
+        for row in rows
+        if not row.holds
+    ]
+
+
+def _share(rows: Sequence[Row]) -> Cell:
+    held = sum(row.holds for row in rows)
+    return {"text": f"{held} of {len(rows)}", "parts": [held, len(rows)]}
+
+
+def _outcome(rows: Sequence[Row]) -> str:
+    failed = sum(not row.holds for row in rows)
+    return "all hold" if not failed else f"{len(rows) - failed} hold, {failed} do not"
+
+
+def _figure(value: float) -> Cell:
+    text = "–" if isnan(value) else "0" if value == 0.0 else f"{value:.1e}"
+    return {"text": text, "raw": value if isfinite(value) else None}

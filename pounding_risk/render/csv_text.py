@@ -1,0 +1,50 @@
+"""A sheet as CSV: its tables and facts one below the other, numbers unrounded in the units of their heads."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable
+from io import StringIO
+from typing import Any
+
+from pounding_risk._common.letters import cell as safe
+from pounding_risk.render.sheet import Block, Cell
+from pounding_risk.units import SHOWN
+
+
+def csv_text(blocks: Iterable[Block]) -> str:
+    """The tables and facts of a sheet as CSV text.
+
+    Parameters
+    ----------
+    blocks : iterable of Block
+        A sheet. Figures and text are left to the other renderers.
+
+    Returns
+    -------
+    str
+        For each table a row with its caption, its heads, its rows, and an empty row. A number stands unrounded in the
+        unit of its head; a range or what is no single number as the terminal shows it; what is not known is empty.
+    """
+    stream = StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    for block in blocks:
+        if block["kind"] not in ("table", "facts"):
+            continue
+        writer.writerow([safe(block["caption"].rstrip("."))])
+        if block["kind"] == "table":
+            writer.writerow([safe(head) for head in block["heads"]])
+            writer.writerows([_written(cell, in_head=True) for cell in row] for row in block["rows"])
+        else:
+            writer.writerows([safe(name), _written(cell, in_head=False)] for name, cell in block["rows"])
+        writer.writerow([])
+    return stream.getvalue()
+
+
+def _written(cell: Cell, in_head: bool) -> Any:
+    """A number in the unit in which it is shown, where the head names that unit; otherwise the text."""
+    raw = cell.get("raw")
+    if not isinstance(raw, int | float) or not in_head or cell["text"].endswith(tuple("abcdefghijklmnopqrstuvwxyz%²³")):
+        return "" if cell["text"] == "–" else safe(cell["text"])
+    size = SHOWN[cell.get("unit", "1")][1]
+    return raw if size == 1.0 else raw * size
