@@ -169,22 +169,14 @@ def _one_curve(lines: list[Row]) -> Hazard:
         raise head.fault(f"{head.shown} names no intensity with its unit; {HEAD}")
     stated = statement(head.cells[1])
     if stated is None:
-        raise head.fault(f"the second column is {short(head.cells[1])}; it must be {OFTEN}: {_how(head.cells[1])}")
-    table = np.array([_row(line, column, stated) for line in lines[1:]])
+        how = "write 'annual rate [1/year]', 'return period [years]' or 'probability in 50 years'"
+        if re.search(r"\b(probability|poe)\b", head.cells[1], re.IGNORECASE):
+            how = "a probability needs its years, such as 'probability in 50 years'"
+        raise head.fault(f"the second column is {short(head.cells[1])}; it must be {OFTEN}: {how}")
+    rows = [(_intensity(line, line.cells[0], column), _rate(line, line.cells[1], stated)) for line in lines[1:]]
+    table = np.array(rows)
     _check_order(lines[1:], table[:, 0], table[:, 1], stated)
     return Hazard(column.name, table[:, 0], table[:, 1], lines[0].source.name, stated.reading)
-
-
-def _how(head: str) -> str:
-    """What to write where the head of a column does not say how often intensities are exceeded."""
-    if re.search(r"\b(probability|poe)\b", head, re.IGNORECASE):
-        return "a probability needs its years, such as 'probability in 50 years'"
-    return "write 'annual rate [1/year]', 'return period [years]' or 'probability in 50 years'"
-
-
-def _row(line: Row, column: Column, stated: Statement) -> tuple[float, float]:
-    """Intensity [SI] and annual rate [1/year] of one row."""
-    return _intensity(line, line.cells[0], column), _rate(line, line.cells[1], stated)
 
 
 def _rate(line: Row, cell: str, stated: Statement) -> float:

@@ -31,7 +31,7 @@ from pounding_risk.results.own_case import own_case, own_level, scene_gap
 from pounding_risk.results.scene_axes import axes_of, has_drawn_motions
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
-from pounding_risk.scene.sampling import SOBOL, points_of
+from pounding_risk.scene.uncertain import SOBOL, points_of
 from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, analysed_clusters
 from pounding_risk.statistics.crossed import Analysis, analysed
 from pounding_risk.statistics.proportions import labels, logs_of, numbered

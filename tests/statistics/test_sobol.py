@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from pounding_risk.scene.sampling import SOBOL, points_of
+from pounding_risk.scene.uncertain import SOBOL, points_of
 from pounding_risk.statistics.sobol import (
     LEAST_SAMPLES,
     given_indices,
