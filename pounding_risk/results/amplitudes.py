@@ -12,6 +12,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import (
     DIGITS,
     PEAK,
+    PGA_AXIS,
     USUAL_DAMPING,
     Measure,
     at_words,
@@ -88,6 +89,16 @@ class Amplitudes(NamedTuple):
                 return place
         has = ", ".join(map(self.words, filter(None, self.values))) or "none: its motions have no amplitudes of a grid"
         raise PoundingError(f"{name} {self.words(value)} is not in the dataset, which has {has}")
+
+
+def check_pga(amplitudes: Amplitudes) -> None:
+    """Raise PoundingError where amplitudes are of another measure than PGA."""
+    if amplitudes.axis != PGA_AXIS:
+        known = ", ".join(amplitudes.words(value) for value in amplitudes.values if value is not None)
+        raise PoundingError(
+            f"pga: the motions of the dataset are scaled to {amplitudes.measure.words}; choose one of its levels, "
+            f"{known}, by intensity_level (--intensity-level)"
+        )
 
 
 def spectral(text: str) -> Spectral | None:

@@ -19,7 +19,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import DIGITS, FACTOR, LEVEL_AXIS, PEAK, PGA_AXIS, USUAL_DAMPING, Measure
-from pounding_risk.results.amplitudes import SAME, Amplitudes, Spectral, own, spectral_of
+from pounding_risk.results.amplitudes import SAME, Amplitudes, Spectral, check_pga, own, spectral_of
 from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.check import check_scene, check_version, kind_of
 from pounding_risk.results.grid_values import axis_words, listed_values, place_of, quantity_of
@@ -183,12 +183,8 @@ class Results:
         amplitudes = self.amplitudes
         if pga is not None and intensity_level is not None:
             raise PoundingError("pga and intensity_level both name the amplitude; give one of them")
-        if pga is not None and amplitudes.axis != PGA_AXIS:
-            known = ", ".join(amplitudes.words(value) for value in amplitudes.values if value is not None)
-            raise PoundingError(
-                f"pga: the motions of the dataset are scaled to {amplitudes.measure.words}; choose one of its levels, "
-                f"{known}, by intensity_level (--intensity-level)"
-            )
+        if pga is not None:
+            check_pga(amplitudes)
         return amplitudes.place(pga if pga is not None else intensity_level)
 
     def amplitude_words(self, level: float | None = None) -> str:
