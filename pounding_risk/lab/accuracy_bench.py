@@ -209,7 +209,7 @@ class Bench:
 
         def runs(each: Driven, law: int) -> Runs:
             raw, seconds = self.run_fixed(method, each, law, self.limits, dt)
-            by_name = {
+            by_name: dict[str, Any] = {
                 "peak_relative_displacement": raw[..., fixed_step.REACH],
                 "peak_contact_force": raw[..., fixed_step.FORCE],
                 "impact_count": raw[..., fixed_step.COUNT],
@@ -218,7 +218,8 @@ class Bench:
             }
             values = self._gathered(by_name)
             values[(raw[..., fixed_step.UNSTABLE] != 0.0).any(axis=1)] = nan
-            return Runs(values, *raw[..., [fixed_step.COUNT, fixed_step.TOUCHING]].sum(axis=(0, 1)), nan, seconds)
+            count, touching = (float(raw[..., column].sum()) for column in (fixed_step.COUNT, fixed_step.TOUCHING))
+            return Runs(values, count, touching, nan, seconds)
 
         return self._all(required, runs)
 
