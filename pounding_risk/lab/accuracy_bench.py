@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import product
 from math import inf, nan
@@ -218,7 +218,8 @@ class Bench:
             }
             values = self._gathered(by_name)
             values[(raw[..., fixed_step.UNSTABLE] != 0.0).any(axis=1)] = nan
-            return Runs(values, *raw[..., [fixed_step.COUNT, fixed_step.TOUCHING]].sum(axis=(0, 1)), nan, seconds)
+            contacts, steps = (float(raw[..., column].sum()) for column in (fixed_step.COUNT, fixed_step.TOUCHING))
+            return Runs(values, contacts, steps, nan, seconds)
 
         return self._all(required, runs)
 
@@ -247,7 +248,7 @@ class Bench:
         seconds, free_seconds = np.mean(durations, axis=0)
         return Outcome(values, steps / max(contacts, 1.0), nan, float(seconds), float(free_seconds))
 
-    def _gathered(self, points: dict[str, Array]) -> Array:
+    def _gathered(self, points: Mapping[str, Any]) -> Array:
         """(..., interfaces, NAMES) from the outputs of contact points (..., contact points)."""
         gather = {"impact_count": np.add, "first_impact_time": np.fmin}
         columns = [self.of_interfaces(gather.get(name, np.maximum), points[name]) for name in NAMES]

@@ -46,9 +46,7 @@ ORDER = 60
 FUNCTION = "studies.compare"
 OPTIONS = {"laws": Option("--law")}
 FIGURES = {
-    "": lambda comparison: (
-        "compare.agreement_along_figure" if is_along(comparison) else "compare.agreement_figure"
-    ),
+    "": lambda comparison: "compare.agreement_along_figure" if is_along(comparison) else "compare.agreement_figure",
     "-impacts": lambda comparison: "" if is_along(comparison) else "compare.reference_figure",
 }
 Row = list[Cell | str]
