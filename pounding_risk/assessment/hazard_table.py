@@ -24,12 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.tables import Row, read_table, short, split_unit
-from pounding_risk.assessment.annual_rates import AnnualRate, rate_of_probability, read_rate
+from pounding_risk.assessment.annual_rates import AnnualRate, read_rate
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.assessment.hazard_openquake import Exported, exported
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import read_measure
 from pounding_risk.results.amplitudes import Spectral, intensity_quantity, spectral
+from pounding_risk.statistics.hazard import rate_of_probability
 from pounding_risk.units import PERIOD, Quantity, QuantityError, parse
 
 Array = NDArray[np.float64]
@@ -168,22 +169,14 @@ def _one_curve(lines: list[Row]) -> Hazard:
         raise head.fault(f"{head.shown} names no intensity with its unit; {HEAD}")
     stated = statement(head.cells[1])
     if stated is None:
-        raise head.fault(f"the second column is {short(head.cells[1])}; it must be {OFTEN}: {_how(head.cells[1])}")
-    table = np.array([_row(line, column, stated) for line in lines[1:]])
+        how = "write 'annual rate [1/year]', 'return period [years]' or 'probability in 50 years'"
+        if re.search(r"\b(probability|poe)\b", head.cells[1], re.IGNORECASE):
+            how = "a probability needs its years, such as 'probability in 50 years'"
+        raise head.fault(f"the second column is {short(head.cells[1])}; it must be {OFTEN}: {how}")
+    rows = [(_intensity(line, line.cells[0], column), _rate(line, line.cells[1], stated)) for line in lines[1:]]
+    table = np.array(rows)
     _check_order(lines[1:], table[:, 0], table[:, 1], stated)
     return Hazard(column.name, table[:, 0], table[:, 1], lines[0].source.name, stated.reading)
-
-
-def _how(head: str) -> str:
-    """What to write where the head of a column does not say how often intensities are exceeded."""
-    if re.search(r"\b(probability|poe)\b", head, re.IGNORECASE):
-        return "a probability needs its years, such as 'probability in 50 years'"
-    return "write 'annual rate [1/year]', 'return period [years]' or 'probability in 50 years'"
-
-
-def _row(line: Row, column: Column, stated: Statement) -> tuple[float, float]:
-    """Intensity [SI] and annual rate [1/year] of one row."""
-    return _intensity(line, line.cells[0], column), _rate(line, line.cells[1], stated)
 
 
 def _rate(line: Row, cell: str, stated: Statement) -> float:

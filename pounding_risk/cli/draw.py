@@ -17,6 +17,7 @@ from pounding_risk.cli._common.options import (
     option,
     read_optional,
 )
+from pounding_risk.errors import PoundingError
 
 ORDER = 200
 
@@ -27,6 +28,7 @@ def draw(
     plan: Annotated[Path | None, file_option("The street in plan", FIGURES)] = None,
     profiles: Annotated[Path | None, file_option("Storeys", FIGURES)] = None,
     animation: Annotated[Path | None, file_option("One run with its histories, moving", (".html",))] = None,
+    figure: Annotated[list[str], option("Another figure, NAME=FILE; repeat for several.", "none")] = NONE,
     street: Annotated[
         Path | None, option("Footprints for the plan: a map, or buildings.csv of block.", "plain rectangles")
     ] = None,
@@ -42,12 +44,16 @@ def draw(
     from pounding_risk.reports.drawings import draw as run
     from pounding_risk.units import GAP, PGA, YIELD_FORCE
 
+    unnamed = [one for one in figure if "=" not in one]
+    if unnamed:
+        raise PoundingError(f'--figure: "{unnamed[0]}" is not a name and a file; write one such as ratio=ratio.png')
     files = run(
-        [chosen_results(one, select) for one in results],
+        [chosen_results(one, select, partly=bool(figure)) for one in results],
         elevation=elevation,
         plan=plan,
         profiles=profiles,
         animation=animation,
+        figure=dict(one.split("=", 1) for one in figure),
         street=street,
         building=building,
         gap=read_optional("--gap", gap, GAP),

@@ -16,8 +16,8 @@ from pounding_risk.results.along import at_places
 from pounding_risk.results.files import stream_results
 from pounding_risk.results.layout import AMPLITUDE, Template, amplitude_axis, axes_of_cases, scene_dims
 from pounding_risk.results.scene_axes import axes_of, has_drawn_motions, variants_of
-from pounding_risk.scene.sampling import GROWING
 from pounding_risk.scene.scene_axis import SAMPLE, UNCERTAIN, SceneAxis
+from pounding_risk.scene.uncertain import GROWING
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -43,7 +43,7 @@ def beyond_reach(study: Scene, names: Iterable[str]) -> str:
 
     That of the interface that asks for the least.
     """
-    least = min(least_of(interface.restitution) for interface in study.interfaces)
+    least = min(least_of(interface.restitution.rule) for interface in study.interfaces)
     sentences = (out_of_reach(study.law_class(name), least, study.design_penetration) for name in names)
     return next(filter(None, sentences), "")
 

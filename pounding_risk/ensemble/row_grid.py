@@ -39,7 +39,7 @@ def model_of(study: Scene) -> RowModel:
 def mechanics_of(study: Scene, model: RowModel, name: str, levels: Array) -> Mechanics:
     """One contact model at every contact point, with the values of its interface; ``levels`` as in `Mechanics` [N]."""
     laws = [law_of(study.at(place), name) for place in range(len(study.interfaces))]
-    rules = [interface.restitution for interface in study.interfaces]
+    rules = [interface.restitution.rule for interface in study.interfaces]
     return Mechanics(
         tuple(laws[place] for place in model.interfaces),
         tuple(rules[place] for place in model.interfaces),

@@ -110,7 +110,7 @@ def _map(axis: Any, results: Any, values: Any) -> Any:
     grid = values.transpose(gap_dim(results), "period_ratio").values
     picture = axis.pcolormesh(ratios, gaps, grid, shading="nearest", rasterized=True, cmap=colours, norm=norm)
     none = results["contact_share"].transpose(gap_dim(results), "period_ratio").values == 0.0
-    hatch(axis, (ratios, gaps), none, "...")
+    hatch(axis, (ratios, gaps), none.astype(float), 0.5, "...")
     axis.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
     ratio_axis(axis, "x", ratios)
     axis.set_ylim(gaps[0], gaps[-1])

@@ -149,11 +149,6 @@ def terms_words(dataset: xr.Dataset) -> str:
     return f"{also}{dataset.attrs['same']}{speed} as {dataset.attrs['reference_law']}"
 
 
-def _legend(axis: Any, rows: int) -> None:
-    """A legend below the axis' words: as far below as 1.6 usual rows are high."""
-    legend_under(axis, 1, -1.6 / max(rows, FEWEST_ROWS))
-
-
 def _rows(axis: Any, laws: Laws, words: str, below: str) -> None:
     """Set up a panel that has a row for each law."""
     axis.set_ylim(len(laws) - 0.5, -0.5)
@@ -212,7 +207,7 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple
     if len(outputs) > 1:
         for output, face in zip(outputs, ("black", "white"), strict=True):
             axis.plot([], [], "o", color="black", markerfacecolor=face, label=output.partition(", ")[2])
-        _legend(axis, len(laws))
+        legend_under(axis, 1)
 
 
 def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
@@ -227,7 +222,7 @@ def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
         axis.barh(heights, np.nan_to_num(shares), 0.32, color=shade, edgecolor="#444444", hatch=hatch, label=words)
         largest = max(largest, float(np.nanmax(shares, initial=0.0)))
     axis.set_xlim(0.0, 1.12 * largest)
-    _legend(axis, len(laws))
+    legend_under(axis, 1)
 
 
 def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
@@ -243,7 +238,7 @@ def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
         message(axis, "not ranked: fewer than three motions with contact", 14)
     lowest = min(0.8, float(np.nanmin(ranks, initial=1.0)) - 0.05)
     axis.set_xlim(lowest, 1.0 + 0.05 * (1.0 - lowest))
-    _legend(axis, len(laws))
+    legend_under(axis, 1)
 
 
 def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:

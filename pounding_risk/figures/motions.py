@@ -9,6 +9,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.figures.style import STYLES, blank, logarithmic, plain, styles, title
+from pounding_risk.motions.record import lowest_usable
 from pounding_risk.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -236,8 +237,6 @@ def corners(motion: Motion) -> tuple[float, ...]:
 
 def longest_usable(motion: Motion) -> float | None:
     """Longest period [s] at which the spectrum of a motion is not that of its filter; None where it is not known."""
-    from pounding_risk.motions.source import lowest_usable  # with ObsPy, which a report needs not
-
     lowest = lowest_usable(motion.record)
     return 1.0 / lowest if lowest else None
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.assessment.required_gap import rounded_up
-from pounding_risk.assessment.separations.rules import DERIVED, READ
-from pounding_risk.assessment.separations.table import COMBINATIONS, CodeTable, Comparison
+from pounding_risk.assessment.separations.rules import COMBINATIONS, DERIVED, READ
+from pounding_risk.assessment.separations.table import CodeTable, Comparison
 from pounding_risk.figures.style import MEANING, RULE_MARKS_WORDS, blank, rule_mark, title
+from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def separations_figure(table: CodeTable, note: str = "") -> Figure:
     layout.set(h_pad=0.1)  # room for the motions' names
     _by_motion(axes[0, 0], table)
     draw_rules(axes[0, 1], drawn, table.motions)
-    axes[0, 1].set_title(f"safe right of 1; {RULE_MARKS_WORDS}", fontsize=8.5)
+    axes[0, 1].set_title(f"safe right of 1\n{RULE_MARKS_WORDS}", fontsize=8.5)
     left, right = table.buildings
     correlation = "" if table.correlation is None else f", correlation {table.correlation:.2f} under white noise"
     title(figure, table.finding, f"{left} | {right}, motions {table.at}{correlation}", note)
@@ -68,7 +68,7 @@ def _by_motion(axis: Any, table: CodeTable) -> None:
         axis.set_xlabel("motion, by the gap it needs")
     axis.set_ylabel("separation [mm]")
     axis.set_ylim(bottom=0.0)
-    words = "what each motion needs, and rules of its own elastic peaks (no code's design displacement)"
+    words = "what each motion needs, and rules of its own elastic peaks\n(no code's design displacement)"
     axis.set_title(words, fontsize=9.5)
     axis.legend(fontsize=8.5, loc="upper left", handlelength=3.0)
 
@@ -81,13 +81,12 @@ def draw_rules(axis: Any, compared: Sequence[Comparison], motions: int) -> None:
         axis.plot([rule.ratio_low, rule.ratio_high], [row, row], color=MEANING["rule"], linewidth=2.2)
         axis.plot(rule.ratio_median, row, "o" if rule.safe else "s", **rule_mark(rule.row.verification))
         short = round((rule.exceeded or 0.0) * motions)
-        words = f"insufficient for {short} of {motions}" if short else "sufficient for all"
         where = {"transform": axis.get_yaxis_transform(), "ha": "left", "va": "center", "fontsize": 8.5}
-        axis.text(1.01, row, words, weight="bold" if short else "normal", **where)
+        axis.text(1.02, row, f"{short} of {motions}", weight="bold" if short else "normal", **where)
         doubts = [] if rule.row.verification in (DERIVED, READ) else [rule.row.verification]
         doubts += ["superseded"] if rule.row.superseded else []
         names.append(f"{rule.row.title} ({', '.join(doubts)})" if doubts else rule.row.title)
     axis.set_yticks(range(len(compared)), names, fontsize=8.5)
     axis.set_ylim(max(len(compared), 1) - 0.5, -0.5)
-    axis.set_xlim(left=0.0)
-    axis.set_xlabel("rule over the gap needed [1]: median, 16-84 % of the motions")
+    axis.set_xlim(0.0, 1.05 * max(1.0, axis.dataLim.x1))
+    axis.set_xlabel("rule over the gap needed [1]: median, 16-84 %\nright: motions that it is insufficient for")

@@ -112,7 +112,7 @@ def _ratios(figure: Figure, axis: Any, results: xr.Dataset, rule: str) -> None:
     colours = colormaps["PuOr_r"]
     norm = BoundaryNorm(BANDS, colours.N, extend="both")
     picture = axis.pcolormesh(left, right, ratio, shading="nearest", rasterized=True, cmap=colours, norm=norm)
-    hatch(axis, (left, right), ratio > SHORT, "//////")
+    hatch(axis, (left, right), ratio, SHORT, "//////")
     if np.nanmin(ratio, initial=SHORT) < SHORT < np.nanmax(ratio, initial=SHORT):
         axis.contour(left, right, ratio, levels=[SHORT], colors="black", linewidths=0.9)
     figure.colorbar(picture, ax=axis, pad=0.01, aspect=30, ticks=BANDS, label=f"gap / {words} [1]")

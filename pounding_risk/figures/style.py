@@ -225,9 +225,11 @@ def motion_words(facts: Mapping[Any, Any]) -> str:
 
 
 def panel(draw: Callable[..., None], *arguments: Any, height: float = 4.2) -> Figure:
-    """A figure of one panel for a report, ``height`` inches high, which a function draws on its axis."""
+    """A figure of one panel for a report, ``height`` inches high, which a function draws on its axis; with a legend."""
     figure, axes = blank(1, 1, (7.2, height))
     draw(axes[0, 0], *arguments)
+    if axes[0, 0].get_legend() is None and axes[0, 0].get_legend_handles_labels()[0]:
+        axes[0, 0].legend(fontsize=8)
     return figure
 
 
@@ -253,10 +255,11 @@ def ratio_axis(axis: Any, side: str, values: Any) -> None:
     getattr(axis, f"set_{side}lim")(values[0], values[-1])
 
 
-def hatch(axis: Any, values: tuple[Any, Any], is_inside: Any, pattern: str) -> None:
-    """Hatch the part of a map over (x, y) values where this is true, (y, x)."""
-    if is_inside.any():
-        drawn = axis.contourf(*values, is_inside.astype(float), levels=[0.5, 1.5], colors="none", hatches=[pattern])
+def hatch(axis: Any, places: tuple[Any, Any], values: Any, least: float, pattern: str) -> None:
+    """Hatch the part of a map over (x, y) places where its values, (y, x), exceed the least."""
+    largest = np.nanmax(values, initial=least)
+    if largest > least:
+        drawn = axis.contourf(*places, values, levels=[least, largest + 1.0], colors="none", hatches=[pattern])
         drawn.set_edgecolor(QUIET)
         drawn.set_linewidth(0.0)
 
@@ -267,9 +270,9 @@ def share_bar(figure: Figure, picture: Any, axes: Any, words: str, aspect: float
     bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
 
 
-def legend_under(axis: Any, columns: int, below: float = -0.13) -> None:
-    """A legend below the axis, where it covers nothing."""
-    position = {"loc": "upper center", "bbox_to_anchor": (0.5, below), "ncols": columns}
+def legend_under(axis: Any, columns: int) -> None:
+    """A legend below the axis and its label, where it covers nothing."""
+    position = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "borderaxespad": 5.2, "ncols": columns}
     axis.legend(fontsize=8, frameon=False, handlelength=2.6, columnspacing=1.2, **position)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from itertools import product
 from math import inf, nan
@@ -209,7 +209,7 @@ class Bench:
 
         def runs(each: Driven, law: int) -> Runs:
             raw, seconds = self.run_fixed(method, each, law, self.limits, dt)
-            by_name = {
+            by_name: dict[str, Any] = {
                 "peak_relative_displacement": raw[..., fixed_step.REACH],
                 "peak_contact_force": raw[..., fixed_step.FORCE],
                 "impact_count": raw[..., fixed_step.COUNT],
@@ -218,8 +218,8 @@ class Bench:
             }
             values = self._gathered(by_name)
             values[(raw[..., fixed_step.UNSTABLE] != 0.0).any(axis=1)] = nan
-            contacts, steps = (float(raw[..., column].sum()) for column in (fixed_step.COUNT, fixed_step.TOUCHING))
-            return Runs(values, contacts, steps, nan, seconds)
+            count, touching = (float(raw[..., column].sum()) for column in (fixed_step.COUNT, fixed_step.TOUCHING))
+            return Runs(values, count, touching, nan, seconds)
 
         return self._all(required, runs)
 
@@ -248,7 +248,7 @@ class Bench:
         seconds, free_seconds = np.mean(durations, axis=0)
         return Outcome(values, steps / max(contacts, 1.0), nan, float(seconds), float(free_seconds))
 
-    def _gathered(self, points: Mapping[str, Any]) -> Array:
+    def _gathered(self, points: dict[str, Array]) -> Array:
         """(..., interfaces, NAMES) from the outputs of contact points (..., contact points)."""
         gather = {"impact_count": np.add, "first_impact_time": np.fmin}
         columns = [self.of_interfaces(gather.get(name, np.maximum), points[name]) for name in NAMES]

@@ -16,7 +16,7 @@ from hashlib import sha256
 from importlib import metadata
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.generated import is_recipe
@@ -161,7 +161,15 @@ def load(id: str) -> Stream:
     Raises RecordError for an unknown id, a missing package or file, and a file that is not the catalogue's.
     """
     record = entry(id)
-    stream = _parsed(record, read_bytes(id))
+    raw = read_bytes(id)
+    if record.format == "PEER_AT2":
+        from pounding_risk.motions.formats.peer_at2 import FORMAT  # reads without the entry point, too
+
+        stream = FORMAT.read(BytesIO(raw), name=record.file)
+    else:
+        import obspy  # takes 0.2 s, and listing the catalogue needs none of it
+
+        stream = obspy.read(BytesIO(raw), format=record.format)
     if len(stream) != 1:
         raise RecordError(f'record "{id}": {len(stream)} traces in {record.file}, the catalogue promises one')
     trace = stream[0]
@@ -187,17 +195,6 @@ def source(id: str, also: Iterable[str] = ()) -> Source:
     return Source(id, trace, record, f"units: counts, divided by {known.sensitivity:.10g} counts per m/s²")
 
 
-def _parsed(record: Entry, raw: bytes) -> Stream:
-    """The stream of a file's bytes, in the units of the file."""
-    if record.format == "PEER_AT2":
-        from pounding_risk.motions.formats.peer_at2 import _read_at2  # reads without the entry point, too
-
-        return _read_at2(BytesIO(raw), name=record.file)
-    import obspy  # takes 0.2 s, and listing the catalogue needs none of it
-
-    return obspy.read(BytesIO(raw), format=record.format)
-
-
 @lru_cache(maxsize=1)
 def _catalogue() -> dict[str, Entry]:
     """Every record by its id; a component's keys override those of its recording and source."""
@@ -207,17 +204,12 @@ def _catalogue() -> dict[str, Entry]:
         shared = {key: value for key, value in recording.items() if key not in ("component", "source")}
         source = tables["source"][recording["source"]]
         for component in recording["component"]:
-            record = _entry({**source, **shared, **component})
-            records[record.id] = record
+            facts = {**source, **shared, **component, "date": recording["date"].isoformat()}
+            facts["azimuth"] = float(facts["azimuth"]) if "azimuth" in facts else None
+            if "sensitivity" in facts:
+                facts["sensitivity"] = facts["sensitivity"]["counts"] / PER[facts["sensitivity"]["per"]]
+            records[facts["id"]] = Entry(**facts)
     return records
-
-
-def _entry(facts: dict[str, Any]) -> Entry:
-    facts["date"] = facts["date"].isoformat()
-    facts["azimuth"] = float(facts["azimuth"]) if "azimuth" in facts else None
-    if "sensitivity" in facts:
-        facts["sensitivity"] = facts["sensitivity"]["counts"] / PER[facts["sensitivity"]["per"]]
-    return Entry(**facts)
 
 
 def similar(id: str, also: Iterable[str] = ()) -> list[str]:
@@ -230,17 +222,11 @@ def similar(id: str, also: Iterable[str] = ()) -> list[str]:
     sisters = [name for name in names if name.lower().partition("-")[0] == id.lower().partition("-")[0]]
     folded = {name.lower(): name for name in sisters or names}
     near = same or [folded[name] for name in get_close_matches(id.lower(), list(folded), NEAREST, 0.6)]
-    return near or _by_place(id)[:NEAREST]
-
-
-def _by_place(name: str) -> list[str]:
-    """Horizontal records whose earthquake or station contains the letters of a name."""
-    word = _letters(name)
-    if len(word) < SHORTEST_WORD:
-        return []
-    return [
-        record.id for record in entries() if record.horizontal and word in _letters(f"{record.event} {record.station}")
-    ]
+    word = _letters(id)
+    if near or len(word) < SHORTEST_WORD:
+        return near
+    named = [record for record in entries() if word in _letters(f"{record.event} {record.station}")]
+    return [record.id for record in named if record.horizontal][:NEAREST]
 
 
 def _letters(text: str) -> str:

@@ -129,37 +129,20 @@ def measure(acceleration: ArrayLike, dt: float) -> Measures:
 
 
 def peak_ground_velocity(acceleration: ArrayLike, dt: float) -> float:
-    """Compute the peak ground velocity max|v|, from rest.
+    """Compute max|v| [m/s], from rest, of samples as `measure` takes them.
 
-    Parameters
-    ----------
-    acceleration : array_like, shape (n,)
-        Ground acceleration [m/s²].
-    dt : float
-        Time step [s].
-
-    Returns
-    -------
-    float
-        PGV [m/s], exact for linear a: local maxima between samples count. Raises as `measure`.
+    Exact for linear a: local maxima between samples count.
     """
     return _peaks_of_motion(_checked(acceleration, dt), dt)[0]
 
 
 def husid_curve(acceleration: ArrayLike, dt: float) -> Samples:
-    """Compute the Arias intensity up to each sample, π / (2 g) ∫ a² dt.
-
-    Parameters
-    ----------
-    acceleration : array_like, shape (n,)
-        Ground acceleration [m/s²].
-    dt : float
-        Time step [s].
+    """Compute the Arias intensity up to each sample, π / (2 g) ∫ a² dt, of samples as `measure` takes them.
 
     Returns
     -------
     array, shape (n,)
-        Arias intensity [m/s]; the last value is that of the record. Raises as `measure`.
+        Arias intensity [m/s]; the last value is that of the record.
 
     References
     ----------
@@ -172,23 +155,9 @@ def husid_curve(acceleration: ArrayLike, dt: float) -> Samples:
 
 
 def cumulative_absolute_velocity(acceleration: ArrayLike, dt: float) -> float:
-    """Compute CAV = ∫ |a| dt.
+    """Compute CAV = ∫ |a| dt [m/s] of samples as `measure` takes them.
 
-    Parameters
-    ----------
-    acceleration : array_like, shape (n,)
-        Ground acceleration [m/s²].
-    dt : float
-        Time step [s].
-
-    Returns
-    -------
-    float
-        CAV [m/s], exact for linear a, also where it changes sign between samples. Raises as `measure`.
-
-    References
-    ----------
-    EPRI (1988).
+    Exact for linear a, also where it changes sign between samples (EPRI 1988).
     """
     a = _checked(acceleration, dt)
     before, after = np.abs(a[:-1]), np.abs(a[1:])
@@ -200,25 +169,9 @@ def cumulative_absolute_velocity(acceleration: ArrayLike, dt: float) -> float:
 
 
 def significant_duration(acceleration: ArrayLike, dt: float, shares: tuple[float, float] = (0.05, 0.95)) -> float:
-    """Compute the time between two shares of the Arias intensity.
+    """Compute the time [s] between two shares of the Arias intensity, of samples as `measure` takes them.
 
-    Parameters
-    ----------
-    acceleration : array_like, shape (n,)
-        Ground acceleration [m/s²].
-    dt : float
-        Time step [s].
-    shares : (float, float)
-        Shares of the Arias intensity at the start and at the end.
-
-    Returns
-    -------
-    float
-        Duration [s], the Husid curve taken as linear between samples; NaN for a motion of zeros. Raises as `measure`.
-
-    References
-    ----------
-    Trifunac and Brady (1975).
+    The Husid curve is taken as linear between samples (Trifunac and Brady 1975); NaN for a motion of zeros.
     """
     husid = husid_curve(acceleration, dt)
     return _time_of(shares[1], husid, dt) - _time_of(shares[0], husid, dt)

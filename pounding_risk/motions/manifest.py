@@ -183,7 +183,7 @@ def _by_name(rows: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
 
 def _read(source: Path, number: int, cells: list[str]) -> dict[str, Any]:
     if words := uneven(cells, tuple(COLUMNS)):
-        raise RecordError(f"{source}: line {number} {words}; write the manifest again")
+        raise RecordError(f"{source}, line {number}: {words}; write the manifest again")
     values: dict[str, Any] = {}
     for cell_text, (name, (_, kind)) in zip(cells, COLUMNS.items(), strict=True):
         try:

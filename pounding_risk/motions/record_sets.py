@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
@@ -231,18 +232,14 @@ def _path(file: SetFile) -> Path:
         raise RecordError(f"{path}: no such file; {_repair()}")
     digest = sha256(path.read_bytes()).hexdigest()
     if digest != file.sha256:
+        installed = "an unknown version"
+        with suppress(metadata.PackageNotFoundError):
+            installed = f"version {metadata.version(PACKAGE)}"
         raise RecordError(
             f"{path} has sha256 {digest[:12]}..., version {VERSION} of {PACKAGE} has {file.sha256[:12]}..., and "
-            f"{_installed()} is installed; {_repair()}"
+            f"{installed} is installed; {_repair()}"
         )
     return path
-
-
-def _installed() -> str:
-    try:
-        return f"version {metadata.version(PACKAGE)}"
-    except metadata.PackageNotFoundError:
-        return "an unknown version"
 
 
 def _opened(file: SetFile) -> Any:
@@ -264,6 +261,11 @@ def _members(file: SetFile) -> tuple[Member, ...]:
 
 def _member(file: SetFile, station: dict[str, Any], row: dict[str, Any]) -> Member:
     component = row["ComponentName"].decode().rpartition("/")[2]
+    # Three digits at the end are the azimuth, -N and -E say it in letters; "ABBAR--L" says nothing of north.
+    digits = re.search(r"(\d{3})$", component)
+    azimuth = {"-N": 0.0, "-E": 90.0}.get(component[-2:])
+    if digits and int(digits[1]) <= 360:
+        azimuth = float(digits[1]) % 360.0
     sequence = int(row["RecordSequenceNumber"])
     return Member(
         id=f"RSN{sequence}-{component}",
@@ -276,7 +278,7 @@ def _member(file: SetFile, station: dict[str, Any], row: dict[str, Any]) -> Memb
         vs30=float(station["SiteVs30"]),
         station=station["RecordingStationName"].decode(),
         component=component,
-        azimuth=_azimuth(component),
+        azimuth=azimuth,
         rsn=sequence,
         dt=float(row["DT"]),
         npts=int(row["NumPoints"]),
@@ -287,14 +289,6 @@ def _member(file: SetFile, station: dict[str, Any], row: dict[str, Any]) -> Memb
         lowest_usable_frequency=float(station["LowestUsableFrequency"]),
         file=file,
     )
-
-
-def _azimuth(component: str) -> float | None:
-    """Three digits at the end are the azimuth, -N and -E say it in letters; "ABBAR--L" says nothing of north."""
-    digits = re.search(r"(\d{3})$", component)
-    if digits and int(digits[1]) <= 360:
-        return float(digits[1]) % 360.0
-    return {"-N": 0.0, "-E": 90.0}.get(component[-2:])
 
 
 def _rows(table: Any) -> Iterator[dict[str, Any]]:

@@ -9,7 +9,7 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.required_gap import NO_BOUND
+from pounding_risk.assessment.options import NO_BOUND
 from pounding_risk.assessment.sensitivity import NEVER, force_words
 from pounding_risk.questions.required_gap import bounds_cell, enough, marks
 from pounding_risk.render.sheet import (
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from pounding_risk.assessment.fragility import Fragility
     from pounding_risk.assessment.gmfs import Scenario
     from pounding_risk.assessment.hazard import Rate
-    from pounding_risk.assessment.proportions import Share
+    from pounding_risk.statistics.proportions import Share
 
 Row = list[Cell | str]
 

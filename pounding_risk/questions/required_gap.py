@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from pounding_risk.assessment.required_gap import NO_LOWER, NO_UPPER, RequiredGap, rounded_up
+from pounding_risk.assessment.options import NO_LOWER, NO_UPPER
 from pounding_risk.render.sheet import Cell, amount, number
+from pounding_risk.statistics.required_gap import RequiredGap, rounded_up
 
 
 def enough(gap: float, unit: bool = False) -> Cell:

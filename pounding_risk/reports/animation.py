@@ -66,19 +66,6 @@ def animate(run: xr.Dataset, out: str | Path) -> Path:
         written.
     """
     target = check_target(out, (".html",))
-    _check(run)
-    for rate in RATES:
-        text = page(_model(run, frames(run, rate)))
-        if len(text.encode("utf-8")) <= LARGEST:
-            return write_page(target, text)
-    span = float(run["time"][-1] - run["time"][0])
-    raise PoundingError(
-        f"the run lasts {span:g} s with {run.sizes['building']} buildings, too much for a page of "
-        f"{LARGEST // 1000} kB; choose a part of it, such as run.sel(time=slice(0, {span / 2:.3g}))"
-    )
-
-
-def _check(run: xr.Dataset) -> None:
     missing = [name for name in NEEDED if name not in run]
     if missing or "contact_point" not in run.dims:
         raise PoundingError(
@@ -88,6 +75,15 @@ def _check(run: xr.Dataset) -> None:
     check_run(run)
     if run.sizes["time"] < 2:
         raise PoundingError("the run has fewer than two instants; nothing moves")
+    for rate in RATES:
+        text = page(_model(run, frames(run, rate)))
+        if len(text.encode("utf-8")) <= LARGEST:
+            return write_page(target, text)
+    span = float(run["time"][-1] - run["time"][0])
+    raise PoundingError(
+        f"the run lasts {span:g} s with {run.sizes['building']} buildings, too much for a page of "
+        f"{LARGEST // 1000} kB; choose a part of it, such as run.sel(time=slice(0, {span / 2:.3g}))"
+    )
 
 
 def frames(run: xr.Dataset, rate: float) -> Frames:

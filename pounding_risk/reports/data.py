@@ -80,7 +80,7 @@ def at_amplitude(results: Any, amplitude: float | None) -> Any:
 
 
 class Along(NamedTuple):
-    """What lies along the axes of numbers of the scene, and the place that the other sections of a report are of."""
+    """An assessment along the axes of numbers of the scene, and the place that the other sections are of."""
 
     assessed: xr.Dataset
     place: Place
@@ -213,27 +213,20 @@ def opened(results: xr.Dataset | str | Path, options: Mapping[str, Any]) -> tupl
 
 
 def _check(dataset: xr.Dataset, whose: str) -> None:
+    """Raise PoundingError for what is no dataset of `scan`, for one of an older version, and for a damaged one."""
     missing = [name for name in NEEDED if name not in dataset]
     if missing or "scene_resolved" not in dataset.attrs:
         kind = _kind_beside(dataset)
-        description = (
-            f"a dataset of `pounding-risk {kind}`" if kind else f"a dataset without {', '.join(missing) or 'scene'}"
-        )
-        raise PoundingError(
-            f"{whose}: is {description}; a report is written from what `pounding-risk scan` writes"
-            + (f": name the scan first, and this one with --with {whose}" if kind else "")
-        )
+        what = f"a dataset of `pounding-risk {kind}`" if kind else f"a dataset without {', '.join(missing) or 'scene'}"
+        repair = f": name the scan first, and this one with --with {whose}" if kind else ""
+        raise PoundingError(f"{whose}: is {what}; a report is written from what `pounding-risk scan` writes{repair}")
     late = [name for name in ADDED if name not in dataset.variables]
     if late:
         raise PoundingError(
             f"{whose}: has no {', '.join(late)}: it was written by an older version, or damaged; run the scan again"
         )
-    check_scan(
-        dataset,
-        whose,
-        names=(*AXES_OF_CASES, *USED),
-        attrs=("records", "processing", "versions", "rtol", "scene", "restitution"),
-    )
+    attributes = ("records", "processing", "versions", "rtol", "scene", "restitution")
+    check_scan(dataset, whose, names=(*AXES_OF_CASES, *USED), attrs=attributes)
 
 
 def _kind_beside(dataset: xr.Dataset) -> str:
@@ -242,17 +235,15 @@ def _kind_beside(dataset: xr.Dataset) -> str:
     return kind if kind in BESIDE else ""
 
 
-def _with_origin(path: Path) -> xr.Dataset:
-    """A dataset from disk with its file and checksum as attributes."""
-    return open_results(path).assign_attrs(file=str(path), sha256=checksum(path))
-
-
 def companions(also: Iterable[xr.Dataset | str | Path]) -> dict[str, xr.Dataset]:
     """Datasets of other commands by the command's name; raises PoundingError for another, or two of one kind."""
     datasets: dict[str, xr.Dataset] = {}
     for result in also:
-        whose = str(result) if isinstance(result, str | Path) else "a dataset"
-        dataset = _with_origin(Path(result)) if isinstance(result, str | Path) else result
+        if isinstance(result, str | Path):
+            whose = str(result)
+            dataset = open_results(result).assign_attrs(file=whose, sha256=checksum(Path(result)))
+        else:
+            whose, dataset = "a dataset", result
         kind = _kind_beside(dataset)
         if not kind:
             raise PoundingError(f"{whose}: was written by none of {', '.join(BESIDE)}; leave it out")

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pounding_risk import figures
 from pounding_risk.reports import report
 from pounding_risk.reports.html import write_page
 from pounding_risk.results.files import save
-
-if TYPE_CHECKING:
-    from pounding_risk.scene.scene import Scene
 
 
 def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = print) -> dict[str, Path]:
@@ -35,21 +31,25 @@ def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = prin
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     study = runs.scene("paper")
-    assumed = _assumed(study)
+    damping = " and ".join(f"{100.0 * value:g} %" for value in sorted({one.damping for one in study.buildings}))
+    assumed = f"{damping} damping and F_E = {study.yield_force / 1e3:.0f} kN are not published, but assumed"
     say(f"The pair of Khatiwada et al. (2011) under El Centro 1940 at 0.5 g; {assumed}.")
     say("A first run compiles the solver, which takes some twenty seconds.")
     elastic, plastic = runs.figure_8(study)
-    _tell(say, runs.pair_findings(elastic, plastic))
+    for line in runs.pair_findings(elastic, plastic):
+        say(line)
     window = runs.window(study)
-    _tell(say, runs.window_findings(window))
+    for line in runs.window_findings(window):
+        say(line)
     ensemble = runs.scan(runs.scene("ensemble"))
-    _tell(say, runs.ensemble_findings(ensemble))
+    for line in runs.ensemble_findings(ensemble):
+        say(line)
     drawn = {
         "paper.png": figures.comparison_figure([elastic, plastic], note=assumed.replace("F_E", "$F_E$")),
         "impacts.png": figures.impact_figure(runs.figure_4(), note=runs.STRIKER_NOTE),
-        "yield_force.png": figures.scan_figure(window.searched, note=f"{_damping(study)} assumed"),
-        "map.png": figures.scan_figure(ensemble, note=f"{_damping(study)} assumed"),
-        "ratio.png": figures.ratio_figure(ensemble, note=f"{_damping(study)} assumed"),
+        "yield_force.png": figures.scan_figure(window.searched, note=f"{damping} damping assumed"),
+        "map.png": figures.scan_figure(ensemble, note=f"{damping} damping assumed"),
+        "ratio.png": figures.ratio_figure(ensemble, note=f"{damping} damping assumed"),
     }
     written = {name: figures.write(figure, target / name) for name, figure in drawn.items()}
     for name, dataset in {"paper.nc": plastic, "yield_force.nc": window.searched, "ensemble.nc": ensemble}.items():
@@ -67,20 +67,3 @@ def _scene_file(folder: Path, name: str) -> Path:
     if not file.exists():
         write_page(file, runs.text_of(name))
     return file
-
-
-def _assumed(study: Scene) -> str:
-    """Words on the values that the paper does not publish."""
-    return f"{_damping(study)} and F_E = {study.yield_force / 1e3:.0f} kN are not published, but assumed"
-
-
-def _damping(study: Scene) -> str:
-    return (
-        " and ".join(f"{100.0 * value:g} %" for value in sorted({building.damping for building in study.buildings}))
-        + " damping"
-    )
-
-
-def _tell(say: Callable[[str], None], lines: list[str]) -> None:
-    for line in lines:
-        say(line)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from pounding_risk.assessment.demands import open_dataset
 from pounding_risk.assessment.row import row_case
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import check_target
+from pounding_risk.results.files import check_target, open_results
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,6 +27,7 @@ def draw(
     plan: str | Path | None = None,
     profiles: str | Path | None = None,
     animation: str | Path | None = None,
+    figure: Mapping[str, str | Path] | None = None,
     street: str | Path | Footprints | None = None,
     building: Sequence[str] = (),
     gap: float | str | None = None,
@@ -37,13 +38,17 @@ def draw(
 ) -> tuple[Path, ...]:
     """Write drawings of a row: elevation, plan and storey profiles (.png, .svg or .pdf), and an animation (.html).
 
+    Any other figure of a dataset is drawn by its name.
+
     Parameters
     ----------
     results : xarray.Dataset, str, Path, or a sequence of these
         A dataset of `scan`, or its file; several of them for a plan of several rows; for an animation a run of
         `simulate`.
     elevation, plan, profiles, animation : str or Path, optional
-        Files to write; at least one.
+        Files to write; one at least, or a figure.
+    figure : mapping of str to str or Path, optional
+        Files of further figures by their names, as `figures.results_figure` has them.
     street : str, Path or mapping, optional
         Footprints for the plan: a map of footprints as `read_block` takes it, the buildings.csv of `write_block`, or
         corners (n, 2) [m] by the building's name.
@@ -73,13 +78,22 @@ def draw(
     paths = {"elevation": elevation, "plan": plan, "profiles": profiles}
     targets = {name: check_target(path, FIGURES) for name, path in paths.items() if path is not None}
     moving = None if animation is None else check_target(animation, (".html",))
-    if not targets and moving is None:
-        raise PoundingError("nothing to draw; name a file for elevation, plan, profiles or animation")
+    named = {name: check_target(path, FIGURES) for name, path in (figure or {}).items()}
+    if not targets and not named and moving is None:
+        raise PoundingError("nothing to draw; name a file for elevation, plan, profiles, animation or a figure")
     listed = [results] if isinstance(results, str | Path) or not isinstance(results, Sequence) else list(results)
-    if len(listed) > 1 and (set(targets) != {"plan"} or moving is not None):
+    if len(listed) > 1 and (set(targets) != {"plan"} or named or moving is not None):
         raise PoundingError(f"{len(listed)} datasets are given: only a plan shows several rows; name one dataset")
-    opened = [open_dataset(dataset)[0] for dataset in listed]
     written = []
+    if named:
+        from pounding_risk import figures
+
+        dataset = open_results(listed[0]) if isinstance(listed[0], str | Path) else listed[0]
+        pictures = {name: figures.results_figure(dataset, name) for name in named}
+        written = [figures.write(pictures[name], target) for name, target in named.items()]
+    if not targets and moving is None:
+        return tuple(written)
+    opened = [open_dataset(dataset)[0] for dataset in listed]
     if moving is not None:
         from pounding_risk.reports.animation import animate
 

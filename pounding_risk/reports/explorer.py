@@ -8,7 +8,7 @@ has a function of that name.
 from __future__ import annotations
 
 import json
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -87,7 +87,11 @@ def view(
         where Plotly is missing, and for an ``out`` that cannot be written.
     """
     target = check_target(out, (".html",))
-    dataset, source = _opened(results)
+    source = str(results) if isinstance(results, str | Path) else "the dataset"
+    dataset = open_results(results) if isinstance(results, str | Path) else results
+    # All places along axes of numbers of the scene, unless each sample has its own motion: there is no list of these.
+    if kind_of(dataset) not in ("scan", "") or not open_axes(dataset) or has_drawn_motions(dataset):
+        dataset = with_axes(dataset, source)
     check_scan(dataset, source)
     amplitudes = amplitudes_of(dataset)
     if pgas and (intensity_levels or amplitudes.axis != PGA_AXIS):
@@ -100,15 +104,6 @@ def view(
     part = chosen(dataset, {"record": records, "contact_model": contact_models, amplitudes.axis: levels}, source)
     _check_size(part, source)
     return write_page(target, page(page_model(part), row_pictures(part)))
-
-
-def _opened(results: str | Path | xr.Dataset) -> tuple[xr.Dataset, str]:
-    """A dataset and its name in errors; with all its places along axes of numbers of the scene, as it is."""
-    source = str(results) if isinstance(results, str | Path) else "the dataset"
-    whole = open_results(results) if isinstance(results, str | Path) else results
-    # Where each sample has its own motion there is no list of motions to choose from.
-    is_along = kind_of(whole) in ("scan", "") and open_axes(whole) and not has_drawn_motions(whole)
-    return whole if is_along else with_axes(whole, source), source
 
 
 def check_scan(dataset: xr.Dataset, source: str) -> None:
@@ -183,6 +178,11 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
     # Of a row the page shows one interface and the two buildings beside it.
     pickers += [dim for dim in ("interface",) if dim in dataset.dims and dim not in pickers]
     axes = [*pickers, *MAP, *(dim for dim in ("building",) if dim in dataset.dims)]
+    # Sentences on how a run may end, by its code; older files have words without commas only.
+    status = dataset["status"].attrs
+    meanings = (words.replace("_", " ") for words in str(status.get("flag_meanings", "")).split())
+    codes = map(str, np.atleast_1d(status.get("flag_values", [])).tolist())
+    statuses = json.loads(status["sentences"]) if "sentences" in status else dict(zip(codes, meanings, strict=True))
     return {
         "title": str(dataset.attrs.get("title") or "Results of a scan"),
         "facts": _facts(dataset),
@@ -191,7 +191,7 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
         "pickers": pickers,
         "start": own_case(dataset) | own_places(dataset),
         "together": [axis for axis in pickers if axis in MOTIONS],
-        "statuses": _sentences(dataset["status"].attrs),
+        "statuses": statuses,
         "told": {name: _variable(dataset[name], axes) for name in STATES if name in dataset},
         "outputs": [_variable(dataset[name], axes) for name in _outputs(dataset, axes)],
         "profiles": _profiles(dataset, axes),
@@ -203,7 +203,8 @@ def _profiles(dataset: xr.Dataset, axes: Sequence[str]) -> dict[str, Any] | None
     if not _has_profiles(dataset):
         return None
     deep = [*axes, "storey"]
-    levels = [[float(level) for level in floors if np.isfinite(level)] for floors in _floors(dataset)]
+    floors_of = dataset["floor_level"].transpose("building", "storey").values
+    levels = [[float(level) for level in floors if np.isfinite(level)] for floors in floors_of]
     points = zip(dataset["contact_point_interface"].values, dataset["contact_point_level"].values, strict=True)
     return {
         "levels": levels,
@@ -229,18 +230,6 @@ def _has_profiles(dataset: xr.Dataset) -> bool:
     return bool(names) and sum(dataset[name].size for name in names) <= MOST_OF_STOREYS
 
 
-def _floors(dataset: xr.Dataset) -> np.ndarray:
-    return np.asarray(dataset["floor_level"].transpose("building", "storey").values)
-
-
-def _sentences(status: Mapping[str, Any]) -> dict[str, str]:
-    """Sentences on how a run may end, by its code; older files have words without commas only."""
-    if "sentences" in status:
-        return json.loads(status["sentences"])
-    meanings = (words.replace("_", " ") for words in str(status.get("flag_meanings", "")).split())
-    return dict(zip(map(str, np.atleast_1d(status.get("flag_values", [])).tolist()), meanings, strict=True))
-
-
 def _prepared(dataset: xr.Dataset) -> xr.Dataset:
     """The dataset with both axes of the map, and whether there was contact as an output of its own.
 
@@ -255,15 +244,12 @@ def _prepared(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.assign(contact=touched)
 
 
-def _outputs(dataset: xr.Dataset, axes: Sequence[str]) -> Iterable[Hashable]:
+def _outputs(dataset: xr.Dataset, axes: Sequence[str]) -> list[str]:
     """Outputs of each case, whether there was contact first; then those of each motion without contact."""
-    of_cases = [name for name, variable in dataset.data_vars.items() if set(MAP) <= set(variable.dims) <= set(axes)]
-    alone = [name for name, variable in dataset.data_vars.items() if _is_free(str(name), variable.dims, axes)]
-    return ["contact", *(name for name in of_cases if name not in ("contact", *STATES)), *alone]
-
-
-def _is_free(name: str, dims: tuple[Hashable, ...], axes: Sequence[str]) -> bool:
-    return name.endswith("_free") and bool(dims) and set(dims) <= set(axes) - set(NO_CASE)
+    dims = {str(name): set(variable.dims) for name, variable in dataset.data_vars.items()}
+    of_cases = [name for name, own in dims.items() if set(MAP) <= own <= set(axes)]
+    without = [name for name, own in dims.items() if name.endswith("_free") and own and own <= set(axes) - set(NO_CASE)]
+    return ["contact", *(name for name in of_cases if name not in ("contact", *STATES)), *without]
 
 
 def _variable(variable: xr.DataArray, axes: Sequence[str]) -> dict[str, Any]:
@@ -285,7 +271,11 @@ def _variable(variable: xr.DataArray, axes: Sequence[str]) -> dict[str, Any]:
 def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
     labels = dataset[axis].values if axis in dataset.coords else np.arange(dataset.sizes[axis])
     units = {"gap": "mm", "yield_force": "kN"}
-    words = _place_words(dataset, axis) or [label_words(axis_name(dataset, axis), label) for label in labels]
+    words = [label_words(axis_name(dataset, axis), label) for label in labels]
+    if axis in (of_scene := axes_by_name(dataset)):  # with the values that move with it
+        first, *others = of_scene[axis].keys
+        moving = [[f", {key} {value}" for value in written_values(dataset, key)] for key in others]
+        words = ["".join(parts) for parts in zip(written_values(dataset, first), *moving, strict=True)]
     if axis == "yield_force" and np.isinf(finite_forces(dataset)).any():
         words = [COLUMNS if word == "none" else word for word in words]
     has_notes = axis == "record" and "record_event" in dataset.coords
@@ -301,17 +291,6 @@ def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
 def axes_by_name(dataset: xr.Dataset) -> dict[str, SceneAxis]:
     """The axes of numbers of the scene that the dataset has as dimensions."""
     return {axis.name: axis for axis in axes_of(dataset) if axis.name in dataset.dims}
-
-
-def _place_words(dataset: xr.Dataset, axis: str) -> list[str]:
-    """The values along an axis of numbers of the scene, with those that move with it; none of another axis."""
-    known = axes_by_name(dataset).get(axis)
-    if known is None:
-        return []
-    first, *others = known.keys
-    labels = written_values(dataset, first)
-    moving = [[f", {key} {words}" for words in written_values(dataset, key)] for key in others]
-    return ["".join(parts) for parts in zip(labels, *moving, strict=True)]
 
 
 def label_words(axis: str, value: Any) -> str:

@@ -30,9 +30,7 @@ def document(model: Document) -> bytes:
         root = Path(folder)
         (root / "report.json").write_text(json.dumps(_with_files(model, root), ensure_ascii=False), encoding="utf-8")
         template = root / TEMPLATE
-        template.write_text(
-            resources.files(__package__).joinpath(TEMPLATE).read_text(encoding="utf-8"), encoding="utf-8"
-        )
+        template.write_bytes(resources.files(__package__).joinpath(TEMPLATE).read_bytes())
         (root / FONTS).mkdir()
         for font in font_files():
             shutil.copy(font, root / FONTS)

@@ -22,11 +22,10 @@ from pounding_risk.results.upgrade import DATASET_VERSION, VERSION
 from pounding_risk.results.variables import described, own_dims
 from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import said_restitution
-from pounding_risk.scene.level_notes import level_notes
+from pounding_risk.scene.notes import level_notes, unused_keys
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene, plugins_of
 from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.scene.uncertain import DrawnMotions
-from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.solver.counters import STATUS_SENTENCES
 
 if TYPE_CHECKING:
@@ -335,7 +334,7 @@ def _unusual_factors(study: Scene, motions: tuple[Motion, ...]) -> dict[str, str
 def numbers_of(study: Scene, laws: Laws) -> dict[str, str]:
     """Attributes that follow from numbers of the scene, and differ along an axis of such a number."""
     notes = level_notes(study)
-    rules = [said_restitution(interface.restitution_words) for interface in study.interfaces]
+    rules = [said_restitution(interface.restitution.words) for interface in study.interfaces]
     return {
         "references": "; ".join(sources_of(study, [law for of_model in laws for law in of_model])),
         "stiffness": as_text(

@@ -16,9 +16,9 @@ from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import EFFECTS, read_option, written_option
 from pounding_risk.scene.interfaces import EqualTerms
-from pounding_risk.scene.keys import Key, Number, Several, Unreadable, list_of, spaced
+from pounding_risk.scene.keys import Key, Number, Unreadable, list_of, located, spaced
 from pounding_risk.scene.overrides import address_of, override, parts_of
-from pounding_risk.scene.scene_axis import NO_UNIT, UNCERTAIN, SceneAxis, labels_of
+from pounding_risk.scene.scene_axis import NO_UNIT, UNCERTAIN, SceneAxis, alone, has_gap, labels_of
 from pounding_risk.scene.tables import Grid
 from pounding_risk.scene.toml import Fault, KeyPath
 from pounding_risk.units import Quantity, parse, shown, si
@@ -36,6 +36,7 @@ RANGE = {"start", "stop", "num"}
 ADDRESS = rf"^({'|'.join(VARIED)})\."  # of a key of [grid] that is an axis
 _EXAMPLE = '"building.frame.period" = ["0.2 s", "0.4 s"]'
 Known = Mapping[str, Mapping[str, Key]]  # the keys of each section
+Written = tuple[KeyPath, str, Any]  # where a number stands in the file, its address and what is written for it
 
 
 class Placed(NamedTuple):
@@ -46,15 +47,8 @@ class Placed(NamedTuple):
     targets: tuple[KeyPath, ...] = ()
 
 
-class Address(NamedTuple):
-    """The address of a number that varies, and what it stands for."""
-
-    key: str  # the address, in one spelling
-    targets: tuple[KeyPath, ...]  # what it sets in the tables of the scene
-
-
 class Entry(NamedTuple):
-    """An axis as [grid] has it."""
+    """The values of one address, as [grid] has them."""
 
     key: str  # its address, in one spelling
     path: KeyPath  # where it stands in the file
@@ -62,85 +56,53 @@ class Entry(NamedTuple):
     values: tuple[Any, ...]  # as a scene file has them, in SI where they are numbers
 
 
-# ------------------------------------------------------------------------------------------------ reading
+# ------------------------------------------------------------------------------------------------ addresses
 
 
-def taken_axes(raw: dict[str, Any], outside: Sequence[KeyPath], known: Known) -> tuple[tuple[Placed, ...], list[Fault]]:
-    """Take the axes of numbers out of the table [grid]: each with its place in the file; and what is wrong with them.
+def taken_addresses(
+    section: str, table: dict[str, Any], nested: str, own: Container[str], ends: Set[str]
+) -> list[Written]:
+    """Take what stands under addresses out of a table of a scene file, whose ``own`` keys stay.
 
-    An axis whose key was set from ``outside`` is one no more: the key has that value.
+    An address stands in quotes, without as nested tables, or in the table ``nested``, as Python gives it. A table with
+    any key of ``ends`` is a value.
     """
-    grid = raw.get("grid")
-    if not isinstance(grid, dict):
-        return (), []
-    asked, zipped = _entries(grid, known["grid"]), grid.pop(ZIP, None)
-    bare = raw | {"grid": grid}
-    entries: list[Entry] = []
-    faults: list[Fault] = []
-    for path, text, value in asked:
-        try:
-            entries.append(_entry(path, text, value, bare, known))
-        except Several as error:
-            faults += [Fault((*path, *below), sentence) for below, sentence in error.faults]
-        except ValueError as error:
-            faults.append(Fault(path, str(error)))
-    faults += _twice(entries)
-    groups, wrong = _groups(zipped, [entry.key for entry in entries], bool(faults))
-    kept = {entry.key: entry for entry in entries if not set(entry.targets) <= set(outside)}
-    partly = [entry for entry in kept.values() if set(entry.targets) & set(outside)]
-    faults += [Fault(entry.path, f"--set sets a part of what {entry.key} sets; set all of it") for entry in partly]
-    placed: list[Placed] = []
-    for group in groups:
-        members = [kept[key] for key in group if key in kept]
-        if members and len({len(member.values) for member in members}) > 1:
-            counts = ", ".join(f"{len(member.values)} of {member.key}" for member in members)
-            wrong.append(Fault(("grid", ZIP), f"values that move together are as many as each other, not {counts}"))
-        elif members:
-            axis = SceneAxis(tuple(m.key for m in members), tuple(m.values for m in members))
-            placed.append(Placed(members[0].path, axis, tuple(target for m in members for target in m.targets)))
-            wrong += _repeated(members)
-    return tuple(placed), faults + wrong
-
-
-def _entries(grid: dict[str, Any], own: Container[str]) -> list[tuple[KeyPath, str, Any]]:
-    """The axes of [grid] as written, taken out of it: where each stands, its address, and its values."""
-    found: list[tuple[KeyPath, str, Any]] = []
-    nested = grid.pop(AXES, {})
-    if not isinstance(nested, dict):
-        found.append((("grid", AXES), "", nested))
-        nested = {}
-    found += [(("grid", AXES, key), key, value) for key, value in nested.items()]
-    for key in list(grid):
-        first = key.partition(".")[0]
-        if key in own and not (first in VARIED and isinstance(grid[key], dict)):
+    inner = table.pop(nested, {})
+    written: list[Written] = []
+    if isinstance(inner, dict):
+        written += [((section, nested, key), key, value) for key, value in inner.items()]
+    else:
+        written.append(((section, nested), "", inner))
+    for key in list(table):
+        value = table[key]
+        if key in own and not (key in VARIED and isinstance(value, dict)):
             continue
-        if "." in key:
-            found.append((("grid", key), key, grid.pop(key)))
-        elif isinstance(grid[key], dict) and not RANGE & set(grid[key]):  # building.frame.period = ... unquoted
-            found += unquoted(("grid", key), grid.pop(key), RANGE)
-    return found
+        if "." in key or (section == UNCERTAIN and isinstance(value, dict) and ends & set(value)):
+            written.append(((section, key), key, table.pop(key)))
+        elif isinstance(value, dict) and not ends & set(value):  # building.frame.period = ... without quotes
+            written += _unquoted((section, key), table.pop(key), ends)
+    return written
 
 
-def unquoted(path: KeyPath, value: Any, ends: Set[str]) -> Iterator[tuple[KeyPath, str, Any]]:
-    """The values below a key that is written without quotes, building.frame.period; a table with ``ends`` is one."""
+def _unquoted(path: KeyPath, value: Any, ends: Set[str]) -> Iterator[Written]:
     if isinstance(value, dict) and not ends & set(value):
         for key, inner in value.items():
-            yield from unquoted((*path, key), inner, ends)
+            yield from _unquoted((*path, key), inner, ends)
     else:
         yield path, address_of([str(part) for part in path[1:]]), value
 
 
-def _entry(path: KeyPath, text: str, value: Any, raw: dict[str, Any], known: Known) -> Entry:
-    """An axis as [grid] has it, from its address and values; raises Unreadable."""
-    if len(parts_of(text)) < 2:
-        raise Unreadable(f"{shown(text or value)} is no key of the scene; write for example {_EXAMPLE}")
-    address = addressed(text, raw, known, "an axis")
-    return Entry(address.key, path, address.targets, _values(value, one_value(address.targets[0], known)))
+def addressed(
+    text: str, value: Any, raw: Mapping[str, Any], known: Known, what: str, example: str
+) -> tuple[str, tuple[KeyPath, ...]]:
+    """The address of a number that varies, in one spelling, and what it sets in the tables of the scene.
 
-
-def addressed(text: str, raw: Mapping[str, Any], known: Known, what: str) -> Address:
-    """The address of a number that varies; ``what`` it then is. Raises Unreadable where no number may."""
+    ``what`` and ``example`` are for sentences: what it is, and how it is written. Raises Unreadable where no number may
+    stand.
+    """
     parts = parts_of(text)
+    if len(parts) < 2:
+        raise Unreadable(f"{shown(text or value)} is no key of the scene; write for example {example}")
     section = parts[0]
     if section in ELSEWHERE:
         raise Unreadable(f"no key of [{section}] is {what}: {ELSEWHERE[section]}")
@@ -154,59 +116,19 @@ def addressed(text: str, raw: Mapping[str, Any], known: Known, what: str) -> Add
     if "building" in raw:
         scratch["building"] = copy.deepcopy(raw["building"])
     try:
-        targets = override(scratch, f"{key}=0", known, "")
+        return key, tuple(override(scratch, f"{key}=0", known, ""))
     except SceneError as error:
-        raise Unreadable(without_label(error.faults[0], key)) from None
-    return Address(key, tuple(targets))
+        raise Unreadable(error.faults[0].removeprefix(f"--set {key}: ")) from None
 
 
-def without_label(sentence: str, key: str) -> str:
-    """A sentence of `--set` without the words that name its option."""
-    return sentence.removeprefix(f"--set {key}: ")
-
-
-def _values(value: Any, one: Callable[[Any, Number], Any]) -> tuple[Any, ...]:
-    """The values of an axis as a scene file has them, numbers in SI; raises Unreadable."""
-    if isinstance(value, dict):
-        return _spaced(value, one)
-    if not isinstance(value, list):
-        raise Unreadable(
-            f"{shown(value)} is not a list; write a list of values, or {{start = ..., stop = ..., num = 11}}"
-        )
-    several = [item for item in list_of(value, _EXAMPLE) if isinstance(item, bool) or not is_single(item)]
-    if several:
-        raise Unreadable(
-            f"{shown(several[0])} is no single value; of a list vary one value by its number from 1, such as "
-            '"building.frame.storey_masses.2"'
-        )
-    return tuple(one(item, parse) for item in value)
-
-
-def is_single(value: Any) -> bool:
-    """True for a number or a text."""
-    return isinstance(value, int | float | str)
-
-
-def _spaced(value: dict[str, Any], one: Callable[[Any, Number], Any]) -> tuple[Any, ...]:
-    """``num`` values from start to stop, both included, evenly spaced."""
-    ends = [value[end] for end in ("start", "stop") if is_single(value.get(end))]
-    labels = labels_of([one(end, parse) for end in ends])
-    unit = "" if labels.unit in (None, NO_UNIT) else labels.unit.replace("m/s2", "m/s^2")
-    quantity = Quantity(unit or NO_UNIT, -inf, inf, "value")
-    return tuple(f"{number!r} {unit}" if unit else number for number in spaced(value, quantity, parse))
-
-
-def one_value(target: KeyPath, known: Known) -> Callable[[Any, Number], Any]:
-    """What brings one value of a key into the form of a resolved scene; what the key cannot take stays as it is."""
-    read = reader_of(target, known)
-
-    def one(value: Any, number: Number) -> Any:
-        with suppress(ValueError, TypeError, LookupError):
-            written = read(value, number)
-            return written if is_single(written) and not isinstance(written, bool) else value
-        return value
-
-    return one
+def likely_target(address: str, known: Known) -> KeyPath:
+    """What an address sets, without the tables of its scene: section and key; nothing where it names no key."""
+    parts = parts_of(address)
+    names = [part for part in parts[1:] if part in known.get(parts[0], {})] if parts else []
+    if not names:
+        return ()
+    below = [int(part) - 1 if part.isdecimal() else part for part in parts[parts.index(names[0], 1) + 1 :]]
+    return (parts[0], names[0], *below)
 
 
 def reader_of(target: KeyPath, known: Known) -> Callable[[Any, Number], Any]:
@@ -229,6 +151,87 @@ def reader_of(target: KeyPath, known: Known) -> Callable[[Any, Number], Any]:
     return lambda value, number: value
 
 
+def one_value(target: KeyPath, known: Known) -> Callable[[Any, Number], Any]:
+    """What brings one value of a key into the form of a resolved scene; what the key cannot take stays as it is."""
+    read = reader_of(target, known)
+
+    def one(value: Any, number: Number) -> Any:
+        with suppress(ValueError, TypeError, LookupError):
+            written = read(value, number)
+            return written if is_single(written) else value
+        return value
+
+    return one
+
+
+def is_single(value: Any) -> bool:
+    """True for a number or a text."""
+    return isinstance(value, int | float | str) and not isinstance(value, bool)
+
+
+# ------------------------------------------------------------------------------------------------ reading
+
+
+def taken_axes(raw: dict[str, Any], outside: Sequence[KeyPath], known: Known) -> tuple[tuple[Placed, ...], list[Fault]]:
+    """Take the axes of numbers out of the table [grid]: each with its place in the file; and what is wrong with them.
+
+    An axis whose key was set from ``outside`` is one no more: the key has that value.
+    """
+    grid = raw.get("grid")
+    if not isinstance(grid, dict):
+        return (), []
+    written, zipped = taken_addresses("grid", grid, AXES, known["grid"], RANGE), grid.pop(ZIP, None)
+    entries: list[Entry] = []
+    faults: list[Fault] = []
+    for path, text, value in written:
+        try:
+            key, targets = addressed(text, value, raw, known, "an axis", _EXAMPLE)
+            entries.append(Entry(key, path, targets, _values(value, one_value(targets[0], known))))
+        except ValueError as error:
+            faults += [Fault(*fault) for fault in located(error, *path)]
+    faults += _twice(entries)
+    groups, wrong = _groups(zipped, [entry.key for entry in entries], bool(faults))
+    kept = {entry.key: entry for entry in entries if not set(entry.targets) <= set(outside)}
+    partly = [entry for entry in kept.values() if set(entry.targets) & set(outside)]
+    faults += [Fault(entry.path, f"--set sets a part of what {entry.key} sets; set all of it") for entry in partly]
+    placed: list[Placed] = []
+    for group in groups:
+        members = [kept[key] for key in group if key in kept]
+        if members and len({len(member.values) for member in members}) > 1:
+            counts = ", ".join(f"{len(member.values)} of {member.key}" for member in members)
+            wrong.append(Fault(("grid", ZIP), f"values that move together are as many as each other, not {counts}"))
+        elif members:
+            axis = SceneAxis(tuple(m.key for m in members), tuple(m.values for m in members))
+            placed.append(Placed(members[0].path, axis, tuple(target for m in members for target in m.targets)))
+            first: dict[tuple[Any, ...], int] = {}
+            for place, values in enumerate(zip(*axis.values, strict=True)):
+                if first.setdefault(values, place) != place:
+                    sentence = f"{', '.join(map(shown, values))} stands twice; remove one"
+                    wrong.append(Fault((*members[0].path, place), sentence))
+    return tuple(placed), faults + wrong
+
+
+def _values(value: Any, one: Callable[[Any, Number], Any]) -> tuple[Any, ...]:
+    """The values of an axis as a scene file has them, numbers in SI; raises Unreadable."""
+    if isinstance(value, dict):  # evenly spaced from start to stop
+        ends = [value[end] for end in ("start", "stop") if isinstance(value.get(end), int | float | str)]
+        labels = labels_of([one(end, parse) for end in ends])
+        unit = "" if labels.unit in (None, NO_UNIT) else labels.unit.replace("m/s2", "m/s^2")
+        quantity = Quantity(unit or NO_UNIT, -inf, inf, "value")
+        return tuple(f"{number!r} {unit}" if unit else number for number in spaced(value, quantity, parse))
+    if not isinstance(value, list):
+        raise Unreadable(
+            f"{shown(value)} is not a list; write a list of values, or {{start = ..., stop = ..., num = 11}}"
+        )
+    several = [item for item in list_of(value, _EXAMPLE) if not is_single(item)]
+    if several:
+        raise Unreadable(
+            f"{shown(several[0])} is no single value; of a list vary one value by its number from 1, such as "
+            '"building.frame.storey_masses.2"'
+        )
+    return tuple(one(item, parse) for item in value)
+
+
 def _twice(entries: Sequence[Entry]) -> Iterator[Fault]:
     """A fault for each axis that sets what another sets."""
     setters: dict[KeyPath, str] = {}
@@ -238,15 +241,6 @@ def _twice(entries: Sequence[Entry]) -> Iterator[Fault]:
             if other != entry.key or sum(one.key == entry.key for one in entries) > 1:
                 yield Fault(entry.path, f"sets what the axis {other} sets; remove one")
                 break
-
-
-def _repeated(members: Sequence[Entry]) -> Iterator[Fault]:
-    """A fault for an axis with one place twice."""
-    first: dict[tuple[Any, ...], int] = {}
-    for place, values in enumerate(zip(*(member.values for member in members), strict=True)):
-        if first.setdefault(values, place) != place:
-            stands = f"{', '.join(map(shown, values))} stands twice; remove one"
-            yield Fault((*members[0].path, place), stands)
 
 
 def _groups(zipped: Any, keys: Sequence[str], is_faulty: bool) -> tuple[list[list[str]], list[Fault]]:
@@ -301,17 +295,7 @@ def axes_in_text(grid: Mapping[str, Any], known: Known) -> dict[str, Any]:
     return written
 
 
-def likely_target(address: str, known: Known) -> KeyPath:
-    """What an address sets, without the tables of its scene: section and key; nothing where it names no key."""
-    parts = parts_of(address)
-    names = [part for part in parts[1:] if part in known.get(parts[0], {})] if parts else []
-    if not names:
-        return ()
-    below = [int(part) - 1 if part.isdecimal() else part for part in parts[parts.index(names[0], 1) + 1 :]]
-    return (parts[0], names[0], *below)
-
-
-# ------------------------------------------------------------------------------------------------ places
+# ------------------------------------------------------------------------------------------------ writing
 
 
 def written_axes(axes: Sequence[SceneAxis]) -> dict[str, Any]:
@@ -324,8 +308,8 @@ def written_axes(axes: Sequence[SceneAxis]) -> dict[str, Any]:
     return written | ({ZIP: together} if together else {})
 
 
-def is_axis(key: str, value: Any) -> bool:
-    """True for a key of [grid] that is an axis of numbers, or tells of them."""
+def _is_axis(key: str, value: Any) -> bool:
+    """True for a key of [grid] that is an axis of numbers, or says of them which move together."""
     own = Grid.model_fields.keys() - {AXES, ZIP}
     return key not in own or (key in VARIED and isinstance(value, Mapping))
 
@@ -334,15 +318,101 @@ def without_axes(tables: Mapping[str, Any]) -> dict[str, Any]:
     """The tables of a scene without the axes of numbers in [grid], and without uncertain numbers."""
     grid = tables.get("grid", {})
     others = {name: table for name, table in tables.items() if name != UNCERTAIN}
-    return {**others, "grid": {key: value for key, value in grid.items() if not is_axis(key, value)}}
+    return {**others, "grid": {key: value for key, value in grid.items() if not _is_axis(key, value)}}
 
 
 def keeping_axes(overrides: Sequence[str]) -> tuple[str, ...]:
     """The overrides that write neither an axis of numbers nor uncertain ones."""
-    return tuple(text for text in overrides if not _sets_axis(parts_of(text.partition("=")[0])))
+
+    def sets_axis(parts: Sequence[str]) -> bool:
+        if parts[:1] == [UNCERTAIN]:
+            return True
+        return len(parts) > 1 and parts[0] == "grid" and _is_axis(parts[1], {} if len(parts) > 2 else None)
+
+    return tuple(text for text in overrides if not sets_axis(parts_of(text.partition("=")[0])))
 
 
-def _sets_axis(parts: Sequence[str]) -> bool:
-    if parts[:1] == [UNCERTAIN]:
-        return True
-    return len(parts) > 1 and parts[0] == "grid" and is_axis(parts[1], {} if len(parts) > 2 else None)
+# ------------------------------------------------------------------------------------------------ checks
+
+OF_PERIODS = "the periods that the levels of intensity are of, which are relative to a building's"
+OF_GAPS = ("the gaps of the grid", "the interface whose gap varies")  # which follow where a gap is drawn
+IN_GRID = {
+    OF_GAPS[0]: "write gap = [...] in [grid] instead",
+    "the yield forces of the grid": "write yield_force = [...] in [grid] instead",
+    "the contact models of the grid": "write contact_model = [...] in [grid] instead",
+    OF_PERIODS: "motions are scaled once for all cases: write them in s, or run one scene for each",
+}
+OfScene = Any  # a `Scene`, whose module imports this one
+# What all scenes of one grid have in common.
+COMMON: dict[str, Callable[[OfScene], Any]] = {
+    OF_GAPS[0]: lambda scene: scene.grid.gaps,
+    "the yield forces of the grid": lambda scene: scene.grid.yield_forces,
+    "the contact models of the grid": lambda scene: (scene.grid.contact_models, scene.model_names),
+    "the names of the buildings": lambda scene: [building.name for building in scene.buildings],
+    "which buildings are rigid, or have how many storeys": lambda scene: [
+        (building.is_rigid, len(getattr(building, "masses", (0,)))) for building in scene.buildings
+    ],
+    # Read once, beside the records of the scene.
+    "the records of their own that buildings stand on": lambda scene: [
+        building.support.records for building in scene.buildings
+    ],
+    "which floors meet": lambda scene: [
+        (point.interface, point.kind, point.left_floor, point.right_floor) for point in scene.points
+    ],
+    OF_GAPS[1]: lambda scene: scene.gridded_interface,
+    OF_PERIODS: lambda scene: scene.grid.measure,
+    "the effects": lambda scene: [effect.name for effect in scene.effects],
+    "the solver": lambda scene: scene.is_row,
+}
+
+
+def unlike(study: OfScene, other: OfScene) -> Iterator[tuple[str, str]]:
+    """What all scenes of one grid must have in common and these have not: what it is, and the repair."""
+    draws_gap = study.uncertain is not None and has_gap(study.uncertain.keys)
+    for what, of_scene in COMMON.items():
+        if of_scene(study) != of_scene(other) and not (draws_gap and what in OF_GAPS):
+            yield what, IN_GRID.get(what, "run one scene for each")
+
+
+def axis_faults(study: OfScene, placed: Sequence[Placed], make: Callable[[Sequence[str]], OfScene]) -> Iterator[Fault]:
+    """A fault for each value along an axis that the scene cannot have; ``make`` gives the scene with values set."""
+    paths = {one.axis.name: one.path for one in placed}
+    for axis, place, overrides in alone([one.axis for one in placed]):
+        path = paths[axis.name]
+        value = ", ".join(shown(values[place]) for values in axis.values)
+        where = value
+        if axis.dimension:
+            where = f"sample {place} ({', '.join(text.replace('=', ' = ', 1) for text in overrides)})"
+        try:
+            made = make(overrides)
+        except SceneError as error:
+            for fault in error.faults:
+                sentence = fault if axis.dimension else fault.removeprefix(f"--set {axis.name}: ")
+                named = not axis.dimension and sentence.startswith(value)
+                yield Fault(path if axis.dimension else (*path, place), sentence if named else f"{where}: {sentence}")
+            if axis.dimension:
+                return
+            continue
+        changes = list(unlike(study, made))
+        yield from (Fault(path, f"{where} changes {what}; {repair}") for what, repair in changes)
+        idle = [] if changes else list(_without_effect(study, made))
+        for what in idle:
+            sentence = f"changes no case: [grid] has its own {what}"
+            if what == "gap" and axis.dimension:
+                sentence = (
+                    f"the uncertain gap {sentence}, and contact at any gap follows from the closing of each sample"
+                )
+            yield Fault(path, f"{sentence}; remove one")
+        if changes or idle:
+            return  # the other values do the same
+
+
+def _without_effect(study: OfScene, made: OfScene) -> Iterator[str]:
+    """What the interfaces have otherwise than in the scene, and the cases of the grid have not."""
+    one, other = ([between.gap for between in scene.interfaces] for scene in (study, made))
+    gaps = zip(study.grid.gaps, made.grid.gaps, strict=True)
+    if one != other and all(study.interface_gaps(gap) == made.interface_gaps(same) for gap, same in gaps):
+        yield "gap"
+    one, other = ([between.yield_force for between in scene.interfaces] for scene in (study, made))
+    if one != other and len(study.grid.yield_forces) > 1:
+        yield "yield_force"

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
+from inspect import get_annotations
 from itertools import pairwise
 from math import inf, pi, sqrt
 from typing import Annotated, Any, ClassVar
@@ -67,8 +69,8 @@ def _storeyed(quantity: Quantity, words: str, example: str, absent: str, missing
             return number(value, quantity)
         if len(value) > MOST_STOREYS:
             raise Unreadable(f"the list has {len(value)} values, more than {MOST_STOREYS} storeys; check it")
-        asked = list_of(value, f"a value for each storey, such as {usual}")
-        return tuple(each(asked, lambda item: number(item, quantity)))
+        values = list_of(value, f"a value for each storey, such as {usual}")
+        return tuple(each(values, lambda item: number(item, quantity)))
 
     def write(values: tuple[float, ...] | float) -> Any:
         if isinstance(values, tuple):
@@ -97,8 +99,7 @@ def _records_of_ground(value: Any, number: Number) -> tuple[str, ...]:
     return tuple(names)
 
 
-# Keys of more than one kind of building.
-Name = Annotated[str, text("What tables and figures call the building; each has its own.", "frame", REQUIRED)]
+# Keys of some kinds of building; those of all stand in `AnyBuilding`, those of one in its class.
 Mass = Annotated[
     float,
     measured(
@@ -132,7 +133,7 @@ Height = Annotated[
 StoreyCount = Annotated[
     int,
     Key(
-        "How many storeys, where no list tells it.",
+        "How many storeys, where no list says it.",
         _storey_count,
         "4",
         "as many as the lists have values",
@@ -147,75 +148,6 @@ DampingRule = Annotated[
         "How storeys are damped: the same ratio in every mode, by mass and stiffness, or by stiffness alone.",
         '"rayleigh"',
         f'"{DAMPING_RULES[0]}"',
-    ),
-]
-FloorDepth = Annotated[
-    float | None,
-    measured(
-        FLOOR_DEPTH,
-        "Depth of its floors below their levels; with it floors of neighbours that overlap in height meet floor to "
-        "floor, others meet columns.",
-        '"0.3 m"',
-        "0.25 m, a slab of 6 m span (ACI 318-19, table 7.3.1.1: span / 24); a quarter of the lowest storey at most",
-    ),
-]
-InitialDisplacement = Annotated[
-    tuple[float, ...] | float,
-    _storeyed(
-        INITIAL_DISPLACEMENT,
-        "Displacement of each floor relative to the ground when the motion begins",
-        '["10 mm", "20 mm"]',
-        "at rest",
-    ),
-]
-InitialVelocity = Annotated[
-    tuple[float, ...] | float,
-    _storeyed(
-        INITIAL_VELOCITY,
-        "Velocity of each floor relative to the ground when the motion begins",
-        '"0.5 m/s"',
-        "at rest",
-    ),
-]
-GroundFactor = Annotated[
-    float,
-    measured(
-        GROUND_FACTOR,
-        "Factor on the ground motion under it: -1 reverses it, 0 is ground that does not shake.",
-        "-1.0",
-        "1",
-    ),
-]
-GroundDelay = Annotated[
-    float,
-    measured(
-        GROUND_DELAY,
-        "How much later the ground motion reaches it than the building that is reached first, which has none. A run "
-        "lasts until the last building has had the whole motion.",
-        '"0.1 s"',
-        "at once",
-    ),
-]
-GroundVelocity = Annotated[
-    float,
-    measured(
-        GROUND_VELOCITY,
-        "Velocity of the ground under it when the record begins; initial displacement and velocity are relative to it.",
-        '"0.1 m/s"',
-        "ground that rests",
-    ),
-]
-GroundRecord = Annotated[
-    tuple[str, ...],
-    Key(
-        "A record of its own under it: a file, an id of the catalogue or a generated motion as text, for all records "
-        "of the scene, or a list with one for each of them. It is processed as they are, and scaled by the factor of "
-        "the record that it stands beside.",
-        _records_of_ground,
-        '"my/other_station.AT2"',
-        "the records of the scene",
-        write=lambda names: names[0] if len(names) == 1 else list(names),
-        schema={"type": ["string", "array"]},
     ),
 ]
 Rigid = Annotated[bool, flag("rigid", "true for a wall that moves with the ground.")]
@@ -234,23 +166,93 @@ def wrong_lengths(keys: Section, names: Iterable[str], count: int, stated: str) 
 
 
 class AnyBuilding(Table):
-    """A [[building]] table of any kind."""
+    """A [[building]] table of any kind, with the keys that all kinds have.
+
+    A kind of building is a class below with its own keys and a `structure`. What a structure has no field for raises
+    TypeError there, and AttributeError in `table_of`, so that no key is lost between a file and a scene.
+    """
 
     repair: ClassVar[str]  # for a key that this kind of building does not take
+    # Keys that a structure does not hold: others of it say the same, and the depth is written beside it.
+    implied: ClassVar[frozenset[str]] = frozenset({"rigid", "floor_depth"})
+
+    name: Annotated[str, text("What tables and figures call the building; each has its own.", "frame", REQUIRED)]
+    floor_depth: Annotated[
+        float | None,
+        measured(
+            FLOOR_DEPTH,
+            "Depth of its floors below their levels; with it floors of neighbours that overlap in height meet floor to "
+            "floor, others meet columns.",
+            '"0.3 m"',
+            "0.25 m, a slab of 6 m span (ACI 318-19, table 7.3.1.1: span / 24); a quarter of the lowest storey at most",
+        ),
+    ] = None
+    rigid: Rigid = False
+    ground_factor: Annotated[
+        float,
+        measured(
+            GROUND_FACTOR,
+            "Factor on the ground motion under it: -1 reverses it, 0 is ground that does not shake.",
+            "-1.0",
+            "1",
+        ),
+    ] = 1.0
+    ground_delay: Annotated[
+        float,
+        measured(
+            GROUND_DELAY,
+            "How much later the ground motion reaches it than the building that is reached first, which has none. A "
+            "run lasts until the last building has had the whole motion.",
+            '"0.1 s"',
+            "at once",
+        ),
+    ] = 0.0
+    ground_velocity: Annotated[
+        float,
+        measured(
+            GROUND_VELOCITY,
+            "Velocity of the ground under it when the record begins; initial displacement and velocity are relative "
+            "to it.",
+            '"0.1 m/s"',
+            "ground that rests",
+        ),
+    ] = 0.0
+    ground_record: Annotated[
+        tuple[str, ...],
+        Key(
+            "A record of its own under it: a file, an id of the catalogue or a generated motion as text, for all "
+            "records of the scene, or a list with one for each of them. It is processed as they are, and scaled by the "
+            "factor of the record that it stands beside.",
+            _records_of_ground,
+            '"my/other_station.AT2"',
+            "the records of the scene",
+            write=lambda names: names[0] if len(names) == 1 else list(names),
+            schema={"type": ["string", "array"]},
+        ),
+    ] = ()
+
+    @classmethod
+    @cache
+    def keys(cls) -> dict[str, Key]:
+        """The declarations of its keys by name: the name, the kind's own keys, then those of more kinds."""
+        keys = super().keys()
+        order = (key for kind in cls.__mro__ for key in get_annotations(kind))
+        return {key: keys[key] for key in dict.fromkeys(("name", *order)) if key in keys}
 
     def by_floor(self, key: str, count: int) -> tuple[float, ...]:
         """The values of a key that has one for each of ``count`` storeys, or one for all."""
         values = getattr(self, key)
         return values if isinstance(values, tuple) else (values,) * count
 
+    def fields(self) -> dict[str, Any]:
+        """The values of its keys under the names of a structure's fields."""
+        own = {key: getattr(self, key) for key in self.keys() if key not in self.implied}
+        support = Support(**{field: own.pop(key) for key, field in OF_GROUND.items()})
+        return {IN_STRUCTURES.get(key, key): value for key, value in own.items()} | {"support": support}
+
     def structure(self) -> Building | Storeys:
         """The building as the solvers take it; raises PoundingError for numbers that no building has."""
         raise NotImplementedError
-
-    @property
-    def support(self) -> Support:
-        """What a_g is under it."""
-        return Support(**{field: getattr(self, key) for key, field in OF_GROUND.items()})
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -258,15 +260,38 @@ class AnyBuilding(Table):
         return iter(())
 
 
-class SingleMass(AnyBuilding):
+class MovingBuilding(AnyBuilding):
+    """A building that moves relative to the ground."""
+
+    initial_displacement: Annotated[
+        tuple[float, ...] | float,
+        _storeyed(
+            INITIAL_DISPLACEMENT,
+            "Displacement of each floor relative to the ground when the motion begins",
+            '["10 mm", "20 mm"]',
+            "at rest",
+        ),
+    ] = ()
+    initial_velocity: Annotated[
+        tuple[float, ...] | float,
+        _storeyed(
+            INITIAL_VELOCITY,
+            "Velocity of each floor relative to the ground when the motion begins",
+            '"0.5 m/s"',
+            "at rest",
+        ),
+    ] = ()
+
+
+class SingleMass(MovingBuilding):
     """A building of one mass on a linear spring."""
 
     repair = (
         "a building of one mass has no {key}; remove {key}, or write floor_masses, storey_stiffnesses and "
         "storey_heights in place of mass and period"
     )
+    implied = AnyBuilding.implied | {"stiffness"}
 
-    name: Name
     mass: Mass
     period: Period = 0.0
     stiffness: Annotated[
@@ -286,19 +311,10 @@ class SingleMass(AnyBuilding):
         float, measured(WAVE_SPEED, "Speed of a wave along its floor.", '"3500 m/s"', '"3500 m/s", concrete')
     ] = CONCRETE_WAVE_SPEED
     height: Height = 0.0
-    floor_depth: FloorDepth = None
-    initial_displacement: InitialDisplacement = ()
-    initial_velocity: InitialVelocity = ()
-    rigid: Rigid = False
-    ground_factor: GroundFactor = 1.0
-    ground_delay: GroundDelay = 0.0
-    ground_velocity: GroundVelocity = 0.0
-    ground_record: GroundRecord = ()
 
     def structure(self) -> Building:
         """The mass on its spring."""
-        values: dict[str, Any] = {key: getattr(self, key) for key in Building._fields}
-        values |= {key: sum(self.by_floor(key, 1)) for key in INITIAL}
+        values = self.fields() | {key: sum(self.by_floor(key, 1)) for key in INITIAL}
         return Building(**values | {"period": self.period or 2.0 * pi * sqrt(self.mass / self.stiffness)})
 
     @classmethod
@@ -321,33 +337,27 @@ class RigidWall(AnyBuilding):
 
     repair = "a rigid building moves with the ground and has no {key}; remove {key}, or rigid = true"
 
-    name: Name
     rigid: Rigid = True
     mass: Mass = inf
     height: Height = 0.0
-    floor_depth: FloorDepth = None
-    ground_factor: GroundFactor = 1.0
-    ground_delay: GroundDelay = 0.0
-    ground_velocity: GroundVelocity = 0.0
-    ground_record: GroundRecord = ()
 
     def structure(self) -> Building:
         """The wall as the solvers take it: a building with a period of 0."""
-        return Building.rigid(self.name, self.mass)._replace(height=self.height, support=self.support)
+        return Building(**self.fields(), period=0.0, damping=0.0)
 
     def written(self) -> dict[str, Any]:
         """As a scene file has it."""
         return super().written() | {"rigid": True}
 
 
-class ShearBuilding(AnyBuilding):
+class ShearBuilding(MovingBuilding):
     """A building of storeys: floor masses on storey springs, from the ground up."""
 
     repair = (
         "a building with floor_masses, storey_stiffnesses and storey_heights takes no {key}; remove {key}, or these"
     )
+    implied = AnyBuilding.implied | {"storeys"}
 
-    name: Name
     floor_masses: Annotated[
         tuple[float, ...] | float,
         _storeyed(
@@ -387,29 +397,18 @@ class ShearBuilding(AnyBuilding):
         ),
     ] = ()
     storeys: StoreyCount = 0
-    floor_depth: FloorDepth = None
-    initial_displacement: InitialDisplacement = ()
-    initial_velocity: InitialVelocity = ()
-    rigid: Rigid = False
-    ground_factor: GroundFactor = 1.0
-    ground_delay: GroundDelay = 0.0
-    ground_velocity: GroundVelocity = 0.0
-    ground_record: GroundRecord = ()
 
     def structure(self) -> Storeys:
         """The shear building, with one value for each storey."""
-        lists = [getattr(self, key) for key in (*LISTS, *INITIAL)]
-        count = self.storeys or next(len(values) for values in lists if isinstance(values, tuple) and values)
-        masses, stiffnesses, heights, *others = (self.by_floor(key, count) for key in (*LISTS, *INITIAL))
-        strengths, displacement, velocity = others
-        rule = self.damping, self.damping_rule
-        lists_of = masses, stiffnesses, heights, *rule, strengths, displacement, velocity
-        return Storeys(self.name, *lists_of, self.support)
+        lists = [values for key in OF_STOREYS if isinstance(values := getattr(self, key), tuple) and values]
+        count = self.storeys or len(lists[0])
+        by_storey = {IN_STRUCTURES.get(key, key): self.by_floor(key, count) for key in OF_STOREYS}
+        return Storeys(**self.fields() | by_storey)
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """Lists that have not one value for each storey."""
-        lengths = {key: len(keys.raw[key]) for key in (*LISTS, *INITIAL) if isinstance(keys.raw.get(key), list)}
+        lengths = {key: len(keys.raw[key]) for key in OF_STOREYS if isinstance(keys.raw.get(key), list)}
         count = keys.raw.get("storeys", next(iter(lengths.values()), None))
         if count is None:
             sentence = "missing; write storeys = 4, or a list with one value for each storey"
@@ -420,7 +419,7 @@ class ShearBuilding(AnyBuilding):
         yield from wrong_lengths(keys, lengths, count, stated)
 
 
-class TypologyBuilding(AnyBuilding):
+class TypologyBuilding(MovingBuilding):
     """A building of which no more is known than its height, storeys, kind and mass of a floor."""
 
     repair = (
@@ -428,7 +427,6 @@ class TypologyBuilding(AnyBuilding):
         "storey_stiffnesses and storey_heights in place of typology and floor_mass"
     )
 
-    name: Name
     height: Height
     storeys: StoreyCount
     typology: Annotated[
@@ -456,14 +454,6 @@ class TypologyBuilding(AnyBuilding):
     period: Period = 0.0
     damping: Damping = 0.05
     damping_rule: DampingRule = DAMPING_RULES[0]
-    floor_depth: FloorDepth = None
-    initial_displacement: InitialDisplacement = ()
-    initial_velocity: InitialVelocity = ()
-    rigid: Rigid = False
-    ground_factor: GroundFactor = 1.0
-    ground_delay: GroundDelay = 0.0
-    ground_velocity: GroundVelocity = 0.0
-    ground_record: GroundRecord = ()
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -474,26 +464,20 @@ class TypologyBuilding(AnyBuilding):
 
     def structure(self) -> Storeys:
         """The shear building that is generated."""
-        bare = generated(
-            self.name,
-            height=self.height,
-            storeys=self.storeys,
-            typology=self.typology,
-            floor_mass=self.floor_mass,
-            period=self.period or None,
-            damping=self.damping,
-            damping_rule=self.damping_rule,
-        )
-        displacement, velocity = (self.by_floor(key, self.storeys) for key in INITIAL)
-        return replace(bare, initial_displacement=displacement, initial_velocity=velocity, support=self.support)
+        values = self.fields() | {"period": self.period or None}
+        support = values.pop("support")
+        bare = generated(**{field: value for field, value in values.items() if field not in INITIAL})
+        initial: dict[str, Any] = {key: self.by_floor(key, self.storeys) for key in INITIAL}
+        return replace(bare, **initial, support=support)
 
 
 KINDS: tuple[type[AnyBuilding], ...] = (SingleMass, RigidWall, ShearBuilding, TypologyBuilding)
 KEYS: Mapping[str, Key] = {name: key for kind in KINDS for name, key in kind.keys().items()}
 INITIAL = ("initial_displacement", "initial_velocity")
+LISTS = ("floor_masses", "storey_stiffnesses", "storey_heights", "storey_strengths")
+OF_STOREYS = (*LISTS, *INITIAL)  # keys with one value for each storey
 # Keys of the ground under a building, and the fields of its support that they are.
 OF_GROUND = {f"ground_{field}": field for field in ("factor", "delay", "velocity")} | {"ground_record": "records"}
-LISTS = ("floor_masses", "storey_stiffnesses", "storey_heights", "storey_strengths")
 # Keys that are called otherwise in the buildings that the solvers take.
 IN_STRUCTURES = dict(zip(LISTS, ("masses", "stiffnesses", "heights", "strengths"), strict=True))
 
@@ -530,34 +514,16 @@ def building_checks(buildings: Sequence[Section], count: int) -> Iterator[Fault]
             f"{count} building{'s' * (count != 1)}: a scene has two, left and right; "
             "write a second [[building]] (rigid = true for a wall that moves with the ground)",
         )
-    yield from _walls(buildings, count)
-    yield from _late(buildings, count)
-
-
-def _kind(keys: Section) -> type[AnyBuilding]:
-    assert issubclass(keys.kind, AnyBuilding)
-    return keys.kind
-
-
-def _walls(buildings: Sequence[Section], count: int) -> Iterator[Fault]:
-    """Faults for neighbours that are both rigid: neither moves against the other."""
     rigid = {int(keys.path[1]) for keys in buildings if keys.kind is RigidWall}
-    if count == 2 and len(rigid) == 2:
-        yield Fault(
-            ("building", 1, "rigid"),
-            "both buildings are rigid, so that no run is needed; give one of them a mass and a period",
+    walls = sorted(rigid & {index + 1 for index in rigid})  # whose left neighbour is one too
+    for index in walls:
+        sentence = (
+            "both buildings are rigid, so that no run is needed; give one of them a mass and a period"
+            if count == 2
+            else "its left neighbour is rigid too, and two walls never meet; write both as one, or give one a mass and "
+            "a period"
         )
-        return
-    for index in sorted(rigid & {index + 1 for index in rigid}):
-        yield Fault(
-            ("building", index, "rigid"),
-            "its left neighbour is rigid too, and two walls never meet; write both as one, or give one a mass and a "
-            "period",
-        )
-
-
-def _late(buildings: Sequence[Section], count: int) -> Iterator[Fault]:
-    """A fault where every building has a delay: nothing shakes before the first one is reached."""
+        yield Fault(("building", index, "rigid"), sentence)
     delays = [keys.get("ground_delay", 0.0) for keys in buildings]
     if delays and len(delays) == count and all(delay > 0.0 for delay in delays):
         yield buildings[0].fault(
@@ -567,13 +533,24 @@ def _late(buildings: Sequence[Section], count: int) -> Iterator[Fault]:
         )
 
 
+def _kind(keys: Section) -> type[AnyBuilding]:
+    assert issubclass(keys.kind, AnyBuilding)
+    return keys.kind
+
+
 def structure_of(keys: Section) -> Building | Storeys:
     """The building of a table without a fault.
 
     Raises PoundingError for a height that its code's period is not for, and for what vibrates faster than a building.
     """
-    building = _kind(keys).made(keys.values).structure()
-    periods = _own_periods(building)
+    building = _kind(keys).from_values(keys.values).structure()
+    # Of each mass on the springs beside it, its neighbours held: no mode of the building is slower than the least.
+    if isinstance(building, Building):
+        periods = [] if building.is_rigid else [building.period]
+    else:
+        springs = pairwise([*building.stiffnesses, 0.0])
+        pairs = zip(building.masses, springs, strict=True)
+        periods = [2.0 * pi * sqrt(mass / (below + above)) for mass, (below, above) in pairs]
     if periods and min(periods) < LEAST_PERIOD:
         place = "" if isinstance(building, Building) else f"floor {periods.index(min(periods)) + 1} on its storeys "
         raise PoundingError(
@@ -583,32 +560,18 @@ def structure_of(keys: Section) -> Building | Storeys:
     return building
 
 
-def _own_periods(building: Building | Storeys) -> list[float]:
-    """Of each mass on the springs beside it, its neighbours held: no mode of the building is slower than the least."""
-    if isinstance(building, Building):
-        return [] if building.is_rigid else [building.period]
-    springs = [*building.stiffnesses, 0.0]
-    pairs = zip(building.masses, pairwise(springs), strict=True)
-    return [2.0 * pi * sqrt(mass / (below + above)) for mass, (below, above) in pairs]
-
-
 def table_of(building: Building | Storeys) -> AnyBuilding:
     """The table of a building, every value stated that it has."""
     kind = ShearBuilding if isinstance(building, Storeys) else RigidWall if building.is_rigid else SingleMass
-    values = {key: getattr(building, IN_STRUCTURES.get(key, key), None) for key in kind.model_fields}
-    values |= {key: getattr(building.support, field) for key, field in OF_GROUND.items()}
-    left_out = {"rigid", "stiffness"} if kind is not ShearBuilding else {"rigid"}  # k follows from mass and period
-    left_out |= {key for key in INITIAL if not values.get(key)}
-    left_out |= {key for key in OF_GROUND if values[key] == _default(kind, key)}
-    if not values.get("floor_length"):
-        left_out.add("wave_speed")
-    stated = {
-        key: value
-        for key, value in values.items()
-        if value is not None and key not in left_out and not (value in (0.0, inf, ()) and value == _default(kind, key))
-    }
-    return kind.made(stated)
-
-
-def _default(kind: type[AnyBuilding], key: str) -> Any:
-    return kind.model_fields[key].default
+    stated = {}
+    for key in set(kind.key_names()) - kind.implied:
+        if key in OF_GROUND:
+            value = getattr(building.support, OF_GROUND[key])
+        else:
+            value = getattr(building, IN_STRUCTURES.get(key, key))
+        is_usual = value == kind.model_fields[key].default and (key in OF_GROUND or value in (0.0, inf, ()))
+        if not is_usual and (value or key not in INITIAL):
+            stated[key] = value
+    if "floor_length" not in stated:
+        stated.pop("wave_speed", None)
+    return kind.from_values(stated)

@@ -208,9 +208,9 @@ class State(Table):
         return f"{self.demand.words.partition(',')[0]}{where} ≥ {self.demand.say(self.threshold)}"
 
 
-def _threshold(demand: Demand) -> Any:
+def _threshold(demand: Demand) -> Key:
     words = f"Reached where this is at least so much: {demand.words}."
-    return Annotated[float | None, measured(demand.quantity, words, demand.example, "another demand has the threshold")]
+    return measured(demand.quantity, words, demand.example, "another demand has the threshold")
 
 
 _create: Any = create_model  # the types of fields that are made here are not known to a checker of types
@@ -219,7 +219,7 @@ DamageState: Any = _create(
     __base__=State,
     __doc__="""A state of damage: its name, where it is, and the threshold of one demand.""",
     __module__=__name__,
-    **{demand.key: (_threshold(demand), None) for demand in DEMANDS},
+    **{demand.key: (Annotated[float | None, _threshold(demand)], None) for demand in DEMANDS},
 )
 
 
@@ -248,23 +248,23 @@ def damage_checks(states: Sequence[Section], buildings: Sequence[str]) -> Iterat
 
 def _of_one_demand(keys: Section) -> Iterator[Fault]:
     """Faults of a state without a threshold, with several, and with a place that its demand has not."""
-    asked = [demand for demand in DEMANDS if demand.key in keys]
-    if not asked:
+    given = [demand for demand in DEMANDS if demand.key in keys]
+    if not given:
         listed = ", ".join(demand.key for demand in DEMANDS)
         sentence = f'has no threshold; write drift = "0.5 %", or another of {listed}'
         yield Fault(keys.path, sentence, absent=True)
-    for demand in asked[1:]:
+    for demand in given[1:]:
         yield keys.fault(
             demand.key,
-            f"{asked[0].key} and {demand.key} are both given, and a state is reached by one demand; write a [[damage]] "
+            f"{given[0].key} and {demand.key} are both given, and a state is reached by one demand; write a [[damage]] "
             "table for each",
         )
-    for place in (*OF_BUILDINGS, *OF_INTERFACES) if asked else ():
-        if place in keys and place not in asked[0].places:
+    for place in (*OF_BUILDINGS, *OF_INTERFACES) if given else ():
+        if place in keys and place not in given[0].places:
             yield keys.fault(
                 place,
-                f"{asked[0].key} is no demand on {article(place.replace('_', ' '))}; write "
-                f"{' or '.join(asked[0].places)}, or remove {place}",
+                f"{given[0].key} is no demand on {article(place.replace('_', ' '))}; write "
+                f"{' or '.join(given[0].places)}, or remove {place}",
             )
 
 
@@ -306,20 +306,20 @@ def read_states(states: Any, buildings: Sequence[str], source: str = "states") -
     if not isinstance(tables, list) or not tables or not all(isinstance(table, Mapping) for table in tables):
         advice = 'write [[damage]] with name = "slight" and drift = "0.5 %" below it'
         raise SceneError(source, [*sentences(faults, raw, lines, ()), f"damage: has no tables; {advice}"])
+
+    def unknown(key: str) -> str:
+        known = DamageState.key_names()
+        return f"unknown key{nearest(key, known)}; [[damage]] takes {', '.join(known)}"
+
     sections = []
     for index, table in enumerate(tables):
-        section, wrong = read_section(DamageState, ("damage", index), table, DamageState.keys(), _unknown)
+        section, wrong = read_section(DamageState, ("damage", index), table, DamageState.keys(), unknown)
         sections.append(section)
         faults += wrong
     faults += damage_checks(sections, buildings)
     if faults:
         raise SceneError(source, sentences(faults, raw, lines, ()))
-    return tuple(DamageState.made(section.values) for section in sections)
-
-
-def _unknown(key: str) -> str:
-    known = DamageState.model_fields
-    return f"unknown key{nearest(key, known)}; [[damage]] takes {', '.join(known)}"
+    return tuple(DamageState.from_values(section.values) for section in sections)
 
 
 def _tables(states: Any) -> Any:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import sqrt
 from typing import Any, ClassVar, NamedTuple
 
@@ -50,9 +50,10 @@ class Distribution(ABC):
     def words(self, said: Said) -> str:
         """Its name and parameters, such as "lognormal, median 1 s, dispersion 0.2"."""
 
-    @abstractmethod
     def keys(self) -> dict[str, Any]:
-        """Its keys as `of` takes them."""
+        """Its keys as `of` takes them: its fields."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
+        return {key: list(value) if isinstance(value, tuple) else value for key, value in values.items()}
 
 
 class Continuous(Distribution):
@@ -94,9 +95,6 @@ class Normal(Continuous):
     def words(self, said: Said) -> str:
         return f"normal, mean {said(self.mean)}, deviation {said(self.deviation)}"
 
-    def keys(self) -> dict[str, Any]:
-        return {"mean": self.mean, "deviation": self.deviation}
-
     def below(self, value: float) -> float:
         from scipy.special import ndtr  # takes longer to import than a scene takes to be read
 
@@ -132,9 +130,6 @@ class Lognormal(Continuous):
     def words(self, said: Said) -> str:
         return f"lognormal, median {said(self.median)}, dispersion {self.dispersion:g}"
 
-    def keys(self) -> dict[str, Any]:
-        return {"median": self.median, "dispersion": self.dispersion}
-
     def below(self, value: float) -> float:
         from scipy.special import ndtr
 
@@ -164,9 +159,6 @@ class Uniform(Continuous):
 
     def words(self, said: Said) -> str:
         return f"uniform from {said(self.low)} to {said(self.high)}"
-
-    def keys(self) -> dict[str, Any]:
-        return {"low": self.low, "high": self.high}
 
     def below(self, value: float) -> float:
         return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
@@ -198,9 +190,6 @@ class Triangular(Continuous):
 
     def words(self, said: Said) -> str:
         return f"triangular from {said(self.low)} to {said(self.high)}, mode {said(self.mode)}"
-
-    def keys(self) -> dict[str, Any]:
-        return {"low": self.low, "mode": self.mode, "high": self.high}
 
     def below(self, value: float) -> float:
         width, value = self.high - self.low, min(max(value, self.low), self.high)
@@ -243,9 +232,6 @@ class Discrete(Distribution):
             f"{value} ({100.0 * weight / total:.3g} %)" for value, weight in zip(self.values, self.weights, strict=True)
         )
         return f"discrete, {', '.join(shares)}"
-
-    def keys(self) -> dict[str, Any]:
-        return {"values": list(self.values), "weights": list(self.weights)}
 
     def places(self, probability: Array) -> NDArray[np.int64]:
         """Which of the values stands at these probabilities: the weights add up in the order of the values."""

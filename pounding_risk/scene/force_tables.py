@@ -18,8 +18,7 @@ from pounding_risk.models.contact.table import (
     table_of,
 )
 from pounding_risk.models.contact.table_file import read_table
-from pounding_risk.scene.keys import Key, Number, Several, Unreadable, options
-from pounding_risk.scene.toml import KeyPath
+from pounding_risk.scene.keys import Key, Number, Several, Unreadable, each, options
 from pounding_risk.units import Quantity, exact, shown
 
 EXAMPLE = '"bumper.csv"'
@@ -38,11 +37,7 @@ class TableFile(NamedTuple):
         try:
             return read_table(folder / self.file, self.unloading_stiffness)
         except TableError as error:
-            raise _told(error, f"{self.file}: ") from None
-
-
-def _told(error: TableError, prefix: str = "") -> Several:
-    return Several([((), prefix + sentence) for sentence in error.sentences])
+            raise Several([((), f"{self.file}: {sentence}") for sentence in error.sentences]) from None
 
 
 def _read(value: Any, number: Number) -> Table | TableFile:
@@ -67,7 +62,7 @@ def _read(value: Any, number: Number) -> Table | TableFile:
     try:
         return table_of(**given)
     except TableError as error:
-        raise _told(error) from None
+        raise Several([((), sentence) for sentence in error.sentences]) from None
 
 
 COLUMNS: dict[str, Quantity] = {"penetration": PENETRATION, "force": FORCE, "unloading": FORCE}
@@ -76,16 +71,7 @@ COLUMNS: dict[str, Quantity] = {"penetration": PENETRATION, "force": FORCE, "unl
 def _column(value: Any, quantity: Quantity, number: Number) -> list[float]:
     if not isinstance(value, list) or len(value) > MOST_POINTS:
         raise Unreadable(f"{shown(value)} is not a list of up to {MOST_POINTS} values; write {POINTS}")
-    faults: list[tuple[KeyPath, str]] = []
-    values = []
-    for place, item in enumerate(value):
-        try:
-            values.append(number(item, quantity))
-        except ValueError as error:
-            faults.append(((place,), str(error)))
-    if faults:
-        raise Several(faults)
-    return values
+    return each(value, lambda item: number(item, quantity))
 
 
 def _file(value: Any) -> str:

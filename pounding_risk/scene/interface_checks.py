@@ -29,12 +29,13 @@ from pounding_risk.scene.buildings import RigidWall, ShearBuilding, TypologyBuil
 from pounding_risk.scene.interfaces import (
     EQUAL_TERMS,
     MISSING_RESTITUTION,
+    OF_ONE_LAW,
     Interface,
     interface_name,
     known_models,
 )
 from pounding_risk.scene.keys import Draft, Section
-from pounding_risk.scene.toml import Fault, KeyPath
+from pounding_risk.scene.toml import Fault, KeyPath, as_list
 from pounding_risk.units import QuantityError, parse, shown
 
 OF_POINTS = ("contact", "tolerance", "column_yield_force")  # keys that a pair of masses has no use for
@@ -67,30 +68,38 @@ def _heights_differ(buildings: Sequence[Section]) -> bool:
 
 def interface_checks(draft: Draft) -> Iterator[Fault]:
     """All faults that more than one key of the interfaces takes part in."""
-    yield from _count(draft)
-    yield from _gridded(draft)
-    yield from _per_interface(draft)
+    most = max(draft.count("building", 0) - 1, 1)  # more are not looked into
+    names = [str(keys.raw.get("name", "")) for keys in draft.tables("building")]
+    between = [interface_name(left, right) for left, right in pairwise(names)]
+    interfaces, grid = draft.tables("interface")[:most], draft.table("grid")
+    yield from _count(draft, most)
+    yield from _gridded(grid, between)
+    yield from _per_interface(draft, most)
     if is_row(draft):
         yield from _instant(draft)
-    interfaces = draft.tables("interface")[: most_interfaces(draft)]
+    models = [*as_list(grid.raw.get("contact_model")), *(keys.raw.get("contact_model") for keys in interfaces)]
+    if TABULATED in models and interfaces and not any("table" in keys for keys in interfaces):
+        # One fault: interfaces that give no table have that of the first that does.
+        sentence = f"missing, and {TABULATED} needs it; {Interface.keys()['table'].lacks('table').partition('; ')[2]}"
+        yield interfaces[0].fault("table", sentence, absent=True)
     first = next((keys.raw["contact_model"] for keys in interfaces if "contact_model" in keys), None)
-    if not any("table" in keys for keys in interfaces):
-        yield from _table(draft, interfaces)
     for keys in interfaces:
-        if "gap" not in keys and _lacks_gap(draft, int(keys.path[1])):
+        index = int(keys.path[1])
+        is_of_grid = "gap" in grid
+        if is_of_grid and grid.raw.get("interface") in between:
+            is_of_grid = (between if len(interfaces) == 1 else between[index : index + 1]) == [grid.raw["interface"]]
+        if "gap" not in keys and not is_of_grid:
             yield keys.fault("gap", Interface.keys()["gap"].lacks("gap"), absent=True)
-        if first is None and "contact_model" not in draft.table("grid") and keys is interfaces[0]:
-            names = ", ".join(CONTACT_MODELS)
-            sentence = f'missing; write contact_model = "jankowski", or another of {names}'
+        if first is None and "contact_model" not in grid and keys is interfaces[0]:
+            sentence = f'missing; write contact_model = "jankowski", or another of {", ".join(CONTACT_MODELS)}'
             yield keys.fault("contact_model", sentence, absent=True)
         own = keys.raw.get("contact_model", first)
         refused = is_row(draft) and _not_in_row(draft, own)  # which says what to choose instead
-        yield from _laws(keys, draft.table("grid"), None if refused else own)
+        yield from _laws(keys, grid, None if refused else own)
 
 
-def _per_interface(draft: Draft) -> Iterator[Fault]:
-    """Options of effects that are lists have one value for each interface."""
-    count = most_interfaces(draft)
+def _per_interface(draft: Draft, count: int) -> Iterator[Fault]:
+    """Options of effects that are lists have one value for each of so many interfaces."""
     several = f", or {count}, one between each two neighbours from left to right" if count > 1 else ""
     for name, given in draft.table("effects").raw.items():
         kinds = EFFECTS[name].options if name in EFFECTS and isinstance(given, dict) else {}
@@ -101,72 +110,45 @@ def _per_interface(draft: Draft) -> Iterator[Fault]:
                 yield Fault(("effects", name, key), sentence)
 
 
-def _count(draft: Draft) -> Iterator[Fault]:
+def _count(draft: Draft, most: int) -> Iterator[Fault]:
     """One interface for all neighbours, or one between each two of them."""
     count, buildings = draft.count("interface", -1), draft.count("building", -1)
-    if min(count, buildings) < 0 or count in (1, most_interfaces(draft)):
+    if min(count, buildings) < 0 or count in (1, most):
         return
     if buildings <= 2:
-        repair = (
-            f"there is one between two neighbours; {'remove ' + str(count - 1) if count else 'write one [[interface]]'}"
-        )
+        what = f"remove {count - 1}" if count else "write one [[interface]]"
+        repair = f"there is one between two neighbours; {what}"
     else:
         repair = f"write {buildings - 1}, one between each two neighbours from left to right, or one for all of them"
-    yield Fault(
-        ("interface", count - 1) if count else ("interface",), f"{count} interfaces for {buildings} buildings: {repair}"
-    )
+    path: KeyPath = ("interface", count - 1) if count else ("interface",)
+    yield Fault(path, f"{count} interfaces for {buildings} buildings: {repair}")
 
 
-def most_interfaces(draft: Draft) -> int:
-    """One fewer than there are buildings, one at least: more are not looked into."""
-    return max(draft.count("building", 0) - 1, 1)
-
-
-def _gridded(draft: Draft) -> Iterator[Fault]:
+def _gridded(grid: Section, known: Sequence[str]) -> Iterator[Fault]:
     """The interface whose gap alone the grid varies: it is there, and so are its gaps."""
-    grid = draft.table("grid")
-    named = grid.raw.get("interface")
-    if not isinstance(named, str):
+    name = grid.raw.get("interface")
+    if not isinstance(name, str):
         return
-    known = _names(draft)
-    if named not in known:
-        yield grid.fault(
-            "interface",
-            f"{shown(named)} is not an interface{nearest(named, known)}; it may be {', '.join(map(shown, known))}",
-        )
+    if name not in known:
+        sentence = f"{shown(name)} is not an interface{nearest(name, known)}; it may be {', '.join(map(shown, known))}"
+        yield grid.fault("interface", sentence)
     if "gap" not in grid:
-        yield grid.fault(
-            "interface", 'names the interface whose gap varies; write gap = ["25 mm", "50 mm"] in [grid] too'
-        )
-
-
-def _names(draft: Draft) -> list[str]:
-    """The interfaces' names, left to right."""
-    names = [str(keys.raw.get("name", "")) for keys in draft.tables("building")]
-    return [interface_name(left, right) for left, right in pairwise(names)]
-
-
-def _lacks_gap(draft: Draft, index: int) -> bool:
-    """True for an interface whose gap neither it nor the grid tells."""
-    grid, names = draft.table("grid"), _names(draft)
-    if "gap" not in grid or grid.raw.get("interface") not in names:
-        return "gap" not in grid
-    mine = names if len(draft.tables("interface")) == 1 else names[index : index + 1]
-    return mine != [grid.raw["interface"]]
+        sentence = 'names the interface whose gap varies; write gap = ["25 mm", "50 mm"] in [grid] too'
+        yield grid.fault("interface", sentence)
 
 
 def _instant(draft: Draft) -> Iterator[Fault]:
     """Contact models whose velocities jump, in a row that they are not for."""
-    gridded = draft.table("grid").raw.get("contact_model")
+    gridded = as_list(draft.table("grid").raw.get("contact_model"))
     own: list[tuple[KeyPath, Any]] = [
         ((*keys.path, "contact_model"), keys.raw["contact_model"])
         for keys in draft.tables("interface")
         if "contact_model" in keys
     ]
-    everywhere: list[tuple[KeyPath, Any]] = [
-        (("grid", "contact_model", place), name) for place, name in enumerate(_as_list(gridded))
+    of_grid: list[tuple[KeyPath, Any]] = [
+        (("grid", "contact_model", place), name) for place, name in enumerate(gridded)
     ]
-    for path, name in [*own, *everywhere]:
+    for path, name in [*own, *of_grid]:
         if why := _not_in_row(draft, name):
             yield Fault(path, f"{why}; choose among {', '.join(LAWS)}")
     kinds = {known in INSTANT_LAWS: (path, known) for path, name in own for known in known_models([name])}
@@ -206,16 +188,10 @@ def _more_than_masses(draft: Draft) -> str:
     return ""
 
 
-def _as_list(value: object) -> list[Any]:
-    return value if isinstance(value, list) else []
-
-
 def _laws(keys: Section, grid: Section, own_name: Any) -> Iterator[Fault]:
-    """What the contact models of an interface, its own one by name first, ask of its other keys."""
-    asked = _as_list(grid.raw.get("contact_model"))
-    gridded = known_models(asked)
-    used = known_models([own_name] if own_name is not None else gridded[:1])
-    used = list(dict.fromkeys([*used, *gridded]))
+    """What the contact models of an interface, its own one by name first, need of its other keys."""
+    gridded = as_list(grid.raw.get("contact_model"))
+    used = known_models([*([] if own_name is None else [own_name]), *gridded])
     stiff = [name for name in used if not is_instant(CONTACT_MODELS[name])]
     own = stiff[0] if stiff else None  # whose unit the interface's stiffness has
     if "stiffness" not in keys and (stiff or not used) and own != TABULATED:
@@ -225,34 +201,21 @@ def _laws(keys: Section, grid: Section, own_name: Any) -> Iterator[Fault]:
         sentence = f"missing, and {damped[0]} needs it; {MISSING_RESTITUTION}"
         yield keys.fault("restitution", sentence, absent=True)
     yield from _relation(keys, used)
-    for key, law in (("plastic_exponent", "van_mier"), ("design_penetration", "bilinear")):
+    for key, law in OF_ONE_LAW.items():
         if key in keys and used and law not in used:
             yield keys.fault(key, f"only {law} has one, not {', '.join(used)}; remove it")
     if "stiffness" in keys and used and not stiff:
         yield keys.fault("stiffness", f"{', '.join(used)}: the velocities jump, and no stiffness acts; remove it")
     elif "stiffness" in keys:
         yield from _stiffness(keys, own)
-    if not own:
-        return
-    for position, name in enumerate(asked):
-        if name in stiff and _differs(name, own) and "equal_terms" not in keys:
-            yield Fault(
-                ("grid", "contact_model", position),
-                f"{name} takes a stiffness in {_unit(name)}, but the interface gives one in {_unit(own)} for "
+    for position, name in enumerate(gridded) if own else ():
+        if name in stiff and name != TABULATED and _unit(name) != _unit(str(own)) and "equal_terms" not in keys:
+            sentence = (
+                f"{name} takes a stiffness in {_unit(name)}, but the interface gives one in {_unit(str(own))} for "
                 f'{own}; write equal_terms = {{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}} in '
-                "[[interface]], from which its stiffness follows",
+                "[[interface]], from which its stiffness follows"
             )
-
-
-def _table(draft: Draft, interfaces: Sequence[Section]) -> Iterator[Fault]:
-    """The table that is missing, told once: interfaces that give none have that of the first that does."""
-    asked = [
-        *_as_list(draft.table("grid").raw.get("contact_model")),
-        *(keys.raw.get("contact_model") for keys in interfaces),
-    ]
-    if TABULATED in asked and interfaces:
-        sentence = f"missing, and {TABULATED} needs it; {Interface.keys()['table'].lacks('table').partition('; ')[2]}"
-        yield interfaces[0].fault("table", sentence, absent=True)
+            yield Fault(("grid", "contact_model", position), sentence)
 
 
 def _relation(keys: Section, used: Sequence[str]) -> Iterator[Fault]:
@@ -293,11 +256,6 @@ def _fits(stiffness: object, law: str) -> bool:
     except QuantityError:
         return False
     return True
-
-
-def _differs(law: str, own: str) -> bool:
-    """True for a law whose stiffness does not follow from the interface's, of the law ``own``."""
-    return law != TABULATED and _unit(law) != _unit(own)
 
 
 def _unit(law: str) -> str:

@@ -36,7 +36,8 @@ from pounding_risk.units import GAP, LEVELS, RESTITUTION, SPEED, YIELD_FORCE, ex
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
 NO_RESTITUTION = "not given"
 LATER_RESTITUTION = ("steel",)
-PARAMETERS = ("plastic_exponent", "design_penetration", "table")  # of single laws, beside their stiffness
+OF_ONE_LAW = {"plastic_exponent": "van_mier", "design_penetration": "bilinear"}  # keys that one contact model reads
+PARAMETERS = (*OF_ONE_LAW, "table")  # of single laws, beside their stiffness
 MEETING = '{left = "storey 2", right = "column 3 at 0.5"}'
 MISSING_RESTITUTION = 'write restitution = 0.65, or restitution = "concrete"'
 
@@ -108,33 +109,29 @@ def _restitution(value: Any, number: Number) -> GivenRestitution:
 
 def _rule(value: Any, number: Number) -> tuple[Restitution, str]:
     """A number in (0, 1], the name of a relation e(v) or a damping ratio of a law; with the words for it."""
-    if isinstance(value, Restitution):
-        return _given_rule(value, number)
+    if isinstance(value, Restitution):  # a scene file can state one by its name or by its number
+        for name, known in NAMED.items():
+            if value == known:
+                return known, name
+        if value != Restitution(value.c0):
+            names = ", ".join(NAMED)
+            raise Unreadable(f"a relation e(v) of your own has no name in a scene; write e, or one of {names}")
+        value = value.c0
     if is_ratio(value):
         e, _ = written_ratio(value)
         return constant(e), " ".join(value.replace("ξ", "xi").replace("=", " ").split())
     if isinstance(value, str) and value[:1].isalpha() and value.lower() not in ("inf", "nan"):
         if value in NAMED:
             return NAMED[value], value
-        names = ", ".join(f'"{name}"' for name in NAMED)
+        quoted = ", ".join(f'"{name}"' for name in NAMED)
         if value in LATER_RESTITUTION:
-            raise Unreadable(f"{shown(value)} is not in this version; write a number such as 0.6, or one of {names}")
+            raise Unreadable(f"{shown(value)} is not in this version; write a number such as 0.6, or one of {quoted}")
         raise Unreadable(
             f"{shown(value)} is not a named restitution{nearest(value, NAMED)}; "
-            f"write a number such as 0.65, or one of {names}"
+            f"write a number such as 0.65, or one of {quoted}"
         )
     e = number(value, RESTITUTION)
     return constant(e), f"{e!r}"
-
-
-def _given_rule(rule: Restitution, number: Number) -> tuple[Restitution, str]:
-    """A relation of `models.restitution`, which a scene file can state by its name or by its number."""
-    for name, known in NAMED.items():
-        if rule == known:
-            return known, name
-    if rule != Restitution(rule.c0):
-        raise Unreadable(f"a relation e(v) of your own has no name in a scene; write e, or one of {', '.join(NAMED)}")
-    return _rule(rule.c0, number)
 
 
 def _law_name(value: Any, number: Number) -> str:
@@ -166,17 +163,16 @@ LAW_NAMES = several(
 
 def _contact_points(value: Any, number: Number) -> tuple[tuple[float, float], ...]:
     """The floor numbers of a scene's own contact points: (left, right) of each, in ascending order."""
-    return tuple(sorted(each(list_of(value, f"contact = [{MEETING}]"), _meeting, distinct=True)))
 
+    def meeting(item: Any) -> tuple[float, float]:
+        if not isinstance(item, dict):
+            raise Unreadable(f"{shown(item)} is not a contact point; write {MEETING}")
+        sides = {"left": _floor, "right": _floor}
+        missing, takes = f"missing; write {MEETING}", "a contact point has left and right"
+        floors = options(item, sides, tuple(sides), lambda side: missing, takes)
+        return floors["left"], floors["right"]
 
-def _meeting(value: Any) -> tuple[float, float]:
-    if not isinstance(value, dict):
-        raise Unreadable(f"{shown(value)} is not a contact point; write {MEETING}")
-    sides = {"left": _floor, "right": _floor}
-    floors = options(
-        value, sides, tuple(sides), lambda side: f"missing; write {MEETING}", "a contact point has left and right"
-    )
-    return floors["left"], floors["right"]
+    return tuple(sorted(each(list_of(value, f"contact = [{MEETING}]"), meeting, distinct=True)))
 
 
 def _floor(value: Any) -> float:
@@ -218,7 +214,7 @@ def _equal_terms(value: Any, number: Number) -> EqualTerms:
     keys = EqualTerms.keys()
     kinds = {name: lambda item, key=key: key.read(item, number) for name, key in keys.items()}
     needed, takes = EqualTerms.required(), f"equal_terms takes {', '.join(kinds)}"
-    return EqualTerms.made(options(value, kinds, needed, lambda name: keys[name].lacks(name), takes))
+    return EqualTerms.from_values(options(value, kinds, needed, lambda name: keys[name].lacks(name), takes))
 
 
 class Interface(Table):
@@ -228,7 +224,7 @@ class Interface(Table):
         "law": "A contact law of `pounding_risk.laws`, which stands for contact_model, stiffness and its parameters."
     }
     gap: Annotated[
-        float | None,
+        Any,  # a number, or None where the grid has it; so is the contact model a name or None
         measured(
             GAP,
             "Clear distance between the buildings at rest; one [[interface]] between each two neighbours of a row.",
@@ -236,7 +232,7 @@ class Interface(Table):
             "the first of grid.gap",
         ),
     ] = None
-    contact_model: Annotated[str | None, LAW_NAME] = None
+    contact_model: Annotated[Any, LAW_NAME] = None
     # Its unit depends on the contact model; some models take none.
     stiffness: Annotated[
         Any,
@@ -345,7 +341,7 @@ def with_stiffness_unit(table: dict[str, Any]) -> dict[str, Any]:
         return table
     if name is None:
         raise SceneError("Interface", ["stiffness: a number without a unit; write contact_model too"])
-    # For a model that takes none or is not there the unit does not count: the checks of the scene tell it.
+    # For a model that takes none or is not there the unit does not count: the checks of the scene report it.
     law = LAWS.get(str(name), LAWS["hertz"])
     return table | {"stiffness": exact(float(stiffness), stiffness_quantity(law))}
 
@@ -358,7 +354,7 @@ def _keys_of_law(law: Any) -> dict[str, Any]:
         raise SceneError("Interface", [f"law: {shown(law)} is not a contact law; it may be one of pounding_risk.laws"])
     if values.get("stiffness") == getattr(values.get("table"), "stiffness", None):
         del values["stiffness"]  # that of its table
-    return {"contact_model": name_of(kind), **{key: value for key, value in values.items() if key in _OF_LAWS}}
-
-
-_OF_LAWS = ("stiffness", *PARAMETERS)
+    return {
+        "contact_model": name_of(kind),
+        **{key: value for key, value in values.items() if key in ("stiffness", *PARAMETERS)},
+    }

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cache
 from inspect import Parameter, Signature
 from itertools import pairwise
 from math import inf
@@ -42,6 +43,12 @@ class Several(Unreadable):
     def __init__(self, faults: list[tuple[KeyPath, str]]):
         self.faults = faults
         super().__init__("; ".join(sentence for _, sentence in faults))
+
+
+def located(error: ValueError, *path: str | int) -> list[tuple[KeyPath, str]]:
+    """The faults of a value that stands at this path below another: the path and the sentence of each."""
+    faults = error.faults if isinstance(error, Several) else [((), str(error))]
+    return [((*path, *below), sentence) for below, sentence in faults]
 
 
 @dataclass(frozen=True)
@@ -100,7 +107,7 @@ class Key:
         return " or ".join(usual[kind] for kind in kinds)
 
     def described(self) -> dict[str, Any]:
-        """The key in a JSON schema; ``x-...`` tells what a JSON schema has no keyword for."""
+        """The key in a JSON schema; ``x-...`` says what a JSON schema has no keyword for."""
         schema = {key: value() if callable(value) else value for key, value in self.schema.items()}
         return {**schema, "description": self.words, "x-example": self.example, "x-absent": self.absent}
 
@@ -122,7 +129,7 @@ class Table(BaseModel):
     beside: ClassVar[Mapping[str, str]] = {}  # what Python may give that is no key, by name, in words
 
     def __init__(self, *values: Any, **keys: Any):
-        names = list(type(self).model_fields)
+        names = self.key_names()
         if len(values) > len(names):
             raise SceneError(type(self).__name__, [f"{len(values)} values for its keys {', '.join(names)}"])
         if twice := [name for name in names[: len(values)] if name in keys]:
@@ -134,7 +141,7 @@ class Table(BaseModel):
 
     def __repr_args__(self) -> Iterator[tuple[str, Any]]:
         """What `repr` shows: the keys that are given."""
-        return ((name, getattr(self, name)) for name in type(self).model_fields if name in self.model_fields_set)
+        return ((name, getattr(self, name)) for name in self.key_names() if name in self.model_fields_set)
 
     __str__ = BaseModel.__repr__
 
@@ -144,7 +151,7 @@ class Table(BaseModel):
         by_name, alone = Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY
         cls.__signature__ = Signature(
             [
-                *(Parameter(name, by_name, default=_default(about)) for name, about in cls.model_fields.items()),
+                *(Parameter(name, by_name, default=_default(cls.model_fields[name])) for name in cls.key_names()),
                 *(Parameter(name, alone, default=None) for name in cls.beside),
             ]
         )
@@ -154,24 +161,30 @@ class Table(BaseModel):
             cls.__doc__ = "\n".join([(cls.__doc__ or "").rstrip(), "", "Parameters", "----------", *rows, ""])
 
     @classmethod
+    @cache
     def keys(cls) -> dict[str, Key]:
-        """The declarations of its keys by name."""
+        """The declarations of its keys by name; a field without one is no key."""
         fields = cls.model_fields.items()
-        return {name: next(key for key in about.metadata if isinstance(key, Key)) for name, about in fields}
+        return {name: key for name, about in fields for key in about.metadata if isinstance(key, Key)}
+
+    @classmethod
+    def key_names(cls) -> list[str]:
+        """Its keys, in the order in which Python may give them by position."""
+        return list(cls.keys())
 
     @classmethod
     def required(cls) -> list[str]:
         """The keys that have no default."""
-        return [name for name, about in cls.model_fields.items() if about.is_required()]
+        return [name for name in cls.key_names() if cls.model_fields[name].is_required()]
 
     @classmethod
-    def made(cls, values: Mapping[str, Any]) -> Any:
+    def from_values(cls, values: Mapping[str, Any]) -> Any:
         """The table of values that have been read; the others have their defaults."""
         return cls.model_construct(_fields_set=set(values), **values)
 
     def updated(self, **values: Any) -> Any:
         """The table with these values, which are not checked."""
-        return self.made({name: getattr(self, name) for name in self.model_fields_set} | values)
+        return self.from_values({name: getattr(self, name) for name in self.model_fields_set} | values)
 
     def written(self) -> dict[str, Any]:
         """The keys that are given, as a scene file has them."""
@@ -185,7 +198,7 @@ class Table(BaseModel):
             if fault["type"] == "missing":
                 yield f"{name}: {cls.keys()[name].lacks(name)}"
             elif fault["type"] == "extra_forbidden":
-                near = f"{nearest(name, cls.model_fields)}; it takes {', '.join(cls.model_fields)}"
+                near = f"{nearest(name, cls.key_names())}; it takes {', '.join(cls.key_names())}"
                 yield f"{name}: unknown key{f'; {answer}' if (answer := instead_of(name)) else near}"
             else:
                 yield f"{name}: {cause}"
@@ -207,7 +220,7 @@ def plain(value: Any) -> Any:
 def in_text(keys: Mapping[str, Key], table: Mapping[str, Any]) -> dict[str, Any]:
     """A table that Python gives as a dict, as a scene file has it: numbers in SI become text with their unit.
 
-    What no key takes stays as it is, for the reader of tables to tell.
+    What no key takes stays as it is, for the reader of tables to refuse.
     """
     written = {}
     for name, value in table.items():
@@ -269,7 +282,7 @@ class Draft:
 def read_section(
     kind: type[Table], path: KeyPath, raw: Mapping[str, Any], known: Mapping[str, Key], unknown: Callable[[str], str]
 ) -> tuple[Section, list[Fault]]:
-    """Read every key of a table, and tell every fault.
+    """Read every key of a table, with every fault.
 
     Parameters
     ----------
@@ -292,10 +305,8 @@ def read_section(
             continue
         try:
             values[name] = known[name].read(value, parse)
-        except Several as error:
-            faults += [Fault((*path, name, *below), sentence) for below, sentence in error.faults]
         except ValueError as error:
-            faults.append(Fault((*path, name), str(error)))
+            faults += [Fault(*fault) for fault in located(error, *path, name)]
     faults += [
         Fault((*path, name), known[name].lacks(name), absent=True) for name in kind.required() if name not in raw
     ]
@@ -359,12 +370,34 @@ def one_of(allowed: Sequence[str], what: str, words: str, example: str, absent: 
     return Key(words, read, example, absent, missing, schema={"enum": list(allowed)})
 
 
+def whole(name: str, low: int, high: int, words: str, example: str, absent: str) -> Key:
+    """A whole number, of the key of this name."""
+
+    def read(value: Any, number: Number) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise Unreadable(f"{shown(value)} is not a whole number from {low} to {high}; write {name} = {example}")
+        return value
+
+    return Key(words, read, example, absent, schema={"type": "integer", "minimum": low, "maximum": high})
+
+
+def by_address(words: str, example: str, absent: str) -> Key:
+    """A table by the addresses of numbers, whose values are read where the scene is known."""
+
+    def read(value: Any, number: Number) -> dict[str, Any]:
+        if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
+            raise Unreadable(f"{shown(value)} is not a table; write {example}")
+        return value
+
+    return Key(words, read, example, absent, schema={"type": "object"})
+
+
 def several(name: str, read_one: Read, words: str, example: str, absent: str) -> Key:
     """A list of names, each there once, of the key of this name."""
 
     def read(value: Any, number: Number) -> tuple[Any, ...]:
-        asked = list_of(value, f"{name} = {example}")
-        return tuple(each(asked, lambda item: read_one(item, number), distinct=True))
+        values = list_of(value, f"{name} = {example}")
+        return tuple(each(values, lambda item: read_one(item, number), distinct=True))
 
     return Key(words, read, example, absent, write=list, schema={"type": "array", "items": {"type": "string"}})
 
@@ -381,8 +414,8 @@ def axis(quantity: Quantity, words: str, example: str, absent: str) -> Key:
                 f"{shown(value)} is not a list; write a list such as [{shown(usual)}], "
                 f"or {{start = ..., stop = {shown(usual)}, num = 11}}"
             )
-        asked = list_of(value, f"a list such as [{shown(usual)}]")
-        values = each(asked, lambda item: number(item, quantity), distinct=True)
+        items = list_of(value, f"a list such as [{shown(usual)}]")
+        values = each(items, lambda item: number(item, quantity), distinct=True)
         if any(after < before for before, after in pairwise(values)):
             order = [item for _, item in sorted(zip(values, value, strict=True), key=lambda pair: pair[0])]
             raise Unreadable(f"the values are not in ascending order; write {shown(order)}")
@@ -439,18 +472,15 @@ def list_of(value: Any, example: str) -> list[Any]:
 
 
 def each(values: list[Any], read: Callable[[Any], Any], distinct: bool = False) -> list[Any]:
-    """Every element read; all that fail, and where asked all that repeat another, are told at once."""
+    """Every element read; at once the faults of all that fail, and of those that repeat another unless they may."""
     elements: list[Any] = []
     faults: list[tuple[KeyPath, str]] = []
     first: dict[Any, Any] = {}
     for index, value in enumerate(values):
         try:
             elements.append(read(value))
-        except Several as error:
-            faults += [((index, *below), sentence) for below, sentence in error.faults]
-            continue
         except ValueError as error:
-            faults.append(((index,), str(error)))
+            faults += located(error, index)
             continue
         if distinct and elements[-1] in first:
             other = first[elements[-1]]
@@ -493,10 +523,8 @@ def options(
             if key not in value:
                 raise Unreadable(missing(key))
             values[key] = kinds[key](value[key])
-        except Several as error:
-            faults += [((key, *below), sentence) for below, sentence in error.faults]
         except ValueError as error:
-            faults.append(((key,), str(error)))
+            faults += located(error, key)
     if faults:
         raise Several(faults)
     return values

@@ -44,13 +44,19 @@ def read_levels(value: Any, number: Number) -> tuple[Level, ...]:
         what = "missing" if name is None else f"{shown(name)} is no measure{nearest(str(name), MEASURES)}"
         raise Several([(("measure",), f"{what}; it may be {', '.join(MEASURES)}")])
     quantity, _ = MEASURES[name]
+
+    def building(text: Any) -> str:  # its name, which may be written as an address, "building.frame"
+        if not isinstance(text, str) or not text.strip():
+            raise Unreadable(f'{shown(text)} is no name of a building; write of = "NAME"')
+        return text.removeprefix("building.")
+
     kinds = {
         "measure": lambda text: str(text),
         "levels": lambda values: axis(quantity, "", "", "").read(values, number),
         "period": lambda text: _periods([text], number),
         "periods": lambda texts: _ends(texts, number),
         "damping": lambda text: number(text, DAMPING),
-        "of": _building,
+        "of": building,
     }
     own = {"measure", "levels", *({PERIODS[name], "damping", "of"} if name in PERIODS else ())}
     kinds = {key: reader for key, reader in kinds.items() if key in own}
@@ -77,13 +83,6 @@ def _periods(texts: Sequence[Any], number: Number) -> tuple[tuple[float, ...], b
     if not all(matches):
         raise Unreadable(f"{shown(list(texts))} mixes a period in s and a relative one; write both in s, or both in T")
     return tuple(parse(match[1], SHARE) for match in matches if match is not None), True
-
-
-def _building(text: Any) -> str:
-    """The name of a building, which may be written as an address, "building.frame"."""
-    if not isinstance(text, str) or not text.strip():
-        raise Unreadable(f'{shown(text)} is no name of a building; write of = "NAME"')
-    return text.removeprefix("building.")
 
 
 def relative_faults(levels: Sequence[Level], buildings: Sequence[Any]) -> Iterator[str]:

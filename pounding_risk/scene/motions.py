@@ -42,9 +42,9 @@ def gathered(study: Scene) -> MotionEnsemble:
     motions = for_buildings(_with_own(study, ensemble.motions), study)
     ensemble = ensemble._replace(motions=motions)
     if not ensemble.motions:
-        asked = ", ".join(study.records.files)
+        files = ", ".join(study.records.files)
         left = f"; excluded: {', '.join(ensemble.left_out)}" if ensemble.left_out else ""
-        raise SceneError(study.source, [f"records.files: {asked} matches no record{left}; check the folder"])
+        raise SceneError(study.source, [f"records.files: {files} matches no record{left}; check the folder"])
     check_arrivals(study, motions)
     return ensemble._replace(motions=tuple(motion.reaching(study.lag) for motion in motions))
 

@@ -1,4 +1,4 @@
-"""Scene files: TOML with quantities in, a `Scene` out, and every fault of a file told at once."""
+"""Scene files: TOML with quantities in, a `Scene` out, and every fault of a file at once."""
 
 from __future__ import annotations
 

@@ -71,8 +71,8 @@ def _window(value: Any, number: Number) -> tuple[float, float]:
 
 def _polarity(value: Any, number: Number) -> tuple[str, ...]:
     """ "as recorded", "reversed", or both as a list."""
-    asked = value if isinstance(value, list) else [value]
-    if not asked:
+    values = value if isinstance(value, list) else [value]
+    if not values:
         raise Unreadable(f'the list is empty; write polarity = ["{AS_RECORDED}"]')
 
     def read(item: Any) -> str:
@@ -84,13 +84,13 @@ def _polarity(value: Any, number: Number) -> tuple[str, ...]:
             )
         return item
 
-    return tuple(each(asked, read, distinct=True))
+    return tuple(each(values, read, distinct=True))
 
 
 def _processing(value: Any, number: Number) -> str | tuple[StepTable, ...]:
     """ "auto", "none", or a list of step tables, whose options are text with a unit."""
     if isinstance(value, list) and value:
-        return _steps(value, number)
+        return tuple(each(value, lambda step: _step(step, number)))
     if isinstance(value, dict):
         raise Unreadable(f"{shown(value)} is one table; write the steps as a list, such as {STEPS_EXAMPLE}")
     if value not in ("auto", "none"):
@@ -101,26 +101,18 @@ def _processing(value: Any, number: Number) -> str | tuple[StepTable, ...]:
     return str(value)
 
 
-def _steps(asked: list[Any], number: Number) -> tuple[StepTable, ...]:
-    """Every step of a list; all its faults are told at once, each with its place."""
-    steps: list[StepTable] = []
-    wrong: list[tuple[KeyPath, str]] = []
-    for index, step in enumerate(asked):
-        step = dict(step) if isinstance(step, StepTable) else step
-        fault = _fault(step if not isinstance(step, dict) or "step" not in step else {"step": step["step"]}, number)
-        if fault:
-            wrong.append(((index,), fault))
-            continue
-        name = step["step"]
-        values = {key: value for key, value in step.items() if key != "step"}
-        faults = {key: _fault({"step": name, key: value}, number, key) for key, value in values.items()}
-        wrong += [((index, key), sentence) for key, sentence in faults.items() if sentence]
-        if not any(faults.values()):
-            (read,) = read_steps([step])
-            steps.append(StepTable({"step": read.name, **read.options}))
-    if wrong:
-        raise Several(wrong)
-    return tuple(steps)
+def _step(step: Any, number: Number) -> StepTable:
+    """A step of a list; the faults of all its options at once."""
+    step = dict(step) if isinstance(step, StepTable) else step
+    known = isinstance(step, dict) and "step" in step
+    if fault := _fault({"step": step["step"]} if known else step, number):
+        raise Unreadable(fault)
+    single = {key: {"step": step["step"], key: value} for key, value in step.items() if key != "step"}
+    faults = [((key,), fault) for key, alone in single.items() if (fault := _fault(alone, number, key))]
+    if faults:
+        raise Several(list(faults))
+    (read,) = read_steps([step])
+    return StepTable({"step": read.name, **read.options})
 
 
 def _fault(step: Any, number: Number, key: str = "") -> str:
@@ -131,7 +123,7 @@ def _fault(step: Any, number: Number, key: str = "") -> str:
             number(step[key], kind)  # a bare number is SI to a script, but has no unit in a scene
         read_steps([step])
     except RecordError as error:
-        return str(error).partition(": ")[2]  # without the number of the step: the key tells it
+        return str(error).partition(": ")[2]  # without the number of the step, which the key has
     except ValueError as error:
         return str(error)
     return ""
@@ -139,22 +131,19 @@ def _fault(step: Any, number: Number, key: str = "") -> str:
 
 def _record_name(value: Any, number: Number) -> str:
     """An id of the catalogue."""
+    from pounding_risk.motions.catalogue import similar
+
     known = catalogue_ids()
     if not isinstance(value, str) or value not in known:
-        hint = nearest(value, known, 0.4) or _meant(value) if isinstance(value, str) else ""
+        hint = nearest(value, known, 0.4) if isinstance(value, str) else ""
+        if not hint and isinstance(value, str):  # the records of a station or earthquake of that name
+            near = " or ".join(f'"{id}"' for id in similar(value))
+            hint = f" (did you mean {near}?)" if near else ""
         raise Unreadable(
             f"{shown(value)} is not a record of the catalogue{hint}; "
             "`pounding-risk records` lists them, and a file of your own goes into files"
         )
     return value
-
-
-def _meant(word: str) -> str:
-    """The records of a station or earthquake that is written in place of an id."""
-    from pounding_risk.motions.catalogue import similar
-
-    near = " or ".join(f'"{id}"' for id in similar(word))
-    return f" (did you mean {near}?)" if near else ""
 
 
 def _record_set(value: Any, number: Number) -> str:
@@ -192,10 +181,6 @@ def _spectral(value: Any, number: Number, example: str, *, with_value: bool) -> 
     )
 
 
-def _sa(value: Any, number: Number) -> Spectral:
-    return _spectral(value, number, 'sa = {value = "0.4 g", period = "1 s"}', with_value=True)
-
-
 def _to_median(value: Any, number: Number) -> str | Spectral:
     """ "pga" or "pgv", or a table with the period of Sa."""
     example = '"pgv", or {period = "1 s"}'
@@ -231,8 +216,8 @@ def _generated(value: Any, number: Number) -> tuple[Recipe, ...]:
     """Generated motions: a list of tables with a kind and its keys."""
     if isinstance(value, dict):
         raise Unreadable("one table, where each motion is a table of a list; write [[records.generated]]")
-    asked = list_of(value, f"generated = {GENERATED_EXAMPLE}")
-    return tuple(each(asked, lambda table: _recipe(table, number), distinct=True))
+    tables = list_of(value, f"generated = {GENERATED_EXAMPLE}")
+    return tuple(each(tables, lambda table: _recipe(table, number), distinct=True))
 
 
 def _recipe(table: Any, number: Number) -> Recipe:
@@ -370,7 +355,7 @@ class Records(Table):
         Spectral | None,
         Key(
             "Every motion is scaled to this spectral acceleration.",
-            _sa,
+            lambda value, number: _spectral(value, number, 'sa = {value = "0.4 g", period = "1 s"}', with_value=True),
             '{value = "0.4 g", period = "1 s"}',
             "as recorded",
             write=lambda spectral: spectral.written(),
@@ -443,15 +428,16 @@ class Records(Table):
 
     def request(self) -> RecordRequest:
         """The request of ground motions that `motions.ensemble.read_ensemble` takes, in SI."""
-        own = [key for key in type(self).model_fields if key != INTENSITY]  # whose levels are the grid's
+        own = [key for key in self.key_names() if key != INTENSITY]  # whose levels are the grid's
         return RecordRequest(**{RENAMED.get(key, key): getattr(self, key) for key in own})
 
 
 def records_of(request: RecordRequest, amplitudes: tuple[Level | None, ...] = ()) -> Records:
     """The table of a request, every value stated that is not absent; ``amplitudes`` are those of the grid."""
-    values = {key: getattr(request, RENAMED.get(key, key), None) for key in Records.model_fields}
+    own = [key for key in Records.key_names() if key != INTENSITY]  # whose levels are the grid's
+    values = {key: getattr(request, RENAMED.get(key, key)) for key in own}
     values[INTENSITY] = tuple(level for level in amplitudes if level is not None and level.measure.axis == LEVEL_AXIS)
-    return Records.made({key: value for key, value in values.items() if value not in (None, "", ())})
+    return Records.from_values({key: value for key, value in values.items() if value not in (None, "", ())})
 
 
 def record_checks(draft: Draft) -> Iterator[Fault]:
@@ -464,8 +450,8 @@ def record_checks(draft: Draft) -> Iterator[Fault]:
             yield keys.fault(
                 "place", 'there are no sites to choose from; write sites = "EventGrid.csv", or remove place'
             )
-        asked = keys.get(INTENSITY) or ()
-        is_factor = any(level.measure.name == FACTOR for level in asked)
+        given = keys.get(INTENSITY) or ()
+        is_factor = any(level.measure.name == FACTOR for level in given)
         for key, sentence in conflicts(keys.raw, grid_pga="pga" in draft.table("grid"), is_factor=is_factor):
             yield keys.fault(key, sentence)
 

@@ -1,7 +1,7 @@
 """A scene: buildings, what stands between neighbours, ground motions and the grid of cases, ready to be run.
 
 It is written as TOML or in Python. Both become the tables of a scene file, which are read by one way: `read_tables`
-reads every key, the checks tell what keys do not make together, `assembled` makes the fields of a `Scene`.
+reads every key, the checks report what does not go together, `_assembled` makes the fields of a `Scene`.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, fields
 from importlib import import_module
 from itertools import pairwise
 from math import inf, isnan
+from operator import attrgetter
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
@@ -32,8 +33,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import PEAK, Level, Measure, at_pga
 from pounding_risk.motions.request import RecordRequest
-from pounding_risk.scene.axes import Placed, axes_in_text, keeping_axes, without_axes, written_axes
-from pounding_risk.scene.axis_checks import axis_faults
+from pounding_risk.scene.axes import Placed, axes_in_text, axis_faults, keeping_axes, without_axes, written_axes
 from pounding_risk.scene.buildings import OF_GROUND, structure_of, table_of
 from pounding_risk.scene.damage import DamageState
 from pounding_risk.scene.interface_checks import is_row
@@ -47,24 +47,24 @@ from pounding_risk.scene.interfaces import (
     needed_restitution,
     with_stiffness_unit,
 )
-from pounding_risk.scene.keys import Draft, Section, Table, in_text
+from pounding_risk.scene.keys import Draft, Table, in_text
 from pounding_risk.scene.levels import at_periods, relative_faults
 from pounding_risk.scene.overrides import ARRAYS
-from pounding_risk.scene.records import records_of
-from pounding_risk.scene.resolved_interfaces import ResolvedInterface, interface_table, resolved_interfaces, stiff_model
+from pounding_risk.scene.records import Records, records_of
+from pounding_risk.scene.resolved_interfaces import ResolvedInterface, resolved_interfaces, stiff_model
 from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap
 from pounding_risk.scene.sections import KEYS, Same, every_fault, overridden, read_tables, untouched, written_overrides
 from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
 from pounding_risk.scene.toml import Fault, KeyPath, write_toml
 from pounding_risk.scene.uncertain import UncertainNumbers
-from pounding_risk.scene.uncertain_reading import numbers_in_text, uncertain_of
-from pounding_risk.scene.uncertain_tables import Uncertain, table_of_numbers
+from pounding_risk.scene.uncertain_tables import Uncertain, numbers_in_text, table_of_numbers, uncertain_of
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say, shown
 
 OF_EACH_INTERFACE = "each interface's own"  # label of the contact models of a scene whose interfaces differ in theirs
 # The parts of a scene, and the sections of a scene file that they are.
 PARTS = {"buildings": "building", "interfaces": "interface"}
 PARTS |= {part: part for part in ("records", "grid", UNCERTAIN, "effects", "solver", "damage")} | {"name": "scene"}
+OF_RESTITUTION = {"restitution": "rule", "restitution_words": "words", "relation": "relation"}  # of `GivenRestitution`
 NO_STRENGTHS = (
     "no storey of the scene has a yield shear, so that none would yield; write storey_strengths in a [[building]], or "
     "generate one from a typology, or remove inelastic_storeys"
@@ -93,18 +93,10 @@ class Axes(NamedTuple):
         return tuple(None if level is None else level.value for level in self.amplitudes)
 
 
-class Origin(NamedTuple):
-    """Where the tables of a scene come from."""
-
-    source: str
-    text: str
-    lines: Mapping[KeyPath, int]
-    overrides: tuple[str, ...]
-
-
-def _of_first(name: str, words: str) -> Any:
+def _of_first(path: str, words: str) -> Any:
     """A property of a scene: that of its first interface."""
-    return property(lambda scene: getattr(scene.interfaces[0], name), doc=f"{words[:-1]}, at the first interface.")
+    value = attrgetter(path)
+    return property(lambda scene: value(scene.interfaces[0]), doc=f"{words[:-1]}, at the first interface.")
 
 
 @dataclass(frozen=True, repr=False, init=False, eq=False)
@@ -144,7 +136,7 @@ class Scene(ShortRepr):
     interfaces : tuple of ResolvedInterface
         One between each two of them, numbers in SI, every default filled in.
     records : RecordRequest
-        The ground motions that are asked for.
+        The ground motions and how they are treated.
     grid : Axes
         The values of each dimension.
     uncertain : UncertainNumbers or None
@@ -177,9 +169,9 @@ class Scene(ShortRepr):
     # What the first interface says.
     gap = _of_first("gap", "Clear distance [m].")
     stiffness = _of_first("stiffness", "Contact stiffness [N/m or N/m^1.5]; None where no model has one.")
-    restitution = _of_first("restitution", "Relation e(v).")
-    restitution_words = _of_first("restitution_words", "Name of e(v), number, damping ratio, or `NO_RESTITUTION`.")
-    relation = _of_first("relation", "Relation of restitution and damping.")
+    restitution = _of_first("restitution.rule", "Relation e(v).")
+    restitution_words = _of_first("restitution.words", "Name of e(v), number, damping ratio, or `NO_RESTITUTION`.")
+    relation = _of_first("restitution.relation", "Relation of restitution and damping.")
     yield_force = _of_first("yield_force", "Yield force of the floors [N]; inf without yielding.")
     equal_terms = _of_first("equal_terms", "How the stiffness of other contact models follows.")
     design_penetration = _of_first("design_penetration", "Penetration for which bilinear is set up [m].")
@@ -223,7 +215,7 @@ class Scene(ShortRepr):
     def _compared(self) -> tuple[Any, ...]:
         """What two scenes share that ask for the same runs; an unknown level is no NaN, which differs from itself."""
         interfaces = tuple(
-            interface._replace(
+            interface.updated(
                 points=tuple(point._replace(level=inf) if isnan(point.level) else point for point in interface.points)
             )
             for interface in self.interfaces
@@ -244,9 +236,10 @@ class Scene(ShortRepr):
         yield from self.axis_words()
         if self.effects:
             yield "effects", ", ".join(effect.name for effect in self.effects)
-        asked = self.records
-        made = (recipe.text() for recipe in asked.generated)
-        yield "records", ", ".join(asked.names or asked.files or made) or asked.set or asked.manifest or asked.sites
+        records = self.records
+        generated = (recipe.text() for recipe in records.generated)
+        names = ", ".join(records.names or records.files or generated)
+        yield "records", names or records.set or records.manifest or records.sites
 
     def axis_words(self) -> Iterator[tuple[str, str]]:
         """What varies along the axes of numbers, and how: the distributions of those that are drawn."""
@@ -316,7 +309,7 @@ class Scene(ShortRepr):
         return self.updated(
             buildings=self.buildings[place : place + 2],
             grid=grid._replace(gaps=gaps, yield_forces=forces, contact_models=models),
-            interfaces=(here._replace(points=tuple(point._replace(interface=0) for point in here.points)),),
+            interfaces=(here.updated(points=tuple(point._replace(interface=0) for point in here.points)),),
             gridded_interface=None,
             damage=(),
         )
@@ -346,7 +339,12 @@ class Scene(ShortRepr):
 
         A single mass strikes whole, a building of storeys with a floor of average mass.
         """
-        left, right = (_inverse_mass(building) for building in self.buildings[:2])
+        left, right = (
+            len(building.masses) / building.mass
+            if isinstance(building, Storeys)
+            else building.oscillator().inverse_mass
+            for building in self.buildings[:2]
+        )
         return 1.0 / (left + right)
 
     # -------------------------------------------------------------------------------------------- contact laws
@@ -444,11 +442,15 @@ class Scene(ShortRepr):
     # -------------------------------------------------------------------------------------------- changing
 
     def updated(self, **values: Any) -> Scene:
-        """The scene with these fields, which are not checked; fields of interfaces are set at every one."""
-        between = {key: values.pop(key) for key in list(values) if key in ResolvedInterface._fields}
-        if between:
-            interfaces = values.get("interfaces", self.interfaces)
-            values["interfaces"] = tuple(interface._replace(**between) for interface in interfaces)
+        """The scene with these fields, which are not checked; what interfaces have is set at every one.
+
+        ``restitution``, ``restitution_words`` and ``relation`` are what the properties of these names are.
+        """
+        interfaces = values.get("interfaces", self.interfaces)
+        if given := {OF_RESTITUTION[key]: values.pop(key) for key in OF_RESTITUTION if key in values}:
+            interfaces = [one.updated(restitution=one.restitution._replace(**given)) for one in interfaces]
+        between = {key: values.pop(key) for key in list(values) if key in ResolvedInterface.model_fields}
+        values["interfaces"] = tuple(one.updated(**between) if between else one for one in interfaces)
         return _made({part.name: getattr(self, part.name) for part in fields(self)} | values)
 
     def replace(self, *overrides: str, **values: Any) -> Scene:
@@ -476,12 +478,11 @@ class Scene(ShortRepr):
             if key in Grid.model_fields:
                 single = key not in ("interface", "axes", "zip") and not isinstance(value, list | tuple | dict)
                 table: Any = Grid
-                tables["grid"] |= axes_in_text(table(**{key: [value] if single else value}).written(), KEYS)
+                tables["grid"] |= _written("grid", table(**{key: [value] if single else value}))
             elif key in Solver.model_fields:
                 tables["solver"] |= Solver(**{key: value}).written()
             elif key in Uncertain.model_fields:
-                drawn = numbers_in_text(Uncertain(**{key: value}).written(), KEYS)
-                tables[UNCERTAIN] = tables.get(UNCERTAIN, {}) | drawn
+                tables[UNCERTAIN] = tables.get(UNCERTAIN, {}) | _written(UNCERTAIN, Uncertain(**{key: value}))
             elif key in PARTS:
                 tables |= [_section(key, value)]
             else:
@@ -519,7 +520,7 @@ class Scene(ShortRepr):
     def resolved(self) -> dict[str, Any]:
         """The scene as a dict of the scene file's shape, every value stated, quantities exact in SI units."""
         buildings = [table_of(building).written() | self._depth(at) for at, building in enumerate(self.buildings)]
-        interfaces = [interface_table(interface, self._gridded_models).written() for interface in self.interfaces]
+        interfaces = [interface.as_written(self._gridded_models) for interface in self.interfaces]
         effects = {effect.name: effect.written() for effect in self.effects}
         return {
             "scene": {"name": self.name},
@@ -529,7 +530,7 @@ class Scene(ShortRepr):
             "records": records_of(self.records, self.grid.amplitudes).written(),
             "grid": self._grid().written() | written_axes(self.axes),
             **({} if self.uncertain is None else {UNCERTAIN: table_of_numbers(self.uncertain)}),
-            "solver": Solver.made({"rtol": self.rtol}).written(),
+            "solver": Solver.from_values({"rtol": self.rtol}).written(),
             **({"damage": [state.written() for state in self.damage]} if self.damage else {}),
         }
 
@@ -550,20 +551,18 @@ class Scene(ShortRepr):
         """The table [grid], every value stated."""
         forces = self.grid.yield_forces
         own = {interface.yield_force for interface in self.interfaces}
+        # An uncertain gap is that of the grid, which then has none of its own.
+        draws_gap = self.uncertain is not None and has_gap(self.uncertain.keys)
+        draws_gap = draws_gap and self.grid.gaps == (self.interfaces[0].gap,)
         values = {
-            "gap": () if self._draws_gap() else self.grid.gaps,
-            "interface": None if self._draws_gap() else self.gridded_interface,
+            "gap": () if draws_gap else self.grid.gaps,
+            "interface": None if draws_gap else self.gridded_interface,
             # A grid of one yield force would be that of every interface; where they differ, each keeps its own.
             "yield_force": forces if len(forces) > 1 or len(own) < 2 else (),
             "contact_model": self._gridded_models,
             "pga": tuple(level.value for level in self.grid.amplitudes if level and level.measure == PEAK),
         }
-        return Grid.made({key: value for key, value in values.items() if value})
-
-    def _draws_gap(self) -> bool:
-        """True where an uncertain gap is that of the grid, which then has none of its own."""
-        drawn = self.uncertain is not None and has_gap(self.uncertain.keys)
-        return drawn and self.grid.gaps == (self.interfaces[0].gap,)
+        return Grid.from_values({key: value for key, value in values.items() if value})
 
     def _depth(self, place: int) -> dict[str, Any]:
         """The depth of the floors of building ``place``, as a scene file has it; nothing of a pair."""
@@ -600,19 +599,17 @@ def _written(section: str, table: Any) -> Any:
     if isinstance(table, Building | Storeys):
         return table_of(table).written()
     if isinstance(table, ResolvedInterface):
-        return interface_table(table, ()).written()
-    if isinstance(table, Mapping):
-        written = in_text(KEYS[section], table)
-        written = axes_in_text(written, KEYS) if section == "grid" else written
-        written = numbers_in_text(written, KEYS) if section == UNCERTAIN else written
-        return with_stiffness_unit(written) if section == "interface" else written
+        return table.as_written(())
     if isinstance(table, UncertainNumbers):
         return table_of_numbers(table)
-    if isinstance(table, Grid):
-        return axes_in_text(table.written(), KEYS)
-    if isinstance(table, Uncertain):
-        return numbers_in_text(table.written(), KEYS)
-    return table.written() if isinstance(table, Table) else table
+    if not isinstance(table, Table | Mapping):
+        return table
+    written = table.written() if isinstance(table, Table) else in_text(KEYS[section], table)
+    if section == "grid":
+        return axes_in_text(written, KEYS)
+    if section == UNCERTAIN:
+        return numbers_in_text(written, KEYS)
+    return with_stiffness_unit(written) if section == "interface" and isinstance(table, Mapping) else written
 
 
 # ------------------------------------------------------------------------------------------------ from tables
@@ -649,23 +646,24 @@ def scene_of(
     SceneError
         With every fault: its line, its key and the likely repair.
     """
-    asked = (overrides,) if isinstance(overrides, str) else tuple(overrides)
-    origin = Origin(source, text, lines or {}, asked)
-    draft, faults, tell = read_tables(tables, asked, source, same)
+    overrides = (overrides,) if isinstance(overrides, str) else tuple(overrides)
+    lines = lines or {}
+    draft, faults, in_words = read_tables(tables, overrides, source, same)
     faults += every_fault(draft, Path(source).parent, same)
     if not faults:
-        values, faults = _assembled(draft, origin)
+        values, faults = _assembled(draft, plain(Path(source).stem))
+        values |= {"text": text, "source": source, "overrides": overrides}
     if not faults:
         faults = list(_overlaps(_made(values)))
     if faults:
-        raise SceneError(source, tell(faults, origin.lines))
+        raise SceneError(source, in_words(faults, lines))
     scene = _made(values)
     scene = scene if text else scene.updated(text=scene.to_toml())
     if scene.axes:
         placed = [*draft.axes, *(Placed((UNCERTAIN,), axis) for axis in scene.axes if axis.dimension)]
-        faults = list(axis_faults(scene, placed, Scenes(scene, tables, asked).made))
+        faults = list(axis_faults(scene, placed, Scenes(scene, tables, overrides).made))
     if faults:
-        raise SceneError(source, tell(faults, origin.lines))
+        raise SceneError(source, in_words(faults, lines))
     return scene
 
 
@@ -673,52 +671,54 @@ class Scenes:
     """The scenes that a scene becomes as keys are set; ``tables`` and ``overrides`` are those that it is made from."""
 
     def __init__(self, study: Scene, tables: Mapping[str, Any], overrides: Sequence[str]):
-        self._text, self._source, self._asked = study.text, study.source, keeping_axes(overrides)
+        self._text, self._source, self._kept = study.text, study.source, keeping_axes(overrides)
         # With what was set from outside, so that setting it again changes nothing in sections that are not read again.
-        self._tables = overridden(without_axes(tables), self._asked, study.source)
-        self._draft, _, _ = read_tables(self._tables, self._asked, study.source)
+        self._tables = overridden(without_axes(tables), self._kept, study.source)
+        self._draft, _, _ = read_tables(self._tables, self._kept, study.source)
 
     def made(self, overrides: Sequence[str]) -> Scene:
         """The scene with these values set, and no axes."""
-        asked, same = (*self._asked, *overrides), untouched(self._draft, overrides)
-        return scene_of(self._tables, self._source, asked, text=self._text, same=same)
+        same = untouched(self._draft, overrides)
+        return scene_of(self._tables, self._source, (*self._kept, *overrides), text=self._text, same=same)
 
 
-def _assembled(draft: Draft, origin: Origin) -> tuple[dict[str, Any], list[Fault]]:
-    """The fields of the scene of tables that have each no fault, and what only the whole can tell."""
-    grid: Grid = Grid.made(draft.table("grid").values)
+def _assembled(draft: Draft, usual_name: str) -> tuple[dict[str, Any], list[Fault]]:
+    """The fields of the scene of tables that have each no fault, and the faults that only the whole has."""
+    grid: Grid = Grid.from_values(draft.table("grid").values)
     records = draft.table("records")
     named = draft.table("effects").values
     effects = tuple(named[name] for name in EFFECTS if name in named)
     row, uncertain = is_row(draft), uncertain_of(draft)
     buildings, faults = _buildings(draft, effects)
-    asked = records.get("intensity") or ()
-    faults += [Fault(("records", "intensity", "of"), sentence) for sentence in relative_faults(asked, buildings)]
+    levels = records.get("intensity") or ()
+    faults += [Fault(("records", "intensity", "of"), sentence) for sentence in relative_faults(levels, buildings)]
     if faults:
         return {}, faults
     interfaces, faults = resolved_interfaces(draft, buildings, grid, row)
+    own: Interface = Interface.from_values(draft.tables("interface")[0].values)
+    table: Records = Records.from_values(records.values)
     laws = dict.fromkeys(interface.contact_model for interface in interfaces)
+    gridded = grid.interface or None
+    if not gridded and not grid.gap and len({interface.gap for interface in interfaces}) > 1:
+        gridded = interface_name(buildings[0].name, buildings[1].name)  # several gaps, and no grid of them
     values = {
-        "name": draft.table("scene").get("name") or plain(Path(origin.source).stem),
+        "name": draft.table("scene").get("name") or usual_name,
         "buildings": buildings,
         "interfaces": interfaces,
-        "records": _records(records),
+        "records": table.request(),
         "grid": Axes(
             grid.gap or (interfaces[0].gap,),
-            grid.yield_force or (_first(draft).yield_force,),
+            grid.yield_force or (own.yield_force,),
             grid.contact_model or (tuple(laws) if len(laws) == 1 else (OF_EACH_INTERFACE,)),
-            tuple(map(at_pga, grid.pga or ())) or at_periods(asked, buildings) or (at_pga(records.get("pga")),),
+            tuple(map(at_pga, grid.pga or ())) or at_periods(levels, buildings) or (at_pga(records.get("pga")),),
         ),
-        "rtol": Solver.made(draft.table("solver").values).rtol,
+        "rtol": Solver.from_values(draft.table("solver").values).rtol,
         "effects": effects,
         "is_row": row,
-        "gridded_interface": _gridded(grid, buildings, interfaces),
+        "gridded_interface": gridded,
         "axes": (*(placed.axis for placed in draft.axes), *(() if uncertain is None else (uncertain.axis,))),
         "uncertain": uncertain,
-        "damage": tuple(DamageState.made(keys.values) for keys in draft.tables("damage")),
-        "text": origin.text,
-        "source": origin.source,
-        "overrides": origin.overrides,
+        "damage": tuple(DamageState.from_values(keys.values) for keys in draft.tables("damage")),
     }
     jumps = [] if faults else [name for name in _made(values).model_names if is_instant(known_law(name))]
     stuck = between_walls(_made(values)) if jumps else None
@@ -733,18 +733,13 @@ def between_walls(scene: Scene) -> Fault | None:
         supports = scene.supports
         if right > left + 1 and supports and supports[left] != supports[right]:
             sentence = f"{walls} move towards each other, and would crush rigid bodies between them; remove it"
-            key = next((key for key, field in OF_GROUND.items() if _differ(scene, (left, right), field)), None)
-            return Fault(("building", right, key) if key else ("effects", "wave_passage"), sentence)
+            one, other = (scene.buildings[place].support for place in (left, right))
+            keys = [key for key, field in OF_GROUND.items() if getattr(one, field) != getattr(other, field)]
+            return Fault(("building", right, keys[0]) if keys else ("effects", "wave_passage"), sentence)
         if right > left + 1 and not all(any(scene.interface_gaps(gap)[left:right]) for gap in scene.grid.gaps):
             sentence = f"without any gap between {walls} nothing there can move, and no force is determined; write one"
             return Fault(("interface", left, "gap"), sentence)
     return None
-
-
-def _differ(scene: Scene, places: tuple[int, int], field: str) -> bool:
-    """True where the supports of two buildings differ in a field by keys of their own."""
-    left, right = (getattr(scene.buildings[place].support, field) for place in places)
-    return bool(left != right)
 
 
 def _overlaps(scene: Scene) -> Iterator[Fault]:
@@ -775,17 +770,6 @@ def _initial_place(building: Building | Storeys, floor: float) -> float:
     return floors[below] + (floor - below) * (floors[below + 1] - floors[below])
 
 
-def _first(draft: Draft) -> Interface:
-    table: Interface = Interface.made(draft.tables("interface")[0].values)
-    return table
-
-
-def _records(keys: Section) -> RecordRequest:
-    table: Any = keys.kind.made(keys.values)
-    request: RecordRequest = table.request()
-    return request
-
-
 def _buildings(draft: Draft, effects: tuple[Effect, ...]) -> tuple[tuple[Building | Storeys, ...], list[Fault]]:
     """The buildings, and a fault for each that is none, or that an effect on buildings does not fit."""
     buildings, faults = [], []
@@ -804,25 +788,7 @@ def _buildings(draft: Draft, effects: tuple[Effect, ...]) -> tuple[tuple[Buildin
     return tuple(buildings), faults
 
 
-def _gridded(
-    grid: Grid, buildings: tuple[Building | Storeys, ...], interfaces: tuple[ResolvedInterface, ...]
-) -> str | None:
-    """The only interface whose gap varies; the first where the scene has several gaps and no grid of them."""
-    if grid.interface:
-        return grid.interface
-    if not grid.gap and len({interface.gap for interface in interfaces}) > 1:
-        return interface_name(buildings[0].name, buildings[1].name)
-    return None
-
-
 # ------------------------------------------------------------------------------------------------ about scenes
-
-
-def _inverse_mass(building: Building | Storeys) -> float:
-    """1/m [1/kg] of the mass that collides: of storeys that of a mean floor; 0 for a rigid wall."""
-    if isinstance(building, Storeys):
-        return len(building.masses) / building.mass
-    return building.oscillator().inverse_mass
 
 
 def _ends(values: Sequence[float], quantity: Quantity) -> str:

@@ -27,8 +27,7 @@ from pounding_risk.scene.records import Records, missing_files, record_checks
 from pounding_risk.scene.scene_axis import UNCERTAIN
 from pounding_risk.scene.tables import Grid, Solver, Title, effect_checks, effect_key
 from pounding_risk.scene.toml import Fault, KeyPath, sentences
-from pounding_risk.scene.uncertain_reading import taken_numbers, uncertain_checks
-from pounding_risk.scene.uncertain_tables import DISTRIBUTION, Uncertain
+from pounding_risk.scene.uncertain_tables import DISTRIBUTION, Uncertain, taken_numbers, uncertain_checks
 from pounding_risk.units import shown
 
 KINDS: Mapping[str, type[Table]] = {
@@ -45,7 +44,7 @@ KINDS: Mapping[str, type[Table]] = {
 
 
 class _EffectKeys(Mapping[str, Key]):
-    """The keys of [effects], made when they are asked for: a plug-in that has an effect imports this module itself."""
+    """The keys of [effects], made when they are needed: a plug-in that has an effect imports this module itself."""
 
     def __getitem__(self, name: str) -> Key:
         if name not in EFFECTS:
@@ -89,13 +88,13 @@ ABSENT = {
     "records": 'missing; write [records] with names = ["RSN6-180"], files = ["my/*.AT2"], or set = "..."',
 }
 Same = Mapping[str, Sequence[Section]]
-Tell = Callable[[Sequence[Fault], Mapping[KeyPath, int]], list[str]]
+InWords = Callable[[Sequence[Fault], Mapping[KeyPath, int]], list[str]]
 
 
 def read_tables(
     tables: Mapping[str, Any], overrides: Sequence[str], source: str, same: Same = MappingProxyType({})
-) -> tuple[Draft, list[Fault], Tell]:
-    """Every key of the tables of a scene file, what is wrong with single keys, and how faults are told.
+) -> tuple[Draft, list[Fault], InWords]:
+    """Every key of the tables of a scene file, what is wrong with single keys, and what puts faults into words.
 
     ``same`` are sections that were read before without a fault: these tables have them with the same keys.
     """
@@ -132,10 +131,10 @@ def read_tables(
             sections[name].append(section)
             faults += wrong + unread
 
-    def tell(faults: Sequence[Fault], lines: Mapping[KeyPath, int]) -> list[str]:
+    def in_words(faults: Sequence[Fault], lines: Mapping[KeyPath, int]) -> list[str]:
         return sentences(faults, written, lines, outside)
 
-    return Draft(raw, sections, axes, numbers), faults, tell
+    return Draft(raw, sections, axes, numbers), faults, in_words
 
 
 def overridden(tables: Mapping[str, Any], overrides: Sequence[str], source: str) -> dict[str, Any]:
@@ -152,7 +151,7 @@ def _tables(raw: Mapping[str, Any], name: str) -> Iterator[tuple[KeyPath, Any]]:
     if name in ARRAYS and isinstance(value, list):
         yield from (((name, index), element) for index, element in enumerate(value))
     elif name in raw:
-        # One table where an array of them is asked for is none.
+        # One table where an array of them belongs is none.
         yield (name,), [value] if name in ARRAYS and isinstance(value, dict) else value
 
 
@@ -237,7 +236,7 @@ def written_overrides(text: str, overrides: Sequence[str], source: str) -> str:
 def schema() -> dict[str, Any]:
     """JSON schema of a scene file, for the completion of an editor: keys, kinds, units and ranges, in words.
 
-    ``x-unit``, ``x-range``, ``x-example`` and ``x-absent`` tell what a JSON schema has no keyword for.
+    ``x-unit``, ``x-range``, ``x-example`` and ``x-absent`` say what a JSON schema has no keyword for.
 
     Returns
     -------
@@ -255,12 +254,17 @@ def schema() -> dict[str, Any]:
         }
         for section, keys in declared.items()
     }
+    places: dict[str, dict[str, Any]] = {}
+    for section in KEYS:
+        reference = {"$ref": f"#/$defs/{_table_name(section)}"}
+        place = {"type": "array", "items": reference} if section in ARRAYS else reference
+        places[section] = {**place, "title": _header(section)}
     varied = {"GridTable": NUMBERS_ALONG, "UncertainTable": DISTRIBUTION}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Scene of pounding_risk",
         "type": "object",
-        "properties": {section: _reference(section) for section in KEYS},
+        "properties": places,
         "required": list(ABSENT),
         "additionalProperties": False,
         "$defs": tables
@@ -270,10 +274,3 @@ def schema() -> dict[str, Any]:
 
 def _table_name(section: str) -> str:
     return f"{section.title().replace('_', '')}Table"
-
-
-def _reference(section: str) -> dict[str, Any]:
-    reference = {"$ref": f"#/$defs/{_table_name(section)}"}
-    if section in ARRAYS:
-        return {"type": "array", "items": reference, "title": _header(section)}
-    return {**reference, "title": _header(section)}

@@ -24,6 +24,7 @@ from pounding_risk.scene.keys import (
     Table,
     Unreadable,
     axis,
+    by_address,
     facts,
     in_text,
     measured,
@@ -36,13 +37,6 @@ from pounding_risk.units import EXAMPLES, GAP, PGA, RTOL, YIELD_FORCE, Quantity,
 _RANGE = "a list in ascending order, or {start, stop, num}; a dimension of the dataset"
 
 
-def _numbers(value: Any, number: Number) -> dict[str, Any]:
-    """Axes of numbers by their addresses, whose values are read where the scene is known."""
-    if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
-        raise Unreadable(f'{shown(value)} is not a table; write {{"building.frame.period" = ["0.2 s", "0.4 s"]}}')
-    return value
-
-
 def _together(value: Any, number: Number) -> tuple[tuple[str, ...], ...]:
     """Lists of addresses of axes that move together."""
     if not isinstance(value, list) or not all(isinstance(group, list) for group in value):
@@ -50,12 +44,10 @@ def _together(value: Any, number: Number) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(map(str, group)) for group in value)
 
 
-NUMBERS = Key(
+NUMBERS = by_address(
     "Other numbers of the scene as axes, by the address that --set takes; in a file each stands in [grid] itself.",
-    _numbers,
     '{"building.frame.period" = {start = "0.2 s", stop = "2 s", num = 50}}',
     "no other number varies",
-    schema={"type": "object"},
 )
 TOGETHER = Key(
     "Axes of such numbers that move together, along one dimension.",
@@ -175,8 +167,8 @@ def _value(value: Any, allowed: Any, number: Number) -> Any:
 
 def _options(kind: Any, every: bool = False) -> str:
     """An effect's keys as a scene has them, each with an example; those that may be left out too where ``every`` is."""
-    asked = {key: allowed for key, allowed in kind.options.items() if every or key not in kind.optional}
-    return ", ".join(f"{key} = {option_example(allowed)}" for key, allowed in asked.items())
+    shown_keys = {key: allowed for key, allowed in kind.options.items() if every or key not in kind.optional}
+    return ", ".join(f"{key} = {option_example(allowed)}" for key, allowed in shown_keys.items())
 
 
 def _option(allowed: Quantity | tuple[str, ...], absent: str) -> dict[str, Any]:
@@ -204,7 +196,7 @@ def effect_tables(effects: Any) -> Any:
         pairs = ((effect, {}) if isinstance(effect, str) else effect for effect in effects)
         effects = {name: dict(given) for name, given in pairs}
     if not isinstance(effects, Mapping):
-        return effects  # which is told as no table
+        return effects  # which the reader refuses as no table
     return in_text({name: effect_key(name) for name in effects if name in EFFECTS}, effects)
 
 
@@ -215,12 +207,6 @@ def effect_checks(draft: Draft) -> Iterator[Fault]:
     """Effects without what they act on, with a contact model that they do not act on; floors without a length."""
     named = [keys.raw.get("contact_model") for keys in draft.tables("interface")]
     laws = known_models([*named, *as_list(draft.table("grid").raw.get("contact_model"))])
-    yield from _floors(draft, laws)
-    yield from _effects(draft, laws)
-
-
-def _floors(draft: Draft, laws: list[str]) -> Iterator[Fault]:
-    """Buildings whose floors a contact model collides, without their length."""
     users = [name for name in laws if needs_floors(CONTACT_MODELS[name])]
     for keys in draft.tables("building") if users else ():
         if keys.kind is not RigidWall and "floor_length" not in keys:
@@ -229,24 +215,21 @@ def _floors(draft: Draft, laws: list[str]) -> Iterator[Fault]:
                 f'missing, and {users[0]} needs it; write floor_length = "20 m", the length of the floor along the row',
                 absent=True,
             )
-
-
-def _effects(draft: Draft, laws: list[str]) -> Iterator[Fault]:
     keys = draft.table("effects")
-    asked = {name: given for name, given in keys.raw.items() if name in EFFECTS}
-    for name, given in asked.items():
+    acting = {name: given for name, given in keys.raw.items() if name in EFFECTS}
+    for name, given in acting.items():
         kind: Any = EFFECTS[name]
         for needed in kind.needs:
-            if needed not in asked:
+            if needed not in acting:
                 yield keys.fault(name, f"acts on what {needed} leaves; write {needed} = {{}} as well")
         if isinstance(given, dict) and given.get("code") == "mc1990" and "strength" not in given:
-            yield keys.fault(name, 'code mc1990 asks for the concrete; write strength = "30 MPa" as well')
+            yield keys.fault(name, 'code mc1990 needs the concrete; write strength = "30 MPa" as well')
         for law in laws:
             if why := refusal(CONTACT_MODELS[law], name):
                 takers = ", ".join(other for other, kind in LAWS.items() if not refusal(kind))
                 yield keys.fault(name, f"{law} {why}; remove {name}, or choose among {takers}")
     exponents = [keys.raw.get("plastic_exponent", 0) for keys in draft.tables("interface")]
-    if "permanent_set" in asked and "van_mier" in laws and any(given not in (0, 0.0, "0") for given in exponents):
+    if "permanent_set" in acting and "van_mier" in laws and any(given not in (0, 0.0, "0") for given in exponents):
         yield keys.fault(
             "permanent_set",
             "van_mier with a plastic_exponent above 0 hardens while it yields, and what it remembers of that is not "

@@ -90,7 +90,7 @@ def _syntax(message: str, text: str) -> str:
 def key_lines(text: str) -> dict[KeyPath, int]:
     """The line on which each table and key of a valid TOML text starts, counted from 1.
 
-    tomllib tells no positions, so the text is cut into statements: each is parsed alone and its keys noted.
+    tomllib gives no positions, so the text is cut into statements: each is parsed alone and its keys noted.
     """
     lines: dict[KeyPath, int] = {}
     counts: dict[KeyPath, int] = {}  # the newest element of each array of tables
@@ -166,31 +166,22 @@ def key_name(path: KeyPath, raw: Any) -> str:
     parts: list[str] = []
     for depth, part in enumerate(path):
         if isinstance(part, str):
-            parts.append(part if re.fullmatch(r"[A-Za-z0-9_-]+", part) else json.dumps(part, ensure_ascii=False))
+            parts.append(toml_key(part))
         elif depth == 1 and isinstance(raw, dict):
-            name = _element_name(raw.get(path[0]), part)
-            if name != "":
-                parts.append(name)
+            names = element_names(raw.get(path[0]))
+            own = names[part] if part < len(names) else None
+            if own and names.count(own) == 1:
+                parts.append(toml_key(own))
+            elif len(names) != 1 or own is not None or part:
+                parts.append(str(part + 1))
         else:
             parts.append(str(part + 1))
-        raw = _below(raw, part) if depth else raw
+        if depth:
+            try:
+                raw = raw[part]
+            except (KeyError, IndexError, TypeError):
+                raw = None
     return ".".join(parts)
-
-
-def _below(value: Any, part: str | int) -> Any:
-    try:
-        return value[part]
-    except (KeyError, IndexError, TypeError):
-        return None
-
-
-def _element_name(elements: Any, index: int) -> str:
-    """How the element of an array of tables is called: by a name of its own, by number, or not at all."""
-    names = element_names(elements)
-    own = names[index] if index < len(names) else None
-    if own and names.count(own) == 1:
-        return own if re.fullmatch(r"[A-Za-z0-9_-]+", own) else json.dumps(own, ensure_ascii=False)
-    return "" if len(names) == 1 and own is None and index == 0 else str(index + 1)
 
 
 def element_names(elements: Any) -> list[str | None]:

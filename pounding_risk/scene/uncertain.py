@@ -1,11 +1,16 @@
-"""The numbers of a scene that nobody knows exactly, and the samples of them along which a scan runs."""
+"""The numbers of a scene that nobody knows exactly, and the samples of them along which a scan runs.
+
+Samples stand at points in the unit cube. Those of "sobol" and "random" are one sequence each: the points of fewer
+samples are the first of more.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import inf, log2, nextafter
+from math import inf, log2, nextafter, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,14 +18,76 @@ from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.scene.distributions import VALUE, WIDTH, Array, Continuous, Discrete, Distribution
-from pounding_risk.scene.sampling import HYPERCUBE, SOBOL, correlated, inside, points_of
 from pounding_risk.scene.scene_axis import SAMPLE, SceneAxis
 from pounding_risk.units import Quantity, exact, say
 
 GIVEN = "given"  # the method of points that the scene gives
 ALL, DRAWN = "all", "drawn"  # the motions of a sample: every one of the records, or one that is drawn with it
-TOLD = 1e-6  # a cut of less than this is not told
+LEAST_CUT = 1e-6  # a cut of less than this is not reported
 LEAST_LEFT = 1e-6  # a distribution of which less than this is left lies outside; of this it has ten digits
+LEAST_VARIANCE = 1e-12  # of a number beside the others; below it they determine the number
+SOBOL, HYPERCUBE, RANDOM = "sobol", "latin hypercube", "random"
+METHODS = (SOBOL, HYPERCUBE, RANDOM)
+GROWING = (SOBOL, RANDOM)  # to which samples can be added
+EDGE = 2.0**-53  # a point at 0 or 1, where a quantile may be infinite, stands this far inside
+
+
+def points_of(method: str, samples: int, dimensions: int, seed: int) -> Array:
+    """Independent points in the open unit cube, one row for each sample; the same for the same seed."""
+    generator = np.random.default_rng(seed)
+    if method == RANDOM:
+        return inside(generator.random((samples, dimensions)))  # row by row, so that more samples only follow
+    from scipy.stats import qmc  # takes longer to import than a scene takes to be read
+
+    if method == HYPERCUBE:
+        return inside(qmc.LatinHypercube(dimensions, seed=generator).random(samples))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of samples that are no power of two, which `UncertainNumbers.notes` reports
+        return inside(qmc.Sobol(dimensions, scramble=True, seed=generator).random(samples))
+
+
+def inside(points: Array) -> Array:
+    """The points with those at an end of [0, 1] just inside."""
+    return np.clip(points, EDGE, 1.0 - EDGE)
+
+
+def cholesky(matrix: Sequence[Sequence[float]]) -> list[list[float]] | None:
+    """The lower factor L of a symmetric matrix L Lᵀ, by rows; None where it is not positive definite.
+
+    Written out, so that its bits do not depend on a library.
+    """
+    factor = [[0.0] * len(matrix) for _ in matrix]
+    for row, values in enumerate(matrix):
+        for column in range(row + 1):
+            rest = values[column] - sum(factor[row][k] * factor[column][k] for k in range(column))
+            if column < row:
+                factor[row][column] = rest / factor[column][column]
+            elif rest > LEAST_VARIANCE:
+                factor[row][row] = sqrt(rest)
+            else:
+                return None
+    return factor
+
+
+def correlated(points: Array, matrix: Sequence[Sequence[float]]) -> Array:
+    """Points whose standard normals, number by number, have this positive definite correlation matrix.
+
+    A Gaussian copula: a column that is correlated with none before it stays as it is.
+    """
+    from scipy.special import ndtr, ndtri
+
+    factor = cholesky(matrix)
+    assert factor is not None, "checked when the scene was read"
+    joint = points.copy()
+    normals = ndtri(points)
+    for row, weights in enumerate(factor):
+        if any(weights[:row]):
+            # Column by column and no matrix product, whose bits depend on how many samples there are.
+            total = normals[:, row] * weights[row]
+            for column in range(row):
+                total = total + normals[:, column] * weights[column]
+            joint[:, row] = ndtr(total)
+    return inside(joint)
 
 
 class DrawnMotions(NamedTuple):
@@ -103,7 +170,7 @@ class UncertainNumber:
     def cut_words(self) -> str:
         """Where the distribution is cut, and how much that leaves out; "" where that is nothing."""
         left_out = 1.0 - self.left
-        if left_out < TOLD:
+        if left_out < LEAST_CUT:
             return ""
         cut = [end for end in self.ends if 0.0 < self._below(end) < 1.0]
         return f"cut at {' and '.join(map(self._said, cut))}, which leaves out {100.0 * left_out:.3g} % of it"

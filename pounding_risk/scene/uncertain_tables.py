@@ -1,16 +1,67 @@
-"""The table [uncertain] of a scene: its keys, and how it is written."""
+"""The table [uncertain] of a scene: its keys, its numbers with their distributions in SI, and their faults."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from math import inf
+from typing import Annotated, Any, NamedTuple
 
-from pounding_risk.scene.distributions import EXAMPLE, KINDS
-from pounding_risk.scene.keys import Key, Number, Table, Unreadable, each, list_of, one_of, options
+from pounding_risk._common.words import nearest
+from pounding_risk.models.contact.law import HERTZ_STIFFNESS, LINEAR_STIFFNESS
+from pounding_risk.scene.axes import (
+    Known,
+    Placed,
+    addressed,
+    is_single,
+    likely_target,
+    one_value,
+    reader_of,
+    taken_addresses,
+)
+from pounding_risk.scene.distributions import (
+    EXAMPLE,
+    KINDS,
+    RATIO,
+    VALUE,
+    VALUES,
+    WEIGHTS,
+    WIDTH,
+    Continuous,
+    Distribution,
+    Parameter,
+)
+from pounding_risk.scene.keys import (
+    Draft,
+    Key,
+    Number,
+    Several,
+    Table,
+    Unreadable,
+    by_address,
+    each,
+    list_of,
+    located,
+    one_of,
+    options,
+    whole,
+)
 from pounding_risk.scene.overrides import address_of, parts_of
-from pounding_risk.scene.sampling import METHODS, SOBOL
-from pounding_risk.scene.uncertain import ALL, DRAWN, Correlation, UncertainNumbers
-from pounding_risk.units import Quantity, shown
+from pounding_risk.scene.scene_axis import UNCERTAIN
+from pounding_risk.scene.toml import Fault, KeyPath
+from pounding_risk.scene.uncertain import (
+    ALL,
+    DRAWN,
+    GIVEN,
+    LEAST_LEFT,
+    METHODS,
+    SOBOL,
+    Correlation,
+    UncertainNumber,
+    UncertainNumbers,
+    cholesky,
+)
+from pounding_risk.units import Quantity, QuantityError, bounds, exact, parse, shown, si
 
 MOST_SAMPLES = 100_000
 NUMBERS = "numbers"  # the key that is written in words of its own
@@ -19,36 +70,25 @@ CUBE = Quantity("1", 0.0, 1.0, "coordinate of a point")
 _CORRELATION = '{between = ["building.frame.period", "building.masonry.period"], value = 0.5}'
 
 
-def whole(name: str, low: int, high: int, words: str, example: str, absent: str) -> Key:
-    """A whole number, of the key of this name."""
-
-    def read(value: Any, number: Number) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise Unreadable(f"{shown(value)} is not a whole number from {low} to {high}; write {name} = {example}")
-        return value
-
-    return Key(words, read, example, absent, schema={"type": "integer", "minimum": low, "maximum": high})
-
-
 def _correlations(value: Any, number: Number) -> tuple[Correlation, ...]:
-    return tuple(each(list_of(value, f"correlations = [{_CORRELATION}]"), lambda item: _correlation(item, number)))
+    def two(item: Any) -> tuple[str, str]:
+        if not isinstance(item, list) or len(item) != 2 or not all(isinstance(key, str) for key in item):
+            raise Unreadable(f"{shown(item)} are not two numbers of [uncertain]; write {_CORRELATION}")
+        one, other = (address_of(parts_of(key)) or key for key in item)
+        if one == other:
+            raise Unreadable(f"{shown(one)} stands twice; name two numbers")
+        return one, other
 
+    def correlation(item: Any) -> Correlation:
+        if not isinstance(item, Mapping):
+            raise Unreadable(f"{shown(item)} is not a correlation; write {_CORRELATION}")
+        kinds = {"between": two, "value": lambda given: number(given, CORRELATION)}
+        missing = f"missing; write {_CORRELATION}"
+        return Correlation(
+            **options(item, kinds, tuple(kinds), lambda key: missing, "a correlation has between and value")
+        )
 
-def _correlation(value: Any, number: Number) -> Correlation:
-    if not isinstance(value, Mapping):
-        raise Unreadable(f"{shown(value)} is not a correlation; write {_CORRELATION}")
-    takes = "a correlation has between and value"
-    kinds = {"between": _two, "value": lambda item: number(item, CORRELATION)}
-    return Correlation(**options(value, kinds, tuple(kinds), lambda key: f"missing; write {_CORRELATION}", takes))
-
-
-def _two(value: Any) -> tuple[str, str]:
-    if not isinstance(value, list) or len(value) != 2 or not all(isinstance(item, str) for item in value):
-        raise Unreadable(f"{shown(value)} are not two numbers of [uncertain]; write {_CORRELATION}")
-    one, other = (address_of(parts_of(item)) or item for item in value)
-    if one == other:
-        raise Unreadable(f"{shown(one)} stands twice; name two numbers")
-    return one, other
+    return tuple(each(list_of(value, f"correlations = [{_CORRELATION}]"), correlation))
 
 
 def _points(value: Any, number: Number) -> tuple[tuple[float, ...], ...]:
@@ -57,25 +97,16 @@ def _points(value: Any, number: Number) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(number(item, CUBE) for item in row) for row in value)
 
 
-def _numbers(value: Any, number: Number) -> dict[str, Any]:
-    """Numbers by their addresses, whose distributions are read where the scene is known."""
-    if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
-        raise Unreadable(f'{shown(value)} is not a table; write {{"building.frame.period" = {EXAMPLE}}}')
-    return value
-
-
 class Uncertain(Table):
     """Numbers of a scene that nobody knows exactly, each with a distribution, and how they are drawn."""
 
     numbers: Annotated[
         dict[str, Any],
-        Key(
+        by_address(
             "The numbers with their distributions, by the address that --set takes; in a file each stands in "
             "[uncertain] itself.",
-            _numbers,
             f'{{"building.frame.period" = {EXAMPLE}}}',
             "at least one stands in [uncertain]",
-            schema={"type": "object"},
         ),
     ] = {}  # noqa: RUF012 - read as a key, and never changed
     samples: Annotated[
@@ -159,5 +190,249 @@ def table_of_numbers(uncertain: UncertainNumbers) -> dict[str, Any]:
     values |= {"correlations": uncertain.correlations} if uncertain.correlations else {}
     values |= {"motions": uncertain.motions} if uncertain.is_drawn else {}
     numbers = {number.key: number.written() for number in uncertain.numbers}
-    table: Uncertain = Uncertain.made(values)
+    table: Uncertain = Uncertain.from_values(values)
     return table.written() | numbers
+
+
+# ------------------------------------------------------------------------------------------------ reading
+
+CUTS = {
+    name: Parameter(VALUE, f"where it is cut {side}", is_needed=False)
+    for name, side in (("low", "below"), ("high", "above"))
+}
+RATIOS = Quantity("1", 0.0, inf, "ratio", open_low=True, open_high=True, example="0.2")
+WEIGHT = Quantity("1", 0.0, inf, "weight", open_low=True, open_high=True, example="1.0")
+
+
+class PlacedNumber(NamedTuple):
+    """An uncertain number, where it stands in the file, and what it sets in the tables of the scene."""
+
+    path: KeyPath
+    number: UncertainNumber
+    targets: tuple[KeyPath, ...]
+    is_set: bool  # from outside, so that it is uncertain no more
+
+
+def taken_numbers(
+    raw: dict[str, Any], outside: Sequence[KeyPath], known: Known, axes: Sequence[Placed]
+) -> tuple[tuple[PlacedNumber, ...], list[Fault]]:
+    """Take the numbers out of the table [uncertain]: each with its place in the file; and what is wrong with them.
+
+    A number whose key was set from ``outside`` is uncertain no more: the key has that value.
+    """
+    table = raw.get(UNCERTAIN)
+    if not isinstance(table, dict):
+        return (), []
+    placed: list[PlacedNumber] = []
+    faults: list[Fault] = []
+    example = f'"building.frame.period" = {EXAMPLE}'
+    written = taken_addresses(UNCERTAIN, table, NUMBERS, known[UNCERTAIN], {"distribution"})
+    for path, text, value in written:
+        try:
+            key, targets = addressed(text, value, raw, known, "an uncertain number", example)
+            is_set = set(targets) <= set(outside)
+            if not is_set and set(targets) & set(outside):
+                raise Unreadable(f"--set sets a part of what {key} sets; set all of it")
+            placed.append(PlacedNumber(path, _number(key, targets, value, raw, known), targets, is_set))
+        except ValueError as error:
+            faults += [Fault(*fault) for fault in located(error, *path)]
+    if faults:
+        for of_all in ("correlations", "points"):  # whose faults are reported when every number can be read
+            table.pop(of_all, None)
+    if not written:
+        faults.append(Fault((UNCERTAIN,), f"no number is uncertain; write {example}"))
+    setters = {target: f"the axis {axis.axis.name} of [grid]" for axis in axes for target in axis.targets}
+    for one in placed:
+        other = next((setters[target] for target in one.targets if target in setters), None)
+        if other is not None:
+            faults.append(Fault(one.path, f"sets what {other} sets; remove one"))
+        setters |= dict.fromkeys(one.targets, one.number.key)
+    return tuple(placed), faults
+
+
+def _number(key: str, targets: Sequence[KeyPath], value: Any, raw: Mapping[str, Any], known: Known) -> UncertainNumber:
+    """The distribution of a number, in SI; raises Unreadable."""
+    kind, own = _kind(value), _own_value(targets, raw)
+    quantity = quantity_of(targets[0], known, [*value.values(), own])
+    if quantity is None and issubclass(kind, Continuous):
+        raise Unreadable(
+            f'{key} is no number with one unit, or none is written; write distribution = "discrete" and its values, '
+            "or every number with its unit"
+        )
+    takes = taken_by(kind)
+    given = {name: item for name, item in value.items() if name != "distribution"}
+    given |= {name: own for name, one in takes.items() if one.is_own and name not in given and own is not None}
+    readers = {name: _reader(name, one, quantity, one_value(targets[0], known)) for name, one in takes.items()}
+    needed = [name for name, one in takes.items() if one.is_needed]
+    example = f'{{distribution = "{kind.name()}", {kind.example}}}'
+    takes_words = f"{kind.name()} takes {', '.join(takes)}"
+    values = options(given, readers, needed, lambda name: f"missing; write {example}", takes_words)
+    cuts = {name: values.pop(name) for name in CUTS if name in values and name not in kind.takes}
+    number = UncertainNumber(key, kind.of(**values), quantity if issubclass(kind, Continuous) else None, **cuts)
+    if number.low >= number.high:
+        raise Unreadable("low is not below high; swap them")
+    if number.left < LEAST_LEFT:
+        words = [f"{name} {shown(given[name])}" for name in ("low", "high") if abs(getattr(number, name)) < inf]
+        allowed = " and ".join(words) or (bounds(number.quantity) if number.quantity else "")
+        raise Unreadable(f"lies outside of what the number may be, {allowed}; correct the distribution")
+    return number
+
+
+def taken_by(kind: type[Distribution]) -> dict[str, Parameter]:
+    """The keys that a distribution takes; a continuous one may be cut too."""
+    cuts = {name: one for name, one in CUTS.items() if name not in kind.takes}
+    return {**kind.takes, **(cuts if issubclass(kind, Continuous) else {})}
+
+
+def _kind(value: Any) -> type[Distribution]:
+    if not isinstance(value, dict):
+        raise Unreadable(f"{shown(value)} is not a distribution; write {EXAMPLE}")
+    name = value.get("distribution")
+    if name is None:
+        raise Unreadable(f"the distribution is missing; write {EXAMPLE}")
+    if not isinstance(name, str) or name not in KINDS:
+        hint = nearest(name, KINDS) if isinstance(name, str) else ""
+        sentence = f"{shown(name)} is not a distribution{hint}; it may be {', '.join(map(shown, KINDS))}"
+        raise Several([(("distribution",), sentence)])
+    return KINDS[name]
+
+
+def _own_value(targets: Sequence[KeyPath], raw: Mapping[str, Any]) -> Any:
+    """The value that the scene itself states, where it is one; None where it is not."""
+    stated: list[Any] = []
+    for target in targets:
+        value: Any = raw
+        try:
+            for part in target:
+                value = value[part]
+        except (LookupError, TypeError):
+            value = None
+        stated.append(value)
+    return stated[0] if is_single(stated[0]) and all(value == stated[0] for value in stated) else None
+
+
+def quantity_of(target: KeyPath, known: Known, texts: Sequence[Any]) -> Quantity | None:
+    """Unit and bounds of a key: what its reader takes; None where that is no number, or of a unit not known.
+
+    The unit of a stiffness of contact depends on the contact model: it is that of one of the ``texts``.
+    """
+    read: list[Quantity] = []
+
+    def note(value: Any, quantity: Quantity) -> float:
+        read.append(quantity)
+        return parse(value, quantity)
+
+    with suppress(ValueError, TypeError, LookupError, AttributeError):
+        reader_of(target, known)(0.5, note)
+    if read:
+        return read[0]
+    if target[0] == "interface" and target[-1] == "stiffness":
+        for quantity in (LINEAR_STIFFNESS, HERTZ_STIFFNESS):
+            for text in texts:
+                with suppress(QuantityError):
+                    if isinstance(text, str) and parse(text, _unbounded(quantity)) is not None:
+                        return quantity
+    return None
+
+
+def _unbounded(quantity: Quantity) -> Quantity:
+    return quantity._replace(low=-inf, high=inf, open_low=True, open_high=True)
+
+
+def _reader(
+    name: str, parameter: Parameter, quantity: Quantity | None, one: Callable[[Any, Number], Any]
+) -> Callable[[Any], Any]:
+    """How the value of a key of a distribution is read."""
+
+    def single(item: Any) -> Any:
+        if not is_single(item):
+            raise Unreadable(f"{shown(item)} is no single value")
+        return one(item, parse)
+
+    if parameter.kind == WEIGHTS:
+        return lambda value: each(list_of(value, f"{name} = [1, 2]"), lambda item: parse(item, WEIGHT))
+    if parameter.kind == VALUES:
+        return lambda value: each(list_of(value, f"{name} = [0.5, 0.6]"), single, True)
+    if parameter.kind == RATIO:
+        return lambda value: parse(value, RATIOS._replace(words=name))
+    assert quantity is not None, "a continuous distribution without one was refused"
+    taken = _unbounded(quantity)
+    if parameter.kind == WIDTH:
+        taken = taken._replace(low=0.0, words=name)
+    return lambda value: parse(value, taken)
+
+
+def numbers_in_text(table: Mapping[str, Any], known: Known) -> dict[str, Any]:
+    """The table [uncertain] that Python gives, with numbers in SI of distributions as text with their unit."""
+    written = dict(table)
+    nested = written.pop(NUMBERS, {})
+    written |= nested if isinstance(nested, Mapping) else {NUMBERS: nested}
+    for key, value in written.items():
+        target = () if key in known[UNCERTAIN] else likely_target(key, known)
+        if target and isinstance(value, Mapping) and str(value.get("distribution")) in KINDS:
+            written[key] = {name: _in_text(name, item, value, target, known) for name, item in value.items()}
+    return written
+
+
+def _in_text(name: str, item: Any, value: Mapping[str, Any], target: KeyPath, known: Known) -> Any:
+    """A value of a distribution as a scene file has it; a number without a unit is in SI."""
+    parameter = taken_by(KINDS[str(value["distribution"])]).get(name)
+    if parameter is not None and parameter.kind == VALUES and isinstance(item, list | tuple):
+        return [one_value(target, known)(one, si) for one in item]
+    quantity = quantity_of(target, known, list(value.values()))
+    if parameter is None or quantity is None or parameter.kind not in (VALUE, WIDTH) or isinstance(item, str | bool):
+        return list(item) if isinstance(item, tuple) else item
+    return exact(float(item), quantity) if isinstance(item, int | float) else item
+
+
+# ------------------------------------------------------------------------------------------------ checks
+
+
+def uncertain_checks(draft: Draft) -> Iterator[Fault]:
+    """Correlations of what is not uncertain, or that no numbers can have; points of another number of columns."""
+    table = draft.table(UNCERTAIN)
+    keys = [one.number.key for one in draft.uncertain]
+    faults: list[Fault] = []
+    pairs: set[frozenset[str]] = set()
+    for place, correlation in enumerate(table.get("correlations", ())):
+        path, between = (UNCERTAIN, "correlations", place), correlation.between
+        unknown = next((key for key in between if key not in keys), None)
+        if unknown is not None:
+            sentence = f"{shown(unknown)} is no number of [uncertain]{nearest(unknown, keys)}; write its distribution"
+            faults.append(Fault(path, sentence))
+        if frozenset(between) in pairs:
+            faults.append(Fault(path, f"{' and '.join(between)} stand twice; remove one"))
+        pairs.add(frozenset(between))
+    points, is_drawn = table.get("points", ()), table.get("motions") == DRAWN
+    wrong = next((point for point in points if len(point) != len(keys) + is_drawn), None)
+    if wrong is not None:
+        last = ", beside the motion, which is drawn by the last coordinate" * is_drawn
+        sentence = f"a point has {len(wrong)} coordinates, and {len(keys)} numbers are uncertain{last}"
+        faults.append(table.fault("points", sentence))
+    if points and table.get("samples", len(points)) not in (0, len(points)):
+        sentence = f"{table.get('samples')}, and points gives {len(points)}; remove one of the two"
+        faults.append(table.fault("samples", sentence))
+    yield from faults
+    uncertain = None if faults else uncertain_of(draft)
+    if uncertain is not None and cholesky(uncertain.matrix) is None:
+        named = "; ".join(f"{one.value:g} of {' and '.join(one.between)}" for one in uncertain.correlations)
+        sentence = f"no numbers have all of these together ({named}): the matrix is not positive definite; lower some"
+        yield table.fault("correlations", sentence)
+
+
+def uncertain_of(draft: Draft) -> UncertainNumbers | None:
+    """The uncertain numbers of a scene whose keys have no fault; None where all are at their stated values."""
+    table: Uncertain = Uncertain.from_values(draft.table(UNCERTAIN).values)
+    kept = [place for place, one in enumerate(draft.uncertain) if not one.is_set]
+    keys = [draft.uncertain[place].number.key for place in kept]
+    if not kept or not table.samples:
+        return None
+    return UncertainNumbers(
+        tuple(draft.uncertain[place].number for place in kept),
+        len(table.points) or table.samples,
+        GIVEN if table.points else table.method,
+        0 if table.points else table.seed,
+        tuple(one for one in table.correlations if set(one.between) <= set(keys)),
+        tuple((*(point[place] for place in kept), *point[len(draft.uncertain) :]) for point in table.points),
+        table.motions,
+    )

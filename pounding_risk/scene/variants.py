@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from pounding_risk.errors import SceneError
-from pounding_risk.scene.axis_checks import unlike
+from pounding_risk.scene.axes import unlike
 from pounding_risk.scene.scene import Scene, Scenes
 from pounding_risk.scene.scene_axis import SceneAxis, alone, count_of, overrides_at, shape_of_axes
 from pounding_risk.scene.toml import parse_toml
@@ -58,7 +58,7 @@ class Variants:
         return made
 
     def made(self, overrides: Sequence[str]) -> Scene:
-        """The scene with these values set, and no axes; with what the study asks to be done `at_every_place`."""
+        """The scene with these values set, and no axes; changed as the study says `at_every_place`."""
         made, brought = self._made.made(overrides), self.study.at_every_place
         return made if brought is None else brought(made)
 

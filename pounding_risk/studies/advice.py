@@ -30,7 +30,7 @@ from pounding_risk.models.structures.contact_points import FLOOR
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.ensemble import MotionEnsemble
 from pounding_risk.results.summary import COMPLETE
-from pounding_risk.scene.interfaces import NO_RESTITUTION, GivenRestitution, known_law
+from pounding_risk.scene.interfaces import NO_RESTITUTION, known_law
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene, own_amplitude
@@ -304,7 +304,7 @@ def _one_case(study: Scene, gap: float | str | None) -> Scene:
         study = study.updated(gap=clear)
     else:
         index, between = study.interface_names.index(study.gridded_interface), list(study.interfaces)
-        between[index] = between[index]._replace(gap=clear)
+        between[index] = between[index].updated(gap=clear)
         study = study.updated(interfaces=tuple(between))
     grid = study.grid._replace(
         gaps=(clear,),
@@ -370,7 +370,7 @@ def _with_interfaces(study: Scene, **values: Sequence[Any]) -> Scene:
     """The scene with other values of some keys of its interfaces, one for each."""
     changed = []
     for index, interface in enumerate(study.interfaces):
-        changed.append(interface._replace(**{key: of_each[index] for key, of_each in values.items()}))
+        changed.append(interface.updated(**{key: of_each[index] for key, of_each in values.items()}))
     return study.updated(interfaces=tuple(changed))
 
 
@@ -403,7 +403,7 @@ def _not_applicable(study: Scene) -> dict[str, str]:
         sentences[FORCE] = (
             f"F_E: {names} has no cap, so that F_E does not act; viscous_elastoplastic and van_mier yield"
         )
-    if LAW not in sentences and any(interface.restitution_words == NO_RESTITUTION for interface in study.interfaces):
+    if LAW not in sentences and any(interface.restitution.words == NO_RESTITUTION for interface in study.interfaces):
         sentences[LAW] = "law: the scene gives no restitution, which the laws that dissipate need to be compared"
     if LAW not in sentences and (jumps or not _other_laws(study)):
         sentences[LAW] = "law: no other law that dissipates can be calibrated to this scene's; see compare"
@@ -544,7 +544,11 @@ def _yielding_duration(study: Scene, stiffness_range: StiffnessRange) -> float:
     if not known_law(interface.contact_model).capped or force == inf:
         return 0.0
     blow = impact(
-        here.law(), stiffness_range.speed, stiffness_range.mass, restitution=interface.restitution, yield_force=force
+        here.law(),
+        stiffness_range.speed,
+        stiffness_range.mass,
+        restitution=interface.restitution.rule,
+        yield_force=force,
     )
     return blow.duration if blow.peak_force >= force * (1.0 - 1e-9) else 0.0
 
@@ -560,8 +564,8 @@ def _lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[
     known = [one for one in known if one.place not in walls]
     if proposed := [one for one in known if one.factor == PROPOSED]:
         yield Line("", "", _consequence_words(proposed))
-    rule = GivenRestitution(own.restitution, own.restitution_words, own.relation).written()
-    exact = f'{{value = {shown(rule["value"])}, relation = "exact"}}' if own.relation != AS_PUBLISHED else shown(rule)
+    rule, relation = own.restitution.written(), own.restitution.relation
+    exact = f'{{value = {shown(rule["value"])}, relation = "exact"}}' if relation != AS_PUBLISHED else shown(rule)
     force = f'"{say(own.yield_force, YIELD_FORCE)}"' if isfinite(own.yield_force) else '"inf"'
     for factor, key, value, consequence in (
         (

@@ -48,13 +48,6 @@ PEAKS = {"displacement": "peak_displacement", "acceleration": "peak_floor_accele
 JUMPS_LACK = ("acceleration",)
 
 
-class Pair(NamedTuple):
-    """The gaps [m], rising, at which a pair with these periods [s] runs."""
-
-    periods: tuple[float, float]
-    gaps: Array
-
-
 class Chart(NamedTuple):
     """What the axes of a dataset are."""
 
@@ -72,11 +65,10 @@ class Chart(NamedTuple):
         both = np.stack([varied, np.broadcast_to(self.periods[:, None], varied.shape)], axis=-1)
         return both if self.stays == 1 else both[..., ::-1]
 
-    def pairs(self) -> list[Pair]:
-        """Every pair of periods with its gaps, the ratio fastest."""
+    def pairs(self) -> list[tuple[Array, Array]]:
+        """Both periods [s] of every pair with its gaps [m], the ratio fastest."""
         periods = self.periods_of().reshape(-1, 2)
-        gaps = self.gaps.reshape(len(periods), -1)
-        return [Pair((float(left), float(right)), own) for (left, right), own in zip(periods, gaps, strict=True)]
+        return list(zip(periods, self.gaps.reshape(len(periods), -1), strict=True))
 
 
 # ----------------------------------------------------------------------------------------------------- the options
@@ -168,16 +160,19 @@ class PairsJob(Batches):
 
 
 class Responses(NamedTuple):
-    """Peaks of all runs; every array is by pair of periods, record, polarity and gap."""
+    """What contact does in all runs; every array is by pair of periods, record, polarity and gap."""
 
-    struck: dict[str, Array]  # by the words of `PEAKS`, and building
-    free: dict[str, Array]  # without contact; its gap has one place
+    raised: dict[str, Array]  # by the words of `PEAKS`, and building: peak over that without contact; NaN of a failure
     touched: NDArray[np.bool_]
     failed: NDArray[np.bool_]
 
 
 def responses(
-    study: Scene, shaking: Shaking, pairs: Sequence[Pair], workers: int | None = None, progress: Progress | None = None
+    study: Scene,
+    shaking: Shaking,
+    pairs: Sequence[tuple[Array, Array]],
+    workers: int | None = None,
+    progress: Progress | None = None,
 ) -> Responses:
     """Run every pair of periods at its gaps under every motion, as a scan of a scene with these numbers.
 
@@ -185,17 +180,17 @@ def responses(
     """
     between = study.interfaces[0]
     scenes = []
-    for pair in pairs:
+    for periods, gaps in pairs:
         grid = study.grid._replace(
-            gaps=tuple(pair.gaps.tolist()),
+            gaps=tuple(gaps.tolist()),
             yield_forces=(between.yield_force,),
             contact_models=(between.contact_model,),
             amplitudes=(None,),
         )
-        buildings = (one._replace(period=period) for one, period in zip(study.pair, pair.periods, strict=True))
+        buildings = (one._replace(period=float(own)) for one, own in zip(study.pair, periods, strict=True))
         scenes.append(study.updated(buildings=tuple(buildings), grid=grid))
-    gaps, motions = pairs[0].gaps.size, shaking.motions
-    shape = (len(pairs), len(motions), len(shaking.polarities), gaps)
+    motions = shaking.motions
+    shape = (len(pairs), len(motions), len(shaking.polarities), pairs[0][1].size)
     cases = int(np.prod(shape))
     if (needed := 8 * 2 * (len(PEAKS) + COPIES) * cases) > MOST_BYTES:
         raise PoundingError(
@@ -206,22 +201,15 @@ def responses(
     job = PairsJob(scenes, motions)
     whole = job.solved(workers, progress)
     alone = [one.free_values() for one in job.jobs]
-    free_shape = (*shape[:-1], 1, 2)
-    return Responses(
-        {word: whole[name].reshape(*shape, 2) for word, name in PEAKS.items()},
-        {word: np.stack([one[name] for one in alone]).reshape(free_shape) for word, name in PEAKS.items()},
-        whole["impact_count"].reshape(shape) > 0,
-        whole["status"].reshape(shape) != 0,
-    )
-
-
-def raised(peaks: Responses, word: str) -> Array:
-    """Peak with contact over the peak without: 1 where nothing touches, NaN where a run failed."""
-    struck, free = peaks.struck[word], peaks.free[word]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = struck / free
-    ratio = np.where(peaks.touched[..., None], ratio, 1.0)
-    return np.where(peaks.failed[..., None], np.nan, ratio)
+    touched, failed = whole["impact_count"].reshape(shape) > 0, whole["status"].reshape(shape) != 0
+    raised = {}
+    for word, name in PEAKS.items():
+        free = np.stack([one[name] for one in alone]).reshape(*shape[:-1], 1, 2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = whole[name].reshape(*shape, 2) / free
+        ratio = np.where(touched[..., None], ratio, 1.0)
+        raised[word] = np.where(failed[..., None], np.nan, ratio)
+    return Responses(raised, touched, failed)
 
 
 # ---------------------------------------------------------------------------------------------------- the dataset
@@ -244,7 +232,7 @@ def amplification_dataset(
     count = counted(len(shaking.motions) * len(shaking.polarities), "motion")
     variables: dict[str, Any] = {}
     for word in outputs_of(study):
-        ratio = raised(peaks, word)  # pair, record, polarity, gap, building
+        ratio = peaks.raised[word]  # pair, record, polarity, gap, building
         flat = np.moveaxis(ratio.reshape(len(ratio), -1, *ratio.shape[3:]), 1, 0).reshape(-1, *places, values.size, 2)
         known = np.isfinite(flat)
         with np.errstate(invalid="ignore"):

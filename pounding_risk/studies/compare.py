@@ -315,7 +315,7 @@ def _hindered(study: Scene, name: str) -> str:
 
 def _lacks_restitution(study: Scene) -> bool:
     """True where an interface of the scene gives no restitution."""
-    return any(interface.restitution_words == NO_RESTITUTION for interface in study.interfaces)
+    return any(interface.restitution.words == NO_RESTITUTION for interface in study.interfaces)
 
 
 # ------------------------------------------------------------------------------------------------------ the dataset
@@ -449,8 +449,8 @@ def _impacts(study: Scene, dataset: xr.Dataset, known: Known) -> dict[str, Any]:
 
 def _known_impacts(study: Scene, stiffnesses: dict[str, float], known: Known) -> list[Impact]:
     """As `reference_impacts`; computed once for all scenes that have what they depend on in common."""
-    between = study.interfaces[0]._replace(
-        gap=0.0, yield_force=inf, column_yield_force=inf, points=(), levels=LevelRule()
+    between = study.interfaces[0].updated(
+        gap=0.0, yield_force=inf, column_yield_force=inf, contact=(), tolerance=None, points=(), levels=LevelRule()
     )
     has_floors = any(needs_floors(known_law(name)) for name in study.grid.contact_models)
     struck = study.buildings if has_floors else study.striking_mass

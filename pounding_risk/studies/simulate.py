@@ -19,10 +19,10 @@ from pounding_risk.results.contact_notes import of_run
 from pounding_risk.results.labels import CONVENTIONS
 from pounding_risk.results.run_labels import Case, run_dataset
 from pounding_risk.scene.motions import motions_of
+from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.uncertain import stated
-from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.studies.pair_trace import pair_trace
 from pounding_risk.studies.row_trace import row_trace
 from pounding_risk.units import GAP, PGA, YIELD_FORCE, si

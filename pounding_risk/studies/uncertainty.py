@@ -322,13 +322,13 @@ def columns_of(study: Scene, axis: SceneAxis) -> dict[KeyPath, Array] | None:
     tables = parse_toml(study.text, study.source)
     columns: dict[KeyPath, Array] = {}
     for key, values in zip(axis.keys, axis.values, strict=True):
-        labels = labels_of(values)
-        if labels.unit is None:
+        axis_labels = labels_of(values)
+        if axis_labels.unit is None:
             return None
         scratch = {name: [dict(table) for table in tables.get(name, [])] for name in ("building", "interface")}
         scratch["effects"] = dict(tables.get("effects", {}))  # type: ignore[assignment]
         for path in override(scratch, f"{key}=0", KEYS, study.source):
-            columns[path] = np.array(labels.values)
+            columns[path] = np.array(axis_labels.values)
     return columns
 
 

@@ -92,7 +92,6 @@ def test_both_layouts_and_the_sites(fields):
         ("#0", "0,0,0.1", "0,0,-0.1", "line 2: gmv_PGA is -0.1; it must be 0 or above"),
         ("#0", "0,0,0.1", "0,0,x", "line 2: gmv_PGA is"),
         ("#0", "gmv_", "iml_", "is no file of ground-motion fields"),
-        ("#0", "0.05\n", "0.05,1\n", "line 2: has 6 cells, the head has 5"),
     ],
 )
 def test_files_and_sites_that_cannot_be_used(fields, site, old, new, words):

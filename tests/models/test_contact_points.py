@@ -21,7 +21,7 @@ from pounding_risk.models.structures.contact_points import (
     usual_depth,
 )
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.scene.level_notes import close_calls
+from pounding_risk.scene.notes import close_calls
 
 ROUNDING = 1e-9  # m: levels are sums of some thirty storeys
 

@@ -167,7 +167,6 @@ def _written(grid, more):
     [
         ("EventGrid.csv", "37.98,420", "x,420", 'line 3: Latitude is "x"; it must be a number'),
         ("EventGrid.csv", "23.75,37.98", "23.73,37.98", "line 3: has a second site at 23.73, 37.98"),
-        ("EventGrid.csv", ",420", "", "line 3: has 3 cells, the head has 4"),
         ("EventGrid.csv", "Latitude", "Lat", 'line 1: the head "GP_file,Longitude,Lat,Vs30" has no column Latitude'),
         ("site0.csv", "2.5", "-1", "line 3: the factor is -1; it must be greater than 0"),
         ("site0.csv", "RSN2", "RSN9", 'line 3: no motion "RSN9" is beside it, as RSN9.json, RSN9.csv'),

@@ -35,7 +35,7 @@ from pounding_risk.motions.generated.noise import normal_numbers
 from pounding_risk.motions.manifest import write_manifest
 from pounding_risk.motions.record import recording_numbers
 from pounding_risk.scene.motions import motions_of
-from pounding_risk.scene.unused_keys import unused_keys
+from pounding_risk.scene.notes import unused_keys
 from pounding_risk.solver.pair.api import free_response, oscillators
 
 # ---------------------------------------------------------------- formulas: acceleration, velocity, displacement

@@ -13,6 +13,7 @@ from made_row import STREET, made_row, made_run
 from typer.testing import CliRunner
 
 import pounding_risk as pr
+from pounding_risk import figures
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
@@ -53,7 +54,7 @@ def test_draw_animates_a_run(tmp_path):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        ([], "nothing to draw; name a file for elevation, plan, profiles or animation"),
+        ([], "nothing to draw; name a file for elevation, plan, profiles, animation or a figure"),
         (["--elevation", "e.gif"], "--elevation: e.gif: the name must end in .png or .svg or .pdf"),
         (["--plan", "p.png", "--contact-model", "hertz"], "'hertz' is not in the dataset"),
         (["--profiles", "q.png", "--building", "Turm"], "building 'Turm' is not in the row"),
@@ -66,6 +67,19 @@ def test_draw_refuses_in_words_and_writes_nothing(file, words, sentence, tmp_pat
     assert told.exit_code == 2
     assert sentence in told.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_any_figure_is_drawn_by_its_name(file, tmp_path):
+    """The same file as by its function; a name that the dataset has not is refused before anything is written."""
+    drawn, expected = tmp_path / "r.svg", tmp_path / "expected.svg"
+    told = run("draw", file, "--figure", f"ratio={drawn}", "--figure", f"scan={tmp_path / 's.png'}")
+    assert told.exit_code == 0 and told.output.count("written: ") == 2, told.output
+    figures.write(figures.ratio_figure(pr.open_results(file)), expected)
+    assert drawn.read_bytes() == expected.read_bytes()
+    for words, sentence in ((f"ratoi={tmp_path / 'n.png'}", 'did you mean "ratio"?'), ("ratio", "is not a name and a")):
+        told = run("draw", file, "--figure", words)
+        assert told.exit_code == 2 and sentence in " ".join(told.stderr.split())
+    assert not (tmp_path / "n.png").exists()
 
 
 def test_several_rows_share_a_plan_only(file, tmp_path):

@@ -17,8 +17,8 @@ from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import open_results
 from pounding_risk.results.scene_axes import open_axes, own_places, selected, settled, without_effect
 from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.unused_keys import unused_keys
 
 PLACE = {"building.left.period": 0.5, "interface.restitution": 0.8, "building.left.mass": 6e5}
 CHOICE = ["building.left.period=0.5 s", "interface.restitution=0.8", "building.left.mass=600 t"]

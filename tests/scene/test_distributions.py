@@ -12,8 +12,15 @@ from scipy import stats
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.scene.distributions import KINDS, Discrete, Lognormal, Normal, Triangular, Uniform
-from pounding_risk.scene.sampling import GROWING, METHODS, cholesky, points_of
-from pounding_risk.scene.uncertain import Correlation, UncertainNumber, UncertainNumbers
+from pounding_risk.scene.uncertain import (
+    GROWING,
+    METHODS,
+    Correlation,
+    UncertainNumber,
+    UncertainNumbers,
+    cholesky,
+    points_of,
+)
 from pounding_risk.units import DAMPING, INITIAL_DISPLACEMENT, MASS, RESTITUTION
 
 PAIRS = [

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
-from scenes import scene_text
+from scenes import rigid, scene_text, single, storeyed
 
 import pounding_risk as pr
-from pounding_risk.errors import PoundingError
-from pounding_risk.motions.levels import Level, Measure
+from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.motions.intensity import response_spectra
+from pounding_risk.motions.levels import Level, Measure, driven
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
 
@@ -136,3 +138,115 @@ def test_the_schema_takes_levels():
     assert not list(validator.iter_errors(tables))
     tables["records"]["intensity"]["measure"] = "pgd"
     assert [error for error in validator.iter_errors(tables)]
+
+
+# ------------------------------------------------------------------------------------------------ relative periods
+
+RELATIVE = {"measure": "sa_avg", "periods": ["0.2 T", "1.5 T"], "of": "left", "levels": ["0.1 g", "0.3 g"]}
+RECORDS = {"window": ["0 s", "6 s"]}
+
+
+def text(table=None, *buildings, **more):
+    given = {key: value for key, value in (table or RELATIVE).items() if value is not None}
+    return scene_text(*buildings, records=RECORDS | {"intensity": given}, **more)
+
+
+def test_the_range_is_that_of_the_building_by_plain_means_of_its_spectrum():
+    """At 10 periods evenly in the logarithm from 0.2 T to 1.5 T, the geometric mean of each level's motion is it."""
+    study = parse_scene(text())
+    assert study.grid.measure.periods == (0.1, 0.75)  # of 0.5 s
+    (motion,) = motions_of(study)
+    periods = [0.1 * 7.5 ** (place / 9) for place in range(10)]
+    for level, wanted in zip(study.grid.amplitudes, (0.980665, 2.941995), strict=True):
+        scaled = driven(motion, "as recorded", level)
+        sa = response_spectra(scaled.acceleration, scaled.dt, periods).pseudo_acceleration
+        assert np.prod(sa) ** 0.1 == pytest.approx(wanted, rel=1e-9)
+
+
+def test_a_scan_equals_that_of_the_range_in_seconds_and_says_both():
+    whole = pr.scan(parse_scene(text()), check_fraction=0.0)
+    stated = pr.scan(parse_scene(text(RELATIVE | {"periods": ["0.1 s", "0.75 s"], "of": None})), check_fraction=0.0)
+    for name in ("peak_closing_free", "peak_contact_force", "record_pga_felt"):
+        assert np.array_equal(whole[name], stated[name])
+    about = whole["intensity"].attrs
+    assert about["periods"] == [0.1, 0.75]
+    assert "from 0.1 s to 0.75 s (0.2 T to 1.5 T, T the first period of left), damping 5 %" in about["long_name"]
+    measure = pr.assess(whole, intensity_level="0.3 g").as_dict()
+    assert "Sa_avg(0.1-0.75 s)" in json.dumps(measure)
+
+
+def test_set_moves_the_range_with_the_period():
+    moved = parse_scene(text(), overrides=["building.left.period=0.8 s"])
+    assert moved.grid.measure.periods == pytest.approx((0.16, 1.2), rel=1e-15)
+    of_right = parse_scene(text(), overrides=['records.intensity.of="building.right"'])
+    assert of_right.grid.measure.periods == pytest.approx((0.2, 1.5), rel=1e-15)
+
+
+def test_of_storeys_it_is_the_first_period_of_the_chain():
+    """Of two equal storeys ω² = (3 − √5)/2 k/m."""
+    buildings = storeyed("A", "200 t", "9e7 N/m", storeys=2), single("B", "300 t", "0.5 s", height="3 m")
+    table = {"measure": "sa", "period": "1 T", "of": "A", "levels": ["0.2 g"]}
+    study = parse_scene(text(table, *buildings))
+    rate = np.sqrt(0.5 * (3.0 - np.sqrt(5.0)) * 9e7 / 2e5)
+    assert study.grid.measure.periods == pytest.approx((2.0 * np.pi / rate,), rel=1e-12)
+    assert study.grid.measure.words.startswith("Sa(0.47")
+
+
+def test_it_is_written_and_read_again():
+    study = parse_scene(text())
+    assert study.replace(records=pr.Records(["RSN6-180"], window=(0.0, 6.0), intensity=RELATIVE)) == study
+    assert study.resolved()["records"]["intensity"]["periods"] == ["0.2 T", "1.5 T"]
+    assert parse_scene(study.to_toml()) == study
+    slower = study.replace(buildings=[pr.SingleMass("left", "500 t", "1 s"), pr.SingleMass("right", "800 t", "1 s")])
+    assert slower.grid.measure.periods == (0.2, 1.5)
+    validator = Draft202012Validator(json.loads(json.dumps(pr.schema())))
+    assert validator.is_valid(study.resolved())
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"of": None}, 'of: missing; write of = "NAME", the building whose first period T is'),
+        ({"of": "lefft"}, r'"lefft" is no building of the scene \(did you mean "left"\?\); it has left, right'),
+        ({"of": 3}, "3 is no name of a building"),
+        ({"periods": ["0.2 s", "1.5 T"]}, "mixes a period in s and a relative one; write both in s, or both in T"),
+        ({"periods": ["0.2 s", "1.5 s"]}, r"of: no period is relative to a building's; write periods = \[\"0.2 T\""),
+        ({"periods": ["1.5 T", "0.2 T"]}, "is empty; write the shorter period first"),
+        ({"periods": ["0 T", "1.5 T"]}, "a period over that of a building must be greater than 0"),
+        ({"periods": ["x T", "1.5 T"]}, "x"),
+        ({"measure": "pgv", "levels": ["0.1 m/s"]}, "the measure pgv takes measure, levels"),
+    ],
+)
+def test_what_is_relative_to_nothing_is_refused(change, sentence):
+    with pytest.raises(SceneError, match=sentence):
+        parse_scene(text(RELATIVE | change))
+
+
+def test_a_wall_has_no_period():
+    with pytest.raises(SceneError, match="wall is rigid and has no period"):
+        parse_scene(text(RELATIVE | {"of": "wall"}, single("left", "500 t", "0.5 s"), rigid()))
+
+
+def test_periods_that_vary_are_refused_with_the_repair():
+    """Motions are scaled once for all places; other buildings' periods, and what leaves the period, may vary."""
+    words = "changes the periods that the levels of intensity are of.*write them in s, or run one scene for each"
+    with pytest.raises(SceneError, match=words):
+        parse_scene(text(grid={"building.left.period": ["0.4 s", "0.6 s"]}))
+    spread = '[uncertain]\nsamples = 4\n"building.{}.period" = {{distribution = "lognormal", dispersion = 0.2}}\n'
+    with pytest.raises(SceneError, match=words):
+        parse_scene(text() + spread.format("left"))
+    assert parse_scene(text() + spread.format("right")).uncertain is not None
+    for call in (pr.spectra, pr.amplification):
+        with pytest.raises(SceneError, match="T the first period of left, and here that period varies"):
+            call(parse_scene(text()))
+
+
+def test_a_hazard_is_of_the_range_as_it_is_resolved(tmp_path):
+    study = parse_scene(text())
+    whole = pr.scan(study, check_fraction=0.0)
+    curve = tmp_path / "hazard.csv"
+    curve.write_text("sa_avg(0.1-0.75 s) [g],annual rate [1/year]\n0.05,1e-2\n0.3,1e-3\n2.0,1e-5\n")
+    assert pr.assess(whole, hazard=curve, intensity_level="0.3 g")
+    curve.write_text("sa_avg(0.2-0.75 s) [g],annual rate [1/year]\n0.05,1e-2\n0.3,1e-3\n2.0,1e-5\n")
+    with pytest.raises(PoundingError, match=r"0\.1-0\.75 s"):
+        pr.assess(whole, hazard=curve, intensity_level="0.3 g", intensity="sa_avg(0.1-0.75 s)")

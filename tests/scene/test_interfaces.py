@@ -20,7 +20,7 @@ from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, Point,
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, generated
 from pounding_risk.scene import sections as scenario
-from pounding_risk.scene.level_notes import level_notes
+from pounding_risk.scene.notes import level_notes
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import Scene, scene_of
 
@@ -110,7 +110,7 @@ def test_each_interface_has_its_own_stiffness_gap_and_restitution():
     )
     assert [found.at(place).law().stiffness for place in (0, 1)] == [8e10, 1e9]
     assert [found.at(place).law("hertz").stiffness for place in (0, 1)] == [8e10, 1e9]
-    assert [interface.restitution.c0 for interface in found.interfaces] == [0.65, 0.4]
+    assert [interface.restitution.rule.c0 for interface in found.interfaces] == [0.65, 0.4]
     alone = found.at(1)
     assert alone.interface_names == ("flats | shop",)
     assert (alone.gap, alone.stiffness, alone.restitution_words) == (0.02, 1e9, "0.4")

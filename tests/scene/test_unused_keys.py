@@ -21,11 +21,11 @@ from pounding_risk.models.effects import EFFECTS
 from pounding_risk.reports import report
 from pounding_risk.results.attributes import told
 from pounding_risk.scene.interfaces import EqualTerms
+from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.scene.sections import KEYS
 from pounding_risk.scene.uncertain_tables import Uncertain
-from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.studies.simulate import simulate
 
 PAIR = scene_text(
@@ -67,6 +67,11 @@ def values(key: str, first: str, second: str) -> tuple[list[str], list[str]]:
     return [f"{key}={first}"], [f"{key}={second}"]
 
 
+def varied(key: str, scene: str, first: str, second: str, common: Sequence[str] = (), **more) -> Case:
+    """A case of two values of its key."""
+    return Case(key, scene, *values(key, first, second), common, **more)
+
+
 TERMS = [f'interface.equal_terms={{same="peak force", speed="{speed} m/s"}}' for speed in (0.5, 1.0)]
 LAWS = 'grid.contact_model=["viscous_elastoplastic", "linear"]'
 FORCES = ['grid.yield_force=["50 kN", "inf"]', 'grid.yield_force=["90 kN", "inf"]']
@@ -79,16 +84,11 @@ TABLES = values(
 )
 IDLE = [
     Case("interface.table", PAIR, *TABLES),
-    Case("building.B.mass", WALL, *values("building.B.mass", '"50 t"', '"500 t"')),
-    Case("building.A.floor_length", PAIR, *values("building.A.floor_length", '"10 m"', '"20 m"')),
-    Case(
-        "building.A.wave_speed",
-        PAIR,
-        *values("building.A.wave_speed", '"3000 m/s"', '"4000 m/s"'),
-        ['building.A.floor_length="10 m"'],
-    ),
-    Case("building.A.height", PAIR, *values("building.A.height", '"6 m"', '"9 m"')),
-    Case("building.A.storey_strengths", ROW, *values("building.A.storey_strengths", '"100 kN"', '"200 kN"')),
+    varied("building.B.mass", WALL, '"50 t"', '"500 t"'),
+    varied("building.A.floor_length", PAIR, '"10 m"', '"20 m"'),
+    varied("building.A.wave_speed", PAIR, '"3000 m/s"', '"4000 m/s"', ['building.A.floor_length="10 m"']),
+    varied("building.A.height", PAIR, '"6 m"', '"9 m"'),
+    varied("building.A.storey_strengths", ROW, '"100 kN"', '"200 kN"'),
     Case(
         "building.A.storey_strengths",
         ROW,
@@ -96,42 +96,27 @@ IDLE = [
         ['building.A.storey_strengths=["inf", "inf"]'],
         ["effects.inelastic_storeys={}"],
     ),
-    Case(
-        "building.A.damping_rule",
-        ROW,
-        *values("building.A.damping_rule", '"rayleigh"', '"stiffness"'),
-        ["building.A.damping=0.0"],
-    ),
-    Case("interface.restitution", PAIR, *values("interface.restitution", "0.4", "0.9"), [HERTZ]),
-    Case("interface.restitution", ROW, *values("interface.restitution", "0.4", "0.9"), [HERTZ]),
+    varied("building.A.damping_rule", ROW, '"rayleigh"', '"stiffness"', ["building.A.damping=0.0"]),
+    varied("interface.restitution", PAIR, "0.4", "0.9", [HERTZ]),
+    varied("interface.restitution", ROW, "0.4", "0.9", [HERTZ]),
     Case("interface.yield_force", PAIR, *FORCE, [HERTZ], on="on any force"),
     Case("interface.yield_force", PAIR, *FORCE, [JUMP], without="stiffness"),
     Case("interface.yield_force", COLUMNS, *FORCE),
     Case("interface.yield_force", LEVEL, *FORCE, ['grid.yield_force=["70 kN"]']),
     Case("interface.column_yield_force", LEVEL, *COLUMN),
     Case("interface.column_yield_force", COLUMNS, *COLUMN, [HERTZ], on="on any force"),
-    Case("interface.tolerance", PAIR, *values("interface.tolerance", '"60 mm"', '"90 mm"')),
-    Case("building.A.floor_depth", PAIR, *values("building.A.floor_depth", '"0.2 m"', '"0.3 m"')),
-    Case(
-        "building.A.floor_depth",
-        LEVEL,
-        *values("building.A.floor_depth", '"0.2 m"', '"0.3 m"'),
-        ['interface.tolerance="50 mm"'],
-    ),
-    Case(
-        "interface.plastic_exponent",
-        PAIR,
-        *values("interface.plastic_exponent", "0.3", "0.6"),
-        ['interface.contact_model="van_mier"'],
-    ),
+    varied("interface.tolerance", PAIR, '"60 mm"', '"90 mm"'),
+    varied("building.A.floor_depth", PAIR, '"0.2 m"', '"0.3 m"'),
+    varied("building.A.floor_depth", LEVEL, '"0.2 m"', '"0.3 m"', ['interface.tolerance="50 mm"']),
+    varied("interface.plastic_exponent", PAIR, "0.3", "0.6", ['interface.contact_model="van_mier"']),
     Case("interface.equal_terms", PAIR, TERMS[:1], TERMS[1:]),
-    Case("records.dt", PAIR, *values("records.dt", '"0.01 s"', '"0.02 s"')),
-    Case("records.pga", PAIR, *values("records.pga", '"0.2 g"', '"0.5 g"'), ['grid.pga=["0.4 g"]'], without="scale"),
+    varied("records.dt", PAIR, '"0.01 s"', '"0.02 s"'),
+    varied("records.pga", PAIR, '"0.2 g"', '"0.5 g"', ['grid.pga=["0.4 g"]'], without="scale"),
     Case("grid.yield_force", PAIR, FORCES[:1], FORCES[1:], [HERTZ], on="on any force"),
     Case("grid.yield_force", PAIR, FORCES[:1], FORCES[1:], [JUMP], without="stiffness"),
     Case("grid.yield_force", COLUMNS, FORCES[:1], FORCES[1:]),
-    Case("effects.strain_rate.strength", PAIR, *values("effects.strain_rate.strength", '"30 MPa"', '"60 MPa"'),
-         ['effects.strain_rate.code="mc2010"', 'effects.strain_rate.length="0.6 m"', 'interface.yield_force="50 kN"']),
+    varied("effects.strain_rate.strength", PAIR, '"30 MPa"', '"60 MPa"',
+        ['effects.strain_rate.code="mc2010"', 'effects.strain_rate.length="0.6 m"', 'interface.yield_force="50 kN"']),
     Case("effects.permanent_set", PAIR, ["effects.permanent_set={}"], []),
     Case("effects.inelastic_storeys", ROW, ["effects.inelastic_storeys={}"], [],
          ['building.A.storey_strengths="inf"']),
@@ -139,54 +124,49 @@ IDLE = [
          within=1e-5),  # rtol is 1e-6, and forces at the cap's edge move by some of it
 ]  # fmt: skip
 ACTING = [
-    Case("building.A.mass", PAIR, *values("building.A.mass", '"44 t"', '"50 t"')),
-    Case("building.A.period", PAIR, *values("building.A.period", '"0.2 s"', '"0.21 s"')),
-    Case("building.A.damping", PAIR, *values("building.A.damping", "0.05", "0.02")),
-    Case("building.A.initial_displacement", PAIR, *values("building.A.initial_displacement", '"-2 mm"', '"1 mm"')),
-    Case("building.A.initial_velocity", ROW,
-         *values("building.A.initial_velocity", '["0 m/s", "0.1 m/s"]', '"-1 m/s"')),
-    Case("building.A.ground_factor", PAIR, *values("building.A.ground_factor", "-1.0", "0.5")),
-    Case("building.A.ground_delay", PAIR, *values("building.A.ground_delay", '"20 ms"', '"33 ms"')),
-    Case("building.A.ground_velocity", PAIR, *values("building.A.ground_velocity", '"0.01 m/s"', '"0.05 m/s"')),
-    Case("building.A.ground_record", PAIR, *values("building.A.ground_record", '"RSN6-270"', '"RSN1690-090"')),
-    Case("building.A.floor_length", PAIR, *values("building.A.floor_length", '"10 m"', '"20 m"'),
-         [FLOORS, 'building.B.floor_length="15 m"'], without="stiffness"),
-    Case("building.A.wave_speed", PAIR, *values("building.A.wave_speed", '"3000 m/s"', '"4000 m/s"'),
-         [FLOORS, 'building.A.floor_length="10 m"', 'building.B.floor_length="15 m"'], without="stiffness"),
-    Case("building.A.height", PAIR, *values("building.A.height", '"3 m"', '"2 m"'),
-         ["effects.p_delta={}", 'building.B.height="3 m"']),
-    Case("building.A.floor_masses", ROW, *values("building.A.floor_masses", '"40 t"', '"50 t"')),
-    Case("building.A.storey_stiffnesses", ROW, *values("building.A.storey_stiffnesses", '"60 MN/m"', '"70 MN/m"')),
-    Case("building.A.storey_heights", ROW, *values("building.A.storey_heights", '["4 m", "2 m"]', '["3 m", "3 m"]')),
-    Case("building.A.storey_strengths", ROW, *values("building.A.storey_strengths", '"50 kN"', '"90 kN"'),
-         ["effects.inelastic_storeys={}"]),
-    Case("building.A.damping_rule", ROW, *values("building.A.damping_rule", '"rayleigh"', '"stiffness"')),
-    Case("interface.gap", PAIR, *values("interface.gap", '"2 mm"', '"3 mm"')),
-    Case("interface.contact_model", PAIR, *values("interface.contact_model", '"hertz"', '"jankowski"')),
-    Case("interface.stiffness", PAIR, *values("interface.stiffness", '"2e9 N/m^1.5"', '"3e9 N/m^1.5"')),
-    Case("interface.restitution", PAIR, *values("interface.restitution", "0.4", "0.9")),
+    varied("building.A.mass", PAIR, '"44 t"', '"50 t"'),
+    varied("building.A.period", PAIR, '"0.2 s"', '"0.21 s"'),
+    varied("building.A.damping", PAIR, "0.05", "0.02"),
+    varied("building.A.initial_displacement", PAIR, '"-2 mm"', '"1 mm"'),
+    varied("building.A.initial_velocity", ROW, '["0 m/s", "0.1 m/s"]', '"-1 m/s"'),
+    varied("building.A.ground_factor", PAIR, "-1.0", "0.5"),
+    varied("building.A.ground_delay", PAIR, '"20 ms"', '"33 ms"'),
+    varied("building.A.ground_velocity", PAIR, '"0.01 m/s"', '"0.05 m/s"'),
+    varied("building.A.ground_record", PAIR, '"RSN6-270"', '"RSN1690-090"'),
+    varied("building.A.floor_length", PAIR, '"10 m"', '"20 m"',
+           [FLOORS, 'building.B.floor_length="15 m"'], without="stiffness"),
+    varied("building.A.wave_speed", PAIR, '"3000 m/s"', '"4000 m/s"',
+           [FLOORS, 'building.A.floor_length="10 m"', 'building.B.floor_length="15 m"'], without="stiffness"),
+    varied("building.A.height", PAIR, '"3 m"', '"2 m"', ["effects.p_delta={}", 'building.B.height="3 m"']),
+    varied("building.A.floor_masses", ROW, '"40 t"', '"50 t"'),
+    varied("building.A.storey_stiffnesses", ROW, '"60 MN/m"', '"70 MN/m"'),
+    varied("building.A.storey_heights", ROW, '["4 m", "2 m"]', '["3 m", "3 m"]'),
+    varied("building.A.storey_strengths", ROW, '"50 kN"', '"90 kN"', ["effects.inelastic_storeys={}"]),
+    varied("building.A.damping_rule", ROW, '"rayleigh"', '"stiffness"'),
+    varied("interface.gap", PAIR, '"2 mm"', '"3 mm"'),
+    varied("interface.contact_model", PAIR, '"hertz"', '"jankowski"'),
+    varied("interface.stiffness", PAIR, '"2e9 N/m^1.5"', '"3e9 N/m^1.5"'),
+    varied("interface.restitution", PAIR, "0.4", "0.9"),
     Case("interface.yield_force", PAIR, *FORCE),
     Case("interface.yield_force", LEVEL, *FORCE),
     Case("interface.column_yield_force", COLUMNS, *COLUMN),
-    Case("interface.plastic_exponent", PAIR, *values("interface.plastic_exponent", "0.3", "0.6"),
-         ['interface.contact_model="van_mier"', 'interface.yield_force="50 kN"']),
-    Case("interface.design_penetration", PAIR, *values("interface.design_penetration", '"5 mm"', '"9 mm"'),
-         ['interface.contact_model="bilinear"']),
+    varied("interface.plastic_exponent", PAIR, "0.3", "0.6",
+           ['interface.contact_model="van_mier"', 'interface.yield_force="50 kN"']),
+    varied("interface.design_penetration", PAIR, '"5 mm"', '"9 mm"', ['interface.contact_model="bilinear"']),
     Case("interface.table", PAIR, *TABLES, ['interface.contact_model="tabulated"'], without="stiffness"),
     Case("interface.equal_terms", PAIR, TERMS[:1], TERMS[1:], [LAWS]),
-    Case("records.pga", PAIR, *values("records.pga", '"0.4 g"', '"0.5 g"'), without="scale"),
-    Case("records.scale", PAIR, *values("records.scale", "1.5", "1.6")),
-    Case("records.window", PAIR, *values("records.window", '["0 s", "4 s"]', '["1 s", "4 s"]')),
-    Case("records.tail", PAIR, *values("records.tail", '"0 s"', '"1 s"')),
+    varied("records.pga", PAIR, '"0.4 g"', '"0.5 g"', without="scale"),
+    varied("records.scale", PAIR, "1.5", "1.6"),
+    varied("records.window", PAIR, '["0 s", "4 s"]', '["1 s", "4 s"]'),
+    varied("records.tail", PAIR, '"0 s"', '"1 s"'),
     Case("grid.yield_force", LEVEL, FORCES[:1], FORCES[1:]),
-    Case("solver.rtol", PAIR, *values("solver.rtol", "1e-6", "1e-9")),
-    Case("effects.strain_rate.strength", PAIR, *values("effects.strain_rate.strength", '"30 MPa"', '"60 MPa"'),
-         ['effects.strain_rate.code="mc1990"', 'effects.strain_rate.length="0.6 m"', 'interface.yield_force="50 kN"']),
+    varied("solver.rtol", PAIR, "1e-6", "1e-9"),
+    varied("effects.strain_rate.strength", PAIR, '"30 MPa"', '"60 MPa"',
+        ['effects.strain_rate.code="mc1990"', 'effects.strain_rate.length="0.6 m"', 'interface.yield_force="50 kN"']),
     Case("effects.permanent_set", PAIR, ["effects.permanent_set={}"], [], ['interface.yield_force="50 kN"']),
     Case("effects.inelastic_storeys", ROW, ["effects.inelastic_storeys={}"], [],
          ['building.A.storey_strengths="50 kN"']),
-    Case("effects.inelastic_storeys.hardening", ROW, *values("effects.inelastic_storeys.hardening", "0.03", "0.1"),
-         ['building.A.storey_strengths="50 kN"']),
+    varied("effects.inelastic_storeys.hardening", ROW, "0.03", "0.1", ['building.A.storey_strengths="50 kN"']),
     Case("effects.wave_passage", PAIR, ['effects.wave_passage={velocity="500 m/s", distance="9 m"}'], []),
 ]  # fmt: skip
 ALWAYS = {  # keys that act in every scene that may have them, with what would show it

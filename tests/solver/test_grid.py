@@ -7,6 +7,7 @@ from math import inf
 import numpy as np
 import pytest
 from processes import compiled
+from scenes import BOTH, scene_text
 
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.models.contact.impulsive.rigid import Stereomechanical
@@ -16,7 +17,7 @@ from pounding_risk.models.effects.unloading_stiffness import UnloadingStiffness
 from pounding_risk.models.restitution import CONCRETE, constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.read import read_motion
-from pounding_risk.scene.scene import scene_of
+from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.counters import COUNT, STEPS
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, solve
 from pounding_risk.solver.pair.grid import solve_grid
@@ -94,26 +95,14 @@ def test_half_of_a_grid_needs_no_run_of_its_own(el_centro):
 
 
 def test_a_scan_with_screening_equals_one_without():
-    scene = {
-        "scene": {"name": "screening"},
-        "building": [
-            {"name": "left", "mass": "500 t", "period": "0.5 s"},
-            {"name": "right", "mass": "800 t", "period": "1.0 s"},
-        ],
-        "interface": [{"contact_model": "jankowski", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65}],
-        "records": {
-            "names": ["RSN6-180", "CCC-HN1"],
-            "window": ["0 s", "45 s"],
-            "polarity": ["as recorded", "reversed"],
-        },
-        "grid": {
-            "gap": ["0 mm", "40 mm", "400 mm"],
-            "yield_force": ["1 MN", "8 MN", "inf"],
-            "contact_model": ["jankowski", "viscous_elastoplastic"],
-        },
+    records = {"names": ["RSN6-180", "CCC-HN1"], "window": ["0 s", "45 s"], "polarity": BOTH}
+    grid = {
+        "gap": ["0 mm", "40 mm", "400 mm"],
+        "yield_force": ["1 MN", "8 MN", "inf"],
+        "contact_model": ["jankowski", "viscous_elastoplastic"],
     }
-    study = scene_of(scene)
-    # Nothing is made again: the share is drawn among the runs that were made, and screening makes fewer.
+    study = parse_scene(scene_text(name="screening", gap=None, records=records, grid=grid))
+    # Nothing is recomputed: the share is drawn among the runs that were made, and screening makes fewer.
     first = scan(study, workers=1, check_fraction=0.0)
     second = scan(study, screening=False, workers=2, check_fraction=0.0)
     one, other = (each.drop_vars("simulated").assign_attrs(options="") for each in (first, second))

@@ -50,16 +50,6 @@ def test_closings_are_those_of_matrix_exponentials(seed, n, dt, oscillators):
         np.testing.assert_allclose(found.closing[:, pair], truth, rtol=0.0, atol=1e-10 * size)
 
 
-def test_a_sudden_push_has_its_closed_form():
-    """a_g = a at once, undamped, T and 2T: u_L - u_R = a / (2 w²) (1 - cos w t)² with w = 2π / 2T, never below 0."""
-    a, periods = 1.3, np.array([0.037, 0.37, 0.6])
-    found = PairList(side(periods, 0.0), side(2.0 * periods, 0.0)).closings(np.full(500, a), 0.01)
-    w = np.pi / periods
-    np.testing.assert_allclose(found.closing[0], 2.0 * a / w**2, rtol=1e-12)
-    np.testing.assert_allclose(found.closing[1], 0.0, atol=1e-15)
-    np.testing.assert_allclose([found.left, found.right], [0.5 * a / w**2, 2.0 * a / w**2], rtol=1e-12)
-
-
 def test_a_steady_sine_has_its_closed_form():
     """Once its amplitude is steady: the amplitude of the difference of two transfer functions, of each pair its own."""
     dt, w = 0.001, 2.0 * np.pi / 0.8

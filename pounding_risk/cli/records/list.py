@@ -16,7 +16,6 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.render.terminal import engineering, one_line, print_table
 
 if TYPE_CHECKING:
-    from pounding_risk.motions.catalogue import Entry
     from pounding_risk.motions.record import Source
 
 ORDER = 10
@@ -41,7 +40,8 @@ def list(
     if set is None and folder is None:
         from pounding_risk.motions.catalogue import entries
 
-        return print_records(entries())
+        cells = [_cells(asdict(entry), entry.pga, entry.duration, entry.dt) for entry in entries()]
+        return print_table(HEADS, cells, "llllllrrr")
     if folder is not None and not folder.is_dir():
         from pounding_risk.motions.formats import split_component
         from pounding_risk.motions.sites.event_grid import is_grid
@@ -63,11 +63,6 @@ def print_kinds() -> None:
         needed = ", ".join(f"{key} = {kind.options[key].example}" for key in kind.needed)
         rows.append((name, kind.words, needed, others))
     print_table(("kind", "what it is", "needs", "takes"), rows, "llll")
-
-
-def print_records(entries: Sequence[Entry]) -> None:
-    """Print entries of the catalogue, one line a record."""
-    print_table(HEADS, [_cells(asdict(entry), entry.pga, entry.duration, entry.dt) for entry in entries], "llllllrrr")
 
 
 def print_sources(sources: Sequence[Source]) -> None:

@@ -17,9 +17,9 @@ from pounding_risk.ensemble.plan.scene_text import scene_words
 from pounding_risk.motions.levels import LEVEL_AXIS
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.layout import AXES
+from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.scene_axis import count_of
-from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.units import PGA, TIME, say
 
 if TYPE_CHECKING:

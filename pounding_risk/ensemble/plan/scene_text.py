@@ -17,10 +17,9 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import FACTOR, PEAK, say_level
 from pounding_risk.motions.request import Spectral
 from pounding_risk.scene.interfaces import known_law, said_restitution
-from pounding_risk.scene.level_notes import level_notes
+from pounding_risk.scene.notes import Given, given_keys, level_notes
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
 from pounding_risk.scene.tables import Effect
-from pounding_risk.scene.unused_keys import Given, given_keys
 from pounding_risk.units import (
     DAMPING,
     FLOOR_LENGTH,
@@ -92,7 +91,7 @@ def _strength(force: float) -> str:
 def _has_floors(here: Scene) -> bool:
     """True where two neighbours do not just meet mass to mass."""
     has_storeys = any(isinstance(building, Storeys) for building in here.buildings)
-    return has_storeys or here.interfaces[0].given or any(point.kind == COLUMN for point in here.points)
+    return has_storeys or bool(here.interfaces[0].contact) or any(point.kind == COLUMN for point in here.points)
 
 
 def _levels(rule: LevelRule) -> str:
@@ -108,7 +107,7 @@ def _points(here: Scene) -> list[tuple[str, str]]:
     if not _has_floors(here):
         return []
     (interface,), (left, right) = here.interfaces, here.buildings
-    rows = [] if interface.given else [("levels", _levels(interface.levels))]
+    rows = [] if interface.contact else [("levels", _levels(interface.levels))]
     for kind, force in ((FLOOR, interface.yield_force), (COLUMN, interface.column_yield_force)):
         places = [
             f"{_place(point.left_floor)} of {left.name}, {_place(point.right_floor)} of {right.name}"

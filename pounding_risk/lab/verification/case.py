@@ -317,7 +317,7 @@ class _Reader:
         published = list(self._published(measures, about.get("kind", "")))
         if self.faults or self.of_scene:
             raise SceneError(str(self.file), [*sentences(self.faults, self.raw, self.lines, ()), *self.of_scene])
-        return Case(self.file.stem, self.file, About.made(about.values), subject, tuple(published))
+        return Case(self.file.stem, self.file, About.from_values(about.values), subject, tuple(published))
 
     def _fault(self, sentence: str, *path: str | int) -> None:
         self.faults.append(Fault(path, sentence))

@@ -27,7 +27,7 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format, _text
-from pounding_risk.motions.formats._text import NEWLINE, Columns, Even, Lines, StatedPeak, quoted
+from pounding_risk.motions.formats._text import NEWLINE, Columns, Even, Lines, quoted
 from pounding_risk.units import STANDARD_GRAVITY
 
 KIND = "CSMIP"
@@ -44,6 +44,12 @@ REAL, REAL_COLUMNS = {UNCORRECTED: 50, CORRECTED: 100}, Columns(8, 10)
 PEAK = {UNCORRECTED: 7, CORRECTED: 66}  # of the real numbers
 SAMPLES = {UNCORRECTED: Columns(8, 9), CORRECTED: Columns(8, 10)}  # where the line before them names none
 PAIRS, ROUNDING = Columns(10, 7), 6e-4  # s, half of the last digit of a time and a little
+HEADER_NUMBERS = (  # of volume 2: fact, place in the real numbers, its size in SI
+    ("header_pgv", 67, 0.01),
+    ("header_pgd", 69, 0.01),
+    ("low_corner", 71, 1.0),
+    ("high_corner", 72, 1.0),
+)
 _CM = ("cm/s²", 0.01)
 UNITS = {  # of acceleration: its words and m/s² in one of it
     "g": ("g", STANDARD_GRAVITY),
@@ -196,10 +202,16 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
     """A trace in m/s², with the facts of the headers."""
     words, factor = _unit(channel)
     number, component, azimuth = _orientation(channel.text[6])
-    readings = _stated_peaks(channel)
+    # The header's peak is in cm/s² in volume 2, in volume 1 in g or in the unit of its samples.
+    units = (_CM,) if channel.volume == CORRECTED else dict.fromkeys((UNITS["g"], (words, factor)))
+    readings = [_text.stated_peak(channel.peak[0], *unit, channel.peak[1]) for unit in units]
     peak = readings[0] if headonly else _text.check_peak(channel.even.digitised * factor, *readings)
     start = _start(channel)
     magnitudes = {kind.upper(): float(value) for kind, value in _MAGNITUDE.findall(channel.text[8])}
+    of_volume_2 = {}
+    if channel.volume == CORRECTED:  # peaks of velocity and displacement [m/s, m], and corners [Hz]
+        for key, at, scale in HEADER_NUMBERS:
+            of_volume_2[key] = abs(float(channel.reals[at])) * scale or None
     record = _text.record_facts(
         state=STATES[channel.volume],
         units=f"units: {words}, times {factor:.7g}{' m/s²' if 'g' in words else ''}{channel.even.words}",
@@ -212,9 +224,12 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
         component=component,
         azimuth=azimuth,
         header_pga=None if peak is None else peak.value * peak.size,
-        **_header_numbers(channel),
+        **of_volume_2,
     )
-    network, station = _station(channel.text)
+    # Of the record's id in later files, otherwise the station's number and, of CSMIP, CE.
+    named = _NETWORK.match(channel.text[3])
+    network = "CE" if re.search(r"\b(CDMG|CGS)\b", channel.text[0]) else ""
+    network, station = (named[1], named[2]) if named else (network, channel.text[4][11:19].strip())
     vertical = component.lower() in ("up", "down", "v", "vert", "vertical", "z")
     csmip = AttribDict(volume=channel.volume, channel=number, processed=channel.text[0].strip())
     code = _text.channel_code(channel.even.dt, azimuth, vertical)
@@ -234,14 +249,6 @@ def _unit(channel: Channel) -> tuple[str, float]:
     return UNITS[unit]
 
 
-def _stated_peaks(channel: Channel) -> tuple[StatedPeak | None, ...]:
-    """The possible readings of the header's peak: cm/s² in volume 2; g in volume 1, or the unit of its samples."""
-    word, where = channel.peak
-    if channel.volume == CORRECTED:
-        return (_text.stated_peak(word, *_CM, where),)
-    return tuple(_text.stated_peak(word, *unit, where) for unit in dict.fromkeys((UNITS["g"], _unit(channel))))
-
-
 def _orientation(line: str) -> tuple[str, str, float | None]:
     """The channel's number, its direction in the file's words, and its azimuth [degrees] where it has one."""
     match = _CHANNEL.match(line)
@@ -250,25 +257,6 @@ def _orientation(line: str) -> tuple[str, str, float | None]:
     if degrees and int(degrees[1]) <= 360:
         return number, degrees[1], float(degrees[1])
     return number, words.capitalize() if words.lower() in ("up", "down") else words, None
-
-
-def _station(text: list[str]) -> tuple[str, str]:
-    """Network and station: of the record's id in later files, otherwise the station's number and, of CSMIP, CE."""
-    match = _NETWORK.match(text[3])
-    if match:
-        return match[1], match[2]
-    network = "CE" if re.search(r"\b(CDMG|CGS)\b", text[0]) else ""
-    return network, text[4][11:19].strip()
-
-
-def _header_numbers(channel: Channel) -> dict[str, float | None]:
-    """The peaks of velocity and displacement [m/s, m] and the corners [Hz] of volume 2; volume 1 has none."""
-    if channel.volume == UNCORRECTED:
-        return {}
-    values = [float(channel.reals[at]) for at in (67, 69, 71, 72)]
-    names = ("header_pgv", "header_pgd", "low_corner", "high_corner")
-    scales = (0.01, 0.01, 1.0, 1.0)
-    return {name: abs(value) * scale or None for name, value, scale in zip(names, values, scales, strict=True)}
 
 
 def _start(channel: Channel) -> UTCDateTime | None:

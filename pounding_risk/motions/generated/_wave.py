@@ -114,14 +114,12 @@ class Wave(Form):
             digit * 10.0**power for power in (decade, decade - 1) for digit in (5.0, 4.0, 2.5, 2.0, 1.25, 1.0)
         ):
             step = float(f"{step:.3g}")
-            if step <= longest * (1.0 + SAME) and all(_divides(step, time) for time in places):
+            counts = [time / step for time in places]
+            is_whole = all(abs(count - round(count)) < SAME * max(1.0, count) for count in counts)
+            if step <= longest * (1.0 + SAME) and is_whole:
                 return step
         first = min(time for time in places if time > 0.0)
         return first / ceil(first / longest * (1.0 - SAME))
-
-
-def _divides(step: float, time: float) -> bool:
-    return abs(time / step - round(time / step)) < SAME * max(1.0, time / step)
 
 
 def _percent(share: float) -> str:

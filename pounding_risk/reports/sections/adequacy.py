@@ -73,7 +73,7 @@ def _codes(data: ReportData, pair: Pair) -> list[Block]:
             f"{pair.name}: what rules require over the gap that the same motion needs: median and middle 68 % of "
             f"{counted(motions, 'motion')}; safe right of 1; {RULE_MARKS_WORDS}"
         )
-        drawing = partial(panel, draw_rules, compared, motions, height=0.9 + 0.22 * len(compared))
+        drawing = partial(panel, draw_rules, compared, motions, height=1.1 + 0.22 * len(compared))
         alt = f"{caption}. {short_in(one.separations, motions)}."
         blocks.insert(1, figure(f"{pair.anchor}-rules", drawing, f"{caption}.", alt))
     return blocks

@@ -58,7 +58,8 @@ def _effects(data: ReportData) -> list[Block]:
     first = listing(f"{name_of(name)}: {effects.options_words(options)}" for name, options in named.items())
     if not named:
         first = paragraph(
-            "The scene names no effects, and none was simulated: no dents, no strain rate, no passing wave."
+            "The scene names no effects, and none was simulated: no permanent indentation, no strain rate, no passing "
+            "wave."
         )
     if "effects" not in data.others:
         return [first, paragraph("What each effect would change and cost: `pounding-risk effects`, given with --with.")]

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
-from typing import Any
 
 from pounding_risk.assessment.annual_rates import read_rate
-from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE, target_left_by
+from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE
 from pounding_risk.motions.levels import PEAK
 from pounding_risk.render.sheet import MISSING, Block, facts, head, heading, listing, number, paragraph, source, table
 from pounding_risk.reports.data import ReportData
 from pounding_risk.results.amplitudes import amplitudes_of, intensity_unit, intensity_words, usual_intensity
 from pounding_risk.results.own_case import own_level, scene_gap
+from pounding_risk.statistics.required_gap import target_left_by
 from pounding_risk.units import GAP, exact
 
 TITLE = "Provenance"
@@ -22,6 +21,18 @@ ORDER = 110
 def write(data: ReportData) -> list[Block]:
     """The scene as written and as resolved, commands, versions, record files and their processing."""
     attributes = data.results.attrs
+    names = {"scene_sha256": "the scene, every value stated: sha256", "kernels_digest": "the solver's source"}
+    digests = [(words, str(attributes[name])) for name, words in names.items() if name in attributes]
+    of_files = ("file", "format", "sha256")
+    heads = [(words, "l") for words in ("record", *of_files)]
+    files = [[name, *(str(record.get(key) or MISSING) for key in of_files)] for name, record in data.records.items()]
+    origins: dict[str, list[str]] = {}  # records from one place, and those treated alike, share a line
+    for name, record in data.records.items():
+        origin = "; ".join(str(record[key]) for key in ("origin", "terms") if record.get(key))
+        origins.setdefault(origin or "not stated in the file", []).append(name)
+    steps: dict[str, list[str]] = {}
+    for name, of_record in data.facts("processing", {}).items():
+        steps.setdefault(" → ".join(of_record) or "as found", []).append(name)
     blocks = [
         paragraph(
             "To run this study again, save the scene below under the name that the first command has for it, give the "
@@ -32,12 +43,12 @@ def write(data: ReportData) -> list[Block]:
         source("The scene, as written.", str(attributes.get("scene", ""))),
         facts("Versions.", sorted(data.facts("versions", {}).items())),
         *([facts("Plug-ins.", sorted(data.facts("plugins", {}).items()))] if "plugins" in attributes else []),
-        *([facts("Digests.", digests)] if (digests := _digests(attributes)) else []),
-        _files(data),
+        *([facts("Digests.", digests)] if digests else []),
+        table("Record files.", heads, files),
         heading("Origin and terms of the records", "origins"),
-        listing(_origins(data)),
+        listing(f"{_who(names, data)}: {origin}" for origin, names in origins.items()),
         heading("Processing", "processing"),
-        listing(_steps(data)),
+        listing(f"{_who(names, data)}: {words}" for words, names in steps.items()),
         source("The scene, every value stated.", str(attributes["scene_resolved"])),
     ]
     assessment = data.assessment
@@ -57,12 +68,6 @@ def write(data: ReportData) -> list[Block]:
     if written_from:
         blocks.append(facts("This report was written from", written_from))
     return blocks
-
-
-def _digests(attributes: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Checksums of the scene and of the solver's source, where the results have them."""
-    names = {"scene_sha256": "the scene, every value stated: sha256", "kernels_digest": "the solver's source"}
-    return [(words, str(attributes[name])) for name, words in names.items() if name in attributes]
 
 
 def _commands(data: ReportData) -> list[str]:
@@ -115,32 +120,6 @@ def _asked(data: ReportData) -> list[str]:
     return options
 
 
-def _files(data: ReportData) -> Block:
-    heads = [(words, "l") for words in ("record", "file", "format", "sha256")]
-    rows = [
-        [name, *(str(record.get(key) or MISSING) for key in ("file", "format", "sha256"))]
-        for name, record in data.records.items()
-    ]
-    return table("Record files.", heads, rows)
-
-
-def _origins(data: ReportData) -> list[str]:
-    """Origin and terms of the records; those from one place share a line."""
-    alike: dict[str, list[str]] = {}
-    for name, record in data.records.items():
-        origin = "; ".join(str(record[key]) for key in ("origin", "terms") if record.get(key))
-        alike.setdefault(origin or "not told by the file", []).append(name)
-    return [f"{_who(names, data)}: {origin}" for origin, names in alike.items()]
-
-
 def _who(names: list[str], data: ReportData) -> str:
     """Names of records, or "all records"."""
     return "all records" if len(names) == len(data.records) > 1 else ", ".join(names)
-
-
-def _steps(data: ReportData) -> list[str]:
-    """Processing of each record; records treated alike share a line."""
-    alike: dict[tuple[str, ...], list[str]] = {}
-    for name, steps in data.facts("processing", {}).items():
-        alike.setdefault(tuple(steps), []).append(name)
-    return [f"{_who(names, data)}: {' → '.join(steps) or 'as found'}" for steps, names in alike.items()]

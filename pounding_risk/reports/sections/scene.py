@@ -43,53 +43,45 @@ OF_A_ROW = (
 def write(data: ReportData) -> list[Block]:
     """Buildings, interfaces, the grid of cases and the assumptions."""
     results = data.results
-    sides = [("building", "l"), (head("mass", "kg"), "r"), ("period [s]", "r"), (head("damping", "%"), "r")]
-    sides += [("storeys", "r"), ("height [m]", "r"), ("in the row", "l")] if data.has_points else []
-    rows = []
+    heads = [("building", "l"), (head("mass", "kg"), "r"), ("period [s]", "r"), (head("damping", "%"), "r")]
+    heads += [("storeys", "r"), ("height [m]", "r"), ("in the row", "l")] if data.has_points else []
+    rows: list[list[Cell | str]] = []
+    rigid = []
     for name in map(str, results["building"].values):
         building = results.sel(building=name)
         values = [("building_mass", "kg"), ("building_period", "s"), ("building_damping", "%")]
-        rows.append([name, *(number(building[variable], unit) for variable, unit in values), *_stature(data, building)])
-    rigid = [
-        str(row[0]) for row, period in zip(rows, results["building_period"].values, strict=True) if np.isnan(period)
-    ]
-    note = f"{' and '.join(rigid)}: rigid, moves with the ground." if rigid else ""
-    pairs = enumerate(data.pairs)
+        row: list[Cell | str] = [name, *(number(building[variable], unit) for variable, unit in values)]
+        if data.has_points:
+            row += [count(building["building_storeys"]), number(building["building_height"])]
+            row.append(str(building["building_position"].values))
+        rows.append(row)
+        rigid += [name] if np.isnan(building["building_period"]) else []
+    interfaces = data.scene["interface"]
+    of_pairs = [interfaces[min(index, len(interfaces) - 1)] for index in range(len(data.pairs))]
     return [
-        table("Buildings, left to right.", sides, rows),
-        *([paragraph(note)] if note else []),
-        *(facts(f"Between {pair.name.replace(' | ', ' and ')}.", _interface(data, index)) for index, pair in pairs),
+        table("Buildings, left to right.", heads, rows),
+        *([paragraph(f"{' and '.join(rigid)}: rigid, moves with the ground.")] if rigid else []),
+        *(
+            facts(f"Between {pair.name.replace(' | ', ' and ')}.", map(_interface_row, keys.items()))
+            for pair, keys in zip(data.pairs, of_pairs, strict=True)
+        ),
         facts("The grid of cases.", _grid(data)),
         heading("Assumptions", "assumptions"),
         listing([*(OF_A_ROW if data.has_points else ASSUMED), *_assumed(data)]),
     ]
 
 
-def _stature(data: ReportData, building: Any) -> list[Cell | str]:
-    """Cells of storeys, height and position of a building; none of two single masses."""
-    if not data.has_points:
-        return []
-    height = number(building["building_height"])
-    return [count(building["building_storeys"]), height, str(building["building_position"].values)]
-
-
-def _interface(data: ReportData, index: int) -> list[tuple[str, Cell | str]]:
-    """The scene's interface, key by key as its file has it; the gap and the yield force in their units."""
-    rows: list[tuple[str, Cell | str]] = []
-    tables = data.scene["interface"]
-    for key, value in tables[min(index, len(tables) - 1)].items():
-        if key == "gap":
-            rows.append(("gap", amount(_si(value), "m")))
-        elif key in ("yield_force", "column_yield_force"):
-            rows.append(("yield force F_E" if key == "yield_force" else "of a column", _force(_si(value))))
-        else:
-            rows.append((key.replace("_", " "), _value_words(value)))
-    return rows
-
-
-def _si(value: Any) -> float:
-    """The number of a quantity of a resolved scene, which is in SI."""
-    return float(str(value).split()[0])
+def _interface_row(item: tuple[str, Any]) -> tuple[str, Cell | str]:
+    """A key of the scene's interface as its file has it; the gap and the yield force in the units of readers."""
+    key, value = item
+    if key == "gap":
+        return "gap", amount(float(value.split()[0]), "m")
+    if key in ("yield_force", "column_yield_force"):
+        force = float(str(value).split()[0])
+        never: Cell = {"text": "none: never yields", "raw": None}
+        name = "yield force F_E" if key == "yield_force" else "of a column"
+        return name, never if np.isinf(force) else amount(force, "N")
+    return key.replace("_", " "), _value_words(value)
 
 
 def _value_words(value: Any) -> str:
@@ -103,10 +95,6 @@ def _value_words(value: Any) -> str:
         return f"{rounded(float(first))} {unit}".strip()
     except ValueError:
         return str(value).replace("_", " ")
-
-
-def _force(value: float) -> Cell:
-    return {"text": "none: never yields", "raw": None} if np.isinf(value) else amount(value, "N")
 
 
 def _grid(data: ReportData) -> list[tuple[str, Cell | str]]:
@@ -148,8 +136,8 @@ def _assumed(data: ReportData) -> list[str]:
         sentences.append("Buildings stand on unlike grounds, as their keys ground_ say; peaks are relative to these.")
     if "permanent_set" not in effects and np.isfinite(data.results["yield_force"].values).any():
         sentences.append(
-            "Yielding leaves no dent: laws with a yield force retrace their plateau, as published, unless the effect "
-            "permanent_set is named."
+            "Yielding leaves no permanent indentation: laws with a yield force retrace their plateau, as published, "
+            "unless the effect permanent_set is named."
         )
     held_cases = int((data.results["restitution_held"] > 0).sum()) if "restitution_held" in data.results else 0
     if held_cases:

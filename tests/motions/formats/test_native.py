@@ -44,14 +44,6 @@ def refusal(read, raw, **choices):
     return str(caught.value)
 
 
-def assert_same(read, path):
-    """Path, text, open file and bytes give the same traces."""
-    with path.open("rb") as opened:
-        given = [read(source) for source in (path, str(path), opened, BytesIO(path.read_bytes()))]
-    for stream in given[1:]:
-        assert all(np.array_equal(one.data, other.data) for one, other in zip(stream, given[0], strict=True))
-
-
 # --- K-NET ------------------------------------------------------------------------------------------------
 
 
@@ -69,7 +61,6 @@ def test_knet_gives_the_peak_of_its_header():
     # 03:12:39 in Japan, less the 15 s of the recorder.
     assert found.trace.stats.starttime == obspy.UTCDateTime(1996, 8, 10, 18, 12, 24)
     assert (found.trace.stats.delta, len(data)) == (0.01, 5900)
-    assert_same(_read_knet, KNET)
 
 
 def test_both_depths_of_a_kiknet_station_are_recordings_of_their_own(tmp_path):
@@ -145,7 +136,6 @@ def test_evt_in_si_is_obspys_with_standard_gravity():
     assert obspy.read(str(ETNA), format="KINEMETRICS_EVT")[0].stats.calib == pytest.approx(1.16944e-6, rel=1e-5)
     assert ours.stats.record.units == "units: counts, times 1.169043779e-06 m/s² per count (2.5 V per g)"
     assert ours.stats.starttime == obspy.UTCDateTime(2013, 8, 15, 9, 20, 28)
-    assert_same(_read_evt, ETNA)
 
 
 def with_header(raw, place, value):
@@ -213,7 +203,6 @@ def test_sac_takes_its_unit_from_the_user(sac):
     counts = obspy.read(str(sac), format="SAC")[0].data
     assert np.array_equal(found.trace.data, counts.astype(float) * 0.001)
     assert (found.state, found.units) == ("processed", "units: mm/s^2, times 0.001")
-    assert_same(lambda source: _read_sac(source, unit="g"), sac)
     assert refusal(_read_sac, sac.read_bytes(), unit="counts") == (
         'x: unit as given: "counts" is not a unit of acceleration; write one such as "g", "cm/s^2" or "m/s^2"'
     )

@@ -1,0 +1,322 @@
+"""Notes to the reader of a scene: keys that it gives without effect, and floors that nearly meet otherwise.
+
+`UNUSED` is the table of keys without effect, by section: neither `scan` nor `simulate` reads them in this scene, since
+another key overrules them or what they act on is not there. A key with the value that holds without it is not listed.
+
+Floor to floor, a contact yields at the floors' F_E; floor to column, at the column's. Where a few centimetres of level
+decide between the two, a reader of the results has to know: `level_notes`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from math import inf, isnan
+from typing import Any, NamedTuple
+
+from pounding_risk.models.contact.impulsive import is_instant, needs_floors
+from pounding_risk.models.contact.table import TABULATED
+from pounding_risk.models.effects import acts_on_law, wave_of
+from pounding_risk.models.structures.contact_points import (
+    COLUMN,
+    FLOOR,
+    ROUNDING,
+    LevelRule,
+    automatic_points,
+    outlines,
+)
+from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
+from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys
+from pounding_risk.motions.generated import motion_kinds
+from pounding_risk.motions.levels import FACTOR, PEAK, Measure
+from pounding_risk.scene.interfaces import known_law
+from pounding_risk.scene.resolved_interfaces import ResolvedInterface
+from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.toml import KeyPath, key_name
+from pounding_risk.scene.variants import Variants
+from pounding_risk.units import STOREY_HEIGHT, YIELD_FORCE, parse, say
+
+Given = Mapping[KeyPath, Any]  # the keys of a scene and their values as written; tables of an array by index from 0
+Laws = Mapping[str, Any]  # the contact models that a scene runs: those of the grid, and of the interfaces
+NEAR, NEAR_SHARE = 0.05, 0.2  # m, and share of the limit: nearer than the larger of both is near
+MOST_NAMED = 3  # pairs of floors of an interface that are named
+
+
+# ------------------------------------------------------------------------------------------------ unused keys
+
+
+class Unused(NamedTuple):
+    """A key without effect, and why it has none."""
+
+    path: KeyPath
+    reason: str
+    on: str = ""  # what it has no effect on, where it has one elsewhere
+
+
+def unused_keys(study: Scene) -> tuple[str, ...]:
+    """A sentence for each key that the scene gives without effect: "interface.restitution: no effect: ...".
+
+    Of a scene with axes of its numbers those that have none at both ends of all axes; an axis without effect is one.
+    """
+    if study.axes:
+        variants = Variants(study)
+        first, last = (unused_keys(variants.scene(number)) for number in (0, variants.count - 1))
+        return tuple(sentence for sentence in first if sentence in last)
+    given, laws = given_keys(study), {name: known_law(name) for name in study.model_names}
+    tables = {
+        "building": [{"name": building.name} for building in study.buildings],
+        "interface": [{} for _ in range(_interface_tables(given))],
+    }
+    listed = (unused for of_section in UNUSED for unused in of_section(study, given, laws) if unused.path in given)
+    return tuple(f"{key_name(unused.path, tables)}: no effect{unused.on}: {unused.reason}" for unused in listed)
+
+
+def given_keys(study: Scene) -> dict[KeyPath, Any]:
+    """The keys that the scene's text and its overrides give; those of the resolved scene where it has no text."""
+    from pounding_risk.scene.reader import written_tables
+
+    given: dict[KeyPath, Any] = {}
+    for section, value in written_tables(study).items():
+        for index, table in enumerate(value) if isinstance(value, list) else [(None, value)]:
+            path = (section,) if index is None else (section, index)
+            given |= {(*path, key): item for key, item in table.items()}
+            for key, item in table.items():
+                inner = [((), item)] if not isinstance(item, list) else [((at,), one) for at, one in enumerate(item)]
+                for at, options in inner:
+                    if isinstance(options, Mapping):
+                        given |= {(*path, key, *at, option): setting for option, setting in options.items()}
+    return given
+
+
+def _interface_tables(given: Given) -> int:
+    """How many [[interface]] tables the scene has: one for all neighbours, or one between each two."""
+    return 1 + max((path[1] for path in given if path[0] == "interface" and isinstance(path[1], int)), default=0)
+
+
+def _of_buildings(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
+    no_levels = "no building here has a height, so that there are no levels to compare"
+    for index, building in enumerate(study.buildings):
+        base = ("building", index)
+        if building.is_rigid:
+            yield Unused((*base, "mass"), "a rigid building moves with the ground, whatever its mass")
+        if not any(map(needs_floors, laws.values())):
+            reason = f"only contact model distributed_mass reads it, and this scene runs {', '.join(laws)}"
+            yield Unused((*base, "floor_length"), reason)
+            if getattr(building, "wave_speed", CONCRETE_WAVE_SPEED) != CONCRETE_WAVE_SPEED:
+                yield Unused((*base, "wave_speed"), reason)
+        if not study.is_row:
+            yield Unused((*base, "height"), "two single masses meet mass to mass, and no run reads their height")
+        if isinstance(building, Storeys):
+            if "inelastic_storeys" not in dict(study.effects):
+                reason = "storeys yield only under an effect: write inelastic_storeys = {} in [effects], or remove it"
+                yield Unused((*base, "storey_strengths"), reason)
+            elif all(strength == inf for strength in building.strengths):
+                yield Unused((*base, "storey_strengths"), "every yield shear is inf, so that no storey yields")
+            if building.damping_rule != DAMPING_RULES[0]:
+                if building.damping == 0.0:
+                    yield Unused((*base, "damping_rule"), "the damping ratio is 0")
+                elif len(building.masses) == 1:
+                    reason = "a building of one storey has one mode, damped alike by every rule"
+                    yield Unused((*base, "damping_rule"), reason)
+        beside = study.interfaces[max(index - 1, 0) : index + 1]
+        if not _has_levels(beside):
+            yield Unused((*base, "floor_depth"), no_levels)
+        elif all(interface.tolerance is not None for interface in beside):
+            yield Unused((*base, "floor_depth"), "interface.tolerance stands in its place")
+
+
+def _of_interfaces(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
+    count, capped = _interface_tables(given), any(law.capped for law in laws.values())
+    forces = [study.yield_force, *study.grid.yield_forces, *study.point_yield_forces()]
+    for index in range(count):
+        base, here = ("interface", index), study.interfaces if count == 1 else study.interfaces[index : index + 1]
+        if not any(law.needs_restitution for law in laws.values()):
+            yield Unused((*base, "restitution"), f"{_verb(laws, 'takes', 'take')} no restitution")
+        written = given.get((*base, "yield_force"))
+        if written is not None and parse(written, YIELD_FORCE) < inf:
+            path, gridded = (*base, "yield_force"), study.grid.yield_forces
+            if all(map(is_instant, laws.values())):
+                yield Unused(path, f"velocities jump under {', '.join(laws)}, and no force acts")
+            elif study.is_row and ("grid", "yield_force") in given and len(gridded) == 1:
+                if gridded[0] != parse(written, YIELD_FORCE):
+                    common = say(gridded[0], YIELD_FORCE)
+                    yield Unused(path, f"grid.yield_force has the one value {common}, which holds at every interface")
+            elif not _has_points(here, FLOOR):
+                yield Unused(path, "floors meet columns only here, and these yield at column_yield_force")
+            elif not capped:
+                yield _uncapped(path, laws)
+        if all(force == inf for force in forces) and any(interface.plastic_exponent > 0.0 for interface in here):
+            yield Unused((*base, "plastic_exponent"), "every yield force is inf, so that nothing yields")
+        if TABULATED not in laws:
+            yield Unused((*base, "table"), f"{_verb(laws, 'reads', 'read')} no table")
+        if any(interface.column_yield_force < inf for interface in here):
+            if not _has_points(here, COLUMN):
+                yield Unused((*base, "column_yield_force"), "no floor meets a column here")
+            elif not capped:
+                yield _uncapped((*base, "column_yield_force"), laws)
+        if not _has_levels(here) and any(interface.tolerance is not None for interface in here):
+            reason = "no building here has a height, so that there are no levels to compare"
+            yield Unused((*base, "tolerance"), reason)
+    if not any(map(study.needs_equal_terms, laws)):
+        reason = "every contact model of the scene takes the interface's own stiffness"
+        yield Unused(("interface", 0, "equal_terms"), reason)
+
+
+def _of_grid(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
+    forces, path = study.grid.yield_forces, ("grid", "yield_force")
+    if all(force == inf for force in forces):
+        return
+    alike = f": the {len(forces)} cases of each gap are identical" if len(forces) > 1 else ""
+    columns = [point for point in study.points if point.kind == COLUMN]
+    if all(map(is_instant, laws.values())):
+        yield Unused(path, f"velocities jump under {', '.join(laws)}, and no force acts{alike}")
+    elif columns and len(columns) == len(study.points):
+        reason = "floors meet columns only in this row, and these yield at column_yield_force of their interface"
+        yield Unused(path, f"{reason}{alike}")
+    else:
+        if not any(law.capped for law in laws.values()):
+            yield _uncapped(path, laws)
+        if columns:
+            places = list(dict.fromkeys(study.interface_names[point.interface] for point in columns))
+            where = f" on the {len(columns)} of {len(study.points)} contact points where a floor meets a column"
+            yield Unused(path, f"these yield at column_yield_force of their interface, {', '.join(places)}", where)
+
+
+def _of_effects(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
+    forces = [study.yield_force, *study.grid.yield_forces, *study.point_yield_forces()]
+    shears = [strength for building in study.buildings for strength in building.strengths]
+    for effect in study.effects:
+        base, options = ("effects", effect.name), dict(effect.options)
+        if acts_on_law(effect.name) and all(force == inf for force in forces):
+            yield Unused(base, "every yield force is inf, so that no contact yields")
+        if effect.name == "inelastic_storeys" and all(shear == inf for shear in shears):
+            yield Unused(base, "every yield shear is inf, so that no storey yields")
+        if effect.name == "strain_rate" and options["code"] != "mc1990":
+            yield Unused((*base, "strength"), f"only code mc1990 reads the concrete's strength, not {options['code']}")
+        if effect.name == "wave_passage" and (wave := wave_of([effect])) and wave.lag == 0.0:
+            yield Unused(base, "over a distance of 0 m no building has the motion later")
+
+
+def _of_records(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
+    """Keys of files that records do not need, and amplitudes that another key overrules."""
+    request, has_pga = study.records, ("grid", "pga") in given
+    if has_pga:
+        yield Unused(("records", "pga"), "grid.pga sets the amplitude of every motion")
+    if request.names or request.set:
+        source = "names" if request.names else "set"
+        yield Unused(("records", "dt"), f"every record of {source} has a time step of its own")
+    if request.generated:
+        yield Unused(("records", "dt"), "a generated motion has its own; write step in its [[records.generated]]")
+        yield Unused(("records", "unit"), "a generated motion is in m/s^2")
+    ruling = "grid.pga" if has_pga else "records.pga" if request.pga is not None else ""
+    if study.grid.measure not in (PEAK, Measure(FACTOR)):
+        ruling = "records.intensity"
+    ruling = ruling or ("records.sa" if request.sa is not None else "")
+    for index, recipe in enumerate(request.generated if ruling else ()):
+        for key in motion_kinds()[recipe.kind].amplitude:
+            yield Unused(("records", "generated", index, key), f"{ruling} sets the amplitude of every motion")
+
+
+UNUSED: tuple[Callable[[Scene, Given, Laws], Iterable[Unused]], ...] = (
+    _of_buildings,
+    _of_interfaces,
+    _of_effects,
+    _of_records,
+    _of_grid,
+)
+
+
+def _has_levels(interfaces: Sequence[ResolvedInterface]) -> bool:
+    """Whether any contact point of these interfaces has a level above the ground."""
+    return not all(isnan(point.level) for interface in interfaces for point in interface.points)
+
+
+def _has_points(interfaces: Sequence[ResolvedInterface], kind: str) -> bool:
+    """True where one of the contact points of these interfaces is of this kind."""
+    return any(point.kind == kind for interface in interfaces for point in interface.points)
+
+
+def _uncapped(path: KeyPath, laws: Laws) -> Unused:
+    limits = _verb(laws, "limits", "limit")
+    return Unused(path, f"{limits} none; results count where one reaches the yield force", " on any force")
+
+
+def _verb(laws: Laws, one: str, several: str) -> str:
+    return f"{', '.join(laws)} {one if len(laws) == 1 else several}"
+
+
+# ------------------------------------------------------------------------------------------------ close calls
+
+
+class CloseCall(NamedTuple):
+    """Two floors of which a small change of levels or depths makes another kind of contact."""
+
+    left_floor: int
+    right_floor: int
+    difference: float  # m, of their levels
+    limit: float  # m, up to which they are one contact point
+    is_one: bool
+
+
+def level_notes(study: Scene) -> dict[str, str]:
+    """What to know of each interface of a row where close calls decide what meets what, by its name."""
+    notes = {}
+    for place, interface in enumerate(study.interfaces):
+        sides = study.buildings[place], study.buildings[place + 1]
+        calls = [] if interface.contact else close_calls(*sides, interface.levels)
+        if calls:
+            notes[study.interface_names[place]] = _sentence(sides, interface.levels, calls)
+    return notes
+
+
+def close_calls(left: Any, right: Any, rule: LevelRule) -> list[CloseCall]:
+    """Floors whose kind of contact a small change of levels, depths or tolerance would alter, from the ground up.
+
+    The difference of their levels is within 50 mm or 20 % of the limit, whichever is more; or it is above a tolerance
+    and below the depth of the higher floor, so that slabs that overlap are not taken to meet.
+    """
+    levels = [side.levels for side in outlines(left, right)]
+    if isnan(levels[0][-1]):
+        return []
+
+    def kinds(flipped: tuple[float, float] | None = None) -> list[str]:
+        """Of the contact points, where the rule is flipped for floors at these two levels."""
+
+        def is_one(low: float, high: float) -> bool:
+            return rule.is_one(low, high) != ((low, high) == flipped)
+
+        return [kind for _, _, kind, _ in automatic_points(left, right, is_one)]
+
+    by_depth, usual, calls = rule._replace(tolerance=None), kinds(), []
+    for i, low in enumerate(levels[0], 1):
+        for j, high in enumerate(levels[1], 1):
+            difference, limit, is_one = abs(low - high), rule.limit(low, high), rule.is_one(low, high)
+            is_near = abs(difference - limit) < max(NEAR, NEAR_SHARE * limit) - ROUNDING
+            if (is_near or (by_depth.is_one(low, high) and not is_one)) and kinds((low, high)) != usual:
+                calls.append(CloseCall(i, j, difference, limit, is_one))
+    return calls
+
+
+def _sentence(sides: tuple[Any, Any], rule: LevelRule, calls: list[CloseCall]) -> str:
+    """What is taken to meet what at an interface, what would change it, and how a scene decides it."""
+    pairs = []
+    for call in calls[:MOST_NAMED]:
+        kind = "floor to floor" if call.is_one else "floor to column"
+        floors = f"floors {call.left_floor} of {sides[0].name} and {call.right_floor} of {sides[1].name}"
+        difference, limit = (say(length, STOREY_HEIGHT) for length in (call.difference, call.limit))
+        pairs.append(f"{floors} are {difference} apart in level, limit {limit}: taken as {kind}")
+    more = f" and {len(calls) - MOST_NAMED} more" if len(calls) > MOST_NAMED else ""
+    words = "; ".join(pairs)
+    sentences = [f"{words[0].upper()}{words[1:]}{more}."]
+    if any(call.is_one for call in calls):
+        sentences.append("Slightly farther apart, floors strike columns, and the contact yields at column_yield_force.")
+    if any(not call.is_one for call in calls):
+        sentences.append("Slightly nearer, or deeper, floors meet floors, and the contact yields at yield_force.")
+    if rule.tolerance is None:
+        sentences.append("Check the levels, write the floor_depth of both buildings, or give the points in contact.")
+    else:
+        depths = " and ".join(dict.fromkeys(say(depth, STOREY_HEIGHT) for depth in rule[:2]))
+        sentences.append(
+            f"The tolerance of {say(rule.tolerance, STOREY_HEIGHT)} stands in place of floors {depths} deep; check the "
+            "levels, or remove tolerance."
+        )
+    return " ".join(sentences)
