@@ -9,6 +9,7 @@ is called through its own methods.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf, nan
 from typing import Any, NamedTuple
 
@@ -53,10 +54,13 @@ class ScipyContact:
     """One contact point: the branch of its law that holds, what this contact remembers, and its largest values."""
 
     def __init__(self, row: RowMatrices, contacts: Contacts, k: int) -> None:
-        self.share, still = row.shares[k], np.zeros(row.mass.size)
-        # Of the state: displacement and speed across the point, and what a force of 1 N does to its rate.
-        self.across, self.speed = np.append(self.share, still), np.append(still, self.share)
-        self.push = np.append(still, self.share / row.mass)
+        self.share, count = row.shares[k], row.mass.size
+        self.across = np.append(self.share, np.zeros(count))  # of the state: displacement across the point
+        # Place and weight in the state of the few masses that the point touches, and what 1 N does to their rates:
+        # as plain numbers, for these are taken at every call of SciPy's.
+        masses = [(int(at), float(self.share[at])) for at in np.flatnonzero(self.share)]
+        self.moves, self.runs = masses, [(count + at, weight) for at, weight in masses]
+        self.pushes = [(count + at, weight / float(row.mass[at])) for at, weight in masses]
         self.gap, self.law, self.restitution = float(contacts.gaps[k]), contacts.laws[k], contacts.restitutions[k]
         self.mass = float(row.striking[k])
         self.strength, self.least = self.law.ceiling(contacts.yield_forces[k]), self.law.floor()
@@ -68,15 +72,25 @@ class ScipyContact:
         """Open the contact."""
         self.touching, self.approaching, self.region, self.memory, self.since = False, True, ELASTIC, 0.0, 0.0
 
-    def depth(self, y: Array) -> float:
+    def depth(self, y: Sequence[float]) -> float:
         """Penetration in state ``y`` [m]; below zero while it is open."""
-        return float(self.across @ y) - self.gap
+        closing = 0.0
+        for at, weight in self.moves:
+            closing += weight * y[at]
+        return closing - self.gap
 
-    def uncapped(self, y: Array) -> float:
+    def speed(self, y: Sequence[float]) -> float:
+        """Approach speed in state ``y`` [m/s]."""
+        speed = 0.0
+        for at, weight in self.runs:
+            speed += weight * y[at]
+        return speed
+
+    def uncapped(self, y: Sequence[float]) -> float:
         """The law's force without cap or cut, on the present branch [N]."""
-        return float(self.law.force(self.memory, max(self.depth(y), 0.0), float(self.speed @ y), self.approaching))
+        return float(self.law.force(self.memory, max(self.depth(y), 0.0), self.speed(y), self.approaching))
 
-    def force(self, y: Array) -> float:
+    def force(self, y: Sequence[float]) -> float:
         """Force in state ``y`` on the present branch [N]; 0 while it is open."""
         if not self.touching or self.region == SLACK:
             return 0.0
@@ -84,12 +98,12 @@ class ScipyContact:
             return float(self.law.plateau(max(self.depth(y), 0.0), self.strength))
         return self.uncapped(y)
 
-    def after(self, event: int, y: Array, time: float) -> None:
+    def after(self, event: int, y: Sequence[float], time: float) -> None:
         """Change the branch after an event in state ``y`` at ``time`` [s] of the present sample."""
         if event == CLOSING and self.touching:
             self.part()
         elif event == CLOSING:
-            speed = max(float(self.speed @ y), 0.0)
+            speed = max(self.speed(y), 0.0)
             self.memory = self.law.begin(self.restitution.at(speed), speed, self.mass)
             self.touching, self.since = True, time
         elif event == TURN:
@@ -104,8 +118,9 @@ class ScipyContact:
         self.reach = max(self.reach, float(np.abs(closing).max()))
         self.closing = max(self.closing, float(closing.max()))
         if self.touching:
-            self.peak = max(self.peak, *(self.force(state) for state in states))
-            self.demand = max(self.demand, *(self.uncapped(state) for state in states))
+            listed = states.tolist()
+            self.peak = max(self.peak, *(self.force(state) for state in listed))
+            self.demand = max(self.demand, *(self.uncapped(state) for state in listed))
 
 
 class ScipyRow:
@@ -116,16 +131,19 @@ class ScipyRow:
         self.contacts = [ScipyContact(row, contacts, k) for k in range(len(contacts.laws))]
         stiffness, damping = (matrix / row.mass[:, None] for matrix in (row.stiffness, row.damping))
         self.linear = np.block([[np.zeros((count, count)), np.eye(count)], [-stiffness, -damping]])
-        self.shaken = np.append(np.zeros(count), np.ones(count))
+        self.count = count
         self.ramp = (0.0, 0.0)  # a_g at t = 0 and its slope, over the present sample
         self.steps = 0
 
     def rates(self, t: float, y: Array) -> Array:
         """dy/dt of ``y`` = (u, v) of all masses: (v [m/s], v̇ [m/s²]) at ``t`` [s] of the present sample."""
-        rates: Array = self.linear @ y - (self.ramp[0] + self.ramp[1] * t) * self.shaken
+        rates: Array = self.linear.dot(y)
+        rates[self.count :] -= self.ramp[0] + self.ramp[1] * t
         for contact in self.contacts:
             if contact.touching:
-                rates -= contact.force(y) * contact.push
+                force = contact.force(y.tolist())
+                for at, push in contact.pushes:
+                    rates[at] -= force * push
         return rates
 
     def force_rate(self, contact: ScipyContact, t: float, y: Array) -> float:
@@ -134,17 +152,19 @@ class ScipyRow:
         if age <= 0.0:
             return 1.0
         shift = NUDGE * age * self.rates(t, y)
-        return (contact.force(y + shift) - contact.force(y - shift)) / (2.0 * NUDGE * age**0.25)
+        change = contact.force((y + shift).tolist()) - contact.force((y - shift).tolist())
+        return change / (2.0 * NUDGE * age**0.25)
 
     def value(self, contact: ScipyContact, kind: int, t: float, y: Array) -> float:
         """The function of an event, which happens where it passes zero."""
+        if kind == MAXIMUM:
+            return self.force_rate(contact, t, y)
+        state = y.tolist()
         if kind == CLOSING:
-            return contact.depth(y)
+            return contact.depth(state)
         if kind == TURN:
-            return float(contact.speed @ y)
-        if kind == YIELD:
-            return contact.uncapped(y) - contact.strength
-        return contact.uncapped(y) if kind == TENSION else self.force_rate(contact, t, y)
+            return contact.speed(state)
+        return contact.uncapped(state) - (contact.strength if kind == YIELD else 0.0)
 
     def events(self) -> list[tuple[ScipyContact, int, Any]]:
         """Contact, kind and function of the events that end this piece and of the local maxima that do not."""
@@ -191,7 +211,7 @@ class ScipyRow:
         pairs = zip(solution.t_events, functions, strict=True)
         times = [found[-1] if len(found) and function.terminal else -1.0 for found, function in pairs]
         contact, event, _ = listed[int(np.argmax(times))]
-        contact.after(event, y, time)
+        contact.after(event, y.tolist(), time)
         if event == CLOSING:
             # The root search leaves rounding in δ, which is taken out where the contact point acts.
             y[: contact.share.size] -= contact.share * contact.depth(y) / float(contact.share @ contact.share)
