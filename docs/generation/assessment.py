@@ -9,16 +9,15 @@ from generation.markdown import docstring, plain
 from pounding_risk.assessment import (
     assess,
     fragility,
-    gap_for_rate,
     hazard,
-    proportions,
-    rate_verdict,
-    required_gap,
+    rates,
     sensitivity,
     setback,
     verdict,
 )
 from pounding_risk.assessment.separations import table as separations
+from pounding_risk.statistics import fragility as fits
+from pounding_risk.statistics import proportions, required_gap
 
 HEAD = """# Assessment
 
@@ -35,10 +34,10 @@ PARTS = (
     sensitivity.Response,
     required_gap.RequiredGap,
     fragility.Fragility,
-    fragility.Stripe,
+    fits.Stripe,
     hazard.Rate,
-    gap_for_rate.GapForRate,
-    rate_verdict.RateVerdict,
+    rates.GapForRate,
+    rates.RateVerdict,
     sensitivity.Influence,
     separations.Comparison,
     separations.SeparationRow,
@@ -51,7 +50,7 @@ def assessment_page() -> str:
     """Every class of an assessment, and the rule of its verdict."""
     return (
         f"{HEAD}## The verdict's rule\n\n{docstring(verdict)}\n{''.join(map(_part, PARTS))}"
-        f"## Standard errors\n\n{docstring(fragility.Fit)}"
+        f"## Standard errors\n\n{docstring(fits.Fit)}"
     )
 
 

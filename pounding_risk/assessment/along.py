@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.assessment.assess import Options, contact_of
+from pounding_risk.assessment.contact import contact_of
 from pounding_risk.assessment.demands import check_dataset, interfaces
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
 from pounding_risk.errors import PoundingError
@@ -95,14 +95,8 @@ def assess_along(
             + (f", at one value of what varies beside them: {others}" if others else ", with uncertainty")
         )
     criterion = read_criterion(target, percentile, confidence)
-    options = Options(
-        None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
-        None,
-        criterion,
-        "pga",
-        level_asked(whole, pga, intensity_level),
-        None,
-    )
+    at_gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
+    level = level_asked(whole, pga, intensity_level)
     sizes = tuple(whole.sizes[axis.name] for axis in axes)
     values: dict[str, Any] = {}
     at, names = "", []
@@ -112,10 +106,10 @@ def assess_along(
         check_dataset(part, whose)
         names = [str(name) for name in part["interface"].values]
         for index, (_, one) in enumerate(interfaces(part)):
-            contact = contact_of(one, index, options)
+            contact = contact_of(one, index, at_gap, level, criterion)
             share, need, at = contact.at_gap, contact.required[criterion.percentile], contact.at
-            told = (contact.gap, share.probability, share.low_recordings, share.high_recordings)
-            for name, value in zip(OUTPUTS, (*told, need.gap, need.low, need.high), strict=True):
+            numbers = (contact.gap, share.probability, share.low_recordings, share.high_recordings)
+            for name, value in zip(OUTPUTS, (*numbers, need.gap, need.low, need.high), strict=True):
                 values.setdefault(name, np.full((*sizes, len(names)), np.nan))[(*places, index)] = value
     dims = (*(axis.name for axis in axes), "interface")
     keys = [key for axis in axes for key in axis.keys]
@@ -124,19 +118,13 @@ def assess_along(
         {name: (dims, values[name], described(*about)) for name, about in OUTPUTS.items()},
         {name: coordinate.variable for name, coordinate in coords.items()},
     )
-    about = criterion._asdict() | {"title": str(whole.attrs.get("title", "")), "asked": criterion.words, "motions": at}
-    about |= {OWN: json.dumps(own_places(whole)), IDLE: json.dumps(_idle(assessed))}
-    return assessed.assign_attrs(about)
-
-
-def _idle(assessed: xr.Dataset) -> list[str]:
-    """The axes along which neither the probability of contact nor the required gap changes."""
     judged = [assessed[name] for name in ("contact_probability", "required_gap", "assessed_gap")]
-    return [
-        str(dim)
-        for dim in assessed.dims
-        if dim != "interface" and all((values == values.isel({dim: [0]}).values).all() for values in judged)
+    idle = [  # axes along which nothing changes
+        axis.name for axis in axes if all((one == one.isel({axis.name: [0]}).values).all() for one in judged)
     ]
+    about = criterion._asdict() | {"title": str(whole.attrs.get("title", "")), "asked": criterion.words, "motions": at}
+    about |= {OWN: json.dumps(own_places(whole)), IDLE: json.dumps(idle)}
+    return assessed.assign_attrs(about)
 
 
 def is_along(assessed: Any) -> bool:
@@ -160,15 +148,12 @@ def usual_place(assessed: xr.Dataset) -> Place:
     places = dict(own)
     if others:
         needed = assessed["required_gap"].isel(own).transpose(*others, "interface").max("interface").values
-        found = np.unravel_index(int(needed.argmax()), needed.shape)
-        places |= {axis: int(place) for axis, place in zip(others, found, strict=True)}
+        widest_at = np.unravel_index(int(needed.argmax()), needed.shape)
+        places |= {axis: int(place) for axis, place in zip(others, widest_at, strict=True)}
     widest = "those that need the widest gap"
-    why = f"the scene's own values{f', and of {_listed(others)} {widest}' if others else ''}" if own else widest
+    listed = " and ".join(filter(None, [", ".join(others[:-1]), *others[-1:]]))
+    why = f"the scene's own values{f', and of {listed} {widest}' if others else ''}" if own else widest
     return Place(places, ", ".join(value_words(assessed, axis, places[axis]) for axis in axes), why)
-
-
-def _listed(names: list[str]) -> str:
-    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
 
 
 def value_words(assessed: xr.Dataset, axis: str, place: int) -> str:
@@ -182,23 +167,22 @@ def along_finding(assessed: xr.Dataset) -> str:
     share, needed = assessed["contact_probability"], assessed["required_gap"]
     axes = [str(dim) for dim in assessed.dims if dim != "interface"]
     order = needed.transpose(*axes, "interface")
-    found = np.unravel_index(int(order.values.argmax()), order.shape)
+    widest = np.unravel_index(int(order.values.argmax()), order.shape)
     idle = json.loads(assessed.attrs[IDLE])
     where = ", ".join(
-        value_words(assessed, axis, int(place)) for axis, place in zip(axes, found, strict=False) if axis not in idle
+        value_words(assessed, axis, int(place)) for axis, place in zip(axes, widest, strict=False) if axis not in idle
     )
-    several = f" at {assessed['interface'].values[found[-1]]}" if assessed.sizes["interface"] > 1 else ""
+    several = f" at {assessed['interface'].values[widest[-1]]}" if assessed.sizes["interface"] > 1 else ""
     gap = assessed["assessed_gap"].values
     one = f" of {say(float(gap.flat[0]), GAP, 6)}" if np.ptp(gap) == 0.0 else ""
-    shares = [f"{100 * float(end):.3g} %" for end in (share.min(), share.max())]
-    ends = [say(float(end), GAP, 3) for end in (needed.min(), needed.max())]
+
+    def between(low: str, high: str) -> str:
+        return f"is {low}" if low == high else f"lies from {low} to {high}"
+
+    shares = between(*(f"{100 * float(end):.3g} %" for end in (share.min(), share.max())))
+    ends = between(*(say(float(end), GAP, 3) for end in (needed.min(), needed.max())))
     most = f" (the most where {where}{several})" if where else several
-    return f"The gap required {_range(ends)}{most}; P(contact){one} {_range(shares)}"
-
-
-def _range(ends: list[str]) -> str:
-    """Both ends of a range, or the one value."""
-    return f"is {ends[0]}" if ends[0] == ends[1] else f"lies from {ends[0]} to {ends[1]}"
+    return f"The gap required {ends}{most}; P(contact){one} {shares}"
 
 
 def idle_words(assessed: xr.Dataset) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.options import USUAL_PERCENTILE
-from pounding_risk.assessment.spectra import charted, read_percentiles, rule_words, usual_percentile, with_rules
+from pounding_risk.assessment.spectra import charted, read_percentiles, rule_words, spread, usual_percentile, with_rules
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.units import GAP, say, shown
@@ -131,7 +131,7 @@ def amplification(
     from pounding_risk.studies.study import check_out, saved
 
     target = check_out(out, "amplification", new)
-    asked = read_percentiles(percentiles)
+    requested = read_percentiles(percentiles)
     at = read_percentiles([share_percentile], "share_percentile")[0]
     known = (*charted(), REQUIRED)
     if share_of not in known:
@@ -168,7 +168,7 @@ def amplification(
     )
     chart = study.Chart(fixed_periods, ratio_values, stays, gap_axis, absolute, reference, words)
     peaks = study.responses(scene, shaking, chart.pairs(), workers, progress)
-    dataset = study.amplification_dataset(scene, shaking, chart, peaks, asked, motions)
+    dataset = study.amplification_dataset(scene, shaking, chart, peaks, requested, motions)
     dataset.attrs |= {"fixed": ("left", "right")[stays], "share_of": share_of, "share_percentile": at}
     return saved(dataset, "amplification", target, finding=finding(dataset))
 
@@ -183,8 +183,8 @@ def _reference(
     left, right = periods if stays == 1 else periods[::-1]
     sides = closings.Oscillators(left, dampings[0]), closings.Oscillators(right, dampings[1])
     name, percentile = of
-    found = closings.closings(shaking.motions, sides)
-    alone = closings.gap_dataset(shaking, sides, found, (percentile,), False)
+    peaks = closings.closings(shaking.motions, sides)
+    alone = closings.gap_dataset(shaking, sides, peaks, (percentile,), False)
     chosen = alone["required_gap"] if name == REQUIRED else with_rules(alone)["separation"].sel(rule=name)
     return np.asarray(chosen.isel(percentile=0).values).reshape(-1)
 
@@ -272,17 +272,17 @@ def raised_words(output: str, percentile: float) -> str:
 
 def rises(results: xr.Dataset, output: str, percentile: float) -> list[tuple[str, str]]:
     """How much contact raises the peak of the stiffer and of the softer building, and where; "" where it does not."""
-    found = []
+    clauses = []
     for stiffer, words in ((True, "the stiffer building"), (False, "the softer one")):
         place = worst(results, stiffer, output, percentile)
         if place.value < 1.0 + RAISED:
-            found.append((f"{words} nowhere", ""))
+            clauses.append((f"{words} nowhere", ""))
             continue
         where = f"{ratio_words(results)} = {place.ratio:.2g} and {gap_words(results, place.gap)}"
         if results.sizes["fixed_period"] > 1:
             where += f", beside {place.period:.3g} s"
-        found.append((f"{words} up to {place.value:.2f} times", where))
-    return found
+        clauses.append((f"{words} up to {place.value:.2f} times", where))
+    return clauses
 
 
 def told_words(results: xr.Dataset) -> str:
@@ -290,44 +290,33 @@ def told_words(results: xr.Dataset) -> str:
     left, right = (str(name) for name in results["building"].values)
     masses = [float(mass) for mass in results["building_mass"].values]
     model = str(results.attrs["contact_model"]).replace("_", " ")
-    told = f"single masses, linear, m({left}) / m({right}) = {masses[0] / masses[1]:.3g}, contact {model}"
+    words = f"single masses, linear, m({left}) / m({right}) = {masses[0] / masses[1]:.3g}, contact {model}"
     jumps = "" if "acceleration_amplification" in results else "; its jumps have no finite acceleration"
-    return f"{told}{jumps}; percentiles of the sample, without bounds"
+    return f"{words}{jumps}; percentiles of the sample, without bounds"
 
 
 def amplification_table(results: xr.Dataset) -> Any:
     """Every period, ratio, gap and building in a row, in SI; percentiles in columns.
 
-    Parameters
-    ----------
-    results : xarray.Dataset
-        A dataset of `amplification`.
-
-    Returns
-    -------
-    pandas.DataFrame
-        With the columns fixed_period, period_ratio, gap_share (where gaps are shares), gap, building,
-        building_period, contact_share, and of each output its percentiles, the largest, and the share above 1.
+    A pandas.DataFrame with the columns fixed_period, period_ratio, gap_share (where gaps are shares), gap, building,
+    building_period, contact_share, and of each output its percentiles, the largest, and the share above 1.
     """
-    check_amplification(results)
-    known = [output for output in OUTPUTS if f"{output}_amplification" in results]
-    columns: dict[str, Any] = {}
-    for output in known:
-        whole = results[f"{output}_amplification"]
-        columns |= {
-            f"{output}_amplification_{value:g}": whole.sel(percentile=value, drop=True)
-            for value in whole["percentile"].values
-        }
-        columns |= {name: results[name] for name in (f"{output}_amplification_largest", f"{output}_amplified")}
     import xarray as xr
 
-    whole = next(iter(columns.values())).reset_coords(drop=True)
+    check_amplification(results)
+    dims = ["fixed_period", "period_ratio", gap_dim(results), "building"]
+    columns: dict[str, Any] = {"contact_share": results["contact_share"]}
+    for output in OUTPUTS:
+        name = f"{output}_amplification"
+        if name in results:
+            for value in results["percentile"].values:
+                columns[f"{name}_{value:g}"] = results[name].sel(percentile=value)
+            columns |= {one: results[one] for one in (f"{name}_largest", f"{output}_amplified")}
+    whole = columns["displacement_amplified"].reset_coords(drop=True)
     of_pair = [name for name in ("gap", "building_period") if name not in results.dims]
     keys = {name: results[name].reset_coords(drop=True).broadcast_like(whole) for name in of_pair}
-    columns = {"contact_share": results["contact_share"], **columns}
     part = xr.Dataset({name: column.reset_coords(drop=True) for name, column in (keys | columns).items()})
-    table = part.to_dataframe(dim_order=["fixed_period", "period_ratio", gap_dim(results), "building"])
-    return table.reset_index()
+    return part.to_dataframe(dim_order=dims).reset_index()
 
 
 SPREAD = (5, 3)  # ratios and gaps of a short table
@@ -337,8 +326,7 @@ def table_rows(results: xr.Dataset) -> Iterator[xr.Dataset]:
     """The dataset at a few ratios and gaps, spread over their ranges, beside each period."""
     dim = gap_dim(results)
     ratios, gaps = (
-        sorted({round(place) for place in np.linspace(0, results.sizes[name] - 1, count).tolist()})
-        for name, count in zip(("period_ratio", dim), SPREAD, strict=True)
+        spread(results.sizes[name], count) for name, count in zip(("period_ratio", dim), SPREAD, strict=True)
     )
     for period, ratio, gap in product(range(results.sizes["fixed_period"]), ratios, gaps):
         yield results.isel({"fixed_period": period, "period_ratio": ratio, dim: gap})

@@ -16,14 +16,11 @@ from __future__ import annotations
 
 import re
 from math import inf, isfinite
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pounding_risk.statistics.hazard import YEARS, rate_of_probability
 from pounding_risk.units import QuantityError, shown
 
-YEARS = 50.0  # of the probabilities that are told, where no other number of years is asked for
 MOST = 1.0  # a year, of a rate that is a plain number: what is larger was meant as a return period
 REPAIR = 'write "1 % in 50 years", a return period such as "2475 years", or a rate such as "4e-4 a year"'
 _NUMBER = r"(\d+\.?\d*(?:e[+-]?\d+)?|\.\d+(?:e[+-]?\d+)?)"
@@ -33,26 +30,12 @@ _RETURN_PERIOD = re.compile(rf"(?:(?:a )?return period(?: of)?|once in|every)? *
 _RATE = re.compile(rf"(?:annual (?:rate|frequency)(?: of)?)? *{_NUMBER} *(?:(?:a|per) year|(?:1 */|/) *{_UNIT}|)")
 
 
-Rates = TypeVar("Rates", float, NDArray[np.float64])
-
-
 class AnnualRate(NamedTuple):
-    """A rate [1/year], the words in which it was given, and the years of probabilities that are told beside it."""
+    """A rate [1/year], the words in which it was given, and the years of probabilities that are stated beside it."""
 
     rate: float
     words: str
     years: float = YEARS
-
-
-def in_years(annual: float, years: float = YEARS) -> float:
-    """Probability of one or more in so many years, 1 − exp(−years × rate)."""
-    return float(-np.expm1(-years * annual))
-
-
-def rate_of_probability(probability: Rates, years: float) -> Rates:
-    """Annual rate of what has a probability in so many years, −ln(1 − p) / years."""
-    rate: Any = -np.log1p(-probability) / years
-    return rate if isinstance(probability, np.ndarray) else float(rate)
 
 
 def return_period_words(rate: float) -> str:
@@ -64,18 +47,9 @@ def return_period_words(rate: float) -> str:
 def read_rate(value: float | str, name: str = "rate") -> AnnualRate:
     """Read an annual rate from "1 % in 50 years", "2475 years", "4e-4 a year", or a plain number a year.
 
-    Parameters
-    ----------
-    value : float or str
-        The rate in any of these forms.
-    name : str
-        The parameter or option, which the error names first.
-
-    Raises
-    ------
-    QuantityError
-        For text that is none of these, a probability that does not lie between 0 and 1, a number of years or a rate
-        that is not above 0, and a plain number of 1 a year or more, which is meant as a return period.
+    ``name`` is the parameter or option, which an error names first. Raises QuantityError for text that is none of
+    these, a probability that does not lie between 0 and 1, a number of years or a rate that is not above 0, and a plain
+    number of 1 a year or more, which is meant as a return period.
     """
     if isinstance(value, str):
         return _of_text(value, name)

@@ -6,7 +6,7 @@ without contact.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import combinations
 from math import isfinite
@@ -18,20 +18,16 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.assessment import demands as data
-from pounding_risk.assessment import fragility as curves
 from pounding_risk.assessment.annual_rates import AnnualRate, read_target_rate
-from pounding_risk.assessment.columns import column_sentences
-from pounding_risk.assessment.contact_fragility import ContactMotions
+from pounding_risk.assessment.contact import Contact, contact_of
 from pounding_risk.assessment.demands import Motions, interfaces
-from pounding_risk.assessment.fragility import Fragility
-from pounding_risk.assessment.gap_for_rate import USUAL, GapForRate, RateOfGaps
+from pounding_risk.assessment.fragility import OWN, STRIPES, ContactMotions, Fragility, shown_as
 from pounding_risk.assessment.gmfs import Fields, Scenario, read_fields, scenario_of
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, rate_of
 from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
-from pounding_risk.assessment.proportions import Share, independent_motions, labels, shares
-from pounding_risk.assessment.rate_verdict import RateCriterion, RateVerdict, judge_rate
-from pounding_risk.assessment.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
+from pounding_risk.assessment.rates import USUAL, GapForRate, RateCriterion, RateOfGaps, RateVerdict, judge_rate
+from pounding_risk.assessment.row import column_sentences
 from pounding_risk.assessment.sensitivity import (
     Influence,
     Response,
@@ -43,13 +39,10 @@ from pounding_risk.assessment.sensitivity import (
     yield_influences,
 )
 from pounding_risk.assessment.separations.table import Comparison, code_table
-from pounding_risk.assessment.verdict import AssessedGap, Observations, Verdict, judge
-from pounding_risk.errors import PoundingError
+from pounding_risk.assessment.verdict import Verdict, judge
 from pounding_risk.motions.levels import read_measure
 from pounding_risk.results.amplitudes import (
-    amplitude_words,
     amplitudes_of,
-    intensity_quantity,
     intensity_words,
     level_asked,
     spectral,
@@ -57,7 +50,10 @@ from pounding_risk.results.amplitudes import (
 )
 from pounding_risk.results.attributes import told
 from pounding_risk.results.contact_notes import of_results
-from pounding_risk.results.own_case import at_level, own_amplitude, own_level, scene_force, scene_gap, scene_model
+from pounding_risk.results.own_case import at_level, own_amplitude, own_level, scene_force, scene_model
+from pounding_risk.statistics.fragility import fit, stripes_of
+from pounding_risk.statistics.proportions import Share, numbered, shares
+from pounding_risk.statistics.required_gap import RequiredGap
 from pounding_risk.units import GAP, say, si
 
 if TYPE_CHECKING:
@@ -113,7 +109,7 @@ class InterfaceAssessment(ShortRepr):
     columns: tuple[str, ...] = ()  # which floor strikes which column, how often, what the model assumes then
 
     def required_at(self, percentile: float) -> RequiredGap:
-        """The gap required by a percentile [%] that was asked for, 50, 84 or 95."""
+        """The gap required by a percentile [%] of the requested ones, among them 50, 84 and 95."""
         return next(required for required in self.required if required.percentile == percentile)
 
     def facts(self) -> Iterable[tuple[str, str]]:
@@ -177,14 +173,24 @@ class Assessment(ShortRepr):
     @property
     def unlike_verdicts(self) -> tuple[str, ...]:
         """A sentence for each pair of gaps with as many contacts and another verdict: why it is another."""
+        sentences = []
         alone = [one for one in self.interfaces if one.rate_verdict is None]
-        return tuple(
-            _why_unlike(one, other)
-            for one, other in combinations(alone, 2)
-            if one.verdict.word != other.verdict.word
-            and (one.contact_at_gap().count, one.contact_at_gap().runs)
-            == (other.contact_at_gap().count, other.contact_at_gap().runs)
-        )
+        for pair in combinations(alone, 2):
+            (share, other), words = [one.contact_at_gap() for one in pair], {one.verdict.word for one in pair}
+            if len(words) == 1 or (share.count, share.runs) != (other.count, other.runs):
+                continue
+            reasons = [
+                f"{one.verdict.word} at {one.name}, where "
+                + (
+                    "the polarities alone lie on both sides of the target"
+                    if one.verdict.by_polarity
+                    else f"the motions have an effective sample size of {one.verdict.independent:.2g}"
+                )
+                for one in pair
+            ]
+            touched = f"{share.count} of {share.runs} motions touch at both"
+            sentences.append(f"{touched}, and the verdict is {' and '.join(reasons)}.")
+        return tuple(sentences)
 
     @property
     def criterion(self) -> Criterion:
@@ -204,28 +210,14 @@ class Assessment(ShortRepr):
         return plain(asdict(self))
 
 
-def _why_unlike(one: InterfaceAssessment, other: InterfaceAssessment) -> str:
-    share = one.contact_at_gap()
-    parts = [
-        f"{each.verdict.word} at {each.name}, where "
-        + (
-            "the polarities alone lie on both sides of the target"
-            if each.verdict.by_polarity
-            else f"the motions have an effective sample size of {each.verdict.independent:.2g}"
-        )
-        for each in (one, other)
-    ]
-    return f"{share.count} of {share.runs} motions touch at both, and the verdict is {' and '.join(parts)}."
-
-
 class Options(NamedTuple):
-    """What `assess` was asked, as it was read."""
+    """The options of `assess`, as they were read."""
 
     gap: float | None
     hazard: Hazard | None
     criterion: Criterion
     intensity: str
-    level: int | None  # index of the amplitude that is asked for
+    level: int | None  # index of the requested amplitude
     target_rate: AnnualRate | None
     fields: Fields | None = None
 
@@ -308,11 +300,9 @@ def assess(
         intensity = intensity_of_fields(results, fields)
     intensity, curve, reading = intensity_and_hazard(results, hazard, intensity)
     options = Options(gap, curve, criterion, intensity, level, rate, fields)
-    counts = data.run_counts(results)
-    assessed = tuple(_interface(name, part, index, options) for index, (name, part) in enumerate(interfaces(results)))
     return Assessment(
         title=str(results.attrs.get("title", "")),
-        **counts,
+        **data.run_counts(results),
         confidence=criterion.confidence,
         percentile=criterion.percentile,
         target=criterion.target,
@@ -320,7 +310,9 @@ def assess(
         intensity=intensity,
         hazard=curve.source or curve.name if curve else "",
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
-        interfaces=assessed,
+        interfaces=tuple(
+            _interface(name, part, index, options) for index, (name, part) in enumerate(interfaces(results))
+        ),
         notes=of_results(results),
         unused_keys=tuple(map(str, data.told(results, "unused_keys", []))),
         hazard_reading=reading,
@@ -332,7 +324,7 @@ def assess(
 
 
 def intensity_of_fields(results: xr.Dataset, fields: Fields) -> str:
-    """The intensity of fragilities where none is asked for: the usual one if fields have it, or another of theirs."""
+    """The usual intensity of fragilities, or another that the fields have, where none is requested."""
     usual = usual_intensity(results)
     if not fields.has(data.spectral_intensity(results, usual)):
         longer = data.resolved_intensity(results, "sa(longer)")
@@ -341,202 +333,115 @@ def intensity_of_fields(results: xr.Dataset, fields: Fields) -> str:
 
 
 def intensity_and_hazard(
-    results: xr.Dataset, hazard: Hazard | HazardSpectrum | str | Path | None, asked: str | None
+    results: xr.Dataset, hazard: Hazard | HazardSpectrum | str | Path | None, requested: str | None
 ) -> tuple[str, Hazard | None, str]:
-    """The intensity of fragilities, as it is asked for or as usual; its hazard curve, and how that was read.
+    """The intensity of fragilities, as requested or as usual; its hazard curve, and how that was read.
 
     Raises PoundingError for an intensity that the dataset or the hazard has not, and as `read_hazard`.
     """
     known = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
-    intensity = _usual_intensity(results, known) if asked is None else data.resolved_intensity(results, asked)
-    curve = known.at(data.spectral_intensity(results, intensity)) if isinstance(known, HazardSpectrum) else known
-    return intensity, curve, _reading(results, isinstance(known, HazardSpectrum), curve, asked)
-
-
-def _reading(results: xr.Dataset, is_spectrum: bool, curve: Hazard | None, asked: str | None) -> str:
-    """Sentences on how a hazard table was read; ``asked`` is the intensity that was asked for."""
-    if curve is None or not is_spectrum:
-        return curve.reading if curve else ""
-    usual = "" if usual_intensity(results).startswith("sa(") else "sa(longer)"
-    why = PERIOD_WORDS.get(usual if asked is None else asked, "")
-    if asked is None and not usual:
-        why = ", which the motions are scaled to"
-    return f"{curve.reading} The curve is that of {intensity_words(curve.name)}{why}.".strip()
-
-
-def _usual_intensity(results: xr.Dataset, hazard: Hazard | HazardSpectrum | None) -> str:
-    """The intensity of the fragilities where none is asked for."""
     usual = usual_intensity(results)
-    if isinstance(hazard, HazardSpectrum):
-        return usual if usual.startswith("sa(") else data.resolved_intensity(results, "sa(longer)")
-    if hazard is None:
-        return usual
-    one = spectral(hazard.name[3:-1]) if hazard.name.startswith("sa(") else None
-    if one is None:
-        measure = read_measure(hazard.name)
-        return usual if measure is None else measure.intensity
-    return one.intensity
-
-
-class Contact(NamedTuple):
-    """What the motions of one interface close, at one amplitude."""
-
-    gap: float  # m, the assessed one
-    every: Motions  # at all amplitudes
-    level: int  # index of the amplitude
-    at: str  # the amplitude in words
-    motions: Motions  # at this amplitude, with a finite response
-    independent: float  # motions that these stand for
-    shares: tuple[Share, ...]  # that close each gap of the grid, and the assessed one
-    required: dict[float, RequiredGap]  # by percentile [%]
-    touched: NDArray[np.bool_]  # by motion: contact at the assessed gap
-
-    @property
-    def weight(self) -> float:
-        """What one motion counts for, at most 1."""
-        return self.independent / len(self.motions.records)
-
-    @property
-    def at_gap(self) -> Share:
-        """The share of the motions that close the assessed gap."""
-        return next(share for share in self.shares if share.gap == self.gap)
-
-
-def contact_of(results: xr.Dataset, index: int, options: Options) -> Contact:
-    """Contact at an interface, the part of a dataset at ``index`` that `interfaces` gives; raises as `assess`."""
-    gap = scene_gap(results, index) if options.gap is None else options.gap
-    criterion = options.criterion
-    every = data.motions_of(results)
-    level = own_level(results) if options.level is None else options.level
-    motions = _at_level(every, level)
-    closing = motions.closing[:, 0]
-    independent = independent_motions(_logs(closing), motions.recordings)
-    weight = independent / len(motions.records)
-    gaps = np.unique([*map(float, results["gap"].values), gap])
-    touched = np.stack([data.touching(results, every, one)[every.finite, level] for one in gaps.tolist()], axis=1)
-    contact = shares(touched.astype(float), [{"gap": one} for one in gaps.tolist()], weight, criterion.confidence)
-    percentiles = (*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile)
-    required = {one.percentile: one for one in required_gaps(closing, weight, percentiles, criterion.confidence)}
-    at = amplitude_words(results, every.amplitudes[level])
-    here = touched[:, gaps.tolist().index(gap)]
-    return Contact(gap, every, level, at, motions, independent, contact, required, here)
+    if isinstance(known, HazardSpectrum):
+        word = "" if usual.startswith("sa(") else "sa(longer)"
+        intensity = data.resolved_intensity(results, requested or word or usual)
+        curve = known.at(data.spectral_intensity(results, intensity))
+        why = PERIOD_WORDS.get(word if requested is None else requested, "")
+        if requested is None and not word:
+            why = ", which the motions are scaled to"
+        reading = f"{curve.reading} The curve is that of {intensity_words(curve.name)}{why}.".strip()
+        return intensity, curve, reading
+    if requested is not None:
+        intensity = data.resolved_intensity(results, requested)
+    elif known is None:
+        intensity = usual
+    else:  # that of the curve
+        one = spectral(known.name[3:-1]) if known.name.startswith("sa(") else None
+        measure = read_measure(known.name) if one is None else None
+        intensity = one.intensity if one else measure.intensity if measure else usual
+    return intensity, known, known.reading if known else ""
 
 
 def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> InterfaceAssessment:
-    criterion = options.criterion
-    if options.hazard is not None:
-        data.check_intensity(results, options.intensity, options.hazard.name)
-    contact_at_gaps = contact_of(results, index, options)
-    gap, every, level, motions, required = (
-        contact_at_gaps.gap,
-        contact_at_gaps.every,
-        contact_at_gaps.level,
-        contact_at_gaps.motions,
-        contact_at_gaps.required,
-    )
-    weight, contact, gaps = (
-        contact_at_gaps.weight,
-        contact_at_gaps.shares,
-        np.array([share.gap for share in contact_at_gaps.shares]),
-    )
-    yield_gap, yields = data.yields_of(results, gap)
-    about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
-    sensitivity = contact_influences(motions, contact_at_gaps.touched, gap, criterion)
-    own_force, own_model = scene_force(results), scene_model(results)
-    sensitivity += yield_influences(about, own_force, criterion.target) if own_force in about.forces else ()
-    response = responses_at(at_level(results, level), yield_gap)
-    columns_yield = bool(np.isinf(data.finite_forces(results)).any())
-    sensitivity += response_influences(response, own_model, own_force, columns_yield)
-    touching = _contact_motions(results, every, options)
-    fragility = (
-        *map(touching.curve, gaps.tolist()),
-        *_yield_curves(results, every, (yield_gap, yields), options),
-    )
-    observed = Observations(
-        motions,
-        contact_at_gaps.at,
-        contact_at_gaps.at_gap,
-        required[criterion.percentile],
-        required[criterion.target_percentile],
-        contact_at_gaps.independent,
-        int((~every.finite).sum()),
-        sensitivity[0],
-        data.run_counts(results),
-        contact_at_gaps.touched,
-        data.record_doubts(results),
-    )
-    hazard = options.hazard
-    rates = () if hazard is None else tuple(rate_of(hazard, curve, criterion.confidence) for curve in fragility)
-    levels = None if options.fields is None else options.fields.at(data.spectral_intensity(results, options.intensity))
-    scenario = () if levels is None else tuple(scenario_of(levels, one, criterion.confidence) for one in fragility)
-    gaps_for_rates, rate_verdict = _by_rate(touching, options, gap, observed.lost)
+    criterion, hazard, confidence = options.criterion, options.hazard, options.criterion.confidence
+    if hazard is not None:
+        data.check_intensity(results, options.intensity, hazard.name)
+    contact = contact_of(results, index, options.gap, options.level, criterion)
+    gap, every, level = contact.gap, contact.every, contact.level
     columns = column_sentences(results, level, gap)
+    models, forces = tuple(map(str, results["contact_model"].values)), tuple(data.finite_forces(results).tolist())
+    yield_gap, yields = data.yields_of(results, gap)
+    own_force, own_model = scene_force(results), scene_model(results)
+    response = responses_at(at_level(results, level), yield_gap)
+    sensitivity = contact_influences(contact.motions, contact.touched, gap, criterion)
+    if own_force in forces:
+        yielding = Yielding(yields[:, level], every.polarities, models, forces)
+        sensitivity += yield_influences(yielding, own_force, criterion.target)
+    sensitivity += response_influences(response, own_model, own_force, bool(np.isinf(forces).any()))
+    motions = _contact_motions(results, every, options)
+    fragility = (
+        *(motions.curve(share.gap) for share in contact.shares),
+        *_yield_curves(results, every, yield_gap, yields, options),
+    )
+    rates, gaps_for_rates, by_rate = _by_rate(motions, fragility, contact, options)
+    levels = None if options.fields is None else options.fields.at(data.spectral_intensity(results, options.intensity))
+    verdict = judge(contact, criterion, sensitivity[0], data.run_counts(results), data.record_doubts(results))
+    notes = [
+        _amplitude_note(results) if options.level is None else "",
+        str(told(results, "level_notes", {}).get(name, "")),
+    ]
+    verdict = replace(
+        verdict,
+        conclusion=(*columns, *verdict.conclusion, *(by_rate.conclusion if by_rate else ())),
+        evidence=(*verdict.evidence, *filter(None, notes)),
+    )
     return InterfaceAssessment(
         name=name,
         gap=gap,
         amplitude=every.amplitudes[level],
-        at=contact_at_gaps.at,
+        at=contact.at,
         yield_gap=yield_gap,
         own_force=own_force,
         own_model=own_model,
-        closing=tuple(np.sort(motions.closing[:, 0]).tolist()),
-        contact=contact,
-        yielding=_yield_shares(results, level, weight, criterion.confidence),
+        closing=tuple(np.sort(contact.motions.closing[:, 0]).tolist()),
+        contact=contact.shares,
+        yielding=_yield_shares(results, level, contact.weight, confidence),
         response=response,
-        required=tuple(required.values()),
+        required=tuple(contact.required.values()),
         fragility=fragility,
         rates=rates,
         gaps_for_rates=gaps_for_rates,
         sensitivity=sensitivity,
         what_matters=what_matters(sensitivity),
         separations=code_table(at_level(results, level), criterion.percentile).rules,
-        verdict=_with_rate(
-            _with_notes(judge(AssessedGap(gap, criterion), observed), results, name, options.level, columns),
-            rate_verdict,
-        ),
-        rate_verdict=rate_verdict,
+        verdict=verdict,
+        rate_verdict=by_rate,
         intensity=amplitudes_of(results).name,
-        scenario=scenario,
+        scenario=() if levels is None else tuple(scenario_of(levels, one, confidence) for one in fragility),
         columns=columns,
     )
 
 
 def _by_rate(
-    motions: ContactMotions, options: Options, gap: float, lost: int
-) -> tuple[tuple[GapForRate, ...], RateVerdict | None]:
-    """Gaps that keep contact to usual rates and to the target, the most frequent first, and the verdict on a gap."""
+    motions: ContactMotions, fragility: Sequence[Fragility], contact: Contact, options: Options
+) -> tuple[tuple[Rate, ...], tuple[GapForRate, ...], RateVerdict | None]:
+    """Rates of the fragilities, gaps for usual rates and the target, the most frequent first, and the verdict."""
     hazard, target, confidence = options.hazard, options.target_rate, options.criterion.confidence
     if hazard is None:
-        return (), None
-    rates = {one.rate: one for one in (*USUAL, *(() if target is None else (target,)))}
+        return (), (), None
+    rates = tuple(rate_of(hazard, one, confidence) for one in fragility)
+    wanted = {one.rate: one for one in (*USUAL, *(() if target is None else (target,)))}
     of_gaps = RateOfGaps(hazard, motions, confidence)
-    gaps = {rate: of_gaps.gap(rates[rate]) for rate in sorted(rates, reverse=True)}
-    if target is None:
-        return tuple(gaps.values()), None
-    here = rate_of(hazard, motions.curve(gap), confidence)
-    against = RateCriterion(target, confidence, hazard.source or hazard.name)
-    return tuple(gaps.values()), judge_rate(here, gaps[target.rate], against, lost)
-
-
-def _with_rate(verdict: Verdict, by_rate: RateVerdict | None) -> Verdict:
-    """The verdict, with what follows from the target rate in its conclusion."""
-    return verdict if by_rate is None else replace(verdict, conclusion=(*verdict.conclusion, *by_rate.conclusion))
-
-
-def _with_notes(
-    verdict: Verdict, results: xr.Dataset, name: str, asked: int | None, columns: tuple[str, ...]
-) -> Verdict:
-    """The verdict, with struck columns first in its conclusion, its amplitude, and the notes on this interface."""
-    notes = [_amplitude_note(results) if asked is None else "", told(results, "level_notes", {}).get(name, "")]
-    return replace(
-        verdict,
-        conclusion=(*columns, *verdict.conclusion),
-        evidence=(*verdict.evidence, *(str(note) for note in notes if note)),
-    )
+    gaps = {rate: of_gaps.gap(wanted[rate]) for rate in sorted(wanted, reverse=True)}
+    verdict = None
+    if target is not None:
+        here = rate_of(hazard, motions.curve(contact.gap), confidence)
+        against = RateCriterion(target, confidence, hazard.source or hazard.name)
+        verdict = judge_rate(here, gaps[target.rate], against, contact.lost)
+    return rates, tuple(gaps.values()), verdict
 
 
 def _amplitude_note(results: xr.Dataset) -> str:
-    """Sentence on which of several amplitudes is assessed where none is asked for, and why."""
+    """Sentence on which of several amplitudes is assessed where none is requested, and why."""
     amplitudes = amplitudes_of(results)
     if len(amplitudes.values) < 2:
         return ""
@@ -545,91 +450,56 @@ def _amplitude_note(results: xr.Dataset) -> str:
     return f"Of the amplitudes {', '.join(levels)}, {levels[own_level(results)]} is assessed: {why}."
 
 
-def _at_level(motions: Motions, level: int) -> Motions:
-    """The motions with a finite response, at one amplitude; raises PoundingError where there are none."""
-    finite = np.flatnonzero(motions.finite)
-    if not finite.size:
-        raise PoundingError(
-            "no motion of the dataset moves the ground and has a finite response; check the records and the buildings"
-        )
-    return Motions(
-        tuple(motions.records[index] for index in finite),
-        tuple(motions.polarities[index] for index in finite),
-        labels(list(motions.recordings[finite])),
-        (motions.amplitudes[level],),
-        motions.closing[finite, level : level + 1],
-        motions.finite[finite],
-        None if motions.alone is None else motions.alone[finite, level : level + 1],
-    )
-
-
-def _models(results: xr.Dataset) -> tuple[str, ...]:
-    return tuple(map(str, results["contact_model"].values))
-
-
-def _logs(closing: Array) -> Array:
-    """Logarithms of the closings; one that closes nothing counts as the least that does."""
-    least = closing[closing > 0.0].min(initial=1.0)
-    return np.log(np.maximum(closing, least))
-
-
 def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: float) -> tuple[Share, ...]:
     """The share of the motions whose force reaches F_E, by gap, contact model and finite F_E.
 
     The motions of a recording are taken to be as alike in their forces as in what they close.
     """
     yielding: list[Share] = []
-    forces, models = data.finite_forces(results), _models(results)
-    if not forces.size:
+    forces, models = data.finite_forces(results).tolist(), results["contact_model"].values.tolist()
+    if not forces:
         return ()
     for gap in map(float, results["gap"].values):
         _, yields = data.yields_of(results, gap)
-        about = [
-            {"gap": gap, "contact_model": model, "yield_force": float(force)} for model in models for force in forces
-        ]
+        about = [{"gap": gap, "contact_model": model, "yield_force": force} for model in models for force in forces]
         yielding.extend(shares(yields[:, level].reshape(len(yields), -1), about, weight, confidence))
     return tuple(yielding)
 
 
 def _contact_motions(results: xr.Dataset, motions: Motions, options: Options) -> ContactMotions:
     """What fragilities of contact at any gap follow from."""
-    ims = data.intensities(results, options.intensity)[motions.finite]
-    closing, recordings = motions.closing[motions.finite], _numbered(motions.recordings[motions.finite])
+    finite = motions.finite
+    ims, closing = data.intensities(results, options.intensity)[finite], motions.closing[finite]
     # What is pushed across a gap by others does not grow with the motion.
-    pushed = motions.alone is not None and bool((motions.closing > motions.alone)[motions.finite].any())
+    pushed = motions.alone is not None and bool((motions.closing > motions.alone)[finite].any())
     linear = data.is_linear(results) and not pushed
-    return ContactMotions(options.intensity, _method(results, options), ims, closing, recordings, linear)
+    method = _method(results, options.intensity)
+    return ContactMotions(options.intensity, method, ims, closing, numbered(motions.recordings[finite]), linear)
 
 
 def _yield_curves(
-    results: xr.Dataset, motions: Motions, at_gap: tuple[float, Array], options: Options
+    results: xr.Dataset, motions: Motions, gap: float, yields: Array, options: Options
 ) -> Iterator[Fragility]:
     """Fragilities of yielding at one gap, by contact model and finite F_E."""
-    gap, yields = at_gap
     ims = data.intensities(results, options.intensity)
     who = np.repeat(motions.recordings, ims.shape[1])
-    for column, model in enumerate(_models(results)):
+    for column, model in enumerate(map(str, results["contact_model"].values)):
         for row, force in enumerate(data.finite_forces(results)):
             failed = yields[:, :, column, row].ravel()
             known = ~np.isnan(failed)
             if not known.any():
                 continue
             im, reached = ims.ravel()[known], failed[known] > 0.0
-            fit = curves.fit(im, reached, _numbered(who[known]), intensity_quantity(options.intensity))
+            fitted = fit(im, reached, numbered(who[known]), shown_as(options.intensity))
             about: dict[str, Any] = {"what": "yield", "gap": gap, "yield_force": float(force), "contact_model": model}
-            about |= {"intensity": options.intensity, "method": _method(results, options), "note": ""}
-            yield Fragility(**about, **asdict(fit), stripes=curves.stripes_of(im, reached))
+            about |= {"intensity": options.intensity, "method": _method(results, options.intensity), "note": ""}
+            yield Fragility(**about, **asdict(fitted), stripes=stripes_of(im, reached))
 
 
-def _numbered(recordings: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Recordings numbered from 0 without gaps."""
-    return np.unique(recordings, return_inverse=True)[1].astype(np.int64)
-
-
-def _method(results: xr.Dataset, options: Options) -> str:
-    amplitudes, asked = amplitudes_of(results), read_measure(options.intensity)
-    is_own = asked is not None and amplitudes.measure.is_same(asked)
-    return curves.STRIPES if is_own and len(amplitudes.values) > 1 else curves.OWN
+def _method(results: xr.Dataset, intensity: str) -> str:
+    amplitudes, measure = amplitudes_of(results), read_measure(intensity)
+    is_own = measure is not None and amplitudes.measure.is_same(measure)
+    return STRIPES if is_own and len(amplitudes.values) > 1 else OWN
 
 
 def plain(value: Any) -> Any:

@@ -18,8 +18,7 @@ from pounding_risk.assessment import demands as data
 from pounding_risk.assessment.assess import intensity_and_hazard, intensity_of_fields
 from pounding_risk.assessment.damage_curves import DRAWS, SEED, Motions, Options, curves_of
 from pounding_risk.assessment.damage_dataset import dataset_of
-from pounding_risk.assessment.damage_fits import METHODS, bootstrap_weights
-from pounding_risk.assessment.damage_words import finding, told_of
+from pounding_risk.assessment.damage_words import finding, notes_of
 from pounding_risk.assessment.gmfs import Fields, read_fields
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.assessment.options import USUAL_CONFIDENCE
@@ -30,6 +29,8 @@ from pounding_risk.results.check import missing_named
 from pounding_risk.results.grid_values import place_of
 from pounding_risk.results.own_case import own_case
 from pounding_risk.scene.damage import read_states
+from pounding_risk.statistics.damage_fits import METHODS, bootstrap_weights
+from pounding_risk.statistics.proportions import numbered
 from pounding_risk.units import share, shown, si
 
 if TYPE_CHECKING:
@@ -39,6 +40,10 @@ KEPT = ("scene", "scene_resolved", "records", "versions", "title", "unused_keys"
 NO_STATES = (
     'the scene has no [[damage]]; write a file of [[damage]] tables, name = "slight" and drift = "0.5 %" in each, '
     "and give it as states (--states FILE)"
+)
+EVENT_BOUNDS = (
+    "Bounds of probabilities in an event carry what the motions leave open of the fragility, that the events are a "
+    "sample, and those without a row at the site, which count as without failure."
 )
 
 
@@ -103,8 +108,18 @@ def damage(
     """
     results, whose = data.open_dataset(results)
     data.check_dataset(results, whose)
-    asked = _states(results, states, whose)
-    case = _case(results, {"gap": gap, "contact_model": contact_model, "yield_force": yield_force})
+    if states is None:
+        states = tables_of(results.attrs["scene_resolved"]).get("damage")
+        if not states:
+            raise PoundingError(f"{whose}: {NO_STATES}")
+    chosen = read_states(states, list(map(str, results["building"].values)))
+    places = own_case(results)
+    places = {axis: places[axis] for axis in ("gap", "contact_model", "yield_force")}
+    for axis, value in (("gap", gap), ("contact_model", contact_model), ("yield_force", yield_force)):
+        if value is not None:
+            known = tuple(map(float if axis != "contact_model" else str, results[axis].values))
+            places[axis] = place_of(axis, known, value)
+    case = results.isel(places)
     fields = read_fields(gmfs) if isinstance(gmfs, str | Path) else gmfs
     if fields is not None and intensity is None and hazard is None:
         intensity = intensity_of_fields(results, fields)
@@ -112,9 +127,14 @@ def damage(
     if curve is not None:
         data.check_intensity(results, word, curve.name)
     motions = _motions(results, word)
+    if method is None:
+        method = "stripes" if motions.ims.shape[1] > 1 else "cloud"
+    elif method not in METHODS:
+        meant = nearest(str(method), METHODS)
+        raise PoundingError(f"method: {shown(method)} is none{meant}; write {', '.join(METHODS)}")
     options = Options(
         word,
-        _method(method, motions),
+        method,
         share(confidence, "confidence", low=0.5),
         curve,
         None if at is None else si(at, intensity_quantity(word), "at"),
@@ -122,65 +142,27 @@ def damage(
         None if fields is None else fields.at(data.spectral_intensity(results, word)),
     )
     weights = bootstrap_weights(motions.recordings, DRAWS, SEED)
-    found = [curves_of(case, state, motions, options, weights) for state in asked]
-    dataset = dataset_of(found, motions, options, case)
+    curves = [curves_of(case, state, motions, options, weights) for state in chosen]
+    dataset = dataset_of(curves, motions, options, case)
+    notes = [*notes_of(curves, motions, options, results), *([reading] if reading else [])]
+    if fields is not None:
+        notes += [f"{fields.source}: {' '.join(fields.reading)}", EVENT_BOUNDS]
     dataset.attrs |= {
         **{name: results.attrs[name] for name in KEPT if name in results.attrs},
         "Conventions": "CF-1.11",
         "source": "pounding_risk: fragility of damage states from runs with and without contact",
         "amplitude": amplitude_words(results),
         "finding": finding(dataset),
-        "told": as_text(
-            [*told_of(found, motions, options, results), *([reading] if reading else []), *_of_fields(fields)]
-        ),
+        "told": as_text(notes),
         **created("pounding_risk.damage"),
     }
     return dataset
 
 
-def _of_fields(fields: Fields | None) -> tuple[str, ...]:
-    """Sentences on the ground-motion fields of the probabilities in an event."""
-    if fields is None:
-        return ()
-    bounds = (
-        "Bounds of probabilities in an event carry what the motions leave open of the fragility, that the events are a "
-        "sample, and those without a row at the site, which count as without failure."
-    )
-    return (f"{fields.source}: {' '.join(fields.reading)}", bounds)
-
-
-def _states(results: xr.Dataset, given: Any, whose: str) -> tuple[Any, ...]:
-    """The states that are given, or those of the scene."""
-    buildings = list(map(str, results["building"].values))
-    if given is None:
-        given = tables_of(results.attrs["scene_resolved"]).get("damage")
-        if not given:
-            raise PoundingError(f"{whose}: {NO_STATES}")
-    return read_states(given, buildings)
-
-
-def _case(results: xr.Dataset, asked: dict[str, Any]) -> xr.Dataset:
-    """The dataset at one gap, contact model and yield force: those asked for, or nearest to the scene's own."""
-    own = own_case(results)
-    places = {}
-    for axis, value in asked.items():
-        known = tuple(map(float if axis != "contact_model" else str, results[axis].values))
-        places[axis] = own[axis] if value is None else place_of(axis, known, value)
-    return results.isel(places)
-
-
 def _motions(results: xr.Dataset, intensity: str) -> Motions:
     """The motions of a dataset, record by record and polarity by polarity; a record without motion has no intensity."""
     records, polarities = (tuple(map(str, results[axis].values)) for axis in ("record", "polarity"))
-    numbers = np.repeat(data.numbered_recordings(results, records), len(polarities))
+    recordings = np.repeat(data.numbered_recordings(results, records), len(polarities))
     dead = np.repeat(~data.is_shaking(results), len(polarities))
     ims = np.where(dead[:, None], np.nan, data.intensities(results, intensity))
-    return Motions(ims, np.unique(numbers, return_inverse=True)[1].astype(np.int64), records, polarities)
-
-
-def _method(asked: str | None, motions: Motions) -> str:
-    if asked is None:
-        return "stripes" if motions.ims.shape[1] > 1 else "cloud"
-    if asked not in METHODS:
-        raise PoundingError(f"method: {shown(asked)} is none{nearest(str(asked), METHODS)}; write {', '.join(METHODS)}")
-    return asked
+    return Motions(ims, numbered(recordings), records, polarities)

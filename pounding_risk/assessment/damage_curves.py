@@ -1,4 +1,9 @@
-"""Both curves of a damage state, with pounding and without, and samples of both from a bootstrap of recordings."""
+"""Both curves of a damage state, with pounding and without, from demands over its threshold.
+
+Read from one case of a dataset of `scan`: a gap, contact model and yield force. What a building would do without
+contact is in the dataset for every motion, from the run in which nothing touches; a force of contact is then 0. Bounds
+follow from a bootstrap of recordings, each sample of which gives both curves.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +14,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.damage_demands import demands_of
-from pounding_risk.assessment.damage_fits import METHODS, Capacities, Observed, capacities
-from pounding_risk.assessment.fragility import Fit, fragility_curve, of_one_intensity
+from pounding_risk._common.words import nearest
+from pounding_risk.assessment.demands import by_motion
+from pounding_risk.assessment.fragility import shown_as
 from pounding_risk.assessment.hazard import Hazard
-from pounding_risk.results.amplitudes import intensity_quantity
+from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
+from pounding_risk.statistics.damage_fits import METHODS, Capacities, Observed, capacities, expanded_tail
+from pounding_risk.statistics.fragility import Fit, fragility_curve, of_one_intensity
+from pounding_risk.units import shown as shown_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,6 +34,8 @@ POUNDING = ("with", "without")
 DRAWS, SEED = 1000, 20110314  # samples of recordings
 NO_CONTACT = "no force acts between buildings without contact, so that no motion can reach the state"
 LOST = 0.05  # share of samples without a value from which on there are no bounds
+POINT = "contact_point_"
+ROUNDED = 1e-12  # of a threshold: some bits of a double
 
 
 class Motions(NamedTuple):
@@ -44,7 +55,7 @@ class Motions(NamedTuple):
 
 
 class Options(NamedTuple):
-    """What `damage` was asked, as it was read."""
+    """The options of `damage`, as they were read."""
 
     intensity: str
     method: str
@@ -61,31 +72,15 @@ class Options(NamedTuple):
         return tail, 100.0 - tail
 
 
-def expanded_tail(confidence: float, count: int) -> float:
-    """The share of the samples below the lower bound: Φ(−√(n/(n − 1)) t), t Student's quantile with n − 1 degrees.
-
-    The plain share, half of 1 − ``confidence``, makes bounds from few recordings too narrow: a bootstrap takes the
-    spread of n for that of all, and a normal tail for Student's (Hesterberg, The American Statistician 69 (2015)).
-
-    >>> round(expanded_tail(0.95, 22), 4)
-    0.0166
-    """
-    from scipy.special import ndtr, stdtrit
-
-    if count < 2:
-        return 0.5 * (1.0 - confidence)
-    return float(ndtr(-np.sqrt(count / (count - 1.0)) * stdtrit(count - 1.0, 0.5 * (1.0 + confidence))))
-
-
 @dataclass(frozen=True)
 class Curves:
     """Both curves of a state: with pounding, then without; ratios are with over without, with bounds."""
 
     state: Any
-    ratios: tuple[Array, Array]  # demands over the threshold, (motions, levels)
-    fits: tuple[Fit, Fit]
-    found: tuple[Capacities, Capacities]
-    drawn: tuple[Array, Array]  # ln θ and β of samples of recordings, NaN where there is no curve
+    ratios: Sequence[Array]  # demands over the threshold, (motions, levels)
+    fits: Sequence[Fit]
+    capacities: Sequence[Capacities]
+    drawn: Sequence[Array]  # ln θ and β of samples of recordings, NaN where there is no curve
 
     @property
     def drawn_alike(self) -> tuple[Array, Array]:
@@ -103,21 +98,19 @@ class Curves:
         """Whether both have a curve."""
         return not any(fit.fault for fit in self.fits)
 
-    def probability(self, im: Array) -> tuple[Array, Array]:
+    def probability(self, im: Any) -> list[Array]:
         """Probabilities of the state at these intensities, with pounding and without."""
-        with_contact, without = (fragility_curve(im, fit.median, fit.dispersion) for fit in self.fits)
-        return with_contact, without
+        return [fragility_curve(im, fit.median, fit.dispersion) for fit in self.fits]
 
     def bounds(self, of_samples: Array, tails: tuple[float, float]) -> tuple[Array, Array]:
         """Bounds from values by sample along the first axis; NaN where too many samples have no curve."""
         if not self.is_compared or self.lost > LOST * len(self.drawn[0]):
             return np.full(of_samples.shape[1:], np.nan), np.full(of_samples.shape[1:], np.nan)
-        known = ~np.isnan(of_samples)
-        enough = known.sum(axis=0) >= (1.0 - LOST) * len(self.drawn[0])
-        shown = np.where(enough, of_samples, 0.0)
+        enough = (~np.isnan(of_samples)).sum(axis=0) >= (1.0 - LOST) * len(self.drawn[0])
+        known = np.where(enough, of_samples, 0.0)
         # Each bound is one sample's own value, as a ratio may be infinite.
-        low = np.nanpercentile(shown, tails[0], axis=0, method="lower")
-        high = np.nanpercentile(shown, tails[1], axis=0, method="higher")
+        low = np.nanpercentile(known, tails[0], axis=0, method="lower")
+        high = np.nanpercentile(known, tails[1], axis=0, method="higher")
         return np.where(enough, low, np.nan), np.where(enough, high, np.nan)
 
 
@@ -125,19 +118,112 @@ def curves_of(case: xr.Dataset, state: Any, motions: Motions, options: Options, 
     """Both curves of a state; a run that failed with contact is left out of both."""
     demands = demands_of(case, state)
     known = np.isfinite(motions.ims) & np.isfinite(demands.with_contact) & np.isfinite(demands.without)
-    ratios = [np.where(known, values, np.nan) for values in demands[:2]]
-    method = METHODS[options.method]
-    quantity = intensity_quantity(options.intensity)
-    seen = [Observed(motions.ims, values, motions.recordings, quantity, demands.jumps) for values in ratios]
-    fits = [method.fit(one) for one in seen]
-    if state.demand.interfaces:
-        fits[1] = Fit(fault=NO_CONTACT)
-    nothing = np.full((len(weights), 2), np.nan)
-    drawn = [nothing if fit.fault else method.drawn(one, weights) for fit, one in zip(fits, seen, strict=True)]
-    found = [capacities(motions.ims, values, demands.jumps) for values in ratios]
-    return Curves(state, _pair(ratios), _pair(fits), _pair(found), _pair(drawn))
+    method, shown = METHODS[options.method], shown_as(options.intensity)
+    ratios, fits, crossings, drawn = [], [], [], []
+    for side, values in zip(POUNDING, demands[:2], strict=True):
+        ratios.append(np.where(known, values, np.nan))
+        seen = Observed(motions.ims, ratios[-1], motions.recordings, shown, demands.jumps)
+        never = side == "without" and state.demand.interfaces
+        fits.append(Fit(fault=NO_CONTACT) if never else method.fit(seen))
+        crossings.append(capacities(motions.ims, ratios[-1], demands.jumps))
+        drawn.append(np.full((len(weights), 2), np.nan) if fits[-1].fault else method.drawn(seen, weights))
+    return Curves(state, ratios, fits, crossings, drawn)
 
 
-def _pair(values: Sequence[Any]) -> Any:
-    with_contact, without = values
-    return with_contact, without
+class Demands(NamedTuple):
+    """Demands of the motions over the threshold of a state, (motions, levels); NaN where a run failed."""
+
+    with_contact: Array
+    without: Array
+    jumps: bool = False  # of contact, which begins with a touch, or of storeys that yield: capped at a strength
+
+
+def demands_of(case: xr.Dataset, state: Any) -> Demands:
+    """The largest demands of the buildings and storeys, or interfaces and contact points, that a state is of.
+
+    Each is over the threshold, from a dataset of `scan` at one gap, contact model and yield force. Raises PoundingError
+    for a building, interface or contact point that is not in the dataset, and a demand that it has not.
+    """
+    of_place = _of_interfaces if state.demand.interfaces else _of_buildings
+    both = [of_place(case, state, without) for without in (False, True)]
+    jumps = bool(state.demand.interfaces) or (state.demand.key == "storey_shear" and "storey_ductility" in case)
+    ratios = [np.where(np.isfinite(values), values, np.nan) / state.threshold for values in both]
+    if jumps:  # a demand that is capped at the threshold may be less than it by rounding
+        ratios = [np.where(np.isclose(values, 1.0, rtol=0.0, atol=ROUNDED), 1.0, values) for values in ratios]
+    return Demands(ratios[0], ratios[1], jumps)
+
+
+def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
+    """The largest demand of the chosen buildings and storeys by motion and level."""
+    demand, ending = state.demand, "_free" if without else ""
+    names = list(map(str, case["building"].values))
+    rigid = np.isnan(case["building_period"].values)
+    if state.building and state.building not in names:
+        raise _absent(state, "building", names)
+    if state.building and rigid[names.index(state.building)]:
+        raise _lacking(state, f"{state.building} is rigid and moves with the ground; name another building")
+    chosen = [names.index(state.building)] if state.building else np.flatnonzero(~rigid).tolist()
+    # The displacement of a mass is the drift of a building without storeys alone, and each dataset has either.
+    name = demand.storeys if "storey_displacement_free" in case else demand.mass
+    if not name or not (demand.mass or f"{name}_free" in case):
+        raise _lacking(state, demand.absent)
+    values = case[f"{name}{ending}"].isel(building=chosen)
+    values = values if "storey" in values.dims else values.expand_dims(storey=[1], axis=-1)
+    if state.storey > values.sizes["storey"]:
+        raise _lacking(state, f"storey {state.storey} is asked for, and the highest is {values.sizes['storey']}")
+    kept = slice(state.storey - 1, state.storey) if state.storey else slice(None)
+    demands = _by_motion(values, ["building", "storey"])[..., kept]
+    if demand.per_height:
+        levels = case["floor_level"].transpose("building", "storey").values[chosen]
+        heights = np.diff(levels, axis=1, prepend=0.0)  # NaN where there is no storey
+        for place, row in zip(chosen, heights, strict=True):
+            if np.isnan(row[0]):
+                raise _lacking(state, f"of {names[place]} {demand.absent}")
+        demands = demands / heights[:, kept]
+    largest = np.fmax.reduce(demands, axis=(-2, -1))
+    if not np.isfinite(largest).any() and without:
+        repair = f"it has no storey {state.storey}" if state.storey else demand.absent or "every run failed"
+        raise _lacking(state, repair)
+    return np.asarray(largest)
+
+
+def _of_interfaces(case: xr.Dataset, state: Any, without: bool) -> Array:
+    """The largest demand of the chosen interfaces or contact points by motion and level; 0 without contact."""
+    demand = state.demand
+    names = list(map(str, case["interface"].values))
+    if state.interface and state.interface not in names:
+        raise _absent(state, "interface", names)
+    points = list(map(str, case["contact_point"].values))
+    if state.contact_point and state.contact_point not in points:
+        raise _absent(state, "contact_point", points)
+    kept = np.ones(len(points), dtype=bool)
+    if state.interface:
+        kept &= case["contact_point_interface"].values == names.index(state.interface)
+    if demand.points:
+        kept &= case["contact_point_kind"].values.astype(str) == demand.points
+    if state.contact_point:
+        kept &= np.array([point == state.contact_point for point in points])
+    if not kept.any():
+        raise _lacking(state, demand.absent or f"{state.contact_point} is no contact point of {state.interface}")
+    name, place = f"{POINT}{demand.interfaces}", "contact_point"
+    if name not in case:  # two single masses: their one contact point is their interface
+        name, place = demand.interfaces, "interface"
+    values = _by_motion(case[name].isel({place: np.flatnonzero(kept)}), [place])
+    return np.zeros(values.shape[:2]) if without else np.asarray(values.max(axis=-1))
+
+
+def _by_motion(values: xr.DataArray, places: list[str]) -> Array:
+    """Values as (motions, levels, places), whether or not there is an axis of amplitudes."""
+    levels = [axis for axis in (PGA_AXIS, LEVEL_AXIS) if axis in values.dims]
+    flat = by_motion(values, [*levels, *places])
+    return flat if levels else flat[:, None]
+
+
+def _lacking(state: Any, why: str) -> PoundingError:
+    return PoundingError(f"damage.{state.name}: {state.demand.key}: {why}")
+
+
+def _absent(state: Any, place: str, known: list[str]) -> PoundingError:
+    wanted = getattr(state, place)
+    meant = f"{shown_text(wanted)} is not in the dataset{nearest(wanted, known)}"
+    return PoundingError(f"damage.{state.name}: {place.replace('_', ' ')} {meant}, which has {', '.join(known)}")

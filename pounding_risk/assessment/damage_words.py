@@ -13,17 +13,17 @@ import numpy as np
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import cell
 from pounding_risk.assessment.damage_curves import DRAWS, LOST, NO_CONTACT, POUNDING, SEED, Curves, Motions, Options
-from pounding_risk.assessment.damage_fits import BETWEEN, METHODS, NONE
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import intensity_words
 from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.kinds import kind_of
+from pounding_risk.statistics.damage_fits import BETWEEN, METHODS, NONE
 from pounding_risk.units import GAP, YIELD_FORCE, say
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FEW = 6  # recordings, below which bounds are told to be too narrow
+FEW = 6  # recordings, below which bounds may be too narrow
 METHOD_WORDS = {"stripes": "stripes", "ida": "incremental dynamic analysis", "cloud": "cloud"}
 
 
@@ -92,7 +92,7 @@ def _ratio_words(one: xr.Dataset, name: str) -> str:
     return f"{float(one[name]):.2f}" + ("" if isnan(low) else f" ({low:.2f} to {high:.2f})")
 
 
-def told_of(found: Sequence[Curves], motions: Motions, options: Options, results: xr.Dataset) -> Iterator[str]:
+def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, results: xr.Dataset) -> Iterator[str]:
     """Sentences on what is assumed, left out and not known."""
     count = options.recordings
     yield (
@@ -107,7 +107,7 @@ def told_of(found: Sequence[Curves], motions: Motions, options: Options, results
         yield f"{counted(count, 'recording')} are few: the bounds may be too narrow all the same."
     if "inelastic_storeys" not in tables_of(results.attrs["scene_resolved"]).get("effects", {}):
         yield "No storey yields in the runs: demands beyond yield are those of elastic buildings."
-    for one in found:
+    for one in curves:
         yield from _of_state(one, motions, options)
 
 
@@ -118,23 +118,22 @@ def _of_state(one: Curves, motions: Motions, options: Options) -> Iterator[str]:
     if failed:
         what = f"{counted(failed, 'run')} of {motions.ims.size}"
         yield f"{name}: {what} failed, or have no such demand, and are left out."
-    for side, fit, found in zip(POUNDING, one.fits, one.found, strict=True):
+    for side, fit, capacities in zip(POUNDING, one.fits, one.capacities, strict=True):
+        whose = f"{name}, {side} pounding"
         if fit.fault:
-            yield f"{name}, {side} pounding: no curve: {fit.fault}."
-        if fit.fault == NO_CONTACT:
+            yield f"{whose}: no curve: {fit.fault}."
+        if fit.fault == NO_CONTACT or options.method != "ida":
             continue
-        back = int(found.falls_back.sum())
-        if back and options.method == "ida":
+        if back := int(capacities.falls_back.sum()):
             what = counted(back, "motion")
-            yield f"{name}, {side} pounding: reached by {what} at a level and not at a higher one; the first counts."
-        ends = int((np.abs(found.status) == 1).sum())
-        if ends and options.method == "ida":
-            what = f"of {int((found.status != NONE).sum())} capacities {ends}"
-            yield f"{name}, {side} pounding: {what} outside the tested levels, which count as such."
-        if (found.status == BETWEEN).any() and options.method == "ida":
-            what = counted(int((found.status == BETWEEN).sum()), "capacity", "capacities")
+            yield f"{whose}: reached by {what} at a level and not at a higher one; the first counts."
+        if ends := int((np.abs(capacities.status) == 1).sum()):
+            what = f"of {int((capacities.status != NONE).sum())} capacities {ends}"
+            yield f"{whose}: {what} outside the tested levels, which count as such."
+        if between := int((capacities.status == BETWEEN).sum()):
+            what = counted(between, "capacity", "capacities")
             yield (
-                f"{name}, {side} pounding: {what} known as between two levels only, for the demand jumps: a contact "
+                f"{whose}: {what} known as between two levels only, for the demand jumps: a contact "
                 "force is 0 without touch, and a force is capped where what carries it yields."
             )
     if one.state.demand.interfaces and options.method == "cloud":
@@ -147,10 +146,10 @@ def _of_state(one: Curves, motions: Motions, options: Options) -> Iterator[str]:
         yield f"{name}: no curve from {counted(one.lost, 'sample')} of recordings; {without}."
 
 
-def damage_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
-    """One row for each state and side, in SI: the columns of the CSV file."""
-    rows = []
+def damage_table(dataset: xr.Dataset) -> str:
+    """One row for each state and side as CSV, in SI; what is not known is empty."""
     single = [name for name in dataset.data_vars if dataset[name].dims in (("state",), ("state", "pounding"))]
+    rows = []
     for state in map(str, dataset["state"].values):
         for side in POUNDING:
             part = dataset.sel(state=state, pounding=side)
@@ -161,12 +160,6 @@ def damage_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
             row |= {"runs": int(part["runs"].sum()), "reached": int(part["reached"].sum())}
             row |= {f"{name} [{dataset[name].attrs['units']}]": part[name].item() for name in single}
             rows.append(row | {"fault": str(part["fault"].item())})
-    return rows
-
-
-def damage_table(dataset: xr.Dataset) -> str:
-    """The rows of `damage_rows` as CSV; what is not known is empty."""
-    rows = damage_rows(dataset)
     stream = StringIO()
     writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
     writer.writeheader()

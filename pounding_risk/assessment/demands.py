@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.proportions import labels
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, PGA_AXIS, Measure, read_measure
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
@@ -24,7 +23,6 @@ from pounding_risk.results.amplitudes import (
     Spectral,
     amplitudes_of,
     has_spectrum_at,
-    intensity_unit,
     intensity_words,
     scaled_to,
     spectral,
@@ -35,8 +33,9 @@ from pounding_risk.results.attributes import tables_of, told
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.files import open_results
 from pounding_risk.results.kinds import kind_of
-from pounding_risk.results.own_case import own_gaps, scene_force, scene_model, scene_place
+from pounding_risk.results.own_case import own_case, own_gaps, scene_place
 from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.statistics.proportions import labels
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -131,8 +130,13 @@ def motions_of(results: xr.Dataset) -> Motions:
     ``closing`` is then the most that is closed, with the penetration, in such a run under any contact model and F_E.
     """
     records, polarities = (list(map(str, results[axis].values)) for axis in ("record", "polarity"))
-    alone = _by_amplitude(results["peak_closing_free"])
-    closing = np.fmax(alone, _pushed(results)) if is_pushed(results) else alone
+    closing = alone = _by_amplitude(results["peak_closing_free"])
+    is_pushed = "impact_count" in results and "interior" in results["building_position"].values
+    if is_pushed:
+        opened = results["peak_closing_free"] <= results["gap"]
+        reach = results["peak_closing"].where((results["impact_count"] > 0) & opened)
+        pushed = reach.max([axis for axis in reach.dims if axis not in MOTION_AXES])
+        closing = np.fmax(alone, _by_amplitude(pushed))  # NaN without such runs
     turns = len(polarities)
     return Motions(
         tuple(name for name in records for _ in polarities),
@@ -141,14 +145,15 @@ def motions_of(results: xr.Dataset) -> Motions:
         amplitudes_of(results).values,
         closing,
         np.atleast_1d(np.isfinite(alone).all(axis=1)) & np.repeat(is_shaking(results), turns),
-        alone if is_pushed(results) else None,
+        alone if is_pushed else None,
     )
 
 
 def numbered_recordings(results: xr.Dataset, records: Sequence[str]) -> NDArray[np.int64]:
     """The number of each record's recording; records whose motion is the same to the last bit are of one."""
     facts = {entry.get("name"): entry for entry in told(results, "records", [])}
-    shared = [_hashable(recording(facts.get(name, {}), name)) for name in records]
+    of_records: list[Any] = [recording(facts.get(name, {}), name) for name in records]
+    shared = [tuple(one) if isinstance(one, list) else one for one in of_records]
     digests = told(results, "motions_sha256", {})
     first: dict[Any, Any] = {}
     for index, name in enumerate(records):
@@ -181,18 +186,6 @@ def is_shaking(results: xr.Dataset) -> NDArray[np.bool_]:
     return np.asarray(results["record_pga"].values >= LEAST_SHAKING)
 
 
-def is_pushed(results: xr.Dataset) -> bool:
-    """True for one interface of several, with runs of contact: what stands further along may push its buildings."""
-    return "impact_count" in results and "interior" in results["building_position"].values
-
-
-def _pushed(results: xr.Dataset) -> Array:
-    """Largest closing of each motion in runs that touch at a gap which it leaves open alone; NaN without such runs."""
-    opened = results["peak_closing_free"] <= results["gap"]
-    reach = results["peak_closing"].where((results["impact_count"] > 0) & opened)
-    return _by_amplitude(reach.max([axis for axis in reach.dims if axis not in MOTION_AXES]))
-
-
 def touching(results: xr.Dataset, motions: Motions, gap: float) -> NDArray[np.bool_]:
     """Whether each motion brings contact at a gap, (motions, amplitudes).
 
@@ -204,14 +197,9 @@ def touching(results: xr.Dataset, motions: Motions, gap: float) -> NDArray[np.bo
     at = np.flatnonzero(np.isclose(results["gap"].values, gap, rtol=0.0, atol=SAME_GAP))
     if motions.alone is None or not at.size:
         return closes
-    model = list(map(str, results["contact_model"].values)).index(scene_model(results))
-    force = int(np.flatnonzero(results["yield_force"].values == scene_force(results))[0])
-    counts = _by_amplitude(results["impact_count"].isel(gap=int(at[0]), contact_model=model, yield_force=force))
+    cell = {name: place for name, place in own_case(results).items() if name in ("contact_model", "yield_force")}
+    counts = _by_amplitude(results["impact_count"].isel(cell | {"gap": int(at[0])}))
     return np.asarray(np.where(counts == UNDEFINED, closes, counts > 0))
-
-
-def _hashable(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
 
 
 def by_motion(values: xr.DataArray, rest: Sequence[str] = ()) -> Array:
@@ -256,84 +244,51 @@ def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(own.set_dims(sizes).transpose(*sizes).values).any(axis=1))
 
 
-class MotionIntensities(NamedTuple):
-    """Intensities of the motions of a dataset, and what they are."""
-
-    values: Array  # SI, (motions, amplitudes)
-    intensity: str  # the word that an assessment takes, with periods: "pga", "pgv", "sa(0.5 s)", "sa_avg(0.2-2 s)"
-    words: str  # in sentences: "PGA", "Sa(0.5 s)"
-    unit: str  # SI as datasets write it: "m/s2", of PGV "m/s", of a factor "1"
-
-
-def intensities_of(results: xr.Dataset, intensity: str | None = None) -> MotionIntensities:
-    """Intensities of the motions of a dataset in any measure.
-
-    Parameters
-    ----------
-    results : xarray.Dataset
-        A dataset of `scan`; motions are in the order of `motions_of`.
-    intensity : str, optional
-        As of `assess`; by default what the scene scales its motions to (`amplitudes.usual_intensity`), PGA without.
-
-    Returns
-    -------
-    MotionIntensities
-        The values (motions, amplitudes), with the measure's word, words and unit.
-
-    Raises
-    ------
-    PoundingError
-        As `intensities`.
-    """
-    word = resolved_intensity(results, usual_intensity(results) if intensity is None else intensity)
-    return MotionIntensities(intensities(results, word), word, intensity_words(word), intensity_unit(word))
-
-
 def intensities(results: xr.Dataset, intensity: str) -> Array:
     """Intensities of the motions [SI], (motions, amplitudes).
 
     That is "pga", "pgv", "sa_avg(0.2-2 s)", the factor "scale" of a dataset whose axis it is, or "sa(left)",
     "sa(right)" or by name, or "sa(0.62 s)" at any period. What the dataset's motions are scaled to has the values of
-    its axis. Sa of a single mass is its
-    pseudo-spectral acceleration at its own period and damping, (2π/T)² times its largest displacement without contact;
-    of a building with storeys, that of the record at its first period. Sa at a period is what the scene scales its
-    motions to where that is the same, or is read from the dataset's spectra, of 5 % damping, by straight lines in
-    the logarithms. Raises PoundingError for another word, for a rigid building, and where the dataset has no such
-    spectrum.
+    its axis. Sa of a single mass is its pseudo-spectral acceleration at its own period and damping, (2π/T)² times its
+    largest displacement without contact; of a building with storeys, that of the record at its first period. Sa at a
+    period is what the scene scales its motions to where that is the same, or is read from the dataset's spectra, of
+    5 % damping, by straight lines in the logarithms. Raises PoundingError for another word, for a rigid building, and
+    where the dataset has no such spectrum.
     """
-    asked = read_measure(intensity)
+    measure = read_measure(intensity)
     amplitudes = amplitudes_of(results)
-    if asked is not None and amplitudes.axis in results.coords and amplitudes.measure.is_same(asked):
+    if measure is not None and amplitudes.axis in results.coords and amplitudes.measure.is_same(measure):
         motions = results.sizes["record"] * results.sizes["polarity"]
         return np.tile(np.array(amplitudes.values, dtype=float), (motions, 1))
-    if asked is not None and asked.name != "sa":
-        felt = _felt(results)
-        if asked.name != "pga":
-            felt = _before_scaling(results, asked, intensity)[:, None] * _grown(results, felt)
+    if measure is not None and measure.name != "sa":
+        before = results["record_pga"].values
+        if PGA_AXIS in results.coords:
+            felt = np.tile(np.atleast_1d(results[PGA_AXIS].values), (before.size, 1))
+        elif LEVEL_AXIS in results.coords:
+            felt = results["record_pga_felt"].transpose("record", ...).values.reshape(before.size, -1)
+        else:
+            felt = before[:, None]
+        if measure.name != "pga":  # by factors from the records before the amplitude of the grid, 1 of still ground
+            grown = np.divide(felt, before[:, None], out=np.ones_like(felt), where=before[:, None] > 0.0)
+            felt = _before_scaling(results, measure, intensity)[:, None] * grown
         return np.repeat(felt, results.sizes["polarity"], axis=0)
     one = _spectral_of(results, intensity)
     side = _side(results, intensity)
-    if side is None or _has_storeys(results, side):
-        return _of_records(results, one, intensity)
-    free = _by_amplitude(results["peak_displacement_free"].isel(building=side))
-    return free * (2.0 * np.pi / one.period) ** 2
-
-
-def _of_records(results: xr.Dataset, asked: Spectral, intensity: str) -> Array:
-    """Sa of the records at a period and damping [m/s2], as they are scaled, (motions, amplitudes)."""
+    if side is not None and not _has_storeys(results, side):
+        free = _by_amplitude(results["peak_displacement_free"].isel(building=side))
+        return free * (2.0 * np.pi / one.period) ** 2
     known = scaled_to(results)
-    if known is not None and known.value is not None and known.is_at(asked):
+    if known is not None and known.value is not None and known.is_at(one):
         return np.full((results.sizes["record"] * results.sizes["polarity"], 1), known.value)
-    _check_spectra(results, (asked,), intensity)
-    at = np.exp(_log_spectra(results, np.array([asked.period]))[:, 0])
+    _check_spectra(results, (one,), intensity)
+    at = np.exp(_log_spectra(results, np.array([one.period]))[:, 0])
     scaled = at[:, None] / results["record_pga"].values[:, None]
-    peaks = np.repeat(scaled, results.sizes["polarity"], axis=0)
-    return np.asarray(peaks * intensities(results, "pga"))
+    return np.asarray(np.repeat(scaled, results.sizes["polarity"], axis=0) * intensities(results, "pga"))
 
 
-def _check_spectra(results: xr.Dataset, asked: Sequence[Spectral], intensity: str) -> None:
+def _check_spectra(results: xr.Dataset, required: Sequence[Spectral], intensity: str) -> None:
     """Raise PoundingError where the dataset has no Sa of its records at these periods and damping."""
-    if all(has_spectrum_at(results, one) for one in asked):
+    if all(has_spectrum_at(results, one) for one in required):
         return
     span = spectral_range(results)
     if span is None:
@@ -341,7 +296,7 @@ def _check_spectra(results: xr.Dataset, asked: Sequence[Spectral], intensity: st
             f"intensity {intensity!r}: the dataset has no spectra of its records, an older version wrote it; run "
             "it again with `pounding-risk rerun`, or write pga"
         )
-    periods = "a period" if len(asked) == 1 else "periods"
+    periods = "a period" if len(required) == 1 else "periods"
     raise PoundingError(
         f"intensity {intensity!r}: the dataset has spectra of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s; "
         f"write {periods} among them, or pga"
@@ -354,45 +309,29 @@ def _log_spectra(results: xr.Dataset, at: NDArray[Any]) -> Array:
     return np.array([np.interp(np.log(at), np.log(periods.values), np.log(spectrum)) for spectrum in spectra])
 
 
-def _before_scaling(results: xr.Dataset, asked: Measure, intensity: str) -> Array:
+def _before_scaling(results: xr.Dataset, measure: Measure, intensity: str) -> Array:
     """PGV or mean Sa of the records before the amplitude of the grid, (records,) [SI]."""
-    if asked.name == FACTOR:
+    if measure.name == FACTOR:
         raise PoundingError(
             "intensity 'scale': the motions of the dataset are not scaled by factors; write what they are scaled to, "
             f"{usual_intensity(results)}, or pga"
         )
-    if asked.name == "pgv":
+    if measure.name == "pgv":
         if "record_pgv" not in results.coords:
             raise PoundingError(
                 "intensity 'pgv': the dataset has no PGV of its records, an older version wrote it; run it again with "
                 "`pounding-risk rerun`, or write pga"
             )
         return np.asarray(results["record_pgv"].values)
-    periods = mean_periods(asked.periods[0], asked.periods[-1])
+    periods = mean_periods(measure.periods[0], measure.periods[-1])
     # The ends as they are written: what a power and a logarithm make of them may lie outside the spectra.
-    periods[[0, -1]] = asked.periods
-    _check_spectra(results, [Spectral(float(period), asked.damping) for period in periods], intensity)
+    periods[[0, -1]] = measure.periods
+    _check_spectra(results, [Spectral(float(period), measure.damping) for period in periods], intensity)
     return np.exp(_log_spectra(results, periods).mean(axis=1))
 
 
-def _felt(results: xr.Dataset) -> Array:
-    """PGA of the records at every amplitude [m/s2], (records, amplitudes)."""
-    before = np.asarray(results["record_pga"].values)
-    if PGA_AXIS in results.coords:
-        return np.tile(np.atleast_1d(results[PGA_AXIS].values), (before.size, 1))
-    if LEVEL_AXIS in results.coords:
-        return np.asarray(results["record_pga_felt"].transpose("record", ...).values.reshape(before.size, -1))
-    return before[:, None]
-
-
-def _grown(results: xr.Dataset, felt: Array) -> Array:
-    """Factors from the records before the amplitude of the grid to ``felt``; 1 of still ground."""
-    before = results["record_pga"].values[:, None]
-    return np.divide(felt, before, out=np.ones_like(felt), where=before > 0.0)
-
-
 def _spectral_of(results: xr.Dataset, intensity: str) -> Spectral:
-    """Period and damping of the Sa that is asked for; raises PoundingError for a rigid building's."""
+    """Period and damping of the requested Sa; raises PoundingError for a rigid building's."""
     side = _side(results, intensity)
     if side is None:
         return spectral(intensity[3:-1]) or Spectral(np.nan)
@@ -484,14 +423,14 @@ def _check_range(own: Measure, of_curve: Measure | None, curve: str) -> None:
 
 
 def _side(results: xr.Dataset, intensity: str) -> int | None:
-    """Index of the building whose Sa is asked for; None for the Sa at a period. Raises PoundingError for neither."""
+    """Index of the building whose Sa is requested; None for the Sa at a period. Raises PoundingError for neither."""
     names = [str(name) for name in results["building"].values]
     match = re.fullmatch(r"sa\((.+)\)", intensity)
-    asked = match[1].strip() if match else ""
+    inside = match[1].strip() if match else ""
     for known in (["left", "right"], names):
-        if asked in known:
-            return known.index(asked)
-    if asked and spectral(asked) is not None:
+        if inside in known:
+            return known.index(inside)
+    if inside and spectral(inside) is not None:
         return None
     listed = ", ".join(f"sa({name})" for name in names)
     raise PoundingError(
@@ -501,7 +440,7 @@ def _side(results: xr.Dataset, intensity: str) -> int | None:
 
 
 def run_counts(results: xr.Dataset) -> dict[str, int]:
-    """Numbers of cases: all, simulated, failed, made again at a tighter tolerance, and sensitive among these."""
+    """Numbers of cases: all, simulated, failed, recomputed at a tighter tolerance, and sensitive among these."""
     status = results["status"]
     meanings = str(status.attrs["flag_meanings"]).split()
     complete = np.atleast_1d(status.attrs["flag_values"])[meanings.index("complete")]

@@ -1,67 +1,34 @@
-"""Lognormal fragility by maximum likelihood: P(failure | im) = Φ(ln(im/θ)/β), θ the median, β the dispersion.
+"""Fragilities of contact at any gap, from what each motion closes without contact.
 
-Each motion is observed at its own intensity, or many stand at the same few intensities (multiple stripes); the
-likelihood is the same, that of Baker, Earthquake Spectra 31 (2015). Of contact between linear buildings more is
-known: a motion closes the gap once scaled by gap over closing, so that the curve is that of these intensities.
-
-A curve that the motions do not determine is refused with a sentence, and no annual rate follows from it: a curve from
-one intensity, one whose dispersion does not differ from zero by its own error, and one whose median lies outside the
-intensities of the motions.
+Of linear buildings the intensity at which each motion closes a gap is known: from those, which is all that can be known
+of the motions. Where it is not, from who closes the gap at the intensities that were scanned.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from math import nan
+from dataclasses import asdict, dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.motions.levels import say_level
-from pounding_risk.results.amplitudes import intensity_unit
-from pounding_risk.units import PGA, Quantity
+from pounding_risk.motions.motion import USUAL_FACTORS
+from pounding_risk.results.amplitudes import intensity_quantity, intensity_unit
+from pounding_risk.statistics import fragility as curves
+from pounding_risk.statistics.fragility import Fit, Shown, Stripe, fragility_curve
+from pounding_risk.statistics.hazard import draws
+from pounding_risk.statistics.proportions import independent_motions
 
 Array = NDArray[np.float64]
-Labels = NDArray[np.int64]
 
 STRIPES, OWN, SCALED = "multiple stripes", "each motion at its own intensity", "scaled motions"
-STEPS, CLOSE = 100, 1e-10  # Newton steps at most, and the decrement of the likelihood at which they end
-FLAT = 5.0  # a dispersion beyond which a curve says nothing: 16 to 84 % are then a factor of 22,000 apart
-# Intensities that differ by less than this share are one. Scaling leaves them 1e-9 apart, the solver's tolerance and a
-# spectrum read between its periods up to 1e-3, and none of that is shaking of another strength.
-ALIKE = 1e-3
-# A dispersion is carried by the motions where it is more than so many of its own standard errors: 95 % one-sided, by
-# Wald's test that failures grow with the intensity. The error is as large where they almost part at one intensity.
-CARRIED = 1.645
-ALONE = "one recording has no dispersion between recordings: give more records"
 
 
-@dataclass(frozen=True)
-class Stripe:
-    """Number of motions at one intensity [SI], and how many of them fail."""
-
-    im: float
-    count: int
-    runs: int
-
-
-@dataclass(frozen=True)
-class Fit:
-    """Median and dispersion with standard errors; ``fault`` is the sentence that says why there are none (NaN).
-
-    ``se_median`` is that of ln θ, a share of the median; ``se_dispersion`` that of β. Both are from the observed
-    information, as if motions were independent; those ``_recordings`` hold for recordings whose motions are not (the
-    sandwich of Huber and White, by recording). ``correlation`` is that of the estimates of ln θ and β, by recording.
-    """
-
-    median: float = nan
-    dispersion: float = nan
-    se_median: float = nan
-    se_dispersion: float = nan
-    se_median_recordings: float = nan
-    se_dispersion_recordings: float = nan
-    correlation: float = nan
-    fault: str = ""
+def shown_as(intensity: str) -> Shown:
+    """How sentences write an intensity."""
+    quantity = intensity_quantity(intensity)
+    return lambda value, digits: say_level(value, quantity, digits)
 
 
 @dataclass(frozen=True)
@@ -90,8 +57,8 @@ class Fragility:
     fault: str
     note: str
     stripes: tuple[Stripe, ...] = field(repr=False)
-    factor: float = nan
-    independent: float = nan
+    factor: float = np.nan
+    independent: float = np.nan
 
     @property
     def unit(self) -> str:
@@ -100,143 +67,75 @@ class Fragility:
 
     @property
     def errors(self) -> tuple[float, float]:
-        """The larger standard error of ln θ and of β: few recordings show too little of how alike they are."""
-        return (
-            max(self.se_median, self.se_median_recordings),
-            max(self.se_dispersion, self.se_dispersion_recordings),
-        )
+        """The larger standard errors, as `Fit.errors`."""
+        larger = max(self.se_median, self.se_median_recordings)
+        return larger, max(self.se_dispersion, self.se_dispersion_recordings)
+
+    def draws(self) -> tuple[Array, Array]:
+        """Medians and dispersions that the motions leave possible, as `statistics.hazard.draws` has them."""
+        return draws((self.median, self.dispersion), self.errors, self.correlation, self.independent)
 
     def probability(self, im: Array) -> Array:
         """P(failure) at these intensities; NaN where nothing could be fitted."""
         return fragility_curve(im, self.median, self.dispersion)
 
 
-def fragility_curve(im: Array, median: Array | float, dispersion: Array | float) -> Array:
-    """Probability of failure at an intensity, Φ(ln(im/θ)/β), θ the median and β the dispersion.
+class ContactMotions(NamedTuple):
+    """Motions with a finite response: their intensities, and how far each closes the gap.
 
-    >>> float(fragility_curve(np.array(2.0), 2.0, 0.4))
-    0.5
+    ``linear`` says that the closing is proportional to the motion: scaled by gap over closing it just closes a gap.
     """
-    from scipy.special import ndtr
 
-    return np.asarray(ndtr(np.log(np.asarray(im) / median) / dispersion))
+    intensity: str
+    method: str  # of fits to the scanned intensities, `STRIPES` or `OWN`
+    ims: Array  # (motions, amplitudes) [SI]
+    closing: Array  # (motions, amplitudes) [m]
+    recordings: NDArray[np.int64]  # (motions,) from 0 without gaps
+    linear: bool
 
+    def curve(self, gap: float) -> Fragility:
+        """The fragility of contact at a gap [m]; its ``fault`` says why there is none."""
+        im, touching = self.ims.ravel(), (self.closing > gap).ravel()
+        who = np.repeat(self.recordings, self.ims.shape[1])
+        curve = curves.fit(im, touching, who, shown_as(self.intensity))
+        method, note, factor, independent = self.method, "", np.nan, np.nan
+        if self.linear:
+            scaled, times = self._by_scaling(gap)
+            if curve.fault or not scaled.fault:
+                curve, method, note, factor = scaled, SCALED, curve.fault, times
+                independent = np.nan if curve.fault else self.independent
+        about: dict[str, Any] = {"what": "contact", "gap": gap, "yield_force": None, "contact_model": None}
+        about |= {"intensity": self.intensity, "method": method, "note": note, "factor": factor}
+        stripes = curves.stripes_of(im, touching)
+        return Fragility(**about, **asdict(curve), stripes=stripes, independent=independent)
 
-def stripes_of(im: Array, failed: NDArray[np.bool_]) -> tuple[Stripe, ...]:
-    """The motions counted by intensity, in rising order; those `of_one_intensity` are one stripe at their median."""
-    if of_one_intensity(im):
-        return (Stripe(float(np.median(im)), int(failed.sum()), int(failed.size)),)
-    values, where = np.unique(im, return_inverse=True)
-    runs, counts = np.bincount(where), np.bincount(where, failed)
-    return tuple(Stripe(float(a), int(k), int(n)) for a, k, n in zip(values, counts, runs, strict=True))
+    @property
+    def unit_capacities(self) -> Array:
+        """The intensity [SI] at which each motion closes a metre, (motions,); inf where it closes nothing."""
+        reach = np.divide(1.0, self.closing, where=self.closing > 0.0, out=np.full(self.closing.shape, np.inf))
+        return np.asarray((self.ims * reach)[:, 0])
 
+    @property
+    def independent(self) -> float:
+        """Number of independent motions, by how alike the capacities of a recording are."""
+        return independent_motions(np.log(self.unit_capacities), self.recordings)
 
-def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels, quantity: Quantity = PGA) -> Fit:
-    """Median and dispersion by maximum likelihood from failures and their intensities.
-
-    In ln im this is a probit regression, whose likelihood is concave: Newton's steps find its one maximum. It has none
-    where all motions have one intensity, where the failures are all or none, or no survivor is stronger than one of
-    them; a curve that is flat or falls with intensity is no fragility, and neither is one whose dispersion its error
-    does not tell from none or whose median lies outside the intensities. All are told as the `Fit`'s ``fault``.
-
-    Parameters
-    ----------
-    im : array, shape (runs,)
-        Intensity of each run [SI].
-    failed : array of bool, shape (runs,)
-        Who fails.
-    recordings : array of int, shape (runs,)
-        Numbers from 0, equal for the runs of one recording.
-    quantity : Quantity
-        What the intensities are, for sentences.
-    """
-    fault = unfit(im, failed, quantity) or (ALONE if np.ptp(recordings) == 0 else "")
-    if fault:
-        return Fit(fault=fault)
-    logs = np.log(im)
-    middle, scale = float(logs.mean()), float(logs.std())
-    x = np.stack([np.ones_like(logs), (logs - middle) / scale], axis=1)
-    (a, b), curvature, scores = _probit(x, np.where(failed, 1.0, -1.0))
-    if b <= scale / FLAT:
-        trend = "become rarer" if b <= 0.0 else "hardly become more frequent"
-        return Fit(fault=f"failures {trend} as the intensity grows: this measure does not govern them")
-    # ln θ and β from a + b x; the observed information goes with them, for the gradient is zero.
-    turn = np.array([[-scale / b, scale * a / b**2], [0.0, -scale / b**2]])
-    inverse = turn @ np.linalg.inv(curvature)
-    fitted = fit_of(middle - scale * a / b, scale / b, inverse @ turn.T, inverse @ by_recording(scores, recordings))
-    return unless(fitted, not_carried(fitted, im, quantity) or outside(fitted.median, im, quantity))
+    def _by_scaling(self, gap: float) -> tuple[Fit, float]:
+        """Fragility of the intensities at which scaled motions close the gap, and the factor of the nearest motions."""
+        reach = np.divide(gap, self.closing, where=self.closing > 0.0, out=np.full(self.closing.shape, np.inf))
+        fitted = curves.fit_capacities((self.ims * reach)[:, 0], self.recordings)
+        if fitted.fault:
+            return fitted, np.nan
+        factor, fault = out_of_scale(fitted, np.exp(np.log(reach).mean(axis=0)), shown_as(self.intensity))
+        return (Fit(fault=fault), np.nan) if fault else (fitted, factor)
 
 
-def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
-    """Median and dispersion of the intensities at which the motions fail, all of them known.
-
-    θ = exp(mean ln), β the deviation (1/n, maximum likelihood); standard errors β/√n and β/√(2n).
-    """
-    if not (capacities.min() > 0.0 and np.isfinite(capacities).all()):
-        return Fit(
-            fault="a closed gap is touched by the weakest motion, and a motion that closes nothing never does it"
-        )
-    if np.ptp(recordings) == 0:
-        return Fit(fault=ALONE)
-    logs = np.log(capacities)
-    if of_one_intensity(capacities):
-        return Fit(fault="motions that all fail at one intensity have no dispersion; give more records")
-    middle, spread = float(logs.mean()), float(logs.std())
-    z = (logs - middle) / spread
-    scores = np.stack([z, z**2 - 1.0], axis=1) / spread
-    inverse = np.diag([spread**2, 0.5 * spread**2]) / logs.size
-    return fit_of(middle, spread, inverse, inverse @ by_recording(scores, recordings))
-
-
-def unfit(im: Array, failed: NDArray[np.bool_], quantity: Quantity = PGA) -> str:
-    """Sentence on why no curve can be fitted; "" where one can."""
-    if of_one_intensity(im):
-        one = say_level(float(np.median(im)), quantity, 4)
-        repair = "scan the motions as recorded, or at several values of grid.pga or levels of records.intensity"
-        return f"all motions have one intensity, {one}: a curve needs several; {repair}"
-    count = int(failed.sum())
-    if count in (0, failed.size):
-        return f"{'all' if count else 'none'} of the {failed.size} runs fail: a curve needs both kinds"
-    if im[~failed].max() <= im[failed].min():
-        return "no survivor is stronger than a failure: the dispersion cannot be told from 0"
-    return ""
-
-
-def of_one_intensity(im: Array) -> bool:
-    """True where intensities differ by no more than scaling and solving leave them apart (`ALIKE`)."""
-    return bool(np.ptp(im) <= ALIKE * im.max(initial=0.0))
-
-
-def not_carried(fitted: Fit, im: Array, quantity: Quantity = PGA) -> str:
-    """Sentence on why the motions do not determine the fitted dispersion; "" where they do."""
-    error = max(fitted.se_dispersion, fitted.se_dispersion_recordings)
-    if error * CARRIED < fitted.dispersion:
-        return ""
-    return (
-        f"so few motions, between {_span(im, quantity)}, carry no dispersion: it would be {fitted.dispersion:.2g} "
-        f"with a standard error of {error:.2g}; scan more records, or amplitudes further apart"
-    )
-
-
-def outside(median: float, im: Array, quantity: Quantity = PGA) -> str:
-    """Sentence on why a median outside the tested intensities is refused; "" where it lies among them."""
-    if im.min() <= median <= im.max():
-        return ""
-    side, repair = ("above", "stronger") if median > im.max() else ("below", "weaker")
-    return (
-        f"the median of the fit, {say_level(median, quantity, 3)}, lies {side} the intensities that were tested, "
-        f"between {_span(im, quantity)}: scan {repair} motions"
-    )
-
-
-def out_of_scale(fitted: Fit, factors: Array, quantity: Quantity = PGA) -> tuple[float, str]:
+def out_of_scale(fitted: Fit, factors: Array, shown: Shown = curves.plain) -> tuple[float, str]:
     """Factor of the nearest scanned motions to the median, and a sentence on why it is too large or "".
 
     ``factors`` (amplitudes,) are those from each scanned amplitude to the median. Linear buildings scale exactly; a
     record that is scaled beyond the usual factors is no record of such an earthquake, and no building stays linear.
     """
-    from pounding_risk.motions.motion import USUAL_FACTORS
-
     nearest = float(factors[np.abs(np.log(factors)).argmin()])
     low, high = USUAL_FACTORS
     between = factors.min() <= 1.0 <= factors.max()
@@ -244,69 +143,6 @@ def out_of_scale(fitted: Fit, factors: Array, quantity: Quantity = PGA) -> tuple
         return nearest, ""
     repair = "stronger" if nearest > high else "weaker"
     return nearest, (
-        f"the median by scaling, {say_level(fitted.median, quantity, 3)}, takes the motions that were tested times "
+        f"the median by scaling, {shown(fitted.median, 3)}, takes the motions that were tested times "
         f"{nearest:.3g}, outside {low:g} to {high:g}: scan {repair} motions"
-    )
-
-
-def _span(im: Array, quantity: Quantity) -> str:
-    """Lowest and highest intensity, in words."""
-    return f"{say_level(float(im.min()), quantity, 3)} and {say_level(float(im.max()), quantity, 3)}"
-
-
-def unless(fitted: Fit, fault: str) -> Fit:
-    """The fit, or an empty one that carries the fault where there is one."""
-    return Fit(fault=fault) if fault else fitted
-
-
-def _probit(x: Array, sign: Array) -> tuple[Array, Array, Array]:
-    """Coefficients of P = Φ(x b), observed information, and scores by motion; ``sign`` is 1 or −1."""
-    from scipy.special import log_ndtr
-
-    coefficients = np.zeros(x.shape[1])
-    value = float(log_ndtr(sign * (x @ coefficients)).sum())
-    for _ in range(STEPS):
-        scores, curvature = _slopes(x, sign, coefficients)
-        step = np.linalg.solve(curvature, scores.sum(axis=0))
-        gain = float(scores.sum(axis=0) @ step)
-        size = 1.0
-        while (new := float(log_ndtr(sign * (x @ (coefficients + size * step))).sum())) < value and size > 1e-9:
-            size *= 0.5
-        coefficients, value = coefficients + size * step, new
-        if gain < CLOSE:
-            break
-    scores, curvature = _slopes(x, sign, coefficients)
-    return coefficients, curvature, scores
-
-
-def _slopes(x: Array, sign: Array, at: Array) -> tuple[Array, Array]:
-    """Scores by motion, and the observed information of all: λ x and Σ λ(λ + η) x xᵀ, λ = ±φ(η)/Φ(±η)."""
-    from scipy.special import log_ndtr
-
-    line = x @ at
-    ratio = sign * np.exp(-0.5 * line**2 - log_ndtr(sign * line)) / np.sqrt(2.0 * np.pi)
-    weights = ratio * (ratio + line)
-    return ratio[:, None] * x, (x * weights[:, None]).T @ x
-
-
-def by_recording(scores: Array, recordings: Labels) -> Array:
-    """R/(R − 1) Σ g gᵀ over recordings, g the sum of a recording's scores, as its root: (parameters, recordings)."""
-    sums = np.stack([np.bincount(recordings, column) for column in scores.T])
-    groups = sums.shape[1]
-    return sums * np.sqrt(groups / (groups - 1.0))
-
-
-def fit_of(log_median: float, dispersion: float, covariance: Array, root: Array) -> Fit:
-    """A fit from its two estimates, their covariance, and the root of that by recording."""
-    plain = np.sqrt(np.diag(covariance))
-    clustered = root @ root.T
-    by_recording = np.sqrt(np.diag(clustered))
-    return Fit(
-        median=float(np.exp(log_median)),
-        dispersion=float(dispersion),
-        se_median=float(plain[0]),
-        se_dispersion=float(plain[1]),
-        se_median_recordings=float(by_recording[0]),
-        se_dispersion_recordings=float(by_recording[1]),
-        correlation=float(clustered[0, 1] / by_recording.prod()) if by_recording.prod() > 0.0 else nan,
     )

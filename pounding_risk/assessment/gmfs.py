@@ -17,12 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.tables import AGAIN, Table, read_table
-from pounding_risk.assessment.fragility import Fragility, fragility_curve
-from pounding_risk.assessment.hazard import SEED, draws
+from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.assessment.hazard_openquake import measure_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.sites.places import find_site, place_of, read_site, site_words, split_site
 from pounding_risk.results.amplitudes import Spectral, spectral
+from pounding_risk.statistics.fragility import fragility_curve
+from pounding_risk.statistics.hazard import SEED
 
 Array = NDArray[np.float64]
 
@@ -82,7 +83,7 @@ class Fields:
 class Scenario:
     """Probability of a failure at one gap [m] in an event of a file: the mean over its events of the fragility.
 
-    ``low`` and ``high`` carry what the motions leave open of the fragility (`pounding_risk.assessment.hazard.draws`)
+    ``low`` and ``high`` carry what the motions leave open of the fragility (`Fragility.draws`)
     and that the events are a sample; ``left_out`` is what events without a row would add to the probability at most,
     were each as strong as the weakest that has one, and ``high`` includes it.
     """
@@ -108,7 +109,7 @@ def scenario_of(levels: Array, fragility: Fragility, confidence: float) -> Scena
     weakest = levels[levels > 0.0].min(initial=np.inf)
     left_out = silent * float(fragility_curve(weakest, fragility.median, fragility.dispersion)) if silent < 1.0 else nan
     low = high = nan
-    medians, dispersions = draws(fragility)
+    medians, dispersions = fragility.draws()
     if medians.size:
         drawn = np.array([_probabilities(levels, *pair) for pair in zip(medians, dispersions, strict=True)])
         spread = drawn.std(axis=1, ddof=1) / sqrt(levels.size) if levels.size > 1 else np.zeros(len(drawn))

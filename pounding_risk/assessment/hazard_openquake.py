@@ -100,16 +100,17 @@ def _curve_or_spectra(table: Table, wanted: SiteRequest | None) -> Exported:
     if columns and all(map(_POE.fullmatch, columns)):
         return _curve(table, row, columns, _about(table, site, wanted))
     if columns and all(map(_SPECTRUM.fullmatch, columns)):
-        return _spectra(table, row, columns, _about(table, site, wanted))
+        return _spectra(table, row, columns, _about(table, site, wanted, ", uniform hazard spectra"))
     raise table.fault(
         "is an export of OpenQuake, and neither a hazard curve (columns poe-0.1 ...) nor uniform hazard spectra "
         "(columns 0.002105~PGA ...); export hcurves or uhs"
     )
 
 
-def _about(table: Table, site: Site, wanted: SiteRequest | None) -> str:
+def _about(table: Table, site: Site, wanted: SiteRequest | None, shape: str = "") -> str:
+    """Sentences on the program with the kind and shape of its file, and on the site."""
     kind = table.facts.get("kind", "")
-    return f"OpenQuake{f', {kind}' if kind else ''}. {site_words(site, wanted)}"
+    return f"OpenQuake{f', {kind}' if kind else ''}{shape}. {site_words(site, wanted)}"
 
 
 def _intensity(table: Table, imt: str) -> tuple[str, float]:
@@ -179,7 +180,6 @@ def _spectra(table: Table, row: Row, columns: Sequence[str], about: str) -> Expo
         names.append(intensity)
         levels.append(unit * values)
         probabilities.append(poes)
-    about = about.replace(".", ", uniform hazard spectra.", 1)
     return Exported(
         table.path.name, table.fact("investigation_time"), tuple(names), tuple(levels), tuple(probabilities), (about,)
     )

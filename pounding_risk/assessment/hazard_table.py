@@ -24,12 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.tables import Row, read_table, short, split_unit
-from pounding_risk.assessment.annual_rates import AnnualRate, rate_of_probability, read_rate
+from pounding_risk.assessment.annual_rates import AnnualRate, read_rate
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.assessment.hazard_openquake import Exported, exported
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import read_measure
 from pounding_risk.results.amplitudes import Spectral, intensity_quantity, spectral
+from pounding_risk.statistics.hazard import rate_of_probability
 from pounding_risk.units import PERIOD, Quantity, QuantityError, parse
 
 Array = NDArray[np.float64]

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from pounding_risk.statistics.required_gap import DIGITS, target_left_by
 from pounding_risk.units import QuantityError, share, shown
 
 USUAL_PERCENTILE = 84.0  # %
@@ -20,7 +21,11 @@ USUAL_CONFIDENCE = 0.95
 HALF = 0.5  # of the motions: the most that a target accepts, the least that a gap is required for, or bounds hold
 LEAST = 1e-9  # a target, or what a percentile leaves, is larger
 SAME = 1e-10  # two shares that differ by less are one, rounded apart
-DIGITS = 12  # after the point: 1 - 0.84 is 0.16, not 0.16000000000000003
+NO_LOWER, NO_UPPER = "–", "*"  # marks of a required gap's bounds that are none
+NO_BOUND = {
+    NO_LOWER: "no lower bound above 0: with so few recordings even a gap that all motions close may suffice",
+    NO_UPPER: "the largest gap that a motion needs: with so few recordings there is no upper bound",
+}
 
 
 class Criterion(NamedTuple):
@@ -59,23 +64,10 @@ def read_criterion(
     confidence: float | str = USUAL_CONFIDENCE,
     prefix: str = "",
 ) -> Criterion:
-    """Criterion from the shares that the user gave.
+    """Criterion from the shares that the user gave; each default follows from the other.
 
-    Parameters
-    ----------
-    target : float or str, optional
-        Accepted probability of contact, below 50 %; what the percentile leaves by default.
-    percentile : float or str, optional
-        Share of the motions that the required gap is for, above 50 %; what the target asks for, or 84 %, by default.
-    confidence : float or str
-        Of all bounds, above 50 %.
-    prefix : str
-        What stands before the names in an error, such as ``--`` of a command's options.
-
-    Raises
-    ------
-    QuantityError
-        For what is no share, and for one that cannot be meant.
+    A target is below 50 %, a percentile and the confidence above it; ``prefix`` stands before the names in an error,
+    such as ``--`` of a command's options. Raises QuantityError for what is no share, and for one that cannot be meant.
     """
     allowed = None if target is None else _target(target, f"{prefix}target")
     if percentile is not None:
@@ -99,11 +91,6 @@ def percentile_of(value: float | str, name: str = "percentile") -> float:
 def percentile_for(target: float) -> float:
     """The percentile [%] whose gap leaves ``target``."""
     return round(100.0 * (1.0 - target), DIGITS)
-
-
-def target_left_by(percentile: float) -> float:
-    """The probability of contact that the gap of a percentile [%] leaves: 0.16 of 84."""
-    return round(1.0 - percentile / 100.0, DIGITS)
 
 
 def percent_words(value: float) -> str:

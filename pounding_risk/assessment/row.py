@@ -1,29 +1,31 @@
-"""One cell of a grid: buildings and contact points, and contact, force and yielding over the motions at each.
+"""One cell of a grid: buildings, contact points with contact, force and yielding at each, and columns that are struck.
 
 Read from a dataset of `scan`; nothing here runs a case. Lengths in m, forces in N.
 """
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.demands import check_dataset
+from pounding_risk import units
+from pounding_risk._common.counted import counted
+from pounding_risk.assessment.demands import UNDEFINED, check_dataset
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.levels import LEVEL_AXIS
-from pounding_risk.results.amplitudes import amplitudes_of, level_asked
-from pounding_risk.results.own_case import own_gaps, own_level, scene_force, scene_model, scene_place
+from pounding_risk.results.amplitudes import amplitudes_of, check_pga
+from pounding_risk.results.own_case import at_level, own_case, own_gaps
 from pounding_risk.results.scene_axes import settled
-from pounding_risk.units import GAP, YIELD_FORCE, say_in, si
+from pounding_risk.units import GAP, YIELD_FORCE, say, say_in, si
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
-UNDEFINED = -1  # counts and flags of a failed run
-POINT = "contact_point_"
+POINT, COLUMN = "contact_point_", "column"
+PLATEAU = 1.01  # times the strength: above it a force is not held at the strength, whatever rounding does
 STOREY_HEIGHT = 3.0  # m, of a building of which no height is known
 
 
@@ -91,7 +93,7 @@ def row_case(
     pga: float | str | None = None,
     intensity_level: float | str | None = None,
 ) -> RowCase:
-    """One cell of the grid: the nearest to what is asked, by default the scene's own.
+    """One cell of the grid: the nearest to the requested one, by default the scene's own.
 
     Parameters
     ----------
@@ -120,39 +122,31 @@ def row_case(
     """
     results = settled(results)
     check_dataset(results)
-    gap = None if gap is None else si(gap, GAP, "gap")
-    yield_force = None if yield_force is None else si(yield_force, YIELD_FORCE, "yield_force")
-    amplitudes = amplitudes_of(results)
-    if pga is not None and amplitudes.axis == LEVEL_AXIS:
-        level_asked(results, pga)  # tells that there is none
-    asked = pga if intensity_level is None else intensity_level
-    level = None if asked is None else si(asked, amplitudes.measure.quantity, "pga" if pga else "intensity_level")
-    cell = {
-        "gap": scene_place(results) if gap is None else _nearest(results["gap"].values, gap),
-        "yield_force": _nearest(
-            results["yield_force"].values, scene_force(results) if yield_force is None else yield_force
-        ),
-        "contact_model": _model(results, contact_model),
-    }
-    if amplitudes.axis in results.dims:
-        cell[amplitudes.axis] = own_level(results) if level is None else _nearest(np.array(amplitudes.values), level)
+    amplitudes, level = amplitudes_of(results), pga if intensity_level is None else intensity_level
+    if pga is not None:
+        check_pga(amplitudes)
+    cell = own_case(results)
+    if gap is not None:
+        cell["gap"] = _nearest(results["gap"].values, si(gap, GAP, "gap"))
+    if yield_force is not None:
+        cell["yield_force"] = _nearest(results["yield_force"].values, si(yield_force, YIELD_FORCE, "yield_force"))
+    if contact_model is not None:
+        known = list(map(str, results["contact_model"].values))
+        if contact_model not in known:
+            raise PoundingError(f"contact model {contact_model!r} is not in the dataset, which has {', '.join(known)}")
+        cell["contact_model"] = known.index(contact_model)
+    if level is not None:
+        value = si(level, amplitudes.measure.quantity, "pga" if intensity_level is None else "intensity_level")
+        if amplitudes.axis in results.dims:
+            cell[amplitudes.axis] = _nearest(np.array(amplitudes.values), value)
     gaps = own_gaps(results).isel(gap=cell["gap"]).values
     shown = results.isel(cell)
-    return RowCase(shown, building_shapes(shown), tuple(gaps.tolist()), _points(shown), _touches(shown, "interface"))
+    touches = _touches(shown, "interface")
+    return RowCase(shown, building_shapes(shown), tuple(gaps.tolist()), _points(shown, touches), touches)
 
 
 def _nearest(values: Array, wanted: float) -> int:
-    if np.isinf(wanted):
-        return int(np.argmax(values))
-    return int(np.abs(values - wanted).argmin())
-
-
-def _model(results: xr.Dataset, asked: str | None) -> int:
-    known = list(map(str, results["contact_model"].values))
-    asked = scene_model(results) if asked is None else asked
-    if asked not in known:
-        raise PoundingError(f"contact model {asked!r} is not in the dataset, which has {', '.join(known)}")
-    return known.index(asked)
+    return int(np.argmax(values) if np.isinf(wanted) else np.abs(values - wanted).argmin())
 
 
 def building_shapes(shown: xr.Dataset) -> tuple[BuildingShape, ...]:
@@ -173,19 +167,18 @@ def building_shapes(shown: xr.Dataset) -> tuple[BuildingShape, ...]:
     return tuple(shapes)
 
 
-def _points(shown: xr.Dataset) -> tuple[ContactPoint, ...]:
+def _points(shown: xr.Dataset, of_interfaces: tuple[Touch, ...]) -> tuple[ContactPoint, ...]:
     buildings = building_shapes(shown)
-    columns = [shown[f"contact_point_{name}"].values for name in ("interface", "left_floor", "right_floor", "kind")]
-    points, of_interfaces = [], _touches(shown, "interface")
-    # What is not told point by point is that of an interface with one point.
+    columns = [shown[f"{POINT}{name}"].values for name in ("interface", "left_floor", "right_floor", "kind", "level")]
+    # What is not known point by point is that of an interface with one point.
     of_points = _touches(shown, "contact_point", POINT) if f"{POINT}impact_count" in shown else ()
-    for at, (interface, left, right, kind) in enumerate(zip(*columns, strict=True)):
-        level = float(shown["contact_point_level"].values[at])
+    points = []
+    for at, (interface, left, right, kind, level) in enumerate(zip(*columns, strict=True)):
         if not np.isfinite(level):
             # Two masses of which no height is given touch where the lower is drawn to end.
             level = min(buildings[int(interface) + side].height for side in (0, 1))
         touch = of_points[at] if of_points else of_interfaces[int(interface)]
-        points.append(ContactPoint(int(interface), float(left), float(right), str(kind), level, touch))
+        points.append(ContactPoint(int(interface), float(left), float(right), str(kind), float(level), touch))
     return tuple(points)
 
 
@@ -239,3 +232,91 @@ def share_of_building(case: RowCase, name: str, building: int) -> float:
     """The share of the motions with a known answer in which `any_of_building` is 1; NaN where there is none."""
     answers = any_of_building(case, name, building)
     return _mean(answers[np.isfinite(answers)])
+
+
+# ------------------------------------------------------------------------------------------------ struck columns
+
+
+class StruckColumn(NamedTuple):
+    """Contact of a floor with a column over the motions: how often, and up to which force [N]."""
+
+    floor: str
+    column: str
+    level: float  # m above the ground
+    strength: float  # N, inf where none is given
+    runs: int  # complete ones
+    touched: int
+    reached: int  # of these, the runs whose force reaches the strength
+    force: float  # N, the largest; 0 without contact
+
+
+def column_sentences(results: xr.Dataset, level: int, gap: float) -> tuple[str, ...]:
+    """Which floor strikes which column of one interface, how often, and what the model assumes; none without columns.
+
+    ``level`` is the index of the amplitude; of a gap [m] the grid's nearest is read.
+    """
+    struck = struck_columns(results, level, gap)
+    if not struck:
+        return ()
+    worst = max(struck, key=lambda one: (one.reached, one.touched, one.force))
+    here = say(float(results["gap"].values[_nearest(results["gap"].values, gap)]), GAP, 3)
+    high = f", {say(worst.level, units.STOREY_HEIGHT, 3)} above the ground," if isfinite(worst.level) else ""
+    pair = f"the columns of {worst.column}{high}"
+    if not worst.touched:
+        return (f"{worst.floor} faces {pair} and strikes them in none of {counted(worst.runs, 'motion')} at {here}.",)
+    count = sum(one.touched > 0 for one in struck)
+    several = f" (columns are struck at {count} of {len(struck)} levels)" if len(struck) > 1 else ""
+    hits = f"{worst.floor} strikes {pair} in {worst.touched} of {counted(worst.runs, 'motion')} at a gap of {here}"
+    force, strength = say(worst.force, YIELD_FORCE, 3), say(worst.strength, YIELD_FORCE, 3)
+    if not isfinite(worst.strength):
+        unknown = (
+            f"No strength of these columns is given (column_yield_force): forces up to {force} are taken as borne."
+        )
+        return f"{hits}{several}.", unknown
+    if not worst.reached:
+        return (f"{hits}{several}; the largest force, {force}, stays below their strength of {strength}.",)
+    first = f"{hits}; their strength of {strength} is reached in {worst.reached} of them{several}."
+    if worst.force > PLATEAU * worst.strength:
+        return first, (
+            f"The model does not hold the force at that strength: it goes up to {force}, which such columns do not "
+            "carry, and assumes that they stay whole, which is unsafe."
+        )
+    return first, (
+        "Afterwards the model assumes that they keep this force at any further displacement (perfectly plastic): "
+        "unsafe for brittle columns, which lose strength, and may lose the floors above."
+    )
+
+
+def struck_columns(results: xr.Dataset, level: int, gap: float) -> tuple[StruckColumn, ...]:
+    """Every contact of a floor with a column of one interface, from the lowest, at the scene's own model and F_E."""
+    if f"{POINT}kind" not in results.variables or "contact_point" not in results.dims:
+        return ()
+    cell = {name: place for name, place in own_case(results).items() if name in ("contact_model", "yield_force")}
+    case = at_level(results, level).isel(cell | {"gap": _nearest(results["gap"].values, gap)})
+    names = list(map(str, case["building"].values))
+    prefix = POINT if f"{POINT}impact_count" in case.variables else ""  # else it is the interface's one point
+    columns = []
+    for place in np.flatnonzero(case[f"{POINT}kind"].values.astype(str) == COLUMN):
+        point = case.isel(contact_point=int(place))
+        counts, yields, forces = (
+            point[f"{prefix}{name}"].values.ravel()
+            for name in ("impact_count", "yield_exceedance", "peak_contact_force")
+        )
+        floors = [float(point[f"{POINT}{side}_floor"]) for side in ("left", "right")]
+        column = 0 if floors[0] % 1.0 else 1
+        strikes, struck = names[1 - column], names[column]
+        has_storeys = int(case["building_storeys"].values[1 - column]) > 1
+        touched = counts > 0
+        columns.append(
+            StruckColumn(
+                f"Floor {floors[1 - column]:g} of {strikes}" if has_storeys else f"The floor of {strikes}",
+                f"storey {int(floors[column]) + 1} of {struck}",
+                float(point[f"{POINT}level"]),
+                float(point[f"{POINT}yield_force"]) if f"{POINT}yield_force" in case.variables else np.inf,
+                int((counts != UNDEFINED).sum()),
+                int(touched.sum()),
+                int((touched & (yields > 0)).sum()),
+                float(np.nanmax(forces[touched], initial=0.0)),
+            )
+        )
+    return tuple(columns)

@@ -73,12 +73,7 @@ class Response:
 def responses_at(results: xr.Dataset, gap: float) -> tuple[Response, ...]:
     """Every output of `OUTPUTS` that a dataset of one interface and amplitude has, by contact model and F_E.
 
-    Parameters
-    ----------
-    results : xarray.Dataset
-        One interface of what `scan` writes, at one amplitude.
-    gap : float
-        One of the grid's gaps [m].
+    ``gap`` [m] is one of the grid's.
     """
     one = results.isel(gap=int(np.abs(results["gap"].values - gap).argmin()))
     touching = by_motion(one["impact_count"], CASES) > 0
@@ -159,10 +154,15 @@ def contact_influences(
 
 def yield_influences(yielding: Yielding, force: float, target: float) -> tuple[Influence, ...]:
     """Influences on the probability that the force reaches F_E, at one gap and one F_E of the grid [N]."""
+
+    def mean(values: Array) -> float:
+        known = values[~np.isnan(values)]
+        return float(known.mean()) if known.size else nan
+
     kinds = np.array(yielding.polarities)
     failed = yielding.failed[:, :, yielding.forces.index(force)]
-    by_model = [(name, _mean(failed[:, index])) for index, name in enumerate(yielding.models)]
-    by_polarity = [(name, _mean(failed[kinds == name])) for name in dict.fromkeys(yielding.polarities)]
+    by_model = [(name, mean(failed[:, index])) for index, name in enumerate(yielding.models)]
+    by_polarity = [(name, mean(failed[kinds == name])) for name in dict.fromkeys(yielding.polarities)]
     at = f"{YIELD} at {force_words(force) if isfinite(force) else 'the F_E of columns'}"
     keys = (("contact_model", by_model), ("polarity", by_polarity))
     listed = [_influence(key, at, levels, target) for key, levels in keys]
@@ -174,51 +174,51 @@ def response_influences(
 ) -> tuple[Influence, ...]:
     """Influences of F_E and of the contact model on the median of each output.
 
-    Parameters
-    ----------
-    found : sequence of Response
-        Those of one gap; the levels of one output stand together.
-    model : str
-        The scene's own contact model, under which F_E is varied.
-    force : float
-        The scene's own F_E [N], at which contact models are compared where the grid has no case without yielding.
-    columns_yield : bool
-        Whether columns have an F_E of their own, so that an infinite one of floors is not without yielding.
+    Responses are of one gap, those of one output together. F_E is varied under the scene's own contact ``model``;
+    contact models are compared at the scene's own F_E, ``force`` [N], where the grid has no case without yielding.
+    ``columns_yield`` says that columns have an F_E of their own, so that an infinite one of floors is not without.
     """
-    outputs = [list(levels) for _, levels in groupby(responses, key=lambda response: response.output)]
-    by_force = [_of_force([one for one in levels if one.contact_model == model], columns_yield) for levels in outputs]
-    return (*by_force, *(_of_model(levels, force) for levels in outputs))
-
-
-def _of_force(levels: Sequence[Response], columns_yield: bool) -> Influence:
-    """Influence of F_E on one output under one contact model."""
-    named = [(force_words(response.yield_force, columns_yield), response.median) for response in levels]
-    one = _influence("yield_force", f"median {levels[0].words}", named, nan, levels[0].unit)
-    end = "; F_E is its upper end under a law that yields" if levels[0].output == CAPPED and one.spread > 0.0 else ""
-    return replace(one, words=one.words + end, output=levels[0].output)
-
-
-def _of_model(levels: Sequence[Response], force: float) -> Influence:
-    """Influence of the contact model on one output: without yielding where the grid has that, or at the scene's F_E."""
-    at = inf if any(response.yield_force == inf for response in levels) else force
-    named = [(response.contact_model, response.median) for response in levels if response.yield_force == at]
-    one = _influence("contact_model", f"median {levels[0].words}", named, nan, levels[0].unit)
-    one = replace(one, output=levels[0].output)
-    if not one.spread > 0.0:
-        return one
-    if at == inf:
-        return replace(one, words=f"{one.words}, without yielding")
-    condition = f'at {force_words(at)}, where yielding may be part of it: "inf" in grid.yield_force parts them'
-    return replace(one, words=f"{one.words}; {condition}", spread=nan)
+    at = inf if any(response.yield_force == inf for response in responses) else force
+    by_force, by_model = [], []
+    for output, grouped in groupby(responses, key=lambda response: response.output):
+        levels = list(grouped)
+        what, unit = f"median {levels[0].words}", levels[0].unit
+        forces = [
+            (force_words(one.yield_force, columns_yield), one.median) for one in levels if one.contact_model == model
+        ]
+        one = replace(_influence("yield_force", what, forces, nan, unit), output=output)
+        if output == CAPPED and one.spread > 0.0:
+            one = replace(one, words=f"{one.words}; F_E is its upper end under a law that yields")
+        by_force.append(one)
+        models = [(one.contact_model, one.median) for one in levels if one.yield_force == at]
+        one = replace(_influence("contact_model", what, models, nan, unit), output=output)
+        if one.spread > 0.0 and at == inf:
+            one = replace(one, words=f"{one.words}, without yielding")
+        elif one.spread > 0.0:
+            condition = (
+                f'at {force_words(at)}, where yielding may be part of it: "inf" in grid.yield_force separates them'
+            )
+            one = replace(one, words=f"{one.words}; {condition}", spread=nan)
+        by_model.append(one)
+    return (*by_force, *by_model)
 
 
 def what_matters(influences: Sequence[Influence]) -> str:
     """Sentences on what F_E and the contact model change most, and on what yielding and contact depend."""
-    sentences = [words for key in ("yield_force", "contact_model") if (words := _moves(influences, key))]
+    sentences = []
+    for key in ("yield_force", "contact_model"):
+        of_key = [one for one in influences if one.key == key]
+        levels = [one for one in of_key if one.output in OF_BUILDINGS and isfinite(one.spread)]
+        most = max(levels, key=lambda influence: influence.share, default=None)
+        if most is not None and most.share < NOTABLE:
+            sentences.append(f"{WORDS[key]} changes no median response of the buildings by {100 * NOTABLE:g} % or more")
+        elif most is not None:
+            sentences.append(f"{WORDS[key]} changes the {most.what} most, {most.words}")
     yielding = [influence for influence in influences if influence.what.startswith(YIELD) and influence.spread > 0.0]
     if yielding:
         at = yielding[0].what.partition(" at ")[2]
-        sentences.append(f"whether {at} is reached depends on {' and '.join(map(_spread, yielding))}")
+        causes = " and ".join(f"{WORDS[one.key]} (by {one.spread:.2f})" for one in yielding)
+        sentences.append(f"whether {at} is reached depends on {causes}")
     contact = {influence.key: influence.spread for influence in influences if influence.what == CONTACT}
     never = contact["yield_force"] == contact["contact_model"] == 0.0
     polarity = contact["polarity"]
@@ -236,30 +236,6 @@ def force_words(force: float, columns_yield: bool = False) -> str:
     return f"F_E {own(force, YIELD_FORCE)}" if isfinite(force) else COLUMNS_ALONE if columns_yield else NEVER
 
 
-def _moves(influences: Sequence[Influence], key: str) -> str:
-    """Sentence on which response of the buildings a key changes most; "" where it has one level."""
-    levels = [
-        influence
-        for influence in influences
-        if influence.key == key and influence.output in OF_BUILDINGS and isfinite(influence.spread)
-    ]
-    if not levels:
-        return ""
-    most = max(levels, key=lambda influence: influence.share)
-    if most.share < NOTABLE:
-        return f"{WORDS[key]} changes no median response of the buildings by {100 * NOTABLE:g} % or more"
-    return f"{WORDS[key]} changes the {most.what} most, {most.words}"
-
-
-def _spread(one: Influence) -> str:
-    return f"{WORDS[one.key]} (by {one.spread:.2f})"
-
-
-def _mean(values: Array) -> float:
-    known = values[~np.isnan(values)]
-    return float(known.mean()) if known.size else nan
-
-
 def _influence(key: str, what: str, levels: list[tuple[str, float]], limit: float, unit: str = "1") -> Influence:
     """Influence of a key; ``limit`` is the target or the gap, NaN where the values are compared with neither."""
     known = [(name, value) for name, value in levels if not np.isnan(value)]
@@ -268,17 +244,12 @@ def _influence(key: str, what: str, levels: list[tuple[str, float]], limit: floa
         return Influence(key, what, nan, unit, tuple(known), False, only)
     least, most = min(known, key=lambda level: level[1]), max(known, key=lambda level: level[1])
     turns = least[1] <= limit < most[1]
+    quantity = Quantity({"m/s2": "m/s^2"}.get(unit, unit), -inf, inf, "")
     is_share = unit == "1" and isfinite(limit)
-    words = f"{_said(least[1], unit, is_share)} ({least[0]}) to {_said(most[1], unit, is_share)} ({most[0]})"
+    low, high = (f"{end[1]:.2f}" if is_share else say(end[1], quantity, 3) for end in (least, most))
+    words = f"{low} ({least[0]}) to {high} ({most[0]})"
     if least[1] == most[1]:
-        words = f"none: {_said(most[1], unit, is_share)} at every level"
+        words = f"none: {high} at every level"
     elif turns:
         words += "; on both sides of " + (f"the gap, {own(limit, GAP)}" if unit == "m" else f"the target, {limit:g}")
     return Influence(key, what, most[1] - least[1], unit, tuple(known), turns, words)
-
-
-def _said(value: float, unit: str, is_share: bool) -> str:
-    """A share with two decimals, any other value with three digits in its unit."""
-    if is_share:
-        return f"{value:.2f}"
-    return say(value, Quantity({"m/s2": "m/s^2"}.get(unit, unit), -inf, inf, ""), 3)

@@ -12,24 +12,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.assessment import demands as data
-from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
-from pounding_risk.assessment.proportions import independent_motions, labels
-from pounding_risk.assessment.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
+from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import amplitude_words, level_asked
 from pounding_risk.results.own_case import at_level
 from pounding_risk.results.scene_axes import check_settled
+from pounding_risk.statistics.proportions import independent_motions, logs_of, numbered
+from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.units import GAP, say
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = NDArray[np.float64]
 
 # What a setback takes for granted; stated wherever one is read.
 ASSUMED = (
@@ -45,7 +42,7 @@ class Setback(ShortRepr):
     """Distance from a property line that one building requires, by percentile, as `RequiredGap` counts it.
 
     ``at`` says how strong the motions are; ``independent`` is the number of motions that they stand for, and
-    ``percentile`` [%] the one that was asked for.
+    ``percentile`` [%] the requested one.
     """
 
     building: str
@@ -57,7 +54,7 @@ class Setback(ShortRepr):
 
     @property
     def distance(self) -> float:
-        """The setback [m] at the percentile that was asked for."""
+        """The setback [m] at the requested percentile."""
         return next(one.gap for one in self.required if one.percentile == self.percentile)
 
     def facts(self) -> Iterable[tuple[str, str]]:
@@ -117,24 +114,16 @@ def setbacks(
     )
     shaking = np.repeat(data.is_shaking(shown), shown.sizes["polarity"])
     peaks = data.by_motion(shown["peak_displacement_free"], ("building",)).astype(float)
-    found = []
+    distances = []
     for name, moved in zip(map(str, shown["building"].values), peaks.T, strict=True):
         finite = shaking & np.isfinite(moved)
         if not finite.any():
             raise PoundingError(
                 f"no motion of the dataset moves the ground and has a finite response of {name}; check the records"
             )
-        independent, required = required_setbacks(moved[finite], recordings[finite], criterion)
-        at = amplitude_words(shown)
-        found.append(Setback(name, at, int(finite.sum()), independent, criterion.percentile, required))
-    return tuple(found)
-
-
-def required_setbacks(
-    peaks: Array, recordings: NDArray[np.int64], criterion: Criterion
-) -> tuple[float, tuple[RequiredGap, ...]]:
-    """How many independent motions the peak displacements [m] stand for, and the setback at each percentile."""
-    least = peaks[peaks > 0.0].min(initial=1.0)
-    independent = independent_motions(np.log(np.maximum(peaks, least)), labels(list(recordings)))
-    percentiles = (*USUAL_PERCENTILES, criterion.percentile)
-    return independent, required_gaps(peaks, independent / peaks.size, percentiles, criterion.confidence)
+        independent = independent_motions(logs_of(moved[finite]), numbered(recordings[finite]))
+        percentiles = (*USUAL_PERCENTILES, criterion.percentile)
+        required = required_gaps(moved[finite], independent / finite.sum(), percentiles, criterion.confidence)
+        one = Setback(name, amplitude_words(shown), int(finite.sum()), independent, criterion.percentile, required)
+        distances.append(one)
+    return tuple(distances)

@@ -1,8 +1,9 @@
-"""Required gaps over the periods of two linear buildings, beside what rules ask for from spectral displacements."""
+"""Required gaps over the periods of two linear buildings, beside what rules require from spectral displacements."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -112,15 +113,15 @@ def spectra(
     from pounding_risk.studies.study import check_out, saved
 
     target = check_out(out, "spectra", new)
-    asked = read_percentiles(percentiles)
+    requested = read_percentiles(percentiles)
     left = study.rising_axis(periods, num, spacing, "periods", PERIOD)
     right = left if right_periods is None else study.rising_axis(right_periods, num, spacing, "right_periods", PERIOD)
     subject = study.opened(source)
     ratios = study.damping_pair(damping, study.stated_damping(subject))
     sides = study.Oscillators(left, ratios[0]), study.Oscillators(right, ratios[1])
     shaking = study.shaking_of(subject, np.concatenate([left, right]))
-    found = study.closings(shaking.motions, sides, workers, progress)
-    dataset = with_rules(study.gap_dataset(shaking, sides, found, asked, motions))
+    closings = study.closings(shaking.motions, sides, workers, progress)
+    dataset = with_rules(study.gap_dataset(shaking, sides, closings, requested, motions))
     return saved(dataset, "spectra", target, finding=finding(dataset))
 
 
@@ -135,7 +136,7 @@ def read_percentiles(values: Sequence[float | str], name: str = "percentiles") -
 
 
 def with_rules(results: xr.Dataset) -> xr.Dataset:
-    """The dataset with what each rule of `charted` asks for from the spectral displacements at each percentile."""
+    """The dataset with what each rule of `charted` requires from the spectral displacements at each percentile."""
     import xarray as xr
 
     left, right = (results[f"{side}_displacement"].values for side in ("left", "right"))
@@ -147,8 +148,10 @@ def with_rules(results: xr.Dataset) -> xr.Dataset:
     )
     dims = ("rule", *results["required_gap"].dims)
     rules = charted()
-    asked = np.stack([np.broadcast_to(RULES[name].function(case), results["required_gap"].shape) for name in rules])
-    words = "separation that a rule asks for from the spectral displacements of both buildings at the percentile"
+    separation = np.stack(
+        [np.broadcast_to(RULES[name].function(case), results["required_gap"].shape) for name in rules]
+    )
+    words = "separation that a rule requires from the spectral displacements of both buildings at the percentile"
     facts = {"title": "what the rule is", "clause": "clause of the rule", "verification": "how its text is known"}
     coords = {
         "rule": ("rule", list(rules), {"long_name": "separation rule"}),
@@ -157,7 +160,7 @@ def with_rules(results: xr.Dataset) -> xr.Dataset:
             for fact, said in facts.items()
         },
     }
-    return results.assign(separation=xr.Variable(dims, asked, described("m", words))).assign_coords(coords)
+    return results.assign(separation=xr.Variable(dims, separation, described("m", words))).assign_coords(coords)
 
 
 def check_spectra(results: xr.Dataset) -> xr.Dataset:
@@ -180,7 +183,7 @@ class Shortfall(NamedTuple):
     """How a rule compares with the gap required at one percentile, over all pairs of periods that need one."""
 
     rule: str
-    pairs: float  # share of the pairs at which it asks for less
+    pairs: float  # share of the pairs at which it requires less
     ratio: float  # gap required over the rule's, where that is largest
     periods: tuple[float, float]  # s, left and right, there
     median: float  # gap required over the rule's
@@ -210,11 +213,11 @@ def shortfalls(results: xr.Dataset) -> list[Shortfall]:
 
 
 def ratio_to_rule(results: xr.Dataset, rule: str, percentile: float) -> Array:
-    """Gap required over what a rule asks for, (left, right); NaN where either is 0: two alike move alike."""
+    """Gap required over what a rule requires, (left, right); NaN where either is 0: two alike move alike."""
     gap = results["required_gap"].sel(percentile=percentile).values
-    asked = results["separation"].sel(percentile=percentile, rule=rule).values
-    known = (asked > 0.0) & (gap > 0.0) & np.isfinite(asked)
-    return np.divide(gap, asked, out=np.full(gap.shape, np.nan), where=known)
+    separation = results["separation"].sel(percentile=percentile, rule=rule).values
+    known = (separation > 0.0) & (gap > 0.0) & np.isfinite(separation)
+    return np.divide(gap, separation, out=np.full(gap.shape, np.nan), where=known)
 
 
 def motions_words(results: xr.Dataset) -> str:
@@ -243,20 +246,19 @@ def check_rules(results: xr.Dataset, rules: Sequence[str]) -> tuple[str, ...]:
 
 
 def finding(results: xr.Dataset, rules: Sequence[str] = JUDGED) -> str:
-    """Sentence on where rules ask for less than the motions need, at the usual percentile."""
+    """Sentence on where rules require less than the motions need, at the usual percentile, and by how much at most."""
     at = usual_percentile(results)
     count = results.sizes["record"] * results.sizes["polarity"]
-    clauses = [_judged(rule_words(rule), shortfall(results, rule, at)) for rule in rules]
+    clauses = []
+    for rule in rules:
+        short, words = shortfall(results, rule, at), rule_words(rule)
+        if short.pairs == 0.0:
+            clauses.append(f"{words} at no pair of periods")
+            continue
+        left, right = short.periods
+        most = f"by up to {100.0 * (short.ratio - 1.0):.0f} % ({left:.2g} s beside {right:.2g} s)"
+        clauses.append(f"{words} at {100.0 * short.pairs:.0f} % of the pairs of periods, {most}")
     return f"The gap that {at:g} % of {counted(count, 'motion')} need exceeds " + "; ".join(clauses)
-
-
-def _judged(words: str, short: Shortfall) -> str:
-    """A rule, at how many pairs of periods the gap required exceeds it, and by how much at most."""
-    if short.pairs == 0.0:
-        return f"{words} at no pair of periods"
-    left, right = short.periods
-    most = f"by up to {100.0 * (short.ratio - 1.0):.0f} % ({left:.2g} s beside {right:.2g} s)"
-    return f"{words} at {100.0 * short.pairs:.0f} % of the pairs of periods, {most}"
 
 
 class Row(NamedTuple):
@@ -269,22 +271,16 @@ class Row(NamedTuple):
 
 def table_rows(results: xr.Dataset) -> list[Row]:
     """Rows for a few pairs of periods, spread over the ranges; where both sides are alike each pair once."""
-    places = [_spread(results.sizes[f"{side}_period"]) for side in ("left", "right")]
-    alike = is_symmetric(results)
+    places = [spread(results.sizes[f"{side}_period"], TABLED) for side in ("left", "right")]
+    alike, rows = is_symmetric(results), []
     at = results.sel(percentile=usual_percentile(results))
-    rows = []
-    for left in places[0]:
-        for right in places[1]:
-            if alike and right <= left:
-                continue
-            pair = {"left_period": left, "right_period": right}
-            rows.append(
-                Row(
-                    (float(results["left_period"][left]), float(results["right_period"][right])),
-                    tuple(results["required_gap"].isel(pair).values.tolist()),
-                    tuple(at["separation"].sel(rule=["abs", "srss", "cqc"]).isel(pair).values.tolist()),
-                )
-            )
+    for left, right in product(*places):
+        if alike and right <= left:
+            continue
+        pair = {"left_period": left, "right_period": right}
+        periods = (float(results["left_period"][left]), float(results["right_period"][right]))
+        rules = at["separation"].sel(rule=["abs", "srss", "cqc"]).isel(pair).values.tolist()
+        rows.append(Row(periods, tuple(results["required_gap"].isel(pair).values.tolist()), tuple(rules)))
     return rows
 
 
@@ -296,6 +292,6 @@ def is_symmetric(results: xr.Dataset) -> bool:
     )
 
 
-def _spread(size: int) -> list[int]:
-    """Places of a few values, evenly over an axis of this size, both ends among them."""
-    return sorted({round(place) for place in np.linspace(0, size - 1, min(TABLED, size)).tolist()})
+def spread(size: int, count: int) -> list[int]:
+    """Places of so many values, evenly over an axis of this size, both ends among them."""
+    return sorted({round(place) for place in np.linspace(0, size - 1, min(count, size)).tolist()})

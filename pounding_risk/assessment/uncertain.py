@@ -5,8 +5,7 @@ From the motion without contact of every sample, which a scene is run for, or fr
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,15 +16,14 @@ from pounding_risk._common.dates import created
 from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk.assessment import uncertain_words as words
-from pounding_risk.assessment.crossed import Analysis, Components
-from pounding_risk.assessment.crossed_contact import CrossedClosings
-from pounding_risk.assessment.demands import record_doubts
-from pounding_risk.assessment.drawn_closings import DrawnClosings, analysed_clusters, motion_share
+from pounding_risk.assessment.bounded import bounded
+from pounding_risk.assessment.demands import intensities, interfaces, is_linear, record_doubts
+from pounding_risk.assessment.fragility import out_of_scale, shown_as
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE, Criterion, read_criterion
-from pounding_risk.assessment.sobol import Indices, given_indices, sobol_indices
-from pounding_risk.assessment.uncertain_fragility import CURVES, Capacities
 from pounding_risk.assessment.uncertain_samples import (
-    Asked,
+    SAMPLE,
+    Output,
+    Request,
     Samples,
     named_output,
     opened_samples,
@@ -33,10 +31,17 @@ from pounding_risk.assessment.uncertain_samples import (
 )
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.amplitudes import level_asked
+from pounding_risk.results.amplitudes import level_asked, spectral, usual_intensity
+from pounding_risk.results.attributes import as_text
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.scene_axes import VARIANTS
 from pounding_risk.results.variables import described
+from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, analysed_clusters, motion_share
+from pounding_risk.statistics.crossed import Analysis, Components
+from pounding_risk.statistics.fragility import ALONE, Fit
+from pounding_risk.statistics.proportions import exact_bounds
+from pounding_risk.statistics.required_gap import USUAL_PERCENTILES
+from pounding_risk.statistics.sobol import QUANTILES, Indices, given_indices, sobol_indices
 from pounding_risk.units import GAP, si
 
 if TYPE_CHECKING:
@@ -46,10 +51,14 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+CURVES = ("motions alone", "total")
 PARTS = ("parameters", "motions", "interaction", "total")
 PARTS_DRAWN = ("parameters and interaction", "motions", "total")  # where motions are drawn with the samples
 OVER_SAMPLES = (5.0, 16.0, 50.0, 84.0, 95.0)  # percentiles over the samples
 GAPS = 81  # at which P(contact) is given
+USUAL_TARGET = (
+    " The default target is what the 84th percentile, the median plus one standard deviation, leaves of 100 %."
+)
 GAPS_WORDS = (
     "even steps from 0 to what 99.5 % of all outcomes need or 1.2 times the judged gap, the scene's own gaps and the "
     "judged one"
@@ -143,7 +152,7 @@ def uncertainty(
     from pounding_risk.studies.study import check_out
 
     file = check_out(out, "uncertainty", new)
-    asked = Asked(
+    request = Request(
         None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
         read_criterion(target, percentile, confidence),
         None,
@@ -161,105 +170,89 @@ def uncertainty(
             )
     else:
         subject = sampled_scene(subject, samples, num, workers, progress)
-    dataset = assessed(subject, asked._replace(level=level_asked(subject.first_sample, pga, intensity_level)))
+    dataset = assessed(subject, request._replace(level=level_asked(subject.first_sample, pga, intensity_level)))
     if file is not None:
         save(dataset, file)
     return dataset
 
 
 @np.errstate(invalid="ignore")  # differences of infinities, where a motion has no finite closing
-def assessed(subject: Samples, asked: Asked) -> xr.Dataset:
+def assessed(subject: Samples, request: Request) -> xr.Dataset:
     """The dataset of `uncertainty` from samples."""
     import xarray as xr
 
-    closings = [subject.closings(index, asked.level) for index in range(len(subject.interfaces))]
-    judged = [subject.gap(index) if asked.gap is None else asked.gap for index in range(len(closings))]
+    places = range(len(subject.interfaces))
+    closings = [subject.closings(index, request.level) for index in places]
+    own = [subject.gap(index) for index in places]
+    judged = own if request.gap is None else [request.gap for _ in places]
     largest = max(float(np.percentile(one.rising, 99.5)) for one in closings)
     most = max(largest, 1.2 * max(judged), 1e-6)
     finite = most if np.isfinite(most) else max(float(one.logs.max()) for one in closings)
-    # The scene's own gap stands among them, whatever gap is judged.
-    own = [subject.gap(index) for index in range(len(closings))]
     gaps = np.unique([*np.linspace(0.0, finite, GAPS), *judged, *own])
-    parts = [
-        _interface(subject, index, one, gap, gaps, asked)
-        for index, (one, gap) in enumerate(zip(closings, judged, strict=True))
-    ]
+    parts = [_interface(subject, index, closings[index], judged[index], gaps, request) for index in places]
     names = xr.Variable("interface", list(subject.interfaces), {"long_name": "buildings on both sides of a gap"})
-    dataset = xr.concat(parts, dim=names, combine_attrs="override")
-    dataset = dataset.assign_coords(
+    dataset = xr.concat(parts, dim=names, combine_attrs="override").assign_coords(
         {
             f"value_of_{key}": ("sample", values, subject.attrs_of(key))
             for key, values in zip(subject.keys, subject.values, strict=True)
         }
     )
-    few = words.of_few(closings[0], asked.criterion)
-    assumptions = [*subject.assumptions, *few, *record_doubts(subject.first_sample)]
+    few = words.of_few(closings[0], request.criterion)
+    usual = request.criterion.agrees and request.criterion.percentile == USUAL_PERCENTILE
     about = {
         "title": subject.title,
-        "asked": f"{asked.criterion.words}{_usual_target(asked.criterion)}",
+        "asked": f"{request.criterion.words}{USUAL_TARGET if usual else ''}",
         "samples": subject.words,
-        "motions": subject.motions_words(asked.level),
-        "assumptions": json.dumps(assumptions, ensure_ascii=False),
-        **asked.criterion._asdict(),
+        "motions": subject.motions_words(request.level),
+        "assumptions": as_text([*subject.assumptions, *few, *record_doubts(subject.first_sample)]),
+        **request.criterion._asdict(),
         **created("pounding_risk.uncertainty"),
     }
     of_run = {name: value for name, value in subject.dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)}
     return dataset.assign_attrs(of_run | about)
 
 
-def _usual_target(criterion: Criterion) -> str:
-    """Whence the usual target is, where it is that."""
-    if not criterion.agrees or criterion.percentile != USUAL_PERCENTILE:
-        return ""
-    return " The default target is what the 84th percentile, the median plus one standard deviation, leaves of 100 %."
-
-
 def _interface(
-    subject: Samples, index: int, closings: CrossedClosings, gap: float, gaps: Array, asked: Asked
+    subject: Samples, index: int, closings: CrossedClosings, gap: float, gaps: Array, request: Request
 ) -> xr.Dataset:
     """The part of the dataset of one interface."""
     import xarray as xr
 
-    criterion = asked.criterion
-    outputs = subject.outputs(index, closings, gap, asked)
-    chosen = named_output(outputs, asked.output)
+    criterion = request.criterion
+    confidence = criterion.confidence
+    outputs = subject.outputs(index, closings, gap, request)
+    chosen = named_output(outputs, request.output)
+    percentiles = tuple(sorted({*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile}))
+    components = PARTS_DRAWN if closings.is_drawn else PARTS
+    analysis = outputs[chosen].analysis or closings.analysis
+    deviation = described("m", "standard deviation of the gap over the samples; 0 where it is known")
     parts: dict[str, Any] = {
         **_contact(closings, gap, gaps, criterion),
-        **_required(closings, criterion),
-        **_of_samples(closings, gap, criterion),
-        **_variances(
-            outputs[chosen].analysis or closings.analysis,
-            outputs[chosen].analysis_unit,
-            criterion.confidence,
-            _parts_of(closings),
-        ),
-        **_fragilities(Capacities.of(subject, index, closings, gap, asked), criterion.confidence),
+        **_required(closings, percentiles, confidence),
+        **_variances(analysis, outputs[chosen].analysis_unit, confidence, components),
+        **_fragilities(subject, index, closings, gap, request),
+        **_indices(subject, outputs, closings, confidence),
+        **subject.moved(index, gap, request),
+        "scene_gap": ((), subject.gap(index), described("m", "gap of the scene")),
+        "gap_deviation": ((), subject.gap_deviation(index), deviation),
     }
-    indices = _indices(subject, outputs, criterion.confidence)
-    parts |= indices | subject.moved(index, gap, asked)
-    about = described("m", "standard deviation of the gap over the samples; 0 where it is known")
-    parts["scene_gap"] = ((), subject.gap(index), described("m", "gap of the scene"))
-    parts["gap_deviation"] = ((), subject.gap_deviation(index), about)
-    if closings.is_drawn:
-        parts |= _share_of_motions(outputs, closings, criterion.confidence)
-    dataset = xr.Dataset(
-        parts,
-        {
-            "gap": ("gap", gaps, described("m", "gap") | {"description": GAPS_WORDS}),
-            "component": ("component", list(_parts_of(closings)), {"long_name": "part of the variance"}),
-            "percentile": ("percentile", list(_percentiles(criterion)), described("1", "percentile [%]")),
-            "sample_percentile": ("sample_percentile", list(OVER_SAMPLES), described("1", "percentile of samples [%]")),
-            "uncertain_number": ("uncertain_number", list(subject.keys), {"long_name": "address in the scene"}),
-            "output": ("output", list(outputs), {"long_name": "output of a sample"}),
-            "output_unit": ("output", [one.unit for one in outputs.values()], {"long_name": "unit of the output"}),
-            "output_words": ("output", [one.words for one in outputs.values()], {"long_name": "what the output is"}),
-            "curve": ("curve", list(CURVES), {"long_name": "dispersion of the fragility"}),
-            **subject.nominal_coordinates(),
-        },
-    )
-    verdict = words.verdict_of(closings, subject, index, gap, asked.level, criterion)
-    dataset["verdict"] = ((), verdict.word, {"long_name": "verdict on the gap"})
-    dataset["sentence"] = ((), verdict.sentence, {"long_name": "verdict in words"})
+    coords = {
+        "gap": ("gap", gaps, described("m", "gap") | {"description": GAPS_WORDS}),
+        "component": ("component", list(components), {"long_name": "part of the variance"}),
+        "percentile": ("percentile", list(percentiles), described("1", "percentile [%]")),
+        "sample_percentile": ("sample_percentile", list(OVER_SAMPLES), described("1", "percentile of samples [%]")),
+        "uncertain_number": ("uncertain_number", list(subject.keys), {"long_name": "address in the scene"}),
+        "output": ("output", list(outputs), {"long_name": "output of a sample"}),
+        "output_unit": ("output", [one.unit for one in outputs.values()], {"long_name": "unit of the output"}),
+        "output_words": ("output", [one.words for one in outputs.values()], {"long_name": "what the output is"}),
+        "curve": ("curve", list(CURVES), {"long_name": "dispersion of the fragility"}),
+    }
+    if subject.moved_dataset is not None:
+        coords["quantile"] = ("quantile", list(QUANTILES), described("1", "quantile of the number"))
+    dataset = xr.Dataset(parts, coords)
+    verdict, sentence = words.verdict_of(closings, subject, index, gap, request.level, criterion)
+    dataset["verdict"] = ((), verdict, {"long_name": "verdict on the gap"})
+    dataset["sentence"] = ((), sentence, {"long_name": "verdict in words"})
     dataset["chosen_output"] = ((), chosen, {"long_name": "output that the sentences are of"})
     narrowing = words.narrowing(dataset, closings, gap, criterion)
     dataset["narrowing"] = ((), " ".join(narrowing), {"long_name": "what would narrow the answer"})
@@ -267,86 +260,51 @@ def _interface(
 
 
 def _contact(closings: CrossedClosings, gap: float, gaps: Array, criterion: Criterion) -> dict[str, Any]:
-    """P(contact) over the gaps and at the judged one."""
+    """P(contact) over the gaps and at the judged one, in all and in each sample; what drawn motions close."""
     over, here = closings.contact(gaps, criterion.confidence), closings.contact(gap, criterion.confidence)
     contact = "P(contact) over samples and motions"
-    return {
-        **({} if closings.is_drawn else _contact_of_samples(closings, gaps)),
-        "contact_probability": ("gap", over.value, described("1", contact)),
-        "contact_probability_low": ("gap", over.low, described("1", f"lower bound of {contact}")),
-        "contact_probability_high": ("gap", over.high, described("1", f"upper bound of {contact}")),
+    judged = (here.value[0], here.low[0], here.high[0])
+    parts = {
+        **bounded("contact_probability", "gap", over[:3], "1", contact),
         "judged_gap": ((), gap, described("m", "gap that is judged")),
-        "judged_probability": ((), here.value[0], described("1", f"{contact} at the judged gap")),
-        "judged_probability_low": ((), here.low[0], described("1", "its lower bound")),
-        "judged_probability_high": ((), here.high[0], described("1", "its upper bound")),
+        **bounded("judged_probability", (), judged, "1", f"{contact} at the judged gap"),
         "independent": ((), here.independent[0], described("1", "independent outcomes that these bounds are for")),
         "independent_motions": ((), closings.counted.motions, described("1", "independent motions")),
     }
-
-
-def _contact_of_samples(closings: CrossedClosings, gaps: Array) -> dict[str, Any]:
-    """Percentiles over the samples of P(contact) over the motions, over the gaps."""
-    of_samples = np.stack([np.percentile(closings.of_samples(one), OVER_SAMPLES) for one in gaps.tolist()])
-    about = described("1", "percentiles over the samples of P(contact) over the motions")
-    return {"contact_probability_of_samples": (("gap", "sample_percentile"), of_samples, about)}
-
-
-def _percentiles(criterion: Criterion) -> tuple[float, ...]:
-    from pounding_risk.assessment.required_gap import USUAL_PERCENTILES
-
-    return tuple(sorted({*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile}))
-
-
-def _required(closings: CrossedClosings, criterion: Criterion) -> dict[str, Any]:
-    """Required gaps at the percentiles, over samples and motions, and over the samples."""
-    percentiles = _percentiles(criterion)
-    required = closings.required(percentiles, criterion.confidence)
-    gap = "gap that a percentile of samples and motions together needs"
-    return {
-        **({} if closings.is_drawn else _required_of_samples(closings, percentiles)),
-        "required_gap": ("percentile", [one.gap for one in required], described("m", gap)),
-        "required_gap_low": ("percentile", [one.low for one in required], described("m", f"lower bound of the {gap}")),
-        "required_gap_high": (
-            "percentile",
-            [one.high for one in required],
-            described("m", f"upper bound of the {gap}; the largest seen where it is not bounded"),
-        ),
-        "required_gap_bounded": (
-            "percentile",
-            np.array([one.bounded for one in required], dtype=np.int8),
-            described("1", "1 where the upper bound is one"),
-        ),
-    }
-
-
-def _required_of_samples(closings: CrossedClosings, percentiles: tuple[float, ...]) -> dict[str, Any]:
-    """Percentiles over the samples of the gaps that percentiles of the motions need."""
-    over_samples = np.percentile(enough_for(closings.closing, percentiles, axis=1), OVER_SAMPLES, axis=1).T
-    about = described("m", "percentiles over the samples of the gap that a percentile of the motions needs")
-    return {"required_gap_of_samples": (("percentile", "sample_percentile"), over_samples, about)}
-
-
-def _of_samples(closings: CrossedClosings, gap: float, criterion: Criterion) -> dict[str, Any]:
-    """P(contact) in each sample, and the share of samples in which it exceeds the target; what drawn motions close."""
-    from pounding_risk.assessment.proportions import exact_bounds
-
     if closings.is_drawn:
         about = described("m", "what the sample's motion closes without contact, which its gap is to be wider than")
-        return {"closing_of_sample": ("sample", closings.closing[:, 0], about)}
+        return parts | {"closing_of_sample": ("sample", closings.closing[:, 0], about)}
+    of_samples = np.stack([np.percentile(closings.of_samples(one), OVER_SAMPLES) for one in gaps.tolist()])
     share = closings.of_samples(gap)
-    count, runs = int((share > criterion.target).sum()), share.size
-    low, high = exact_bounds(count, runs, criterion.confidence)
-    over = "share of the samples in which P(contact) under these motions exceeds the target"
+    count = int((share > criterion.target).sum())
+    bounds = map(float, exact_bounds(count, share.size, criterion.confidence))
+    exceeding = "share of the samples in which P(contact) under these motions exceeds the target"
     return {
+        **parts,
+        "contact_probability_of_samples": (
+            ("gap", "sample_percentile"),
+            of_samples,
+            described("1", "percentiles over the samples of P(contact) over the motions"),
+        ),
         "contact_probability_of_sample": ("sample", share, described("1", "P(contact) over the motions at the gap")),
-        "samples_over_target": ((), count / runs, described("1", over)),
-        "samples_over_target_low": ((), float(low), described("1", "its lower bound, for these motions")),
-        "samples_over_target_high": ((), float(high), described("1", "its upper bound, for these motions")),
+        **bounded("samples_over_target", (), (count / share.size, *bounds), "1", exceeding),
     }
 
 
-def _parts_of(closings: CrossedClosings) -> tuple[str, ...]:
-    return PARTS_DRAWN if closings.is_drawn else PARTS
+def _required(closings: CrossedClosings, percentiles: tuple[float, ...], confidence: float) -> dict[str, Any]:
+    """Required gaps at the percentiles, over samples and motions, and over the samples."""
+    required = closings.required(percentiles, confidence)
+    columns = [[getattr(one, name) for one in required] for name in ("gap", "low", "high")]
+    is_bound = described("1", "1 where the upper bound is one, 0 where it is the largest seen")
+    parts = {
+        **bounded("required_gap", "percentile", columns, "m", "gap that a percentile of samples and motions needs"),
+        "required_gap_bounded": ("percentile", np.array([one.bounded for one in required], dtype=np.int8), is_bound),
+    }
+    if not closings.is_drawn:
+        over_samples = np.percentile(enough_for(closings.closing, percentiles, axis=1), OVER_SAMPLES, axis=1).T
+        about = described("m", "percentiles over the samples of the gap that a percentile of the motions needs")
+        parts["required_gap_of_samples"] = (("percentile", "sample_percentile"), over_samples, about)
+    return parts
 
 
 def _variances(analysis: Analysis, unit: str, confidence: float, parts: tuple[str, ...]) -> dict[str, Any]:
@@ -359,79 +317,117 @@ def _variances(analysis: Analysis, unit: str, confidence: float, parts: tuple[st
         "total": lambda components: components.total,
     }
     bounds = np.sqrt([analysis.variance_bounds(of[name], confidence) for name in parts])
-    shares = _shares([of[name](analysis.all) for name in parts[:-1]])
+    variances = np.maximum([of[name](analysis.all) for name in parts[:-1]], 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = np.append(variances / variances.sum(), 1.0)
     whose = "of the logarithm of what is closed" if unit == "1" else "of the output"
-    deviation = f"standard deviation {whose} by what it comes from"
     return {
-        "dispersion": ("component", bounds[:, 0], described(unit, deviation)),
-        "dispersion_low": ("component", bounds[:, 1], described(unit, f"lower bound of the {deviation}")),
-        "dispersion_high": ("component", bounds[:, 2], described(unit, f"upper bound of the {deviation}")),
+        **bounded("dispersion", "component", bounds.T, unit, f"standard deviation {whose} by what it comes from"),
         "variance_share": ("component", shares, described("1", "share of the variance, of what is above 0")),
     }
 
 
-def _shares(components: Sequence[float]) -> Array:
-    parts = np.maximum(components, 0.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.append(parts / parts.sum(), 1.0)
+def _fragilities(
+    subject: Samples, index: int, closings: CrossedClosings, gap: float, request: Request
+) -> dict[str, Any]:
+    """Median and dispersion of the fragilities of motions alone and in all, with bounds; NaN with a fault.
 
+    Linear buildings close a gap under a motion that is scaled by gap over closing: so every motion has a capacity in
+    every sample, and ln capacity has the components of variance of ln closing and ln intensity together. The curve of
+    the motions alone has the mean of ln capacity and the dispersion of the motions within a sample; the one in all adds
+    what the samples differ by (the composite curve of Kennedy and Ravindra, Nuclear Engineering and Design 79, 1984).
+    """
+    from scipy.stats import t as student
 
-def _fragilities(capacities: Capacities, confidence: float) -> dict[str, Any]:
-    """Median and dispersion of the fragilities of motions alone and in all, with bounds; NaN with a fault."""
-    fitted = capacities.fitted(confidence)
-    measure = read_measure(capacities.intensity)
+    logs, intensity, fault = _log_capacities(subject, index, closings, gap, request)
+    medians, dispersions = np.full((2, 3), np.nan), np.full((2, 3), np.nan)
+    if logs is not None:
+        confidence = request.criterion.confidence
+        analysis, counted = closings.of_logs(logs)
+        alone, total = (
+            np.sqrt(analysis.variance_bounds(of, confidence))
+            for of in (lambda one: one.motions + one.interaction, lambda one: one.total)
+        )
+        if closings.is_drawn:  # what motions do in a sample is not separable from what they do in the mean over samples
+            alone = np.full(3, np.nan)
+        freedom = max(min(counted.motions, float(counted.samples)) - 1.0, 1.0)
+        half = float(student.ppf(0.5 * (1.0 + confidence), freedom)) * np.sqrt(counted.variance_of_mean(analysis.all))
+        medians[:] = np.exp(logs.mean() + np.array([0.0, -half, half]))
+        dispersions = np.stack([alone, total])
+    measure = read_measure(intensity)
     unit = "m/s2" if measure is None else measure.unit
-    words = {"fragility_median": (unit, "median"), "fragility_dispersion": ("1", "dispersion")}
-    parts: dict[str, Any] = {}
-    for name, (unit, what) in words.items():
-        for column, ending in enumerate(("", "_low", "_high")):
-            about = described(unit, f"{('', 'lower bound of the ', 'upper bound of the ')[column]}{what} of contact")
-            parts[f"{name}{ending}"] = ("curve", fitted[name][:, column], about)
-    parts["fragility_intensity"] = ((), capacities.intensity, {"long_name": "intensity of the fragilities"})
-    parts["fragility_fault"] = ((), capacities.fault, {"long_name": "why there are no fragilities"})
-    return parts
-
-
-def _share_of_motions(outputs: Mapping[str, Any], closings: CrossedClosings, confidence: float) -> dict[str, Any]:
-    """The share that the motions have in the variance of each output, as first-order indices of a number have one."""
-    assert isinstance(closings, DrawnClosings), "asked of drawn motions alone"
-    labels = closings.of_motions, closings.recordings
-    values = [motion_share(analysed_clusters(one.values, *labels), confidence) for one in outputs.values()]
-    known = "share of the variance over the samples that would go were the motion known exactly"
-    ends = {"": "", "_low": "lower bound of the ", "_high": "upper bound of the "}
     return {
-        f"first_order_of_motions{end}": ("output", [value[at] for value in values], described("1", f"{words_}{known}"))
-        for at, (end, words_) in enumerate(ends.items())
+        **bounded("fragility_median", "curve", medians.T, unit, "median of contact"),
+        **bounded("fragility_dispersion", "curve", dispersions.T, "1", "dispersion of contact"),
+        "fragility_intensity": ((), intensity, {"long_name": "intensity of the fragilities"}),
+        "fragility_fault": ((), fault, {"long_name": "why there are no fragilities"}),
     }
 
 
-def _indices(subject: Samples, outputs: Mapping[str, Any], confidence: float) -> dict[str, Any]:
+def _log_capacities(
+    subject: Samples, index: int, closings: CrossedClosings, gap: float, request: Request
+) -> tuple[Array | None, str, str]:
+    """Logarithms of the intensities at which motions close a gap [m], (samples, motions), their measure, or a fault."""
+    one_sample = interfaces(subject.first_sample)[index][1]
+    intensity = usual_intensity(one_sample) if request.intensity is None else request.intensity
+    if intensity.startswith("sa(") and spectral(intensity[3:-1]) is None:
+        if request.intensity is not None:
+            raise PoundingError(
+                f"intensity {intensity!r}: a building's period may differ between samples; write pga, or a period "
+                "such as sa(0.5 s)"
+            )
+        intensity = "pga"
+    reach = subject.reach_of(subject.dataset, index, request.level)[:, closings.order]
+    drawn = subject.gaps_of(subject.dataset, index, gap)
+    gaps = np.full(len(reach), gap) if drawn is None else drawn
+    fault = ""
+    if not is_linear(one_sample):
+        fault = "the motion without contact is not linear: closings do not grow with the motion"
+    elif subject.is_inner(index) and "impact_count" in subject.dataset:
+        fault = "contact elsewhere in the row may push buildings across the gap, which does not grow with the motion"
+    elif gaps.min() <= 0.0:
+        fault = "a closed gap is touched by the weakest motion"
+    elif not (reach.min() > 0.0 and np.isfinite(reach).all()):
+        fault = "a motion closes nothing, or has no finite response, in some sample"
+    elif closings.recordings.max() == 0:
+        fault = ALONE
+    if fault:
+        return None, intensity, fault
+    ims = intensities(one_sample, intensity)
+    ims = subject.by_outcome(ims[:, min(subject.level(request.level), ims.shape[1] - 1)], closings)
+    factors = np.log(gaps)[:, None] - np.log(reach)
+    logs = np.log(ims) + factors
+    median = Fit(median=float(np.exp(logs.mean())))
+    _, fault = out_of_scale(median, np.exp([factors.mean()]), shown_as(intensity))
+    return None if fault else logs, intensity, fault
+
+
+def _indices(
+    subject: Samples, outputs: Mapping[str, Output], closings: CrossedClosings, confidence: float
+) -> dict[str, Any]:
     """Indices of each output and number: of first order those of the samples or of a design, by the width of bounds."""
-    dims = ("output", "uncertain_number")
-    parts: dict[str, Any] = {
-        "output_deviation": (
-            "output",
-            [float(np.std(one.values)) for one in outputs.values()],
-            described("1", "standard deviation over the samples, in the unit of the output"),
-        ),
-    }
-
-    def add(name: str, indices: Indices, what: str) -> None:
-        for ending, values in zip(("", "_low", "_high"), indices, strict=True):
-            bound = {"": "", "_low": "lower bound of the ", "_high": "upper bound of the "}[ending]
-            parts[f"{name}{ending}"] = (dims, values, described("1", f"{bound}{what}"))
-
-    stacked = np.stack([one.values for one in outputs.values()])
-    first = given_indices(subject.values, stacked, confidence, subject.is_balanced)
-    from_design = np.zeros(len(outputs), dtype=bool)
-    if subject.has_design:
-        designed = np.stack([one.design for one in outputs.values()])
+    dims, would = ("output", "uncertain_number"), "share of the variance over the samples that would go were the"
+    values = np.stack([one.values for one in outputs.values()])
+    first = given_indices(subject.values, values, confidence, subject.is_balanced)
+    from_design, parts = np.zeros(len(outputs), dtype=bool), {}
+    if subject.design_dataset is not None:
+        designed = np.stack([one.design for one in outputs.values() if one.design is not None])
         of_design, total = sobol_indices(designed, len(subject.keys), confidence)
-        add("total_order", total, "share of the variance that would remain were all other numbers known exactly")
         from_design = ~(first.width <= of_design.width)  # where those of the samples are NaN too
         first = Indices(*(np.where(from_design[:, None], *both) for both in zip(of_design, first, strict=True)))
-        parts["sobol_points"] = ((), subject.sobol_points, described("1", "points N of the Sobol design"))
-    about = described("1", "1 where first-order shares are those of the Sobol design, 0 where those of the samples")
-    parts["first_order_of_design"] = ("output", from_design.astype(np.int8), about)
-    add("first_order", first, "share of the variance over samples that would go were the number known exactly")
-    return parts
+        remains = "share of the variance that would remain were all other numbers known exactly"
+        parts = bounded("total_order", dims, total, "1", remains)
+        points = subject.design_dataset.sizes[SAMPLE] // (len(subject.keys) + 2)
+        parts["sobol_points"] = ((), points, described("1", "points N of the Sobol design"))
+    if isinstance(closings, DrawnClosings):
+        labels = closings.of_motions, closings.recordings
+        shares = np.array([motion_share(analysed_clusters(one, *labels), confidence) for one in values])
+        parts |= bounded("first_order_of_motions", "output", shares.T, "1", f"{would} motion known exactly")
+    deviation = described("1", "standard deviation over the samples, in the unit of the output")
+    source = described("1", "1 where first-order shares are those of the Sobol design, 0 where those of the samples")
+    return {
+        **parts,
+        **bounded("first_order", dims, first, "1", f"{would} number known exactly"),
+        "first_order_of_design": ("output", from_design.astype(np.int8), source),
+        "output_deviation": ("output", np.std(values, axis=1), deviation),
+    }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -18,12 +18,7 @@ from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment import demands as data
-from pounding_risk.assessment.crossed import Analysis, analysed
-from pounding_risk.assessment.crossed_contact import CrossedClosings, logs_of
-from pounding_risk.assessment.drawn_closings import DrawnClosings, analysed_clusters
 from pounding_risk.assessment.options import Criterion
-from pounding_risk.assessment.proportions import labels
-from pounding_risk.assessment.sobol import QUANTILES, power_of_two, saltelli_points, tornado_points
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
@@ -36,7 +31,11 @@ from pounding_risk.results.own_case import own_case, own_level, scene_gap
 from pounding_risk.results.scene_axes import axes_of, has_drawn_motions
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.variables import described
-from pounding_risk.scene.uncertain import SOBOL
+from pounding_risk.scene.uncertain import SOBOL, points_of
+from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, analysed_clusters
+from pounding_risk.statistics.crossed import Analysis, analysed
+from pounding_risk.statistics.proportions import labels, logs_of, numbered
+from pounding_risk.statistics.sobol import power_of_two, saltelli_points, tornado_points
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:
@@ -49,33 +48,25 @@ Array = NDArray[np.float64]
 SAMPLE = "sample"
 LEAST_SAMPLES, MOST_SAMPLES = 2, 1_000_000  # of a scene, and of a design
 MOST_SOBOL = 65536
-OF_RECORDS = ("records", "processing", "motions_sha256", "flags", "copies")  # attributes that tell of all records
+OF_RECORDS = ("records", "processing", "motions_sha256", "flags", "copies")  # attributes on all records
 ONE_MOTION = (
     "Each sample has one motion, drawn with it: bounds count recordings, of which the samples are clusters. What the "
     "uncertain numbers do alone is not separable from what they do together with the motions, and no sample has its "
     "own P(contact) over the motions."
 )
+CORRELATED = (
+    "are correlated: their indices share what they have in common, and a tornado moves each by itself, which they "
+    "hardly do."
+)
 ALL_MOTIONS = 'run all motions in each: motions = "all" in [uncertain], or --set uncertain.motions=all'
 
 
-def _contact(closing: Array, gap: float, percentile: float) -> Array:
-    return np.asarray((closing > gap).mean(axis=1))
-
-
-def _required(closing: Array, gap: float, percentile: float) -> Array:
-    return enough_for(closing, percentile, axis=1)
-
-
-def _log_median(closing: Array, gap: float, percentile: float) -> Array:
-    return np.asarray(logs_of(closing).mean(axis=1))
-
-
-class Asked(NamedTuple):
-    """What `uncertainty` was asked, as it was read."""
+class Request(NamedTuple):
+    """The options of `uncertainty`, as they were read."""
 
     gap: float | None
     criterion: Criterion
-    level: int | None  # index of the amplitude that is asked for
+    level: int | None  # index of the requested amplitude
     intensity: str | None
     output: str | None
 
@@ -83,32 +74,37 @@ class Asked(NamedTuple):
 class OutputKind(NamedTuple):
     """An output of a sample that follows from what its motions close."""
 
-    of: Callable[[Array, float, float], Array]  # closings (samples, motions), the gap [m] and the percentile [%]
+    of: Callable[[Array, float, float], Any]  # closings (samples, motions), the gap [m] and the percentile [%]
     unit: str
     words: str
 
 
-# Outputs of a sample whose motion is drawn with it: of that one motion.
-OF_ONE_MOTION = {
-    "contact": OutputKind(
-        lambda closing, gap, _: np.asarray((closing[:, 0] > gap).astype(float)),
-        "1",
-        "whether the sample's motion closes the gap, 1 or 0",
-    ),
-    "log_closing": OutputKind(
-        lambda closing, gap, _: logs_of(closing)[:, 0], "1", "ln(closing in m) under the sample's motion"
-    ),
+# By whether each sample has one motion, which is drawn with it.
+KINDS_OF_OUTPUT = {
+    False: {
+        "contact_probability": OutputKind(
+            lambda closing, gap, _: (closing > gap).mean(axis=1), "1", "P(contact) over the motions at the gap"
+        ),
+        "required_gap": OutputKind(
+            lambda closing, _, percentile: enough_for(closing, percentile, axis=1),
+            "m",
+            "gap that the percentile of the motions needs",
+        ),
+        "log_median_closing": OutputKind(
+            lambda closing, *_: logs_of(closing).mean(axis=1), "1", "mean over the motions of ln(closing in m)"
+        ),
+    },
+    True: {
+        "contact": OutputKind(
+            lambda closing, gap, _: (closing[:, 0] > gap).astype(float),
+            "1",
+            "whether the sample's motion closes the gap, 1 or 0",
+        ),
+        "log_closing": OutputKind(
+            lambda closing, *_: logs_of(closing)[:, 0], "1", "ln(closing in m) under the sample's motion"
+        ),
+    },
 }
-OF_CLOSING = {
-    "contact_probability": OutputKind(_contact, "1", "P(contact) over the motions at the gap"),
-    "required_gap": OutputKind(_required, "m", "gap that the percentile of the motions needs"),
-    "log_median_closing": OutputKind(_log_median, "1", "mean over the motions of ln(closing in m)"),
-}
-
-
-def kinds_of_output(is_drawn: bool) -> dict[str, OutputKind]:
-    """The outputs of a sample that follow from what its motions close, or the one that is drawn with it."""
-    return OF_ONE_MOTION if is_drawn else OF_CLOSING
 
 
 class Output(NamedTuple):
@@ -124,18 +120,10 @@ class Output(NamedTuple):
 
 @dataclass(frozen=True)
 class Samples:
-    """A dataset along samples of the uncertain numbers.
+    """A dataset along ``sample``, and of each uncertain number (``keys``) its value in each sample.
 
-    Attributes
-    ----------
-    dataset : xarray.Dataset
-        With the dimension ``sample``.
-    values : tuple of array
-        Of each key its value in each sample.
-    moved, design : xarray.Dataset, optional
-        The same at the points of a tornado and of Sobol indices; of a scene alone.
-    assumptions : tuple of str
-        What is assumed and left out.
+    Of a scene alone also the datasets at the points of a tornado and of Sobol indices. ``assumptions`` are sentences on
+    what is assumed and left out.
     """
 
     dataset: xr.Dataset
@@ -179,19 +167,6 @@ class Samples:
         return tuple(map(str, np.atleast_1d(self.dataset["interface"].values)))
 
     @property
-    def size(self) -> int:
-        return int(self.dataset.sizes[SAMPLE])
-
-    @property
-    def has_design(self) -> bool:
-        return self.design_dataset is not None
-
-    @property
-    def sobol_points(self) -> int:
-        """Points N of the Sobol design, of N (numbers + 2) in all."""
-        return 0 if self.design_dataset is None else self.design_dataset.sizes[SAMPLE] // (len(self.keys) + 2)
-
-    @property
     def is_balanced(self) -> bool:
         """True where the samples are Sobol points of independent numbers."""
         written = tables_of(str(self.dataset.attrs.get("scene_resolved", ""))).get("uncertain", {})
@@ -225,9 +200,9 @@ class Samples:
         turns = self.first_sample.sizes["polarity"]
         return np.array([[values[turns * at[name]]] for name in self.dataset["record"].values.tolist()])
 
-    def level(self, asked: int | None) -> int:
+    def level(self, requested: int | None) -> int:
         """Index of the assessed amplitude."""
-        return own_level(self.first_sample) if asked is None else asked
+        return own_level(self.first_sample) if requested is None else requested
 
     def motions_words(self, level: int | None) -> str:
         """How many motions of how many recordings at which amplitude, in words."""
@@ -258,8 +233,12 @@ class Samples:
 
     def gaps_of(self, dataset: xr.Dataset, index: int, gap: float) -> Array | None:
         """The gap of each sample [m], were the scene's own ``gap``; None where gaps are not uncertain."""
-        gaps = _gaps_of_samples(dataset.isel(interface=index) if "interface" in dataset.dims else dataset)
-        return None if gaps is None else gaps - self.gap(index) + gap
+        one = dataset.isel(interface=index, missing_dims="ignore")
+        for name in ("sample_gap", "interface_gap"):
+            if name in one.variables and SAMPLE in one[name].dims:
+                gaps = one[name].transpose(SAMPLE, ...).values
+                return np.asarray(gaps.reshape(len(gaps), -1)[:, 0], dtype=float) - self.gap(index) + gap
+        return None
 
     def gap_deviation(self, index: int) -> float:
         """Standard deviation over the samples of the gap [m]; 0 where it is known."""
@@ -268,95 +247,92 @@ class Samples:
 
     def reach_of(self, dataset: xr.Dataset, index: int, level: int | None) -> Array:
         """What motions close (samples, motions) [m], whatever the gap; inf where there is no finite closing."""
-        one = dataset.isel(interface=index) if "interface" in dataset.dims else dataset
-        closing = _by_sample(_in_each_sample(one["peak_closing_free"], one), self.level(level))
+        one = dataset.isel(interface=index, missing_dims="ignore")
+        free = one["peak_closing_free"]
+        if SAMPLE not in free.dims:  # without contact it is one for all where gaps alone are uncertain
+            free = free.expand_dims({SAMPLE: one.sizes[SAMPLE]})
+        closing = _by_sample(free, self.level(level))
         # A record without motion has no finite response in the first sample, nor in any other.
         finite = self.motions(index).finite
         alone = np.where(np.isfinite(closing) & (finite[:, None] if self.is_drawn else finite), closing, np.inf)
-        if "impact_count" in dataset and self.is_inner(index):
-            alone = np.fmax(alone, self._pushed(one, level))
-        return alone
+        if "impact_count" not in dataset or not self.is_inner(index):
+            return alone
+        # As `demands.motions_of`: the most that is closed in runs that touch at a gap which is left open alone.
+        gaps = one["interface_gap"] if "interface_gap" in one.variables else one["gap"]
+        reach = one["peak_closing"].where((one["impact_count"] > 0) & (one["peak_closing_free"] <= gaps))
+        cases = (SAMPLE, "record", "polarity", amplitude_axis(one))
+        pushed = reach.max([axis for axis in reach.dims if axis not in cases])
+        return np.fmax(alone, _by_sample(pushed, self.level(level)))
 
     def is_inner(self, index: int) -> bool:
         """True where what stands further along the row may push a building of the interface."""
         return "interior" in self.first_sample["building_position"].values[index : index + 2]
 
-    def _pushed(self, one: xr.Dataset, level: int | None) -> Array:
-        """As `demands.motions_of`: the most that is closed in runs that touch at a gap which is left open alone."""
-        gaps = one["interface_gap"] if "interface_gap" in one.variables else one["gap"]
-        reach = one["peak_closing"].where((one["impact_count"] > 0) & (one["peak_closing_free"] <= gaps))
-        cases = (SAMPLE, "record", "polarity", amplitude_axis(one))
-        return _by_sample(reach.max([axis for axis in reach.dims if axis not in cases]), self.level(level))
-
-    def outputs(self, index: int, closings: CrossedClosings, gap: float, asked: Asked) -> dict[str, Output]:
-        """The outputs of each sample by name: those of the closing, and another of the dataset that is asked for."""
-        design = None if self.design_dataset is None else self.closing_of(self.design_dataset, index, asked.level)
-        about = gap, asked.criterion.percentile
+    def outputs(self, index: int, closings: CrossedClosings, gap: float, request: Request) -> dict[str, Output]:
+        """The outputs of each sample by name: those of the closing, and another of the dataset that is requested."""
+        design = None if self.design_dataset is None else self.closing_of(self.design_dataset, index, request.level)
+        about = gap, request.criterion.percentile
         outputs = {
             name: Output(
-                kind.of(closings.closing, *about),
+                np.asarray(kind.of(closings.closing, *about)),
                 kind.unit,
                 kind.words,
-                None if design is None else kind.of(design, *about),
+                None if design is None else np.asarray(kind.of(design, *about)),
             )
-            for name, kind in kinds_of_output(self.is_drawn).items()
+            for name, kind in KINDS_OF_OUTPUT[self.is_drawn].items()
         }
-        if asked.output is not None and asked.output not in outputs:
-            outputs[asked.output] = self._other_output(index, asked)
+        if request.output is not None and request.output not in outputs:
+            outputs[request.output] = self._other_output(index, request.output, request.level)
         return outputs
 
-    def _other_output(self, index: int, asked: Asked) -> Output:
-        """The median over the motions of an output at the scene's own case, in each sample."""
-        name = str(asked.output)
-        known = [*kinds_of_output(self.is_drawn), *map(str, self._others())]
-        if name not in self._others():
+    def _other_output(self, index: int, name: str, level: int | None) -> Output:
+        """An output of the dataset at the scene's own case in each sample: the median over the motions."""
+        axes = {SAMPLE} if self.is_drawn else {SAMPLE, "record", "polarity"}
+        others = [
+            str(other)
+            for other, variable in self.dataset.data_vars.items()
+            if other != "record_spectral_acceleration" and axes <= set(variable.dims) and variable.dtype.kind in "fiu"
+        ]
+        if name not in others:
+            known = [*KINDS_OF_OUTPUT[self.is_drawn], *others]
             why = "" if "impact_count" in self.dataset else "; others need runs of contact: name a dataset of a scan"
-            if self.is_drawn and name in OF_CLOSING:
+            if self.is_drawn and name in KINDS_OF_OUTPUT[False]:
                 why = f"; it is over all motions in each sample, and these have one each: {ALL_MOTIONS}"
             raise PoundingError(
                 f"output: {shown(name)} is none{nearest(name, known)}; it may be {', '.join(known)}{why}"
             )
         case = own_case(self.first_sample) | {"interface": index, "building": slice(index, index + 2)}
-        case[amplitude_axis(self.dataset)] = self.level(asked.level)
+        case[amplitude_axis(self.dataset)] = self.level(level)
         variable = self.dataset[name]
         values = _by_sample(variable.isel({axis: at for axis, at in case.items() if axis in variable.dims}), 0)
         known_values = np.isfinite(values)
-        order = [0] if self.is_drawn else np.argsort(self.motions(index).recordings, kind="stable")
         with np.errstate(invalid="ignore"):
             medians = np.nanmedian(np.where(known_values, values, np.nan), axis=1)
         if not np.isfinite(medians).all():
             raise PoundingError(f"output: {name} has no number in some sample at the scene's own case; choose another")
-        whole = np.where(known_values, values, medians[:, None])[:, order]
-        positive = bool((whole > 0.0).all())
-        unit = str(variable.attrs.get("units", "1"))
-        said = f"median over the motions of {variable.attrs.get('long_name', name)}"
-        motions, recordings = self.motions(index), np.unique(self.motions(index).recordings, return_inverse=True)[1]
-        compared = np.log(whole) if positive else whole
+        whole = np.where(known_values, values, medians[:, None])
+        is_positive = bool((whole > 0.0).all())
+        compared = np.log(whole) if is_positive else whole
+        unit, words = str(variable.attrs.get("units", "1")), str(variable.attrs.get("long_name", name))
+        motions = self.motions(index)
+        recordings = numbered(motions.recordings)
         if self.is_drawn:
-            said = f"{variable.attrs.get('long_name', name)}, under the sample's motion"
-            analysis = analysed_clusters(compared[:, 0], _numbered(motions), recordings.astype(np.int64))
+            words = f"{words}, under the sample's motion"
+            analysis = analysed_clusters(compared[:, 0], _numbered(motions), recordings)
         else:
-            analysis = analysed(compared, np.sort(recordings).astype(np.int64))
-        return Output(medians, unit, said, None, analysis, "1" if positive else unit)
+            words = f"median over the motions of {words}"
+            order = np.argsort(recordings, kind="stable")
+            analysis = analysed(compared[:, order], recordings[order])
+        return Output(medians, unit, words, None, analysis, "1" if is_positive else unit)
 
-    def _others(self) -> tuple[str, ...]:
-        """Outputs of cases that the dataset has for each sample."""
-        axes = {SAMPLE} if self.is_drawn else {SAMPLE, "record", "polarity"}
-        return tuple(
-            str(name)
-            for name, variable in self.dataset.data_vars.items()
-            if (axes if name != "record_spectral_acceleration" else {""}) <= set(variable.dims)
-            and variable.dtype.kind in "fiu"
-        )
-
-    def moved(self, index: int, gap: float, asked: Asked) -> dict[str, Any]:
+    def moved(self, index: int, gap: float, request: Request) -> dict[str, Any]:
         """Each output with all numbers at their medians, and with each alone at its 10 % and 90 % quantiles."""
         if self.moved_dataset is None:
             return {}
-        closing = self.closing_of(self.moved_dataset, index, asked.level)
+        closing = self.closing_of(self.moved_dataset, index, request.level)
         parts: dict[str, Any] = {}
-        for name, kind in OF_CLOSING.items():
-            values = kind.of(closing, gap, asked.criterion.percentile)
+        for name, kind in KINDS_OF_OUTPUT[False].items():
+            values = kind.of(closing, gap, request.criterion.percentile)
             ends = values[1:].reshape(-1, 2)
             three = np.column_stack([ends[:, 0], np.full(len(ends), values[0]), ends[:, 1]])
             said = f"{kind.words}, the number at a quantile and all others at their medians"
@@ -368,12 +344,6 @@ class Samples:
             described("m", "what each motion closes with all numbers at their medians, rising"),
         )
         return parts
-
-    def nominal_coordinates(self) -> dict[str, Any]:
-        """The coordinate along which `moved` gives each output: the quantiles of a number."""
-        if self.moved_dataset is None:
-            return {}
-        return {"quantile": ("quantile", list(QUANTILES), described("1", "quantile of the number"))}
 
 
 def _by_sample(values: xr.DataArray, level: int) -> Array:
@@ -390,27 +360,13 @@ def _numbered(motions: data.Motions) -> NDArray[np.int64]:
     return labels(list(zip(motions.records, motions.polarities, strict=True)))
 
 
-def _in_each_sample(values: xr.DataArray, dataset: xr.Dataset) -> xr.DataArray:
-    """Values along the samples of a dataset; without contact they are one for all where gaps alone are uncertain."""
-    return values if SAMPLE in values.dims else values.expand_dims({SAMPLE: dataset.sizes[SAMPLE]})
-
-
-def _gaps_of_samples(one: xr.Dataset) -> Array | None:
-    """The gap of each sample [m] at one interface, where gaps are uncertain."""
-    for name in ("sample_gap", "interface_gap"):
-        if name in one.variables and SAMPLE in one[name].dims:
-            gaps = one[name].transpose(SAMPLE, ...).values
-            return np.asarray(gaps.reshape(len(gaps), -1)[:, 0], dtype=float)
-    return None
-
-
-def named_output(outputs: Mapping[str, Output], asked: str | None) -> str:
-    """The output that sentences are of: as asked, else P(contact), or the required gap where P(contact) is constant.
+def named_output(outputs: Mapping[str, Output], requested: str | None) -> str:
+    """The output that sentences are of: that requested, P(contact), or the required gap where P(contact) is constant.
 
     Where motions are drawn with the samples: contact, or the logarithm of the closing.
     """
-    if asked is not None:
-        return asked
+    if requested is not None:
+        return requested
     first, second, *_ = outputs
     return first if np.ptp(outputs[first].values) > 0.0 else second
 
@@ -446,32 +402,25 @@ def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
     if others:
         raise PoundingError(f"{source}: has several values of {' and '.join(others)}; choose one of each with sel")
     check_scan(dataset, source)
-    one_sample = dataset.isel({SAMPLE: [0]})
-    data.check_dataset(with_axes(one_sample, source), source)
-    values = tuple(np.asarray(dataset[key].values) for key in axis.keys)
-    size = dataset.sizes[SAMPLE]
+    data.check_dataset(with_axes(dataset.isel({SAMPLE: [0]}), source), source)
+    written = tables_of(str(dataset.attrs.get("scene_resolved", ""))).get("uncertain", {})
+    correlated = [" and ".join(one["between"]) for one in written.get("correlations", [])]
+    assumptions = [
+        "The samples are counted as if they were drawn independently; those of a Latin hypercube or Sobol points are "
+        "spread more evenly, so that bounds are wider than need be.",
+        f"Every number but {', '.join(axis.keys)} is taken as known exactly.",
+        *([ONE_MOTION] if has_drawn_motions(dataset) else []),
+        *json.loads(dataset.attrs.get("notes", "[]")),
+        *([f"{'; '.join(correlated)} {CORRELATED}"] if correlated else []),
+    ]
     return Samples(
         dataset,
         axis.keys,
-        values,
+        tuple(np.asarray(dataset[key].values) for key in axis.keys),
         str(dataset.attrs.get("title", "")),
-        f"{size} samples of {counted(len(axis.keys), 'number')}",
-        tuple(_assumptions_of_dataset(dataset, axis.keys)),
+        f"{dataset.sizes[SAMPLE]} samples of {counted(len(axis.keys), 'number')}",
+        tuple(assumptions),
     )
-
-
-def _assumptions_of_dataset(dataset: xr.Dataset, keys: tuple[str, ...]) -> Iterator[str]:
-    yield (
-        "The samples are counted as if they were drawn independently; those of a Latin hypercube or Sobol points are "
-        "spread more evenly, so that bounds are wider than need be."
-    )
-    yield f"Every number but {', '.join(keys)} is taken as known exactly."
-    if has_drawn_motions(dataset):
-        yield ONE_MOTION
-    yield from json.loads(dataset.attrs.get("notes", "[]"))
-    correlations = tables_of(str(dataset.attrs.get("scene_resolved", ""))).get("uncertain", {}).get("correlations", [])
-    if correlations:
-        yield _correlated(" and ".join(one["between"]) for one in correlations)
 
 
 def sampled_scene(
@@ -488,38 +437,43 @@ def sampled_scene(
         if uncertain.given:
             raise PoundingError("samples: the scene gives its points, one a sample; leave samples out, or the points")
         uncertain = replace(uncertain, samples=samples)
-    numbers = len(uncertain.keys)
-    drawn = np.asarray(uncertain.points())
-    # A tornado and a design of their own are over all motions in each point.
-    parts = [drawn, *([] if uncertain.is_drawn else [independent_points(tornado_points(numbers), uncertain)])]
+    numbers, is_drawn = len(uncertain.keys), uncertain.is_drawn
+    parts = [np.asarray(uncertain.points())]
+    if not is_drawn:  # a tornado and a design of their own are over all motions in each point
+        parts.append(independent_points(tornado_points(numbers), uncertain))
     if num:
-        if uncertain.is_drawn:
-            raise PoundingError(
-                f"sobol: motions are drawn with the samples, and Sobol indices are over all of them; {ALL_MOTIONS}. "
-                "First-order indices follow from the samples without it"
-            )
-        if uncertain.correlations:
-            between = " and ".join(uncertain.correlations[0].between)
-            raise PoundingError(
-                f"sobol: {between} are correlated, and Sobol indices are of independent numbers; leave sobol out for "
-                "first-order indices from the samples, which share what the numbers have in common"
-            )
-        if num > MOST_SOBOL:
-            raise PoundingError(f"sobol: {num} is more than {MOST_SOBOL}; write a power of two such as 1024")
-        parts.append(saltelli_points(numbers, power_of_two(max(num, 8)), uncertain.seed))
+        _check_sobol(num, uncertain)
+        parts.append(saltelli_points(points_of(SOBOL, power_of_two(max(num, 8)), 2 * numbers, uncertain.seed)))
     whole = free_motion(scene, np.concatenate(parts), workers=workers, progress=progress)
     ends = np.cumsum([0, *map(len, parts)]).tolist()
     pieces = [whole.isel({SAMPLE: slice(low, high)}) for low, high in pairwise(ends)]
     return Samples(
         pieces[0],
         tuple(uncertain.keys),
-        tuple(np.asarray(whole[key].values)[: len(drawn)] for key in uncertain.keys),
+        tuple(np.asarray(pieces[0][key].values) for key in uncertain.keys),
         str(whole.attrs.get("title", "")),
-        "; ".join(f"{name}: {said}" for name, said in uncertain.described()).removeprefix("samples: "),
+        "; ".join(f"{name}: {words}" for name, words in uncertain.described()).removeprefix("samples: "),
         tuple(_assumptions_of_scene(uncertain, whole)),
-        None if uncertain.is_drawn else pieces[1],
+        None if is_drawn else pieces[1],
         pieces[2] if num else None,
     )
+
+
+def _check_sobol(num: int, uncertain: Any) -> None:
+    """Raise PoundingError where Sobol indices on a design of their own cannot be had."""
+    if uncertain.is_drawn:
+        raise PoundingError(
+            f"sobol: motions are drawn with the samples, and Sobol indices are over all of them; {ALL_MOTIONS}. "
+            "First-order indices follow from the samples without it"
+        )
+    if uncertain.correlations:
+        between = " and ".join(uncertain.correlations[0].between)
+        raise PoundingError(
+            f"sobol: {between} are correlated, and Sobol indices are of independent numbers; leave sobol out for "
+            "first-order indices from the samples, which share what the numbers have in common"
+        )
+    if num > MOST_SOBOL:
+        raise PoundingError(f"sobol: {num} is more than {MOST_SOBOL}; write a power of two such as 1024")
 
 
 def independent_points(points: Array, uncertain: Any) -> Array:
@@ -548,12 +502,6 @@ def _assumptions_of_scene(uncertain: Any, free: xr.Dataset) -> Iterator[str]:
         yield ONE_MOTION
     yield from uncertain.notes()
     if uncertain.correlations:
-        yield _correlated(" and ".join(one.between) for one in uncertain.correlations)
+        pairs = "; ".join(" and ".join(one.between) for one in uncertain.correlations)
+        yield f"{pairs} {CORRELATED}"
     yield from json.loads(free.attrs.get("notes", "[]"))
-
-
-def _correlated(pairs: Iterable[str]) -> str:
-    return (
-        f"{'; '.join(pairs)} are correlated: their indices share what they have in common, and a tornado moves each by "
-        "itself, which they hardly do."
-    )

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.crossed_contact import CrossedClosings
 from pounding_risk.assessment.options import Criterion, percent_words
-from pounding_risk.assessment.proportions import least_upper_bound, motions_to_show
-from pounding_risk.assessment.sobol import LEAST_SAMPLES, power_of_two
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE, share_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.kinds import kind_of
+from pounding_risk.statistics.closings import CrossedClosings
+from pounding_risk.statistics.proportions import least_upper_bound, motions_to_show
+from pounding_risk.statistics.sobol import LEAST_SAMPLES, power_of_two
 from pounding_risk.units import GAP, Quantity, say
 
 if TYPE_CHECKING:
@@ -40,17 +40,10 @@ def check_uncertainty(results: xr.Dataset) -> xr.Dataset:
     return results
 
 
-class WordedVerdict(NamedTuple):
-    """A verdict and its sentence."""
-
-    word: str
-    sentence: str
-
-
 def verdict_of(
     closings: CrossedClosings, subject: Samples, index: int, gap: float, level: int | None, criterion: Criterion
-) -> WordedVerdict:
-    """Adequate, inadequate or depends by the rule of `verdict`, with bounds over samples and motions."""
+) -> tuple[str, str]:
+    """Adequate, inadequate or depends by the rule of `verdict`, with bounds over samples and motions; its sentence."""
     here = closings.contact(gap, criterion.confidence)
     share, low, high = float(here.value[0]), float(here.low[0]), float(here.high[0])
     polarities, closed = np.array(subject.motions(index).polarities), closings.closing > gap
@@ -65,7 +58,13 @@ def verdict_of(
     bounds = f"{100 * criterion.confidence:g} % bounds {share_words(low)} to {share_words(high)}"
     where = judged_words(gap, subject.gap_deviation(index), "a ")
     finding = f"{word.capitalize()}: over {who} P(contact) at {where} is {share_words(share)} ({bounds})"
-    return WordedVerdict(word, f"{finding}{_why(word, criterion, by_polarity if len(sides) > 1 else {})}")
+    target = f"the target of {percent_words(criterion.target)}"
+    if len(sides) > 1:
+        answers = ", ".join(f"{name} {share_words(one)}" for name, one in by_polarity.items())
+        return word, f"{finding}. Each polarity alone would answer otherwise to {target}: {answers}."
+    if word == DEPENDS:
+        return word, f"{finding}. These bounds lie on both sides of {target}."
+    return word, f"{finding}, {'within' if word == ADEQUATE else 'above'} {target} throughout."
 
 
 def judged_words(gap: float, deviation: float, article: str = "") -> str:
@@ -78,16 +77,6 @@ def judged_words(gap: float, deviation: float, article: str = "") -> str:
 def gap_scatter(part: xr.Dataset) -> float:
     """Standard deviation over the samples of the gap [m], 0 where it is known."""
     return float(part.get("gap_deviation", 0.0))
-
-
-def _why(word: str, criterion: Criterion, by_polarity: dict[str, float]) -> str:
-    target = f"the target of {percent_words(criterion.target)}"
-    if by_polarity:
-        answers = ", ".join(f"{name} {share_words(share)}" for name, share in by_polarity.items())
-        return f". Each polarity alone would answer otherwise to {target}: {answers}."
-    if word == DEPENDS:
-        return f". These bounds lie on both sides of {target}."
-    return f", {'within' if word == ADEQUATE else 'above'} {target} throughout."
 
 
 def of_few(closings: CrossedClosings, criterion: Criterion) -> Iterator[str]:
@@ -120,8 +109,7 @@ def samples_words(part: xr.Dataset) -> str:
 
 def parts_words(part: xr.Dataset) -> str:
     """Sentence on the shares that motions, parameters and their interaction have in the variance."""
-    share = dict(zip(part["component"].values.tolist(), part["variance_share"].values.tolist(), strict=True))
-    deviation = dict(zip(part["component"].values.tolist(), part["dispersion"].values.tolist(), strict=True))
+    share, deviation = _by_component(part, "variance_share"), _by_component(part, "dispersion")
     if not np.isfinite(share["motions"]):
         if "interaction" not in share:
             return "No motion was drawn twice, or all are of one recording: draw more samples for the motions' share."
@@ -216,10 +204,10 @@ def indices_words(part: xr.Dataset) -> str:
 
 def _dispersion(part: xr.Dataset) -> Iterator[str]:
     """Sentence on how much the total dispersion would shrink, and that motions stay as they are."""
-    share = dict(zip(part["component"].values.tolist(), part["variance_share"].values.tolist(), strict=True))
-    if not np.isfinite(share["motions"]) or str(part["chosen_output"].item()) not in OUTPUT_WORDS:
+    is_of_closing = str(part["chosen_output"].item()) in OUTPUT_WORDS
+    if not (is_of_closing and np.isfinite(_by_component(part, "variance_share")["motions"])):
         return
-    deviation = dict(zip(part["component"].values.tolist(), part["dispersion"].values.tolist(), strict=True))
+    deviation = _by_component(part, "dispersion")
     # Of drawn motions a share is one of the variance in all, not of that of the samples alone.
     is_drawn = "parameters" not in deviation
     first = part["first_order"].sel(output="log_closing" if is_drawn else "log_median_closing").values
@@ -261,6 +249,10 @@ def _bounds(closings: CrossedClosings, gap: float, criterion: Criterion) -> Iter
 
 def _share(value: Any) -> str:
     return f"{100.0 * float(value):.0f} %"
+
+
+def _by_component(part: xr.Dataset, name: str) -> dict[str, float]:
+    return dict(zip(part["component"].values.tolist(), part[name].values.tolist(), strict=True))
 
 
 def _said(value: float, unit: str) -> str:

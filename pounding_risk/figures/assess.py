@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.fragility import SCALED, Fragility, fragility_curve
-from pounding_risk.assessment.gap_for_rate import rate_lines
-from pounding_risk.assessment.required_gap import contact_steps
-from pounding_risk.assessment.separations.table import COMBINATIONS
+from pounding_risk.assessment.fragility import SCALED, Fragility
+from pounding_risk.assessment.rates import rate_lines
+from pounding_risk.assessment.separations.rules import COMBINATIONS
 from pounding_risk.figures.style import (
     MEANING,
     QUIET,
@@ -30,13 +29,15 @@ from pounding_risk.figures.style import (
 )
 from pounding_risk.motions.levels import say_level
 from pounding_risk.results.amplitudes import intensity_label, intensity_quantity, intensity_shown, own
+from pounding_risk.statistics.fragility import fragility_curve
+from pounding_risk.statistics.required_gap import contact_steps
 from pounding_risk.units import GAP, YIELD_FORCE, say_in
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
-    from pounding_risk.assessment.proportions import Share
+    from pounding_risk.statistics.proportions import Share
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.assessment.required_gap import rounded_up
-from pounding_risk.assessment.separations.rules import DERIVED, READ
-from pounding_risk.assessment.separations.table import COMBINATIONS, CodeTable, Comparison
+from pounding_risk.assessment.separations.rules import COMBINATIONS, DERIVED, READ
+from pounding_risk.assessment.separations.table import CodeTable, Comparison
 from pounding_risk.figures.style import MEANING, RULE_MARKS_WORDS, blank, rule_mark, title
+from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.units import say_in
 
 if TYPE_CHECKING:

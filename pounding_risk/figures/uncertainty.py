@@ -8,9 +8,9 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.options import percent_words
-from pounding_risk.assessment.sobol import LEAST_SAMPLES
 from pounding_risk.assessment.uncertain_words import OUTPUT_WORDS, check_uncertainty, gap_scatter, indices_words
 from pounding_risk.figures.style import MEANING, QUIET, STYLES, blank, plain, title
+from pounding_risk.statistics.sobol import LEAST_SAMPLES
 from pounding_risk.units import say_in
 
 if TYPE_CHECKING:

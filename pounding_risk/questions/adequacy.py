@@ -9,7 +9,7 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.required_gap import NO_BOUND, NO_LOWER, NO_UPPER, RequiredGap, rounded_up
+from pounding_risk.assessment.options import NO_BOUND, NO_LOWER, NO_UPPER
 from pounding_risk.assessment.sensitivity import NEVER, force_words
 from pounding_risk.render.sheet import (
     KEPT,
@@ -29,6 +29,7 @@ from pounding_risk.render.sheet import (
     table,
 )
 from pounding_risk.results.amplitudes import intensity_unit, intensity_words
+from pounding_risk.statistics.required_gap import RequiredGap, rounded_up
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from pounding_risk.assessment.fragility import Fragility
     from pounding_risk.assessment.gmfs import Scenario
     from pounding_risk.assessment.hazard import Rate
-    from pounding_risk.assessment.proportions import Share
+    from pounding_risk.statistics.proportions import Share
 
 Row = list[Cell | str]
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
-from pounding_risk.assessment.rate_verdict import SHAPE
+from pounding_risk.assessment.rates import SHAPE
 from pounding_risk.questions.adequacy import EVENT_HEADS, OF_GAP, Row, event_cells, of_gap
 from pounding_risk.render.sheet import Block, Cell, amount, between, head, listing, number, paragraph, table
 from pounding_risk.results.amplitudes import intensity_unit, intensity_words
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
-    from pounding_risk.assessment.gap_for_rate import GapForRate
     from pounding_risk.assessment.hazard import Rate
+    from pounding_risk.assessment.rates import GapForRate
 
 AT_LEAST = "At least: the hazard curve ends where failures do not; give one that reaches further. "
 

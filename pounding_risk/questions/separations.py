@@ -175,7 +175,7 @@ def _site(
     ground: float | str | None,
 ) -> Site:
     """Heights, factors and design acceleration of a site; raises PoundingError for what is out of its range."""
-    from pounding_risk.assessment.separations.table import Site
+    from pounding_risk.assessment.separations.rules import Site
 
     heights = _pair("height", [si(each, HEIGHT, "height") for each in height], '"12 m"', '"20 m"')
     factors = _pair("factor", factor, "0.8", "1") or _behaviour(behaviour_factor)
@@ -331,8 +331,8 @@ def _of_given(given: Given) -> list[Block]:
 
 def _beside(one: CodeTable) -> list[Block]:
     """Each rule beside what the motions need, then the finding."""
-    from pounding_risk.assessment.required_gap import rounded_up
     from pounding_risk.assessment.separations.rules import OWN_PEAKS
+    from pounding_risk.statistics.required_gap import rounded_up
 
     share = f"{one.percentile:g} %"
     heads = [("rule", "l"), ("text", "l"), (head("median", "m"), "r"), (head(share, "m"), "r")]
@@ -380,14 +380,14 @@ def _parts(row: SeparationRow, excluded: Sequence[str] | Mapping[str, str]) -> l
 
 def _own_note(row: SeparationRow) -> str:
     """A row's note without the parts that `_footnotes` explains."""
-    from pounding_risk.assessment.separations.table import SHARED
+    from pounding_risk.assessment.separations.rules import SHARED
 
     return "; ".join(_parts(row, SHARED)) or MISSING
 
 
 def _footnotes(rows: Sequence[SeparationRow]) -> list[str]:
     """Sentences for the parts of notes that many rows share."""
-    from pounding_risk.assessment.separations.table import SHARED
+    from pounding_risk.assessment.separations.rules import SHARED
 
     return [f"{words}." for note, words in SHARED.items() if any(note in row.note for row in rows)]
 

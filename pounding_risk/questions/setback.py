@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pounding_risk.assessment.required_gap import NO_LOWER, NO_UPPER
+from pounding_risk.assessment.options import NO_LOWER, NO_UPPER
 from pounding_risk.assessment.setback import ASSUMED
 from pounding_risk.questions.adequacy import bounds_cell, enough, marks
 from pounding_risk.render.sheet import Block, head, listing, number, table

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from pounding_risk import __version__
-from pounding_risk.render.sheet import Block
+from pounding_risk.render.sheet import Block, paragraph
 from pounding_risk.reports.document import number_blocks
 from pounding_risk.reports.html import page, write_page
 
@@ -28,7 +28,7 @@ def write_sheet_page(target: Path, title: str, blocks: Iterable[Block]) -> Path:
     Path
         The file.
     """
-    sections = [{"name": "answer", "title": title.rstrip("."), "blocks": list(blocks)}]
+    sections = [{"name": "answer", "title": "Answer", "blocks": [part for block in blocks for part in _by_line(block)]}]
     number_blocks(sections)
     return write_page(
         target,
@@ -43,3 +43,10 @@ def write_sheet_page(target: Path, title: str, blocks: Iterable[Block]) -> Path:
             }
         ),
     )
+
+
+def _by_line(block: Block) -> list[Block]:
+    """A paragraph of several lines as one for each line; any other block alone."""
+    if block["kind"] != "paragraph":
+        return [block]
+    return [paragraph(line) for line in block["text"].split("\n") if line]

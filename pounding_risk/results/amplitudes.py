@@ -132,13 +132,19 @@ def level_asked(
     amplitudes = amplitudes_of(results)
     if pga is not None and intensity_level is not None:
         raise PoundingError("pga and intensity_level both name the amplitude; give one of them")
-    if pga is not None and amplitudes.axis != PGA_AXIS:
+    if pga is not None:
+        check_pga(amplitudes)
+    return amplitudes.place(pga if pga is not None else intensity_level)
+
+
+def check_pga(amplitudes: Amplitudes) -> None:
+    """Raise PoundingError where amplitudes are of another measure than PGA."""
+    if amplitudes.axis != PGA_AXIS:
         known = ", ".join(amplitudes.words(value) for value in amplitudes.values if value is not None)
         raise PoundingError(
             f"pga: the motions of the dataset are scaled to {amplitudes.measure.words}; choose one of its levels, "
             f"{known}, by intensity_level (--intensity-level)"
         )
-    return amplitudes.place(pga if pga is not None else intensity_level)
 
 
 def amplitude_words(results: xr.Dataset, level: float | None = None) -> str:

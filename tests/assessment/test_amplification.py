@@ -13,9 +13,9 @@ from scenes import scene_text, single, storeyed
 
 import pounding_risk as pr
 from pounding_risk.assessment import amplification as chart
-from pounding_risk.assessment.separations.combination import srss
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.figures.amplification_chart import amplification_figure
+from pounding_risk.statistics.separations import srss
 from pounding_risk.studies import amplification as study
 
 PULSES = [{"kind": "ricker", "pga": pga, "period": period} for pga, period in (("0.3 g", "0.6 s"), ("0.5 g", "1 s"))]

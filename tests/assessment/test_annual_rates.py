@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import poisson
 
-from pounding_risk.assessment.annual_rates import in_years, rate_of_probability, read_rate, return_period_words
+from pounding_risk.assessment.annual_rates import read_rate, return_period_words
+from pounding_risk.statistics.hazard import in_years, rate_of_probability
 from pounding_risk.units import QuantityError
 
 

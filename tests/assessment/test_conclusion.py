@@ -6,8 +6,8 @@ import pytest
 from scipy.stats import binom
 
 from pounding_risk.assessment.options import read_criterion
-from pounding_risk.assessment.required_gap import RequiredGap
 from pounding_risk.assessment.verdict import Basis, conclusion, recordings_to_settle
+from pounding_risk.statistics.required_gap import RequiredGap
 
 BOUNDED = RequiredGap(90.0, 0.092, 0.076, 0.115, True, 0.09)
 UNBOUNDED = RequiredGap(90.0, 0.092, 0.076, 0.1, False, 0.09)

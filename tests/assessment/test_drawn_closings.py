@@ -6,28 +6,21 @@ import json
 
 import numpy as np
 import pytest
-from scenes import BOTH, scene_text
 from scipy.stats import beta, binom, norm
+from uncertain import PERIODS, uncertain_pulses
 
 import pounding_risk as pr
 from pounding_risk.assessment.along import assess_along
-from pounding_risk.assessment.drawn_closings import Clusters, DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.assessment.uncertain_words import parts_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.uncertainty import uncertainty_figure
 from pounding_risk.questions.uncertainty import sheet
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.files import open_results, save
-from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.toml import write_toml
+from pounding_risk.statistics.closings import Clusters, DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.studies.uncertainty import AT_ONCE, ONE_BY_ONE, free_motion
 
 CONFIDENCE = 0.95
-PERIODS = {
-    "building.left.period": {"distribution": "lognormal", "dispersion": 0.3},
-    "building.right.period": {"distribution": "lognormal", "dispersion": 0.1},
-}
-PULSES = [{"kind": "ricker", "pga": "0.4 g", "period": f"{period} s"} for period in (0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5)]
 
 
 def drawn(rng, samples, recordings, deviations, of_one=1):
@@ -42,10 +35,8 @@ def drawn(rng, samples, recordings, deviations, of_one=1):
 
 
 def drawn_scene(samples=56, numbers=None, **more):
-    """A pair under pulses in both polarities, each its own recording, of which each sample has one."""
-    table = {"samples": samples, "motions": "drawn"} | (PERIODS if numbers is None else numbers)
-    given = {"records": {"generated": PULSES, "polarity": BOTH}, "law": "linear", "gap": "80 mm"} | more
-    return parse_scene(f"{scene_text(**given)}\n{write_toml({'uncertain': table})}")
+    """Of which each sample has one motion."""
+    return uncertain_pulses(numbers, samples, motions="drawn", **more)
 
 
 def test_components_are_those_of_the_one_way_analysis_of_variance():

@@ -16,14 +16,15 @@ from typer.testing import CliRunner
 
 from pounding_risk import assess, cli
 from pounding_risk.assessment.annual_rates import read_rate
-from pounding_risk.assessment.contact_fragility import ContactMotions
-from pounding_risk.assessment.gap_for_rate import RateOfGaps
-from pounding_risk.assessment.hazard import Hazard, annual_rate
+from pounding_risk.assessment.fragility import ContactMotions
+from pounding_risk.assessment.hazard import Hazard
+from pounding_risk.assessment.rates import RateOfGaps
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.questions.assess import sheet
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.files import save
+from pounding_risk.statistics.hazard import annual_rate
 
 G = 9.80665
 K0, K = 2e-3, 2.5

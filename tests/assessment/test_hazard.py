@@ -10,19 +10,11 @@ from scipy.integrate import quad
 from scipy.stats import chi2, kstest, norm
 from scipy.stats import t as student
 
-from pounding_risk.assessment.annual_rates import in_years
 from pounding_risk.assessment.fragility import Fragility
-from pounding_risk.assessment.hazard import (
-    Hazard,
-    HazardSpectrum,
-    annual_rate,
-    draws,
-    median_at_rate,
-    missing_share,
-    rate_of,
-)
+from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, rate_of
 from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.errors import PoundingError
+from pounding_risk.statistics.hazard import annual_rate, in_years, median_at_rate, missing_share
 
 K0, K = 2e-3, 2.5
 G = 9.80665
@@ -133,12 +125,12 @@ def test_the_median_of_a_rate_is_cornells():
 def test_draws_of_scaled_motions_are_those_of_a_normal_sample():
     """With n independent capacities β²(n − 1)/n is unbiased for what is drawn, and ln θ has Student's distribution."""
     sample = replace(curve(median=3.0, dispersion=0.4), independent=12.0)
-    medians, dispersions = draws(sample)
+    medians, dispersions = sample.draws()
     share = kstest(12.0 * 0.4**2 / dispersions**2, chi2(11.0).cdf).pvalue
     assert share > 0.01
     scaled = np.log(medians / 3.0) / (0.4 * np.sqrt(12.0 / 11.0) / np.sqrt(12.0))
     assert kstest(scaled, student(11.0).cdf).pvalue > 0.01
-    assert len(draws(replace(sample, se_median=np.nan, se_median_recordings=np.nan))[0]) == 0
+    assert len(replace(sample, se_median=np.nan, se_median_recordings=np.nan).draws()[0]) == 0
 
 
 def test_no_fragility_no_rate():

@@ -16,6 +16,7 @@ from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.read import read_motion
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.statistics.fragility import fit
 
 G = 9.80665
 GAP = 0.02
@@ -80,8 +81,8 @@ def test_yielding_is_counted_at_the_levels(along_pgv):
 def test_sentences_have_the_unit_of_the_measure(along_pgv):
     alone = contact(along_pgv.isel(intensity=0), intensity="pgv")
     assert alone.stripes[0].im == 0.05
-    fit = curves.fit(np.full(4, 0.05), np.array([True, False, True, False]), np.arange(4), pr.motions.scaling.PGV)
-    assert "all motions have one intensity, 5 cm/s" in fit.fault
+    fitted = fit(np.full(4, 0.05), np.array([True, False, True, False]), np.arange(4), curves.shown_as("pgv"))
+    assert "all motions have one intensity, 5 cm/s" in fitted.fault
 
 
 def test_a_hazard_of_pgv_gives_the_rate(along_pgv, tmp_path):

@@ -8,8 +8,9 @@ import re
 import pytest
 
 from pounding_risk.assessment import options as assessment_options
-from pounding_risk.assessment.options import percentile_for, percentile_of, read_criterion, target_left_by
+from pounding_risk.assessment.options import percentile_for, percentile_of, read_criterion
 from pounding_risk.errors import PoundingError
+from pounding_risk.statistics.required_gap import target_left_by
 
 
 def test_examples_in_docstrings_are_right():

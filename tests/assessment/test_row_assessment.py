@@ -14,9 +14,8 @@ import xarray as xr
 from made_row import COLUMN_FORCE, STREET, made_row
 
 from pounding_risk.assessment.assess import assess
-from pounding_risk.assessment.columns import struck_columns
 from pounding_risk.assessment.demands import intensities, interfaces, motions_of
-from pounding_risk.assessment.row import row_case
+from pounding_risk.assessment.row import row_case, struck_columns
 from pounding_risk.assessment.separations.table import at_contact, code_table
 from pounding_risk.questions.assess import sheet
 from pounding_risk.render.terminal import print_sheet

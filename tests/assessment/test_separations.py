@@ -18,19 +18,8 @@ from scipy.signal import cont2discrete, lfilter
 from typer.testing import CliRunner
 
 from pounding_risk import cli
-from pounding_risk.assessment.separations.rules import ONE_GROUND, VERIFICATIONS
-from pounding_risk.assessment.separations.table import (
-    COMBINATIONS,
-    RULES,
-    Case,
-    Site,
-    abs_sum,
-    code_table,
-    cqc,
-    separations,
-    srss,
-    white_noise_correlation,
-)
+from pounding_risk.assessment.separations.rules import COMBINATIONS, ONE_GROUND, RULES, VERIFICATIONS, Case, Site
+from pounding_risk.assessment.separations.table import code_table, separations
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.separations import separations_figure
 from pounding_risk.figures.style import MEANING
@@ -40,6 +29,7 @@ from pounding_risk.questions.separations import _footnotes as footnotes
 from pounding_risk.questions.separations import _own_note as own_note
 from pounding_risk.results.files import save
 from pounding_risk.results.places import place_coordinates
+from pounding_risk.statistics.separations import abs_sum, cqc, srss, white_noise_correlation
 
 PERIODS = st.floats(0.05, 5.0)
 DAMPINGS = st.floats(0.005, 0.5)

@@ -8,13 +8,10 @@ import numpy as np
 import pytest
 import xarray as xr
 from scenes import BOTH, scene_text, single
-from scipy.stats import beta
 from typer.testing import CliRunner
 
 import pounding_risk as pr
 from pounding_risk import cli
-from pounding_risk.assessment.options import read_criterion
-from pounding_risk.assessment.setback import required_setbacks
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions import intensity as measures
@@ -51,18 +48,6 @@ def test_a_setback_is_the_buildings_own_peak_displacement(results):
         assert one.required[-1].high == pytest.approx(largest, rel=1e-7)
         assert one.distance <= largest * (1.0 + 1e-7) and not one.required[-1].bounded
     assert [one.building for one in (left, right)] == ["left", "right"]
-
-
-def test_bounds_are_those_of_a_count_by_recording():
-    """Of sixty recordings: the upper bound is the least displacement that Clopper and Pearson's interval allows."""
-    peaks = np.random.default_rng(5).lognormal(-3.0, 0.5, 60)
-    independent, found = required_setbacks(peaks, np.arange(60), read_criterion(None, 84, 0.9))
-    required = next(each for each in found if each.percentile == 84.0)
-    rising = np.sort(peaks)
-    upper = beta.ppf(0.95, np.arange(59, -1, -1) + 1, np.arange(1, 61))  # of as many above each of the rising values
-    assert independent == 60.0
-    assert required.high == rising[np.flatnonzero(~(upper > 0.16))[0]]
-    assert (peaks > required.gap).mean() <= 0.16 + 1.0 / 60.0  # by one motion, where the percentile interpolates
 
 
 def test_a_rigid_building_needs_no_setback(results):

@@ -13,10 +13,10 @@ from scenes import scene_text, single, storeyed
 
 import pounding_risk as pr
 from pounding_risk.assessment import spectra as chart
-from pounding_risk.assessment.separations.combination import cqc, srss
 from pounding_risk.assessment.separations.rules import RULES, Case, Site
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.motions.motion import Motion
+from pounding_risk.statistics.separations import cqc, srss
 from pounding_risk.studies import spectra as study
 
 NAMES = ["RSN6-180", "RSN1690-090"]

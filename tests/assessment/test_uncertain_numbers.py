@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scenes import BOTH, scene_text, single
 from scipy.special import ndtri
+from uncertain import LEFT, PERIODS, PULSES, RIGHT, uncertain_pulses
 
 import pounding_risk as pr
 from pounding_risk.assessment.options import read_criterion
@@ -16,31 +17,16 @@ from pounding_risk.assessment.uncertain_words import words_of_number
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.uncertainty import uncertainty_figure
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.toml import write_toml
-
-LEFT, RIGHT = "building.left.period", "building.right.period"
-PERIODS = {
-    LEFT: {"distribution": "lognormal", "dispersion": 0.3},
-    RIGHT: {"distribution": "lognormal", "dispersion": 0.1},
-}
-PULSES = [{"kind": "ricker", "pga": "0.4 g", "period": f"{period} s"} for period in (0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5)]
-
-
-def uncertain_scene(numbers=None, samples=16, buildings=(), **more):
-    """A pair under pulses in both polarities, each its own recording, with uncertain numbers."""
-    table = {"samples": samples} | (PERIODS if numbers is None else numbers)
-    given = {"records": {"generated": PULSES, "polarity": BOTH}, "law": "linear", "gap": "80 mm"} | more
-    return parse_scene(f"{scene_text(*buildings, **given)}\n{write_toml({'uncertain': table})}")
 
 
 @pytest.fixture(scope="module")
 def scanned():
-    return pr.scan(uncertain_scene())
+    return pr.scan(uncertain_pulses())
 
 
 @pytest.fixture(scope="module")
 def of_scene():
-    return pr.uncertainty(uncertain_scene(), sobol=8)
+    return pr.uncertainty(uncertain_pulses(), sobol=8)
 
 
 def test_samples_together_are_the_assessments_of_each(scanned):
@@ -65,7 +51,7 @@ def test_in_a_row_what_others_push_counts_as_in_each_assessment():
     """Soft neighbours of a heavy block: contact on one side closes the other gap in some runs."""
     buildings = (single("A", "900 t", "0.9 s"), single("B", "90 t", "0.4 s"), single("C", "600 t", "0.3 s"))
     numbers = {"building.A.period": {"distribution": "uniform", "low": "0.7 s", "high": "1.1 s"}}
-    row = pr.scan(uncertain_scene(numbers, 3, buildings=buildings, gap="45 mm"))
+    row = pr.scan(uncertain_pulses(numbers, 3, buildings=buildings, gap="45 mm"))
     together = pr.uncertainty(row)
     pushed = 0
     for number, name in enumerate(("A | B", "B | C")):
@@ -119,7 +105,7 @@ def test_a_linear_scene_has_the_variance_that_is_known():
         "building.right.initial_displacement": {"distribution": "uniform", "low": "-60 mm", "high": "-40 mm"},
     }
     still = [{"kind": "ricker", "pga": "0.0001 g", "period": f"{period} s"} for period in (0.05, 0.06)]
-    study = uncertain_scene(
+    study = uncertain_pulses(
         numbers,
         128,
         records={"generated": still, "polarity": BOTH},
@@ -141,7 +127,7 @@ def test_a_linear_scene_has_the_variance_that_is_known():
 
 def test_a_gap_that_is_uncertain_moves_what_is_required_by_as_much():
     gaps = {"interface.gap": {"distribution": "normal", "mean": "80 mm", "deviation": "10 mm"}}
-    part = pr.uncertainty(uncertain_scene(gaps | {LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 128)).isel(interface=0)
+    part = pr.uncertainty(uncertain_pulses(gaps | {LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 128)).isel(interface=0)
     one = part.sel(output="required_gap")
     assert float(one["output_deviation"]) == pytest.approx(0.01, rel=0.05)
     # A fit of 11 coefficients to 128 samples has up to 9 % of the variance by chance.
@@ -156,8 +142,8 @@ def test_a_gap_that_is_uncertain_moves_what_is_required_by_as_much():
 def test_a_gap_that_is_uncertain_scales_the_intensity_that_closes_it():
     """A motion closes 60 mm at 0.75 times the intensity at which it closes 80 mm."""
     gaps = {"interface.gap": {"distribution": "lognormal", "median": "80 mm", "dispersion": 0.2}}
-    known = pr.uncertainty(uncertain_scene({LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 64)).isel(interface=0)
-    drawn = pr.uncertainty(uncertain_scene(gaps | {LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 64)).isel(interface=0)
+    known = pr.uncertainty(uncertain_pulses({LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 64)).isel(interface=0)
+    drawn = pr.uncertainty(uncertain_pulses(gaps | {LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 64)).isel(interface=0)
     assert drawn["fragility_fault"].item() == ""
     # The mean of ln gap over balanced points is that of its median, and their deviation 0.2 but for 64 points.
     np.testing.assert_allclose(drawn["fragility_median"], known["fragility_median"], rtol=5e-3)
@@ -222,12 +208,12 @@ def test_without_samples_nothing_is_uncertain(scanned):
     with pytest.raises(PoundingError, match="has no samples of uncertain numbers"):
         pr.uncertainty(scanned.isel(sample=[0]))
     with pytest.raises(PoundingError, match="need runs of contact"):
-        pr.uncertainty(uncertain_scene(samples=4), output="peak_contact_force")
+        pr.uncertainty(uncertain_pulses(samples=4), output="peak_contact_force")
 
 
 def test_correlated_numbers_have_no_sobol_indices():
     tied = PERIODS | {"correlations": [{"between": [LEFT, RIGHT], "value": 0.6}]}
-    study = uncertain_scene(tied, 8)
+    study = uncertain_pulses(tied, 8)
     with pytest.raises(PoundingError, match=f"sobol: {LEFT} and {RIGHT} are correlated"):
         pr.uncertainty(study, sobol=8)
     told = json.loads(pr.uncertainty(study).attrs["assumptions"])
@@ -240,7 +226,7 @@ def test_correlated_numbers_have_no_sobol_indices():
 
 
 def test_one_sample_says_nothing_of_the_numbers():
-    part = pr.uncertainty(uncertain_scene(samples=1)).isel(interface=0)
+    part = pr.uncertainty(uncertain_pulses(samples=1)).isel(interface=0)
     assert "One sample does not show whether" in part["narrowing"].item()
     assert "no number changes it" not in part["narrowing"].item()
 
@@ -248,7 +234,7 @@ def test_one_sample_says_nothing_of_the_numbers():
 def test_nothing_stands_out_where_no_number_matters():
     """A restitution changes no motion without contact."""
     numbers = {"interface.restitution": {"distribution": "uniform", "low": 0.4, "high": 0.8}}
-    part = pr.uncertainty(uncertain_scene(numbers, 8, law="jankowski")).isel(interface=0)
+    part = pr.uncertainty(uncertain_pulses(numbers, 8, law="jankowski")).isel(interface=0)
     assert part["narrowing"].item().startswith("Over the samples the required gap does not vary")
     np.testing.assert_allclose(part["variance_share"].sel(component="parameters"), 0.0, atol=1e-12)
 
@@ -275,7 +261,7 @@ def test_a_number_is_named_alone_only_where_its_bounds_say_so(of_scene):
 
 def test_too_few_recordings_are_told():
     few = {"generated": PULSES[:1], "polarity": BOTH}
-    dataset = pr.uncertainty(uncertain_scene(samples=8, records=few))
+    dataset = pr.uncertainty(uncertain_pulses(samples=8, records=few))
     assert any(sentence.startswith("Few: ") for sentence in json.loads(dataset.attrs["assumptions"]))
     part = dataset.isel(interface=0)
     assert np.isnan(part["variance_share"].sel(component="motions"))
@@ -298,7 +284,7 @@ def test_the_figure_draws_the_dataset(of_scene, scanned):
 
 
 def test_a_report_has_a_section_of_it_beside_the_scan(of_scene, tmp_path):
-    stated = pr.scan(uncertain_scene().replace("uncertain.samples=0"))
+    stated = pr.scan(uncertain_pulses().replace("uncertain.samples=0"))
     page = pr.report(stated, tmp_path / "r.html", also=[of_scene]).read_text(encoding="utf-8")
     assert "Uncertain numbers" in page
     part = of_scene.isel(interface=0)
@@ -309,7 +295,7 @@ def test_a_report_has_a_section_of_it_beside_the_scan(of_scene, tmp_path):
 
 
 def test_results_are_written_and_replaced_by_their_own_kind_alone(of_scene, tmp_path):
-    study = uncertain_scene(samples=4)
+    study = uncertain_pulses(samples=4)
     file = tmp_path / "u.nc"
     written = pr.uncertainty(study, file)
     read = pr.open_results(file)

@@ -8,12 +8,12 @@ import xarray as xr
 from scenes import BOTH, FOUR_IN_A_ROW, scene_text, single
 
 import pounding_risk as pr
-from pounding_risk.assessment.demands import intensities, intensities_of
+from pounding_risk.assessment.demands import intensities
 from pounding_risk.ensemble.plan.plan import plan as scan_plan
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import Measure
 from pounding_risk.motions.read import read_motion
-from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of, measure_of, usual_intensity
+from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of, intensity_unit, measure_of, usual_intensity
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.rerun import rerun
 
@@ -171,10 +171,9 @@ def test_intensities_are_the_levels(scanned, name):
     """In the measure of the levels these; in every other one in proportion to the factors."""
     dataset = scanned[name]
     levels = dataset["intensity"].values
-    asked = intensities_of(dataset, "scale" if name == "scale" else None)
-    assert asked.intensity == measure_of(dataset).intensity
-    assert asked.unit == dataset["intensity"].attrs["units"]
-    np.testing.assert_array_equal(asked.values, np.tile(levels, (4, 1)))
+    own = "scale" if name == "scale" else usual_intensity(dataset)
+    assert (own, intensity_unit(own)) == (measure_of(dataset).intensity, dataset["intensity"].attrs["units"])
+    np.testing.assert_array_equal(intensities(dataset, own), np.tile(levels, (4, 1)))
     for other in ("pga", "pgv", "sa(0.4 s)", "sa_avg(0.2-1.5 s)", "sa(left)"):
         values = intensities(dataset, other)
         assert values.shape == (4, 2)
@@ -263,7 +262,7 @@ def test_one_level_may_be_squeezed(along_sa):
     selected = along_sa.sel(intensity=0.4 * G)
     for dataset in (one, selected, selected.squeeze()):
         assert pr.assess(dataset).interfaces[0].closing == pr.assess(along_sa).interfaces[0].closing
-        np.testing.assert_array_equal(intensities_of(dataset).values, np.full((4, 1), 0.4 * G))
+        np.testing.assert_array_equal(intensities(dataset, usual_intensity(dataset)), np.full((4, 1), 0.4 * G))
 
 
 def test_other_calls_read_levels(along_sa, tmp_path):

@@ -13,7 +13,6 @@ from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk.assessment.separations.combination import cqc
 from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures import property_figure
@@ -25,6 +24,7 @@ from pounding_risk.lab.verification.unreached import UNREACHED
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import LAWS, SHIPPED
 from pounding_risk.reports.verification import verification_page
+from pounding_risk.statistics.separations import cqc
 
 
 def run(*arguments: object):

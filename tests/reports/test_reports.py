@@ -27,7 +27,6 @@ from matplotlib.patches import StepPatch
 
 import pounding_risk as pr
 from pounding_risk.assessment.assess import assess
-from pounding_risk.assessment.required_gap import rounded_up
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.assess import draw_contact
@@ -41,6 +40,7 @@ from pounding_risk.reports.data import ReportData, companions
 from pounding_risk.reports.sections import answers, provenance
 from pounding_risk.results.files import save
 from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.units import SHOWN, rounded
 
 G = 9.80665
@@ -497,7 +497,11 @@ def test_the_pdf_is_tagged_and_holds_its_fonts(pdf):
 
 def test_words_of_a_user_are_words(built):
     """What is markup to HTML or to typst stands as it was written."""
-    strange = {**built, "title": STRANGE, "sections": [{**built["sections"][0], "title": STRANGE}]}
+    strange = {
+        **built,
+        "title": STRANGE,
+        "sections": [{**built["sections"][0], "title": STRANGE}, built["sections"][1]],
+    }
     text = page.page(strange)
     assert "<b>pair</b>" not in text
     assert text.count("A &lt;b&gt;pair&lt;/b&gt; &amp; ") >= 4

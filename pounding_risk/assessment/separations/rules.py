@@ -24,8 +24,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pounding_risk._common.plugins import Registry
-from pounding_risk.assessment.separations.combination import Pair, abs_sum, cqc, srss
 from pounding_risk.errors import PoundingError
+from pounding_risk.statistics.separations import Pair, abs_sum, cqc, srss
 from pounding_risk.units import STANDARD_GRAVITY
 
 ZONES = ("I", "II", "III")
@@ -153,6 +153,19 @@ INDIA = (
 )
 IBC_TEXT = "the International Building Code's text (up.codes, building separations, eq. 16-64)"
 
+# What the rules of one code share: the factor of its displacements, the ground motion that it means, and its editions.
+ASCE7: dict[str, Any] = {"factor": "Cd / Ie", "level": "design earthquake, 2/3 of MCE_R", "in_force": US_EDITIONS}
+ASCE7_2022: dict[str, Any] = ASCE7 | {"level": f"{ASCE7['level']}; not read whether the clause asks for more"}
+UBC97: dict[str, Any] = {
+    "superseded": "the International Building Code, since 2000", "factor": "R", "level": "10 % in 50 years (475 years)"
+}  # fmt: skip
+EUROCODE8: dict[str, Any] = {
+    "superseded": "the second generation, EN 1998-1-1:2024 and EN 1998-1-2",
+    "factor": "qd, which is q unless stated otherwise",
+    "level": "no-collapse: 475 years, times the importance factor",
+    "in_force": EUROCODES,
+}
+
 _RULES = (
     Rule(
         "abs", "sum of the peaks (ABS)", "no code", None, "d1 + d2", DERIVED,
@@ -173,96 +186,69 @@ _RULES = (
         "asce7", "ASCE 7, same property", "ASCE/SEI 7-10, 12.12.3", 2010, "√(δM1² + δM2²), δM = Cd δmax / Ie", READ,
         "a public copy of the page, eqs. 12.12-1 and 12.12-2",
         (), ("factors",), lambda case: srss(*case.design),
-        superseded="ASCE/SEI 7-16 and 7-22",
-        factor="Cd / Ie",
-        level="design earthquake, 2/3 of MCE_R",
-        in_force=US_EDITIONS,
+        superseded="ASCE/SEI 7-16 and 7-22", **ASCE7,
     ),
     Rule(
         "asce7_boundary", "ASCE 7, across a property line", "ASCE/SEI 7-10, 12.12.3", 2010,
         "δM1 + δM2: each set back by its own δM", QUOTED,
         f"{IBC_TEXT}, with which the readable part of ASCE 7-10's agrees",
         (), ("factors",), lambda case: abs_sum(*case.design),
-        superseded="ASCE/SEI 7-16 and 7-22",
-        factor="Cd / Ie",
-        level="design earthquake, 2/3 of MCE_R",
-        in_force=US_EDITIONS,
+        superseded="ASCE/SEI 7-16 and 7-22", **ASCE7,
     ),
     Rule(
         "asce7_2016", "ASCE 7-16, same property", "ASCE/SEI 7-16, 12.12.3", 2016, "√(δM1² + δM2²), δM = Cd δmax / Ie",
         MEMORY, "", (), ("factors",), lambda case: srss(*case.design),
-        superseded="ASCE/SEI 7-22",
-        factor="Cd / Ie",
-        level="design earthquake, 2/3 of MCE_R",
-        in_force=US_EDITIONS,
+        superseded="ASCE/SEI 7-22", **ASCE7,
     ),
     Rule(
         "asce7_2016_boundary", "ASCE 7-16, across a property line", "ASCE/SEI 7-16, 12.12.3", 2016,
         "δM1 + δM2: each set back by its own δM", QUOTED, "by an engineer (theenvelope.co, Envelope 33)",
         (), ("factors",), lambda case: abs_sum(*case.design),
-        superseded="ASCE/SEI 7-22",
-        factor="Cd / Ie",
-        level="design earthquake, 2/3 of MCE_R",
-        in_force=US_EDITIONS,
+        superseded="ASCE/SEI 7-22", **ASCE7,
     ),
     Rule(
         "asce7_2022", "ASCE 7-22, same property", "ASCE/SEI 7-22, 12.12", 2022,
         "√(δM1² + δM2²), taken as in 7-16: the displacements of 12.8.6 were rewritten, read which one the clause means",
         MEMORY, "", (), ("factors",), lambda case: srss(*case.design),
-        factor="Cd / Ie",
-        level="design earthquake, 2/3 of MCE_R; not read whether the clause asks for more",
-        in_force=US_EDITIONS,
+        **ASCE7_2022,
     ),
     Rule(
         "asce7_2022_boundary", "ASCE 7-22, across a property line", "ASCE/SEI 7-22, 12.12", 2022,
         "δM1 + δM2, taken as in 7-16: the displacements of 12.8.6 were rewritten, read which one the clause means",
         MEMORY, "", (), ("factors",), lambda case: abs_sum(*case.design),
-        factor="Cd / Ie",
-        level="design earthquake, 2/3 of MCE_R; not read whether the clause asks for more",
-        in_force=US_EDITIONS,
+        **ASCE7_2022,
     ),
     Rule(
         "ubc97", "UBC 97, same property", "UBC 97, 1633.2.11", 1997, "√(ΔM1² + ΔM2²), ΔM = 0.7 R ΔS", QUOTED,
         f"by engineers, with its numbers (seaintarchive.org 2001, eng-tips.com 392487), and {IBC_TEXT}",
         (), ("factors",), lambda case: 0.7 * srss(*case.design),
-        superseded="the International Building Code, since 2000",
-        factor="R",
-        level="10 % in 50 years (475 years)",
+        **UBC97,
     ),
     Rule(
         "ubc97_boundary", "UBC 97, across a property line", "UBC 97, 1633.2.11", 1997,
         "ΔM1 + ΔM2, ΔM = 0.7 R ΔS: each set back by its own ΔM", QUOTED,
         "by an engineer (seaintarchive.org, 2001)",
         (), ("factors",), lambda case: 0.7 * abs_sum(*case.design),
-        superseded="the International Building Code, since 2000",
-        factor="R",
-        level="10 % in 50 years (475 years)",
+        **UBC97,
     ),
     Rule(
         "eurocode8", "Eurocode 8, same property", "EN 1998-1:2004, 4.4.2.7", 2004,
         "√(ds1² + ds2²), ds = qd de; times 0.7 where floors are at the same levels", MEMORY, "",
         (), ("factors", "aligned"), lambda case: _reduced(case) * srss(*case.design),
-        superseded="the second generation, EN 1998-1-1:2024 and EN 1998-1-2",
-        factor="qd, which is q unless stated otherwise",
-        level="no-collapse: 475 years, times the importance factor",
-        in_force=EUROCODES,
+        **EUROCODE8,
     ),
     Rule(
         "eurocode8_boundary", "Eurocode 8, across a property line", "EN 1998-1:2004, 4.4.2.7", 2004,
         "ds1 + ds2: each at least ds from the line; times 0.7 where floors are at the same levels", MEMORY, "",
         (), ("factors", "aligned"), lambda case: _reduced(case) * abs_sum(*case.design),
-        superseded="the second generation, EN 1998-1-1:2024 and EN 1998-1-2",
-        factor="qd, which is q unless stated otherwise",
-        level="no-collapse: 475 years, times the importance factor",
-        in_force=EUROCODES,
+        **EUROCODE8,
     ),
     Rule(
         "nbcc", "Canada", "NBC 2010, 4.1.8.14 (1)", 2010, "√(Δ1² + Δ2²), or the two are connected", QUOTED,
         "the Ontario Building Code (buildingcode.online/707.html), with the intent statement of NBC 2010",
         (), ("factors",), lambda case: srss(*case.design),
         superseded="NBC 2015 and 2020",
-        factor="Rd Ro / IE",
-        level="2 % in 50 years (2475 years)",
+        factor="Rd Ro / IE", level="2 % in 50 years (2475 years)",
         in_force="what the province has adopted",
     ),
     Rule(
@@ -271,8 +257,7 @@ _RULES = (
         "a public copy of the page", ("heights", "zone"), ("factors", "alike"),
         lambda case: _mexico(case, 0.05, {"I": 0.001, "II": 0.003, "III": 0.006}, case.design),
         superseded="NTC-Sismo 2017 and later ones",
-        factor="Q",
-        level="the design spectrum of the code",
+        factor="Q", level="the design spectrum of the code",
     ),
     Rule(
         "mexico_simplified", "Mexico City, simplified analysis", "NTC-Sismo 2004, 1.10", 2004,
@@ -297,22 +282,19 @@ _RULES = (
         (), ("factors", "aligned"),
         lambda case: abs_sum(*case.design) * 0.5 + 0.025 if case.site.aligned else abs_sum(*case.design),
         superseded="IS 1893 (Part 1):2016",
-        factor="R",
-        level="design basis, half of the maximum considered (zone factor Z / 2)",
+        factor="R", level="design basis, half of the maximum considered (zone factor Z / 2)",
     ),
     Rule(
         "is1893_2016", "India, 2016", "IS 1893 (Part 1):2016, 7.11.3", 2016, "R1 Δ1 + R2 Δ2", MEMORY, "",
         (), ("factors",), lambda case: abs_sum(*case.design),
-        factor="R",
-        level="design basis, half of the maximum considered (zone factor Z / 2)",
+        factor="R", level="design basis, half of the maximum considered (zone factor Z / 2)",
         in_force=INDIA,
     ),
     Rule(
         "peru", "Peru", "E.030", 2018, "largest of 0.006 h, 30 mm and 2/3 (d1 + d2)", MEMORY, "",
         ("heights",), ("factors",),
         lambda case: np.maximum(max(0.03, 0.006 * case.lower), abs_sum(*case.design) * 2.0 / 3.0),
-        factor="0.75 R, irregular 0.85 R",
-        level="10 % in 50 years (475 years)",
+        factor="0.75 R, irregular 0.85 R", level="10 % in 50 years (475 years)",
     ),
     Rule(
         "iran", "Iran, to 8 storeys", "Standard 2800, 4th edition", 2014,
@@ -325,16 +307,14 @@ _RULES = (
         "α √(Δ1² + Δ2²), α = 0.5 R / I, 0.25 R / I where floors are at the same levels; at least 30 mm to 6 m of "
         "height and 10 mm more for each 3 m, in proportion", QUOTED,
         "the conditions in full (insapedia.com, deprem derzleri)", ("heights",), ("factors", "aligned"), _turkey,
-        factor="R / I",
-        level="DD-2: 10 % in 50 years (475 years)",
+        factor="R / I", level="DD-2: 10 % in 50 years (475 years)",
     ),
     Rule(
         "italy", "Italy", "NTC 2008, 7.2.2", 2008, "d1 + d2, and at least h / 100 · ag S / 0.5 g", QUOTED,
         "in full (risponde.promolegno.com 11764)", ("heights", "ground"), ("factors",),
         lambda case: np.maximum(abs_sum(*case.design), 0.01 * case.lower * (case.site.ground or 0.0) / HALF_GRAVITY),
         superseded="NTC 2018",
-        factor="μd of 7.3.3.3",
-        level="SLV: 10 % in the reference life, 475 years where that is 50",
+        factor="μd of 7.3.3.3", level="SLV: 10 % in the reference life, 475 years where that is 50",
     ),
     Rule(
         "italy_2018", "Italy, 2018", "NTC 2018, 7.2.1", 2018,
@@ -343,23 +323,20 @@ _RULES = (
         lambda case: np.maximum(
             abs_sum(*case.design), 0.01 * case.lower * min((case.site.ground or 0.0) / HALF_GRAVITY, 1.0)
         ),
-        factor="μd of 7.3.3.3",
-        level="SLV: 10 % in the reference life, 475 years where that is 50",
+        factor="μd of 7.3.3.3", level="SLV: 10 % in the reference life, 475 years where that is 50",
     ),
     Rule(
         "nzs1170", "New Zealand, across a boundary", "NZS 1170.5:2004, section 7", 2004,
         "δ1 + δ2: each stays on its own side, δ the design deflection of the ultimate limit state", MEMORY, "",
         (), ("factors",), lambda case: abs_sum(*case.design),
-        factor="μ",
-        level="ultimate limit state, 500 years for importance level 2",
+        factor="μ", level="ultimate limit state, 500 years for importance level 2",
     ),
     Rule(
         "taiwan", "Taiwan", "Seismic design code for buildings, edition of 2011", 2011,
         "0.6 · 1.4 αy Ra (d1 + d2): each set back by its own", MEMORY, "",
         (), ("factors",), lambda case: 0.6 * abs_sum(*case.design),
         superseded="the edition of 2022",
-        factor="1.4 αy Ra",
-        level="design earthquake, 10 % in 50 years (475 years)",
+        factor="1.4 αy Ra", level="design earthquake, 10 % in 50 years (475 years)",
         in_force="the edition of 2022, since October of that year as narlabs.org.tw reports; its clause was not seen",
     ),
     Rule(
@@ -367,8 +344,7 @@ _RULES = (
         "√(Δ1² + Δ2²), which need not exceed 4 % of the height where contact is possible", MEMORY, "",
         ("heights",), ("factors",), _capped,
         superseded="ASCE/SEI 41-17 and 41-23",
-        factor="1: of the linear procedure's pseudo-lateral force",
-        level="hazard level of the performance objective",
+        factor="1: of the linear procedure's pseudo-lateral force", level="hazard level of the performance objective",
     ),
 )  # fmt: skip
 

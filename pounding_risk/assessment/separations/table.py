@@ -25,40 +25,19 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.demands import by_motion, interfaces
 from pounding_risk.assessment.options import USUAL_PERCENTILE, percentile_of
-from pounding_risk.assessment.required_gap import rounded_up
-from pounding_risk.assessment.separations.combination import Pair, abs_sum, cqc, srss, white_noise_correlation
-from pounding_risk.assessment.separations.rules import (
-    COMBINATIONS,
-    FROM_MEMORY,
-    INTENSITIES,
-    MEMORY,
-    ONE_GROUND,
-    OWN_PEAKS,
-    QUOTED,
-    QUOTED_ONLY,
-    RULES,
-    SHARED,
-    STRUCTURES,
-    TAKEN,
-    ZONES,
-    Case,
-    Rule,
-    Site,
-)
+from pounding_risk.assessment.separations import rules
+from pounding_risk.assessment.separations.rules import RULES, Case, Rule, Site
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import amplitude_words, amplitudes_of
 from pounding_risk.results.attributes import has_own_grounds, tables_of
 from pounding_risk.results.own_case import at_level
 from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.statistics.required_gap import rounded_up
+from pounding_risk.statistics.separations import Pair, white_noise_correlation
 from pounding_risk.units import GAP, Quantity, say, si
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "COMBINATIONS", "RULES", "SHARED", "Case", "CodeTable", "Comparison", "Rule", "SeparationRow",
-    "Site", "abs_sum", "code_table", "cqc", "separations", "srss", "white_noise_correlation",
-]  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -92,10 +71,10 @@ class SeparationRow:
 class Comparison:
     """One rule beside the gaps that the motions need.
 
-    ``middle`` and ``upper`` [m] are the median and the percentile of what the rule asks for, motion by motion, from
+    ``middle`` and ``upper`` [m] are the median and the percentile of what the rule requires, motion by motion, from
     that motion's elastic peaks, not from a code's design displacements;
     ``ratio_*`` the 16 %, 50 % and 84 % values of that over the gap the same motion needs; ``exceeded`` the share of
-    the motions that need more than the rule asks for. All None where the rule gives no number.
+    the motions that need more than the rule requires. All None where the rule gives no number.
     """
 
     row: SeparationRow  # of the median displacements
@@ -128,7 +107,7 @@ class CodeTable(ShortRepr):
     correlation: float | None  # ρ of the two buildings under white noise; None where one is rigid
     names: tuple[str, ...]  # of the motions with a demand
     closing: tuple[float, ...]  # m, the gap that each needs
-    asked: dict[str, tuple[float, ...]]  # m, what each combination asks for, motion by motion
+    asked: dict[str, tuple[float, ...]]  # m, what each combination requires, motion by motion
     rules: tuple[Comparison, ...]
 
     def facts(self) -> Iterable[tuple[str, str]]:
@@ -136,7 +115,7 @@ class CodeTable(ShortRepr):
         yield "between", " | ".join(self.buildings)
         yield "motions", f"{self.motions} {self.at}"
         yield f"gap of {self.percentile:g} % of the motions", say(rounded_up(self.demand), GAP, 3)
-        yield "separations", OWN_PEAKS
+        yield "separations", rules.OWN_PEAKS
         yield "finding", self.finding
 
     @property
@@ -186,47 +165,36 @@ def separations(
     PoundingError
         For a number out of its range.
     """
-    _check_pair(buildings, displacements)
-    left, right = (si(value, DISPLACEMENT, "displacements") for value in displacements)
-    _check((left, right), site)
-    if periods is None or dampings is None:
-        case = Case((left, right), (nan, nan), (nan, nan), site)
-        return tuple(_row(rule, case, ("periods and dampings",) * rule.has_periods) for rule in RULES.values())
-    case = Case((left, right), periods, dampings, site)
-    return tuple(_row(rule, case) for rule in RULES.values())
-
-
-def _row(rule: Rule, case: Case, unknown: tuple[str, ...] = ()) -> SeparationRow:
-    missing = [*unknown, *(key for key in rule.needs if getattr(case.site, key) is None)]
-    value = None if missing else float(rule.function(case))
-    needs = f"needs {' and '.join(missing)}" if missing else ""
-    taken = () if missing else _taken(rule, case.site)
-    facts = (rule.name, rule.title, rule.clause, rule.year, rule.verification, rule.source, rule.superseded)
-    return SeparationRow(*facts, value, "; ".join(filter(None, (needs, *_doubts(rule), *taken))))
-
-
-def _doubts(rule: Rule) -> tuple[str, ...]:
-    """Notes that the clause itself was not read, and that it is superseded."""
-    unread = {MEMORY: FROM_MEMORY, QUOTED: QUOTED_ONLY}.get(rule.verification, "")
-    return unread, f"superseded by {rule.superseded}" if rule.superseded else ""
-
-
-def _taken(rule: Rule, site: Site) -> tuple[str, ...]:
-    """Assumptions of the rule on what the user did not give."""
-    return tuple(TAKEN[key] for key in rule.assumes if getattr(site, key) == getattr(PLAIN, key))
-
-
-def _check_pair(buildings: Sequence[str], displacements: Sequence[Any]) -> None:
     if len(buildings) != 2:
         raise PoundingError(f"{len(buildings)} buildings; a separation is between two: choose a pair of neighbours")
     if len(displacements) != 2:
         raise PoundingError(f"{len(displacements)} displacements; give two, left and right, such as 0.045, 0.03")
-
-
-def _check(displacements: Pair, site: Site) -> None:
-    for value in np.concatenate([np.ravel(np.asarray(displacement, float)) for displacement in displacements]):
+    left, right = (si(value, DISPLACEMENT, "displacements") for value in displacements)
+    for value in (left, right):
         if not (isfinite(value) and value >= 0.0):
             raise PoundingError(f"a peak displacement is {value:g} m; it must be at least 0 and finite: give the peak")
+    _check_site(site)
+    moving = None if periods is None or dampings is None else (periods, dampings)
+    of_periods, of_dampings = moving or ((nan, nan), (nan, nan))
+    case = Case((left, right), of_periods, of_dampings, site)
+    rows = []
+    for rule in RULES.values():
+        missing = ["periods and dampings"] if rule.has_periods and moving is None else []
+        missing += [key for key in rule.needs if getattr(site, key) is None]
+        notes = [
+            f"needs {' and '.join(missing)}" if missing else "",
+            {rules.MEMORY: rules.FROM_MEMORY, rules.QUOTED: rules.QUOTED_ONLY}.get(rule.verification, ""),
+            f"superseded by {rule.superseded}" if rule.superseded else "",
+        ]
+        if not missing:  # what the rule assumes of what the user did not give
+            notes += [rules.TAKEN[key] for key in rule.assumes if getattr(site, key) == getattr(PLAIN, key)]
+        facts = (rule.name, rule.title, rule.clause, rule.year, rule.verification, rule.source, rule.superseded)
+        separation = None if missing else float(rule.function(case))
+        rows.append(SeparationRow(*facts, separation, "; ".join(filter(None, notes))))
+    return tuple(rows)
+
+
+def _check_site(site: Site) -> None:
     ground = None if site.ground is None else (site.ground,)
     positive: tuple[tuple[str, Any, str], ...] = (
         ("height", site.heights, " m"), ("factor", site.factors, ""), ("design acceleration", ground, " m/s²")
@@ -235,8 +203,10 @@ def _check(displacements: Pair, site: Site) -> None:
         for value in values or ():
             if not (isfinite(value) and value > 0.0):
                 raise PoundingError(f"a {what} is {value:g}{unit}; it must be greater than 0 and finite: correct it")
-    choices: dict[str, tuple[Any, ...]] = {"zone": ZONES, "intensity": INTENSITIES, "structure": STRUCTURES}
-    for what, allowed in choices.items():
+    choices: tuple[tuple[str, tuple[Any, ...]], ...] = (
+        ("zone", rules.ZONES), ("intensity", rules.INTENSITIES), ("structure", rules.STRUCTURES)
+    )  # fmt: skip
+    for what, allowed in choices:
         value = getattr(site, what)
         if value is not None and value not in allowed:
             raise PoundingError(f"{what} is {value!r}; it must be {', '.join(map(str, allowed))}: choose one")
@@ -279,52 +249,60 @@ def code_table(
         motion; and for an interface that it has not and a percentile out of its range.
     """
     percentile = percentile_of(percentile)
-    results = with_axes(results)
-    part = results if interface is None else _between(results, interface)
-    shown = at_level(_complete(part)).isel(interface=0, missing_dims="ignore")
+    part = with_axes(results)
+    if interface is not None:
+        parts = dict(interfaces(part))
+        if interface not in parts:
+            meant = nearest(str(interface), parts)
+            raise PoundingError(f"interface: {interface!r} is not in the dataset{meant}, which has {', '.join(parts)}")
+        part = parts[interface]
+    missing = [name for name in NEEDED if name not in part]
+    if missing:
+        raise PoundingError(f"the dataset has no {' and no '.join(missing)}; scan the scene again with this version")
+    if part.sizes.get("building", 1) != 2:
+        example = " | ".join(map(str, part["building"].values[:2]))
+        raise PoundingError(
+            f"the dataset has {part.sizes.get('building', 1)} buildings; select two neighbours, such as "
+            f'interface="{example}", or with isel(building=[0, 1])'
+        )
+    shown = at_level(part).isel(interface=0, missing_dims="ignore")
     left, right = (by_motion(at_contact(shown, side)).astype(float) for side in (0, 1))
-    site = _known_site(shown, site)
     closing = by_motion(shown["peak_closing_free"]).astype(float)
-    periods, dampings = _both(shown, "period"), _both(shown, "damping")
     known = np.isfinite(left) & np.isfinite(right) & np.isfinite(closing)
     if not known.any():
         raise PoundingError(
             "no motion of the dataset moves the ground and has a finite response; check the records and the buildings"
         )
+    site = _known_site(shown, site)
+    periods: Pair = tuple(shown["building_period"].values.tolist())
+    dampings: Pair = tuple(shown["building_damping"].values.tolist())
     moved = known & (closing > 0.0)
     names = [f"{record} {polarity}" for record in shown["record"].values for polarity in shown["polarity"].values]
-    buildings = tuple(str(name) for name in shown["building"].values)
-    medians = (_median(left[known]), _median(right[known]))
+    first, second = map(str, shown["building"].values)
+    medians = (float(np.median(left[known])), float(np.median(right[known])))
     case = Case((left[moved], right[moved]), periods, dampings, site)
-    rows = separations(buildings, medians, periods, dampings, site)
+    rows = separations((first, second), medians, periods, dampings, site)
     if has_own_grounds(tables_of(str(shown.attrs.get("scene_resolved", "")))):
-        rows = tuple(replace(row, note="; ".join(filter(None, (row.note, ONE_GROUND)))) for row in rows)
+        rows = tuple(replace(row, note="; ".join(filter(None, (row.note, rules.ONE_GROUND)))) for row in rows)
     amplitude = amplitudes_of(shown).values[0]
+    both_move = bool(np.isfinite(shown["building_period"].values).all())
+    demand_median, demand = enough_for(closing[known], (MIDDLE, percentile)).tolist()
     return CodeTable(
-        buildings=(buildings[0], buildings[1]),
+        buildings=(first, second),
         amplitude=amplitude if amplitude is not None and isfinite(amplitude) else None,
         at=amplitude_words(shown),
         percentile=percentile,
         motions=int(moved.sum()),
         without=int((known & ~moved).sum()),
-        demand_median=_enough_for(closing[known], MIDDLE),
-        demand=_enough_for(closing[known], percentile),
+        demand_median=demand_median,
+        demand=demand,
         displacements=medians,
-        correlation=_correlation(periods, dampings),
+        correlation=float(white_noise_correlation(periods, dampings)) if both_move else None,
         names=tuple(np.array(names)[moved].tolist()),
         closing=tuple(closing[moved].tolist()),
-        asked={name: tuple(_asked(RULES[name], case).tolist()) for name in COMBINATIONS},
+        asked={name: tuple(_of_motions(RULES[name], case).tolist()) for name in rules.COMBINATIONS},
         rules=tuple(_beside(row, case, closing[moved], percentile) for row in rows),
     )
-
-
-def _between(results: xr.Dataset, interface: str) -> xr.Dataset:
-    """The part of a dataset that belongs to an interface."""
-    parts = dict(interfaces(results))
-    if interface not in parts:
-        meant = nearest(str(interface), parts)
-        raise PoundingError(f"interface: {interface!r} is not in the dataset{meant}, which has {', '.join(parts)}")
-    return parts[interface]
 
 
 def at_contact(results: xr.Dataset, side: int) -> xr.DataArray:
@@ -354,31 +332,7 @@ def _known_site(results: xr.Dataset, site: Site) -> Site:
     return site._replace(heights=heights, aligned=site.aligned or aligned)
 
 
-def _complete(results: xr.Dataset) -> xr.Dataset:
-    missing = [name for name in NEEDED if name not in results]
-    if missing:
-        raise PoundingError(f"the dataset has no {' and no '.join(missing)}; scan the scene again with this version")
-    count = results.sizes.get("building", 1)
-    if count != 2:
-        example = " | ".join(map(str, results["building"].values[:2]))
-        raise PoundingError(
-            f'the dataset has {count} buildings; select two neighbours, such as interface="{example}", or with '
-            "isel(building=[0, 1])"
-        )
-    return results
-
-
-def _both(results: xr.Dataset, fact: str) -> tuple[float, float]:
-    """Values of a property for the left and the right building."""
-    left, right = results[f"building_{fact}"].values
-    return float(left), float(right)
-
-
-def _correlation(periods: tuple[float, float], dampings: tuple[float, float]) -> float | None:
-    return float(white_noise_correlation(periods, dampings)) if all(map(isfinite, periods)) else None
-
-
-def _asked(rule: Rule, case: Case) -> Array:
+def _of_motions(rule: Rule, case: Case) -> Array:
     """Separations of a rule [m], one for each motion."""
     return np.broadcast_to(np.asarray(rule.function(case), dtype=float), np.shape(case.displacements[0]))
 
@@ -386,32 +340,24 @@ def _asked(rule: Rule, case: Case) -> Array:
 def _beside(row: SeparationRow, case: Case, closing: Array, percentile: float) -> Comparison:
     if row.separation is None or not closing.size:
         return Comparison(row)
-    asked = _asked(RULES[row.rule], case)
-    low, middle, high = np.percentile(asked / closing, (LOW, MIDDLE, HIGH)).tolist()
-    exceeded = float(np.mean(closing > asked * (1.0 + SAME)))
-    return Comparison(row, _median(asked), _enough_for(asked, percentile), low, middle, high, exceeded)
+    separation = _of_motions(RULES[row.rule], case)
+    low, middle, high = np.percentile(separation / closing, (LOW, MIDDLE, HIGH)).tolist()
+    median, upper = float(np.median(separation)), float(enough_for(separation, percentile))
+    exceeded = float(np.mean(closing > separation * (1.0 + SAME)))
+    return Comparison(row, median, upper, low, middle, high, exceeded)
 
 
-def _median(values: Array) -> float:
-    return float(np.median(values)) if values.size else 0.0
-
-
-def _enough_for(values: Array, percentile: float) -> float:
-    """The least value that so many % of them do not exceed; 0 where there are none."""
-    return float(enough_for(values, percentile)) if values.size else 0.0
-
-
-def short_in(rules: Sequence[Comparison], motions: int) -> str:
+def short_in(comparisons: Sequence[Comparison], motions: int) -> str:
     """Sentence on how often the three combinations fall short in so many motions that close a gap."""
     if not motions:
         return "No motion closes any gap between these buildings"
-    first, *others = (_judged(comparison, motions) for comparison in rules if comparison.row.rule in COMBINATIONS)
-    start = f"Of {counted(motions, 'motion')} {first[0]} falls short in {first[1]}"
-    start += f" ({first[2]} times the gap needed in the median)"
+    clauses = []
+    for comparison in comparisons:
+        if comparison.row.rule in rules.COMBINATIONS:
+            short = round((comparison.exceeded or 0.0) * motions) or "none"
+            clauses.append((comparison.row.rule.upper(), short, f"{comparison.ratio_median:.2f}"))
+    (name, short, ratio), *others = clauses
+    start = (
+        f"Of {counted(motions, 'motion')} {name} falls short in {short} ({ratio} times the gap needed in the median)"
+    )
     return ", ".join([start, *(f"{name} in {short} ({ratio})" for name, short, ratio in others)])
-
-
-def _judged(comparison: Comparison, count: int) -> tuple[str, str, str]:
-    """A combination, in how many motions it falls short, and its ratio in the median."""
-    short = round((comparison.exceeded or 0.0) * count)
-    return comparison.row.rule.upper(), str(short) if short else "none", f"{comparison.ratio_median:.2f}"

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk.assessment.assess import Assessment, assess
 from pounding_risk.assessment.damage_curves import POUNDING
-from pounding_risk.assessment.damage_fits import METHODS
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import Measure, read_measure
 from pounding_risk.reports.exports._written import Options
 from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.kinds import kind_of
+from pounding_risk.statistics.damage_fits import METHODS
 from pounding_risk.units import GAP, STANDARD_GRAVITY, YIELD_FORCE, say
 
 if TYPE_CHECKING:

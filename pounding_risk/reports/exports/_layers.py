@@ -15,13 +15,13 @@ import numpy as np
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
 from pounding_risk.assessment.demands import interfaces, motions_of
-from pounding_risk.assessment.proportions import exact_bounds
 from pounding_risk.assessment.row import RowCase, any_of_building, row_case
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._outlines import Places, nominal_places, street_places
 from pounding_risk.reports.exports._written import Options
 from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.statistics.proportions import exact_bounds
 from pounding_risk.units import GAP, say
 
 if TYPE_CHECKING:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import shlex
 
 from pounding_risk.assessment.annual_rates import read_rate
-from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE, target_left_by
+from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE
 from pounding_risk.motions.levels import PEAK
 from pounding_risk.render.sheet import MISSING, Block, facts, head, heading, listing, number, paragraph, source, table
 from pounding_risk.reports.data import ReportData
 from pounding_risk.results.amplitudes import amplitudes_of, intensity_unit, intensity_words, usual_intensity
 from pounding_risk.results.own_case import own_level, scene_gap
+from pounding_risk.statistics.required_gap import target_left_by
 from pounding_risk.units import GAP, exact
 
 TITLE = "Provenance"

@@ -9,9 +9,8 @@ import pytest
 from scipy import stats
 from scipy.optimize import minimize
 
-from pounding_risk.assessment import damage_curves, damage_fits
-from pounding_risk.assessment.damage_curves import expanded_tail
-from pounding_risk.assessment.damage_fits import (
+from pounding_risk.statistics import damage_fits
+from pounding_risk.statistics.damage_fits import (
     ABOVE,
     BELOW,
     BETWEEN,
@@ -21,11 +20,12 @@ from pounding_risk.assessment.damage_fits import (
     Observed,
     bootstrap_weights,
     capacities,
+    expanded_tail,
     fit_cloud,
     fit_ida,
     fit_stripes,
 )
-from pounding_risk.assessment.fragility import fit_capacities
+from pounding_risk.statistics.fragility import fit_capacities
 
 RECORDINGS, COMPONENTS = 30, 2
 LEVELS = np.geomspace(1.5, 6.0, 9)
@@ -55,7 +55,7 @@ def curvature_errors(lost, best: np.ndarray, step: float = 1e-4) -> np.ndarray:
 
 
 def test_examples_in_docstrings_are_right():
-    assert doctest.testmod(damage_fits).failed == doctest.testmod(damage_curves).failed == 0
+    assert doctest.testmod(damage_fits).failed == 0
 
 
 def test_first_crossings_by_hand():

@@ -13,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.order import enough_for
-from pounding_risk.assessment.options import target_left_by
-from pounding_risk.assessment.proportions import exact_bounds
+from pounding_risk.statistics.proportions import exact_bounds
 
 Array = NDArray[np.float64]
 
 USUAL_PERCENTILES = (50.0, 84.0, 95.0)
-NO_LOWER, NO_UPPER = "–", "*"  # marks of bounds that are none
+DIGITS = 12  # after the point: 1 - 0.84 is 0.16, not 0.16000000000000003
 
 
 @dataclass(frozen=True)
@@ -45,10 +44,9 @@ class RequiredGap:
         return rounded_up(self.gap)
 
 
-NO_BOUND = {
-    NO_LOWER: "no lower bound above 0: with so few recordings even a gap that all motions close may suffice",
-    NO_UPPER: "the largest gap that a motion needs: with so few recordings there is no upper bound",
-}
+def target_left_by(percentile: float) -> float:
+    """The probability of contact that the gap of a percentile [%] leaves: 0.16 of 84."""
+    return round(1.0 - percentile / 100.0, DIGITS)
 
 
 def required_gaps(
@@ -63,22 +61,34 @@ def required_gaps(
     order statistics between which the binomial distribution has the percentile (David and Nagaraja, Order Statistics,
     2003, 7.1).
     """
-    asked = np.array(sorted(set(percentiles)))
-    gaps, fitted = enough_for(closing, asked), lognormal_percentiles(closing, asked)
+    percents = np.array(sorted(set(percentiles)))
+    gaps, fitted = enough_for(closing, percents), lognormal_percentiles(closing, percents)
     levels = np.unique(closing)
     rising, runs = np.sort(closing), closing.size * independent
     past = closing.size - np.searchsorted(rising, levels, "right")  # motions that close a gap of so much
     short = closing.size - np.searchsorted(rising, levels, "left")  # and one that is a little less
     _, high = exact_bounds(past * independent, runs, confidence)
     low, _ = exact_bounds(short * independent, runs, confidence)
-    gaps_required = []
-    for percentile, gap, fit in zip(asked.tolist(), gaps.tolist(), fitted.tolist(), strict=True):
+    return between_levels(percents, (gaps, fitted), levels, (low, high))
+
+
+def between_levels(
+    percentiles: Array, values: tuple[Array, Array], levels: Array, bounds: tuple[Array, Array]
+) -> tuple[RequiredGap, ...]:
+    """Required gaps, counted and fitted, with bounds from those of P(contact) at rising ``levels``.
+
+    The upper one is the level after the last at which the upper bound of P(contact) exceeds what the percentile leaves:
+    bounds need not fall everywhere.
+    """
+    required = []
+    for percentile, gap, fit in zip(percentiles.tolist(), *(each.tolist() for each in values), strict=True):
         left = target_left_by(percentile)
-        enough, too_little = levels[high <= left], levels[low > left]
-        least = float(too_little[-1]) if too_little.size else 0.0
-        most = float(enough[0] if enough.size else levels[-1])
-        gaps_required.append(RequiredGap(percentile, gap, least, most, bool(enough.size), fit))
-    return tuple(gaps_required)
+        too_little, above = levels[bounds[0] > left], np.flatnonzero(bounds[1] > left)
+        first = int(above[-1]) + 1 if above.size else 0
+        is_bounded = first < levels.size
+        low = float(too_little[-1]) if too_little.size else 0.0
+        required.append(RequiredGap(percentile, gap, low, float(levels[first if is_bounded else -1]), is_bounded, fit))
+    return tuple(required)
 
 
 @dataclass(frozen=True)
@@ -97,17 +107,7 @@ class ContactSteps:
 
 
 def contact_steps(closing: Array, independent: float, confidence: float) -> ContactSteps:
-    """P(contact) at every gap, exactly, with bounds by recording.
-
-    Parameters
-    ----------
-    closing : array
-        What each motion closes without contact [m].
-    independent : float
-        What one motion counts for, at most 1.
-    confidence : float
-        Of the bounds, as a fraction.
-    """
+    """P(contact) at every gap, exactly, with bounds by recording; one motion counts for ``independent``, at most 1."""
     gaps = np.unique(np.r_[0.0, closing])
     count = closing.size - np.searchsorted(np.sort(closing), gaps, "right")
     low, high = exact_bounds(count * independent, closing.size * independent, confidence)

@@ -23,9 +23,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment import fragility as curves
-from pounding_risk.assessment.fragility import ALONE, FLAT, Fit
-from pounding_risk.units import PGA, Quantity
+from pounding_risk.statistics import fragility as curves
+from pounding_risk.statistics.fragility import ALONE, FLAT, Fit, Shown
+from pounding_risk.statistics.proportions import numbered
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -44,7 +44,7 @@ class Observed(NamedTuple):
     ims: Array
     ratios: Array  # NaN where a run failed
     recordings: Labels  # (motions,) from 0 without gaps
-    quantity: Quantity = PGA  # of the intensities, for sentences
+    shown: Shown = curves.plain  # writes an intensity in a sentence
     jumps: bool = False  # the demand is no straight line between levels: it begins with a touch, or ends at a cap
 
 
@@ -65,8 +65,8 @@ def capacities(ims: Array, ratios: Array, jumps: bool = False) -> Capacities:
     levels, of which ``values`` has the upper one. Levels whose run failed are left out. Nothing is said between the
     lowest level and an intensity of 0.
 
-    >>> found = capacities(np.array([[1.0, 2.0, 3.0]]), np.array([[0.5, 0.9, 1.3]]))
-    >>> float(found.values[0].round(6)), int(found.status[0])
+    >>> first = capacities(np.array([[1.0, 2.0, 3.0]]), np.array([[0.5, 0.9, 1.3]]))
+    >>> float(first.values[0].round(6)), int(first.status[0])
     (2.25, 0)
     """
     values, status = np.full(len(ims), np.nan), np.full(len(ims), NONE, dtype=np.int8)
@@ -103,7 +103,7 @@ def fit_stripes(seen: Observed) -> Fit:
     if not known.any():
         return Fit(fault="no run is known")
     who = np.broadcast_to(seen.recordings[:, None], known.shape)[known]
-    return curves.fit(seen.ims[known], seen.ratios[known] >= 1.0, _numbered(who), seen.quantity)
+    return curves.fit(seen.ims[known], seen.ratios[known] >= 1.0, numbered(who), seen.shown)
 
 
 def drawn_stripes(seen: Observed, weights: Array) -> Array:
@@ -120,15 +120,15 @@ def drawn_stripes(seen: Observed, weights: Array) -> Array:
         return np.full((len(weights), 2), np.nan)
     logs = np.log(values)
     middle, scale = float(logs.mean()), float(logs.std())
-    found = []
+    fits = []
     for part in _parts(weights, values.size):
         # (samples, intensities): runs at each intensity, and those that reach the state
         of_runs, of_counts = (np.asarray((table.T @ part.T).T) for table in (runs, counts))
         a, b = _probit((logs - middle) / scale, of_counts, of_runs - of_counts)
         is_curve = b > scale / FLAT
         b = np.where(is_curve, b, np.nan)
-        found.append(np.stack([middle - scale * a / b, scale / b], axis=1))
-    return np.concatenate(found)
+        fits.append(np.stack([middle - scale * a / b, scale / b], axis=1))
+    return np.concatenate(fits)
 
 
 def _probit(x: Array, hits: Array, misses: Array) -> tuple[Array, Array]:
@@ -157,26 +157,23 @@ def _probit(x: Array, hits: Array, misses: Array) -> tuple[Array, Array]:
 
 def fit_ida(seen: Observed) -> Fit:
     """The fit to capacities, of which those beyond the levels, or only between two, are known as such."""
-    found = capacities(seen.ims, seen.ratios, seen.jumps)
-    known = found.status != NONE
-    where = _enclosed(found, known)
-    labels = _numbered(seen.recordings[known])
+    where, known = _enclosed(seen)
+    labels = numbered(seen.recordings[known])
     fault = _no_capacities(where, seen, labels)
     if fault:
         return Fit(fault=fault)
-    x = where.scaled
-    one = np.ones((1, labels.size))
-    (delta,), (gamma,) = _tobit(x, one)
+    x, middle, scale = where.scaled()
+    (delta,), (gamma,) = _tobit(x, np.ones((1, labels.size)))
     if not np.isfinite(gamma):
         return Fit(fault="the capacities determine no curve; scan more levels")
     # ln θ and β from δ and γ, η = γ x − δ; the observed information goes with them, for the gradient is zero.
-    turn = np.array([[where.scale / gamma, -where.scale * delta / gamma**2], [0.0, -where.scale / gamma**2]])
+    turn = np.array([[scale / gamma, -scale * delta / gamma**2], [0.0, -scale / gamma**2]])
     slopes, (top, side, low) = _of_capacities(x, np.array([delta]), np.array([gamma]))
     inverse = turn @ np.linalg.inv(np.array([[top.sum(), side.sum()], [side.sum(), low.sum()]]))
     spread = inverse @ curves.by_recording(np.stack([slopes[0][0], slopes[1][0]], axis=1), labels)
-    fitted = curves.fit_of(where.middle + where.scale * delta / gamma, where.scale / gamma, inverse @ turn.T, spread)
+    fitted = curves.fit_of(middle + scale * delta / gamma, scale / gamma, inverse @ turn.T, spread)
     tested = seen.ims[np.isfinite(seen.ratios)]
-    return curves.unless(fitted, _refusal(fitted, tested, seen.quantity))
+    return curves.unless(fitted, _refusal(fitted, tested, seen.shown))
 
 
 class Enclosed(NamedTuple):
@@ -191,20 +188,10 @@ class Enclosed(NamedTuple):
         ends = np.stack([self.low, self.high])
         return np.asarray(np.where(np.isfinite(ends), ends, 0.0).sum(axis=0) / np.isfinite(ends).sum(axis=0))
 
-    @property
-    def middle(self) -> float:
-        """The mean, which is taken from all before a fit."""
-        return float(self.finite.mean())
-
-    @property
-    def scale(self) -> float:
-        """The deviation, by which all are divided before a fit."""
-        return float(self.finite.std())
-
-    @property
-    def scaled(self) -> Enclosed:
-        """With a mean of 0 and a deviation of 1."""
-        return Enclosed((self.low - self.middle) / self.scale, (self.high - self.middle) / self.scale)
+    def scaled(self) -> tuple[Enclosed, float, float]:
+        """With a mean of 0 and a deviation of 1, which a fit takes, and the mean and deviation."""
+        middle, scale = float(self.finite.mean()), float(self.finite.std())
+        return Enclosed((self.low - middle) / scale, (self.high - middle) / scale), middle, scale
 
     @property
     def inner(self) -> NDArray[np.bool_]:
@@ -217,10 +204,12 @@ class Enclosed(NamedTuple):
         return np.asarray(self.low == self.high)
 
 
-def _enclosed(found: Capacities, known: NDArray[np.bool_]) -> Enclosed:
-    """The ends between which the capacities lie."""
-    status, high, low = found.status[known], np.log(found.values[known]), np.log(found.below[known])
-    return Enclosed(np.where(status == BELOW, -np.inf, low), np.where(status == ABOVE, np.inf, high))
+def _enclosed(seen: Observed) -> tuple[Enclosed, NDArray[np.bool_]]:
+    """The ends between which the capacities lie, of the motions of which a run is known."""
+    first = capacities(seen.ims, seen.ratios, seen.jumps)
+    known = first.status != NONE
+    status, high, low = first.status[known], np.log(first.values[known]), np.log(first.below[known])
+    return Enclosed(np.where(status == BELOW, -np.inf, low), np.where(status == ABOVE, np.inf, high)), known
 
 
 def _no_capacities(where: Enclosed, seen: Observed, labels: Labels) -> str:
@@ -245,15 +234,14 @@ def _no_capacities(where: Enclosed, seen: Observed, labels: Labels) -> str:
 
 def drawn_ida(seen: Observed, weights: Array) -> Array:
     """As `drawn_stripes`, from the capacities."""
-    found = capacities(seen.ims, seen.ratios, seen.jumps)
-    known = found.status != NONE
-    where = _enclosed(found, known)
-    if where.inner.sum() < 2 or where.scale == 0.0:
+    where, known = _enclosed(seen)
+    if where.inner.sum() < 2 or where.finite.std() == 0.0:
         return np.full((len(weights), 2), np.nan)
+    x, middle, scale = where.scaled()
     drawn = []
     for part in _parts(weights[:, known], where.low.size):
-        delta, gamma = _tobit(where.scaled, part)
-        drawn.append(np.stack([where.middle + where.scale * delta / gamma, where.scale / gamma], axis=1))
+        delta, gamma = _tobit(x, part)
+        drawn.append(np.stack([middle + scale * delta / gamma, scale / gamma], axis=1))
     return np.concatenate(drawn)
 
 
@@ -324,11 +312,15 @@ def _of_interval(up: Array, down: Array) -> tuple[Array, Array]:
 
 def fit_cloud(seen: Observed) -> Fit:
     """The fit of the regression of ln demand on ln im over all runs that did not fail."""
-    x, y, labels = _cloud(seen)
+    known = np.isfinite(seen.ratios)
+    labels = numbered(np.broadcast_to(seen.recordings[:, None], known.shape)[known])
+    with np.errstate(divide="ignore"):
+        x, y = np.log(seen.ims[known]), np.log(seen.ratios[known])
     fault = _no_cloud(x, y, labels)
     if fault:
         return Fit(fault=fault)
-    (a, b, sigma) = (float(value) for value in _regression(np.array([_moments(x, y)]))[0])
+    moments = np.array([[x.size, x.sum(), y.sum(), (x * x).sum(), (x * y).sum(), (y * y).sum()]])
+    a, b, sigma = _regression(moments)[0].tolist()
     if b <= 0.0 or sigma >= FLAT * b:
         trend = "fall" if b <= 0.0 else "hardly grow"
         return Fit(fault=f"the demands {trend} with the intensity: this measure does not govern them")
@@ -342,15 +334,7 @@ def fit_cloud(seen: Observed) -> Fit:
     inverse = turn @ np.linalg.inv(curvature)
     fitted = curves.fit_of(-a / b, sigma / b, inverse @ turn.T, inverse @ curves.by_recording(scores, labels))
     tested = np.exp(x)
-    return curves.unless(fitted, _refusal(fitted, tested, seen.quantity))
-
-
-def _cloud(seen: Observed) -> tuple[Array, Array, Labels]:
-    """ln im and ln demand of the runs that did not fail, and their recordings."""
-    known = np.isfinite(seen.ratios)
-    who = np.broadcast_to(seen.recordings[:, None], known.shape)[known]
-    with np.errstate(divide="ignore"):
-        return np.log(seen.ims[known]), np.log(seen.ratios[known]), _numbered(who)
+    return curves.unless(fitted, _refusal(fitted, tested, seen.shown))
 
 
 def _no_cloud(x: Array, y: Array, labels: Labels) -> str:
@@ -380,12 +364,8 @@ def drawn_cloud(seen: Observed, weights: Array) -> Array:
     return np.stack([-a / b, sigma / b], axis=1)
 
 
-def _moments(x: Array, y: Array) -> Array:
-    return np.array([x.size, x.sum(), y.sum(), (x * x).sum(), (x * y).sum(), (y * y).sum()])
-
-
 def _regression(moments: Array) -> Array:
-    """a, b and σ (n − 2) of y = a + b x from the moments of `_moments`, a row each."""
+    """a, b and σ (n − 2) of y = a + b x from rows of n, Σx, Σy, Σx², Σxy and Σy²."""
     count, x, y, xx, xy, yy = moments.T
     with np.errstate(all="ignore"):  # a sample of one intensity has no slope: NaN
         over = xx - x * x / count
@@ -420,13 +400,25 @@ def bootstrap_weights(recordings: Labels, draws: int, seed: int) -> Array:
     return np.asarray(counts[:, recordings], dtype=float)
 
 
-def _refusal(fitted: Fit, tested: Array, quantity: Quantity) -> str:
+def expanded_tail(confidence: float, count: int) -> float:
+    """The share of the samples below the lower bound: Φ(−√(n/(n − 1)) t), t Student's quantile with n − 1 degrees.
+
+    The plain share, half of 1 − ``confidence``, makes bounds from few recordings too narrow: a bootstrap takes the
+    spread of n for that of all, and a normal tail for Student's (Hesterberg, The American Statistician 69 (2015)).
+
+    >>> round(expanded_tail(0.95, 22), 4)
+    0.0166
+    """
+    from scipy.special import ndtr, stdtrit
+
+    if count < 2:
+        return 0.5 * (1.0 - confidence)
+    return float(ndtr(-np.sqrt(count / (count - 1.0)) * stdtrit(count - 1.0, 0.5 * (1.0 + confidence))))
+
+
+def _refusal(fitted: Fit, tested: Array, shown: Shown) -> str:
     """Sentence on why a fit is refused; "" where it is not."""
-    return curves.not_carried(fitted, tested, quantity) or curves.outside(fitted.median, tested, quantity)
-
-
-def _numbered(recordings: Labels) -> Labels:
-    return np.unique(recordings, return_inverse=True)[1].astype(np.int64)
+    return curves.not_carried(fitted, tested, shown) or curves.outside(fitted.median, tested, shown)
 
 
 def _parts(weights: Array, width: int) -> list[Array]:

@@ -1,8 +1,12 @@
-"""The gap that keeps contact to an annual rate, under a hazard curve.
+"""The gap that keeps contact to an annual rate under a hazard curve, and the verdict on a gap by its rate.
 
 Where the capacities of the motions are known the median of the fragility is proportional to the gap and its dispersion
 is one: the gap is the median that fails at the rate, over the median at a gap of 1 m, to rounding. Elsewhere a curve
 is fitted at the gaps at which one motion less closes; the gap is the smallest beyond which no curve has a higher rate.
+
+A gap is adequate where the upper bound of the rate is no more than the target, inadequate where the lower bound is
+above it, and depends otherwise. A rate that a hazard curve gives only a lower bound of, as it ends where contact does
+not, shows no gap to be adequate, and neither do motions some of which have no finite response.
 """
 
 from __future__ import annotations
@@ -10,28 +14,35 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from math import nan
+from math import isfinite, isnan, nan
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment import fragility as curves
-from pounding_risk.assessment.annual_rates import AnnualRate, read_rate
-from pounding_risk.assessment.contact_fragility import ContactMotions
-from pounding_risk.assessment.hazard import COVERED, Hazard, Rate, draws, median_at_rate, rate_of
+from pounding_risk._common.counted import counted
+from pounding_risk.assessment.annual_rates import AnnualRate, read_rate, return_period_words
+from pounding_risk.assessment.fragility import SCALED, ContactMotions
+from pounding_risk.assessment.hazard import COVERED, Hazard, Rate, rate_of
+from pounding_risk.assessment.options import percent_words
+from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
+from pounding_risk.statistics.fragility import Fit, fit_capacities
+from pounding_risk.statistics.hazard import counted_gap, in_years, median_at_rate
+from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.units import GAP, say
 
 Array = NDArray[np.float64]
 
 USUAL = tuple(read_rate(f"{percent} % in 50 years") for percent in (20, 10, 5, 2, 1))
-DRAWN_HALVINGS = 28  # of bounds, which 400 draws do not tell to more digits
+DRAWN_HALVINGS = 28  # of bounds, of which 400 draws give no more digits
 MOST_GAPS = 100  # at which curves are fitted where capacities are not known
+SHAPE = "Scaling a motion keeps the shape of its spectrum; that of motions as rare as the hazard curve says may differ."
+TOO_SHORT = "the hazard curve ends where contact does not"
 
 
 @dataclass(frozen=True)
 class GapForRate:
-    """The gap [m] at which contact has an annual rate, ``words`` as it was asked for.
+    """The gap [m] at which contact has an annual rate, ``words`` as it was given.
 
     ``low`` and ``high`` are the gaps at which the bounds of the rate, which carry those of the fragility and nothing of
     the hazard's own uncertainty, pass it; ``high`` is infinite where the motions give no upper bound. ``rate_low`` and
@@ -55,17 +66,7 @@ class GapForRate:
 
 
 class RateOfGaps:
-    """The annual rate of contact at any gap: of a hazard curve and the motions of one interface.
-
-    Parameters
-    ----------
-    hazard : Hazard
-        The hazard curve, of the intensity of the motions.
-    motions : ContactMotions
-        The motions.
-    confidence : float
-        Of the bounds, as a fraction.
-    """
+    """The annual rate of contact at any gap: of a hazard curve and the motions of one interface."""
 
     def __init__(self, hazard: Hazard, motions: ContactMotions, confidence: float) -> None:
         self.hazard, self.motions, self.confidence = hazard, motions, confidence
@@ -85,30 +86,30 @@ class RateOfGaps:
         return self._by_steps(target)
 
     @cached_property
-    def _unit(self) -> curves.Fit | None:
+    def _unit(self) -> Fit | None:
         """Fragility of a gap of 1 m by scaling; None where the capacities are not known."""
         if not self.motions.linear:
             return None
-        fitted = curves.fit_capacities(self.motions.unit_capacities, self.motions.recordings)
+        fitted = fit_capacities(self.motions.unit_capacities, self.motions.recordings)
         return None if fitted.fault else fitted
 
-    def _by_scaling(self, target: AnnualRate, unit: curves.Fit) -> GapForRate:
+    def _by_scaling(self, target: AnnualRate, unit: Fit) -> GapForRate:
         hazard, rate = self.hazard, target.rate
         gap = float(median_at_rate(hazard, unit.dispersion, rate)) / unit.median
         curve = self.motions.curve(gap)
-        if curve.fault or curve.method != curves.SCALED:
+        if curve.fault or curve.method != SCALED:
             scaled = f"the gap would be {say(gap, GAP, 3)}, and {curve.fault or 'scaling does not reach it'}"
             return GapForRate(rate, target.words, fault=scaled)
-        medians, dispersions = draws(curve)
+        medians, dispersions = curve.draws()
         low, high = nan, nan
         if medians.size:
             tail = 50.0 * (1.0 - self.confidence)
             drawn = gap * median_at_rate(hazard, dispersions, rate, DRAWN_HALVINGS) / medians
             low, high = np.percentile(drawn, (tail, 100.0 - tail), method="nearest").tolist()  # inf is no number to add
         here = rate_of(hazard, curve, self.confidence)
-        counted = _counted(hazard, self.motions.unit_capacities, rate)
+        by_count = counted_gap(hazard, self.motions.unit_capacities, rate)
         bounds = (low, high, here.low, here.high)
-        return GapForRate(rate, target.words, gap, *bounds, counted, here.missing, here.at_least)
+        return GapForRate(rate, target.words, gap, *bounds, by_count, here.missing, here.at_least)
 
     def _by_steps(self, target: AnnualRate) -> GapForRate:
         gaps, rates, faults = self._steps
@@ -124,7 +125,8 @@ class RateOfGaps:
         if at == 0:
             beyond = [fault for gap, fault in faults if gap < gaps[0]][-1:]
             return GapForRate(*about, fault=_refusal("narrowest", float(gaps[0]), float(annual[0]), beyond))
-        low, high = (_first(gaps, bound <= target.rate) for bound in (lows, highs))
+        with_end = np.append(gaps, np.inf)  # where no gap is wide enough
+        low, high = (float(with_end[np.append(bound <= target.rate, True).argmax()]) for bound in (lows, highs))
         low = 0.0 if low == gaps[0] else low  # narrower gaps have no curve, and may keep the rate too
         bounds, share = (low, high, float(lows[at]), float(highs[at])), float(missing[at])
         return GapForRate(*about, float(gaps[at]), *bounds, nan, share, share > COVERED)
@@ -162,32 +164,6 @@ def _refusal(which: str, gap: float, annual: float, beyond: list[str]) -> str:
     )
 
 
-def _first(gaps: Array, enough: NDArray[np.bool_]) -> float:
-    """The first gap that is wide enough, infinite where none is."""
-    return float(gaps[enough.argmax()]) if enough.any() else np.inf
-
-
-def _counted(hazard: Hazard, unit: Array, rate: float) -> float:
-    """The gap [m] that motions of these capacities a metre close at a rate, each as often as the hazard curve says.
-
-    The rate of a motion is λ at its capacity: stronger ones close the gap too, those beyond the last row among them.
-    Beyond that row λ goes on at the slope of the last two, and below the first it is that row's.
-    """
-    im, annual = np.log(hazard.im), np.log(hazard.rate)
-    steep = (annual[-2] - annual[-1]) / (im[-1] - im[-2])
-
-    def often(log_gap: float) -> float:
-        capacities = np.log(unit) + log_gap
-        beyond = steep * np.maximum(capacities - im[-1], 0.0)
-        return float(np.exp(np.interp(capacities, im, annual) - beyond).mean())
-
-    from scipy.optimize import brentq
-
-    low, high = im[0] - np.log(unit.max()), im[-1] - np.log(unit.min())
-    high += max(annual[-1] - np.log(rate), 0.0) / steep
-    return float(np.exp(brentq(lambda log_gap: often(log_gap) - rate, low, high)))
-
-
 class RateLines(NamedTuple):
     """Annual rates of contact [1/year] with bounds at gaps [m]."""
 
@@ -206,3 +182,110 @@ def rate_lines(rates: Iterable[Rate], gaps_for_rates: Iterable[GapForRate]) -> R
     ]
     points += [(gap.gap, gap.rate, gap.rate_low, gap.rate_high) for gap in gaps_for_rates if not gap.fault]
     return RateLines(*np.array(sorted(points)).reshape(-1, 4).T)
+
+
+# ------------------------------------------------------------------------------------------------ the verdict
+
+
+@dataclass(frozen=True)
+class RateVerdict:
+    """The verdict on a gap by the target rate [1/year], ``words`` as it was given, and the gap to provide for it.
+
+    ``annual``, ``low`` and ``high`` are the rate of contact at the gap and its bounds; NaN where it has none.
+    ``conclusion`` stands in that of the `Verdict` too.
+    """
+
+    word: str
+    sentence: str
+    conclusion: tuple[str, ...]
+    target: float
+    words: str
+    annual: float
+    low: float
+    high: float
+    required: GapForRate
+
+
+class RateCriterion(NamedTuple):
+    """What a rate of contact is held against: the target, the confidence of the bounds, and the name of the hazard."""
+
+    target: AnnualRate
+    confidence: float
+    source: str
+
+
+def judge_rate(here: Rate, required: GapForRate, criterion: RateCriterion, lost: int = 0) -> RateVerdict:
+    """The verdict on a gap by its rate of contact ``here``; the docstring of this module states the rule.
+
+    ``required`` is the gap that keeps contact to the target; ``lost`` motions without a finite response are in neither.
+    """
+    target, confidence = criterion.target, percent_words(criterion.confidence)
+    word = DEPENDS
+    if here.low > target.rate:
+        word = INADEQUATE
+    elif here.high <= target.rate and not (here.at_least or lost):
+        word = ADEQUATE
+    sentence = f"{word.capitalize()} by rate: {_finding(here, target, confidence)}{_why(word, here, target, lost)}"
+    provide = _provide(required, criterion)
+    return RateVerdict(
+        word=word,
+        sentence=sentence,
+        conclusion=(f"{sentence} {provide}",),
+        target=target.rate,
+        words=target.words,
+        annual=here.annual,
+        low=here.low,
+        high=here.high,
+        required=required,
+    )
+
+
+def _finding(here: Rate, target: AnnualRate, confidence: str) -> str:
+    gap = say(here.gap, GAP, 3)
+    if here.fault:
+        return f"how often contact comes at a gap of {gap} is not known ({here.fault})"
+    least = "at least " if here.at_least else ""
+    shares = [in_years(rate, target.years) for rate in (here.annual, here.low, here.high)]
+    chance, *ends = (f"{100.0 * share:.2g} %" for share in shares)
+    bounds = f" ({confidence} bounds {ends[0]} to {ends[1]})" if isfinite(here.low) else ""
+    often = return_period_words(here.annual) if here.annual > 0.0 else "never"
+    span = "1 year" if target.years == 1.0 else f"{target.years:g} years"
+    return f"at a gap of {gap} contact comes {least}{often}, {least}{chance} in {span}{bounds}"
+
+
+def _why(word: str, here: Rate, target: AnnualRate, lost: int) -> str:
+    if here.fault:
+        return "."
+    aim = target.words if target.words.endswith("%") else f"the target of {target.words}"
+    if word == ADEQUATE:
+        return f", within {aim} throughout."
+    if word == INADEQUATE:
+        return f", above {aim} throughout."
+    reason = ""
+    if here.high <= target.rate:
+        reason = f", as {TOO_SHORT}" if here.at_least else f", as {counted(lost, 'motion')} without a finite response"
+        reason += "" if here.at_least else f" {'is' if lost == 1 else 'are'} not in it"
+    return f": on which side of {aim} it is stays open{reason}."
+
+
+def _provide(required: GapForRate, criterion: RateCriterion) -> str:
+    target = criterion.target
+    often = target.words if target.words.startswith("once") else f"{target.words} ({return_period_words(target.rate)})"
+    aim = f"contact no more often than {often} under {criterion.source}"
+    if required.fault:
+        return f"No gap can be given for {aim}: {required.fault}."
+    gap = say(rounded_up(required.gap), GAP, 3)
+    least = "at least " if required.at_least else ""
+    sentence = f"Provide {least}{gap} for {aim} ({percent_words(criterion.confidence)} bounds {gap_bounds(required)})"
+    sentence += f", as {TOO_SHORT}." if required.at_least else "."
+    if not isnan(required.counted):
+        sentence += f" Counted motion by motion, without a lognormal curve, it is {say(required.counted, GAP, 3)}."
+    return sentence
+
+
+def gap_bounds(required: GapForRate) -> str:
+    """Bounds of a gap in words: "118 mm to 176 mm", "at least 118 mm", or "none"."""
+    if isnan(required.low):
+        return "none"
+    low = say(required.low, GAP, 3)
+    return f"{low} to {say(required.high, GAP, 3)}" if isfinite(required.high) else f"at least {low}"

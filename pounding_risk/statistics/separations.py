@@ -1,13 +1,14 @@
 """How the peak displacements of two buildings combine to the separation between them: ABS, SRSS, CQC.
 
-    >>> from pounding_risk.assessment.separations.combination import abs_sum, cqc, srss
+    >>> from pounding_risk.statistics.separations import abs_sum, cqc, srss
     >>> abs_sum(0.03, 0.04), srss(0.03, 0.04)
     (0.07, 0.05)
     >>> round(cqc((0.03, 0.04), (0.9, 1.0), (0.05, 0.05)), 5)
     0.03694
 
 Peaks of one motion do not coincide in time, so that the sum is a bound and what is between 0 and it a matter of
-correlation. Each takes numbers or arrays, in any one unit of length, and gives the like.
+correlation. Each takes numbers or arrays, peaks of at least 0 in any one unit of length, and gives the like; all raise
+PoundingError for a number out of its range.
 """
 
 from __future__ import annotations
@@ -23,77 +24,23 @@ Pair = tuple[ArrayLike, ArrayLike]  # left and right
 
 
 def abs_sum(left: ArrayLike, right: ArrayLike) -> Any:
-    """Sum of the peaks, S = d_A + d_B: no motion needs more, for |u_A − u_B| ≤ |u_A| + |u_B| at any time.
-
-    Parameters
-    ----------
-    left, right : float or array
-        Peak displacements of the two buildings, at least 0, in any one unit of length.
-
-    Returns
-    -------
-    float or array
-        The separation, in that unit.
-
-    Raises
-    ------
-    PoundingError
-        For a displacement below zero.
-    """
+    """Sum of the peaks, S = d_A + d_B: no motion needs more, for |u_A − u_B| ≤ |u_A| + |u_B| at any time."""
     first, second = _displacements(left, right)
     return _plain(first + second)
 
 
 def srss(left: ArrayLike, right: ArrayLike) -> Any:
-    """Square root of the sum of squares, S = √(d_A² + d_B²): as if the two buildings moved independently.
-
-    Parameters
-    ----------
-    left, right : float or array
-        Peak displacements of the two buildings, at least 0, in any one unit of length.
-
-    Returns
-    -------
-    float or array
-        The separation, in that unit.
-
-    Raises
-    ------
-    PoundingError
-        For a displacement below zero.
-    """
+    """Square root of the sum of squares, S = √(d_A² + d_B²): as if the two buildings moved independently."""
     return _plain(np.hypot(*_displacements(left, right)))
 
 
 def cqc(displacements: Pair, periods: Pair, dampings: Pair) -> Any:
     """Double-difference, or complete quadratic, combination: S = √(d_A² + d_B² − 2 ρ d_A d_B).
 
-    ρ is that of `white_noise_correlation`. Exact for the standard deviations of displacements under stationary white
-    noise; for peaks as far as every peak is the same multiple of its standard deviation. Since ρ ≥ 0 it asks for no
-    more than SRSS.
-
-    Parameters
-    ----------
-    displacements : pair of float or array
-        Peak displacements, left and right, at least 0, in any one unit of length.
-    periods : pair of float or array
-        Periods [s]; that of a building that does not move is not looked at.
-    dampings : pair of float or array
-        Damping ratios, 0 to 1.
-
-    Returns
-    -------
-    float or array
-        The separation, in the unit of the displacements.
-
-    Raises
-    ------
-    PoundingError
-        For a displacement below zero, and as `white_noise_correlation`.
-
-    References
-    ----------
-    Jeng, Kasai and Maison (1992), Earthquake Spectra 8(2).
+    ρ is that of `white_noise_correlation`, of periods [s] and damping ratios, which a building that does not move need
+    not have. Exact for the standard deviations of displacements under stationary white noise; for peaks as far as every
+    peak is the same multiple of its standard deviation. Since ρ ≥ 0 it asks for no more than SRSS. Source: Jeng, Kasai
+    and Maison (1992), Earthquake Spectra 8(2).
     """
     first, second = _displacements(*displacements)
     moves = np.broadcast_to((first > 0.0) & (second > 0.0), np.broadcast(first, second, *periods, *dampings).shape)
@@ -110,29 +57,9 @@ def white_noise_correlation(periods: Pair, dampings: Pair) -> Any:
         ρ = 8 √(ζ_A ζ_B) (ζ_B + r ζ_A) r^(3/2) / [(1 − r²)² + 4 ζ_A ζ_B r (1 + r²) + 4 (ζ_A² + ζ_B²) r²]
         r = T_B / T_A
 
-    Exact, for unequal damping too; the same with A and B exchanged. Two undamped oscillators of one period move alike,
-    ρ = 1; of two periods ρ = 0.
-
-    Parameters
-    ----------
-    periods : pair of float or array
-        Periods T_A and T_B [s], above zero and finite.
-    dampings : pair of float or array
-        Damping ratios ζ_A and ζ_B, 0 to 1.
-
-    Returns
-    -------
-    float or array
-        The correlation ρ.
-
-    Raises
-    ------
-    PoundingError
-        For a period or a damping ratio out of its range.
-
-    References
-    ----------
-    Der Kiureghian (1981), Earthquake Engineering and Structural Dynamics 9.
+    Periods [s] are above zero and finite, damping ratios from 0 to 1. Exact, for unequal damping too; the same with A
+    and B exchanged. Two undamped oscillators of one period move alike, ρ = 1; of two periods ρ = 0. Source: Der
+    Kiureghian (1981), Earthquake Engineering and Structural Dynamics 9.
     """
     first, second = (np.asarray(value, dtype=float) for value in periods)
     left, right = (np.asarray(value, dtype=float) for value in dampings)
@@ -142,8 +69,8 @@ def white_noise_correlation(periods: Pair, dampings: Pair) -> Any:
         _refuse(value, ~((value >= 0.0) & (value <= 1.0)), "damping ratio", "from 0 to 1")
     ratio = second / first
     above = 8.0 * np.sqrt(left * right) * (right + ratio * left) * ratio**1.5
-    apart = np.square((1.0 - ratio) * (1.0 + ratio))
-    below = apart + 4.0 * left * right * ratio * (1.0 + ratio**2) + 4.0 * (left**2 + right**2) * ratio**2
+    distance = np.square((1.0 - ratio) * (1.0 + ratio))
+    below = distance + 4.0 * left * right * ratio * (1.0 + ratio**2) + 4.0 * (left**2 + right**2) * ratio**2
     alike = below == 0.0  # one period, no damping: the limit of equal damping
     return _plain(np.minimum(np.where(alike, 1.0, above / np.where(alike, 1.0, below)), 1.0))  # rounding may exceed it
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom, binomtest, norm
 
-from pounding_risk.assessment import proportions
-from pounding_risk.assessment.proportions import (
+from pounding_risk.statistics import proportions
+from pounding_risk.statistics.proportions import (
     exact_bounds,
     independent_motions,
     labels,

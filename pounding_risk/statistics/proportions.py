@@ -128,7 +128,7 @@ def likeness(values: Array, recordings: NDArray[np.int64]) -> float:
 def independent_motions(values: Array, recordings: NDArray[np.int64]) -> float:
     """Effective number of independent motions: N over the design effect 1 + (Σm²/N − 1) ρ.
 
-    ``values`` tell how alike motions of a recording are, such as the logarithm of the closing: the outcomes, yes or
+    ``values`` show how alike motions of a recording are, such as the logarithm of the closing: the outcomes, yes or
     no, that follow from them are no more alike. Between the number of recordings and that of motions.
     """
     sizes = np.bincount(recordings)
@@ -137,7 +137,18 @@ def independent_motions(values: Array, recordings: NDArray[np.int64]) -> float:
     return max(total / effect, 1.0)
 
 
+def numbered(recordings: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Recordings numbered from 0 without gaps, in their order."""
+    return np.unique(recordings, return_inverse=True)[1].astype(np.int64)
+
+
 def labels(names: list[Any]) -> NDArray[np.int64]:
     """Numbers from 0, equal where the names are equal, in the order in which they come."""
     known: dict[Any, int] = {}
     return np.array([known.setdefault(name, len(known)) for name in names], dtype=np.int64)
+
+
+def logs_of(closing: Array) -> Array:
+    """Logarithms of closings; what closes nothing counts as the least that does, and inf as the largest."""
+    known = closing[(closing > 0.0) & np.isfinite(closing)]
+    return np.asarray(np.log(np.clip(closing, known.min(initial=1.0), known.max(initial=0.0) or 1.0)))

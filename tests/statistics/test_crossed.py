@@ -5,10 +5,10 @@ import pytest
 from scipy.special import ndtri
 from scipy.stats import binom, multivariate_normal
 
-from pounding_risk.assessment.crossed import analysed, counted_outcomes, outcome_correlation, outcome_shares
-from pounding_risk.assessment.crossed_contact import CrossedClosings
-from pounding_risk.assessment.proportions import independent_motions
-from pounding_risk.assessment.required_gap import contact_steps, required_gaps
+from pounding_risk.statistics.closings import CrossedClosings
+from pounding_risk.statistics.crossed import analysed, counted_outcomes, outcome_correlation, outcome_shares
+from pounding_risk.statistics.proportions import independent_motions
+from pounding_risk.statistics.required_gap import contact_steps, required_gaps
 
 CONFIDENCE = 0.95
 
@@ -122,7 +122,7 @@ def test_bounds_hold_the_true_probability_and_the_true_gap(samples, recordings, 
 
 def test_bounds_of_the_motions_alone_would_not_hold():
     """The check above can fail: counting samples times motions as independent misses the truth most of the time."""
-    from pounding_risk.assessment.proportions import exact_bounds
+    from pounding_risk.statistics.proportions import exact_bounds
 
     rng = np.random.default_rng(7)
     held = 0

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.proportions import independent_motions
+from pounding_risk.statistics.proportions import independent_motions
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -136,12 +136,7 @@ class Analysis(NamedTuple):
 def analysed(values: Array, recordings: Labels) -> Analysis:
     """Variance components of values (samples, motions), with the jackknife over recordings and blocks of samples.
 
-    Parameters
-    ----------
-    values : array, shape (samples, motions)
-        Such as the logarithms of closings.
-    recordings : array of int, shape (motions,)
-        Numbers from 0 without gaps, equal for the motions of one recording.
+    ``recordings`` (motions,) are numbers from 0 without gaps, equal for the motions of one recording.
     """
     values = values - values.mean()
     samples, groups = len(values), int(recordings.max()) + 1
@@ -183,14 +178,9 @@ def analysed(values: Array, recordings: Labels) -> Analysis:
 
 
 def outcome_shares(outcomes: NDArray[np.bool_], recordings: Labels) -> tuple[Array, Array]:
-    """Shares of the variance of outcomes that samples and motions have, 0 to 1, each (columns,); 0 of constant ones.
+    """Shares of the variance that samples and motions have, 0 to 1, each (columns,); 0 of constant outcomes.
 
-    Parameters
-    ----------
-    outcomes : array of bool, shape (columns, samples, motions)
-        Such as who closes each gap.
-    recordings : array of int, shape (motions,)
-        In rising order.
+    Outcomes, such as who closes each gap, are (columns, samples, motions), recordings (motions,) in rising order.
     """
     starts = np.flatnonzero(np.diff(recordings, prepend=-1))
     by_recording = np.add.reduceat(outcomes, starts, axis=2, dtype=np.int32).astype(float)
@@ -228,15 +218,8 @@ class Counted(NamedTuple):
         """Effective number of independent outcomes: 1/n = φ_s/S + φ_m/M + (1 − φ_s − φ_m)/(S M).
 
         φ_s and φ_m are the correlations of two outcomes, yes or no, of one sample and of one motion: those of normal
-        values with the correlations ``like_samples`` and ``like_motions``, or those of the outcomes themselves where
-        these are larger.
-
-        Parameters
-        ----------
-        share : array
-            The share of the outcomes that are contact.
-        samples, motions : float or array
-            Correlations of the outcomes themselves.
+        values with the correlations ``like_samples`` and ``like_motions``, at the ``share`` that is contact, or those
+        of the outcomes themselves, ``samples`` and ``motions``, where these are larger.
         """
         if self.samples == 1:
             return np.full(np.shape(share), self.motions)

@@ -10,8 +10,9 @@ from scipy.optimize import minimize
 from scipy.special import log_ndtr
 from scipy.stats import norm
 
-from pounding_risk.assessment import fragility
-from pounding_risk.assessment.fragility import fit, fit_capacities, out_of_scale, stripes_of
+from pounding_risk.assessment.fragility import out_of_scale, shown_as
+from pounding_risk.statistics import fragility
+from pounding_risk.statistics.fragility import fit, fit_capacities, stripes_of
 
 IM = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
 COUNTS = np.array([0, 3, 9, 18, 25, 33])
@@ -173,7 +174,7 @@ def test_an_ensemble_scaled_to_one_intensity_has_no_curve(apart, share):
     """What scaling and the solver's tolerance leave between the motions is no shaking of another strength."""
     im = at_sa(44, apart)
     failed = np.random.default_rng(5).random(44) < share
-    fault = fit(im, failed, np.arange(44) // 2).fault
+    fault = fit(im, failed, np.arange(44) // 2, shown_as("pga")).fault
     assert fault.startswith("all motions have one intensity, 0.7 g: a curve needs several")
     assert "no dispersion" in fit_capacities(im, np.arange(44)).fault
     (stripe,) = stripes_of(im, failed)
@@ -211,7 +212,7 @@ def test_a_dispersion_that_its_error_does_not_tell_from_none_is_refused():
 def test_a_median_outside_the_tested_intensities_is_refused():
     """A quarter of the motions fail at the strongest of three stripes: the median lies beyond it."""
     im, failed = stripes(np.array([1, 4, 9]), np.array([0.3, 0.4, 0.5]))
-    found = fit(im, failed, np.arange(im.size))
+    found = fit(im, failed, np.arange(im.size), shown_as("pga"))
     assert "lies above the intensities that were tested, between 0.0306 g and 0.051 g: scan stronger motions" in (
         found.fault
     )

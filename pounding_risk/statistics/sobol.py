@@ -20,8 +20,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.scene.uncertain import SOBOL, points_of
-
 Array = NDArray[np.float64]
 
 RESAMPLES = 200  # of the bootstrap
@@ -51,22 +49,13 @@ class Indices(NamedTuple):
 # ------------------------------------------------------------------------------------------------ a design of its own
 
 
-def saltelli_points(numbers: int, num: int, seed: int) -> Array:
-    """Points of the unit cube for Sobol indices, (num × (numbers + 2), numbers).
+def saltelli_points(points: Array) -> Array:
+    """Points of a cube for Sobol indices, A, B, and for each number A with the column of B, below each other.
 
-    A, B, and for each number A with the column of B; A and B are the halves of scrambled Sobol points.
-
-    Parameters
-    ----------
-    numbers : int
-        Dimensions of the cube.
-    num : int
-        Points of A and of B, a power of two.
-    seed : int
-        Of the scrambling.
+    A and B are the halves of scrambled Sobol points (num, 2 × numbers), num a power of two.
     """
-    both = points_of(SOBOL, num, 2 * numbers, seed)
-    a, b = both[:, :numbers], both[:, numbers:]
+    numbers = points.shape[1] // 2
+    a, b = points[:, :numbers], points[:, numbers:]
     mixed = [np.where(np.arange(numbers) == column, b, a) for column in range(numbers)]
     return np.concatenate([a, b, *mixed])
 
@@ -131,16 +120,8 @@ def given_indices(
     In Sobol points the other numbers are spread evenly beside each value of one, and k coefficients have little or
     nothing by chance. R is then that over n − 1, and its lower bound is that over n − k − 1.
 
-    Parameters
-    ----------
-    values : sequence of array
-        Of each number its value in each sample: numbers or texts.
-    outputs : array, shape (outputs, samples)
-        The outputs.
-    confidence : float
-        Of the bounds.
-    is_balanced : bool
-        Whether the samples are Sobol points.
+    Of each number there is its value in each sample, a number or a text; ``outputs`` are (outputs, samples).
+    ``is_balanced`` says that the samples are Sobol points.
     """
     samples = outputs.shape[1]
     columns = (np.full((3, len(outputs)), np.nan) for _ in values)
@@ -155,10 +136,10 @@ def _index(basis: Array, outputs: Array, confidence: float, is_balanced: bool) -
 
     samples, size = basis.shape
     rest = samples - size
-    found = np.full((3, len(outputs)), np.nan)
+    bounds = np.full((3, len(outputs)), np.nan)
     varies = np.ptp(outputs, axis=1) > 0.0
     if not varies.any() or size < 2 or rest < samples // 2:
-        return found
+        return bounds
     deviations = outputs[varies] - outputs[varies].mean(axis=1, keepdims=True)
     variance = (deviations**2).sum(axis=1, keepdims=True) / (samples - 1)
     residuals = deviations - deviations @ basis @ basis.T
@@ -170,8 +151,8 @@ def _index(basis: Array, outputs: Array, confidence: float, is_balanced: bool) -
     reach = special.stdtrit(rest, 0.5 + 0.5 * confidence) * error
     ratio = (left / variance)[:, 0]
     least = ratio * rest / (samples - 1) if is_balanced else ratio  # were nothing of the fit by chance
-    found[:, varies] = 1.0 - least, 1.0 - ratio * np.exp(reach), 1.0 - least * np.exp(-reach)
-    return found
+    bounds[:, varies] = 1.0 - least, 1.0 - ratio * np.exp(reach), 1.0 - least * np.exp(-reach)
+    return bounds
 
 
 def _basis(values: NDArray[Any]) -> Array:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from pounding_risk.assessment.sobol import (
+from pounding_risk.scene.uncertain import SOBOL, points_of
+from pounding_risk.statistics.sobol import (
     LEAST_SAMPLES,
     given_indices,
     power_of_two,
@@ -12,7 +13,6 @@ from pounding_risk.assessment.sobol import (
     sobol_indices,
     tornado_points,
 )
-from pounding_risk.scene.uncertain import points_of
 
 CONFIDENCE = 0.95
 A, B = 7.0, 0.1
@@ -45,7 +45,7 @@ def sobol_g_indices():
 )
 def test_indices_on_a_design_are_those_of_the_closed_form(function, indices):
     numbers = len(indices[0])
-    points = saltelli_points(numbers, 2048, seed=1)
+    points = saltelli_points(points_of(SOBOL, 2048, 2 * numbers, seed=1))
     assert points.shape == (2048 * (numbers + 2), numbers)
     outputs = np.stack([function(points), np.ones(len(points))])
     for found, true in zip(sobol_indices(outputs, numbers, CONFIDENCE), indices, strict=True):

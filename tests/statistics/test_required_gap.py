@@ -10,8 +10,8 @@ from scipy.stats import beta, binom, lognorm
 
 from pounding_risk._common.order import enough_for
 from pounding_risk.assessment.options import percentile_for
-from pounding_risk.assessment.proportions import independent_motions
-from pounding_risk.assessment.required_gap import (
+from pounding_risk.statistics.proportions import independent_motions
+from pounding_risk.statistics.required_gap import (
     contact_steps,
     lognormal_percentiles,
     lognormal_share,

@@ -1,0 +1,168 @@
+"""Annual rates: the hazard integral of a fragility, and what the motions leave open of it.
+
+The annual rate of failure is ∫ P(failure | im) |dλ(im)|, λ the annual rate at which an intensity is exceeded. Events
+are taken to be independent of each other (Poisson).
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Rates = TypeVar("Rates", float, NDArray[np.float64])
+
+YEARS = 50.0  # of probabilities where no other number of years is given
+DRAWS, SEED = 400, 20110314
+WIDEST = 6.0  # of ln θ and ln β about the fit: a factor of 400, beyond every hazard curve
+LARGEST = 700.0  # exponent of a number that there is
+HALVINGS = 50  # of the range in which a median is looked for: 1e-15 of it is left
+
+
+class Curve(Protocol):
+    """Annual rates [1/year] in falling order at rising intensities; between two a power of the intensity."""
+
+    @property
+    def im(self) -> Array: ...
+
+    @property
+    def rate(self) -> Array: ...
+
+
+def in_years(annual: float, years: float = YEARS) -> float:
+    """Probability of one or more in so many years, 1 − exp(−years × rate)."""
+    return float(-np.expm1(-years * annual))
+
+
+def rate_of_probability(probability: Rates, years: float) -> Rates:
+    """Annual rate of what has a probability in so many years, −ln(1 − p) / years."""
+    rate: Any = -np.log1p(-probability) / years
+    return rate if isinstance(probability, np.ndarray) else float(rate)
+
+
+def annual_rate(hazard: Curve, median: Array | float, dispersion: Array | float) -> Array:
+    """Annual rate of failure, ∫ Φ(ln(im/θ)/β) |dλ| over the table; arrays of θ and β give one rate each.
+
+    Exact between two rows, where λ = A im^−k: [−λ Φ(z)] + A θ^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(im/θ)/β, each bracket
+    its upper end less its lower one. Over all intensities that is Cornell's (1996) k₀ θ^−k exp(k²β²/2).
+    """
+    from scipy.special import ndtr
+
+    x, level = np.log(hazard.im), np.log(hazard.rate)
+    steep = -np.diff(level) / np.diff(x)
+    middle, spread = np.log(np.asarray(median))[..., None], np.asarray(dispersion)[..., None]
+    z = (x - middle) / spread
+    falls = -np.diff(hazard.rate * ndtr(z), axis=-1)
+    moved = steep * spread
+    height = level[:-1] + steep * (x[:-1] - middle) + 0.5 * moved**2
+    rest = np.exp(height + _log_between(z[..., :-1] + moved, z[..., 1:] + moved))
+    return np.asarray(np.maximum(falls + rest, 0.0).sum(axis=-1))
+
+
+def _log_between(low: Array, high: Array) -> Array:
+    """ln(Φ(high) − Φ(low)), evaluated in the tail where the difference keeps its digits."""
+    from scipy.special import log_ndtr
+
+    upper = low + high > 0.0
+    less, more = log_ndtr(np.where(upper, -high, low)), log_ndtr(np.where(upper, -low, high))
+    with np.errstate(divide="ignore"):  # nothing between them: −inf, which is meant
+        return np.asarray(more + np.log(-np.expm1(less - more)))
+
+
+def missing_share(hazard: Curve, median: float, dispersion: float) -> float:
+    """The share of all failures that the table leaves out, were it continued at the slope of its last rows; 0 to 1.
+
+    Beyond a table's ends λ = A im^−k there. Over all im that is Cornell's k₀ θ^−k exp(k²β²/2), over a table's rows
+    `annual_rate`: the difference is what weaker and stronger motions add. Hazard curves flatten towards weak motions,
+    so that the share is more often too large than too small.
+    """
+    inside = float(annual_rate(hazard, median, dispersion))
+    tails = [_beyond(hazard, end, median, dispersion) for end in (0, -1)]
+    whole = inside + sum(tails)
+    return sum(tails) / whole if whole > 0.0 else 0.0
+
+
+def _beyond(hazard: Curve, end: int, median: float, dispersion: float) -> float:
+    """The rate of failures by motions beyond one end of the table, 0 the weakest and −1 the strongest.
+
+    With x the intensity at that end, λ its rate, k the slope and z = ln(x/θ)/β: below x
+    −λ Φ(z) + λ (x/θ)^k exp(k²β²/2) Φ(z + kβ), above it λ Φ(z) + λ (x/θ)^k exp(k²β²/2) [1 − Φ(z + kβ)].
+    """
+    from scipy.special import log_ndtr, ndtr
+
+    pair = slice(0, 2) if end == 0 else slice(-2, None)
+    steep = float(-np.diff(np.log(hazard.rate[pair]))[0] / np.diff(np.log(hazard.im[pair]))[0])
+    rate, away = float(hazard.rate[end]), float(np.log(hazard.im[end] / median))
+    z, side = away / dispersion, 1.0 if end == 0 else -1.0
+    moved = steep * dispersion
+    grown = steep * away + 0.5 * moved**2 + float(log_ndtr(side * (z + moved)))
+    return max(rate * (float(np.exp(min(grown, LARGEST))) - side * float(ndtr(z))), 0.0)
+
+
+def median_at_rate(hazard: Curve, dispersion: Array | float, rate: float, halvings: int = HALVINGS) -> Array:
+    """The median at which fragilities of these dispersions fail at an annual rate; arrays give one median each.
+
+    The rate falls from λ(first row) − λ(last row) to 0 as the median grows: found by ``halvings`` of the range of its
+    logarithm. Raises ValueError for a rate that no median has.
+    """
+    spread = np.asarray(dispersion, dtype=float)
+    if not 0.0 < rate < hazard.rate[0] - hazard.rate[-1]:
+        raise ValueError(f"no median fails at {rate} a year between the rows of the hazard curve")
+    low = np.log(hazard.im[0]) - 40.0 * spread  # all fail
+    high = np.log(hazard.im[-1]) + 40.0 * spread  # none does
+    with np.errstate(over="ignore"):
+        for _ in range(halvings):
+            middle = 0.5 * (low + high)
+            often = annual_rate(hazard, np.exp(np.clip(middle, -LARGEST, LARGEST)), spread) > rate
+            low, high = np.where(often, middle, low), np.where(often, high, middle)
+        return np.asarray(np.exp(0.5 * (low + high)))
+
+
+def draws(
+    estimates: tuple[float, float], errors: tuple[float, float], correlation: float, independent: float = np.nan
+) -> tuple[Array, Array]:
+    """Medians and dispersions that the motions leave possible, (draws,) each; empty without standard errors.
+
+    Where the capacities of the motions are known, with n ``independent`` ones, these are the pivots of a
+    normal sample: β² n/χ²(n − 1) for the dispersion, and ln θ normal about its estimate with that dispersion over √n
+    (Krishnamoorthy and Mathew 2003). Few recordings bound a dispersion badly, and a rate grows with its square: normal
+    errors of ln β would miss that. Elsewhere (ln θ, ln β) are normal with the larger standard errors.
+    """
+    spread = np.array([errors[0], errors[1] / estimates[1]])
+    if not np.isfinite([*spread, correlation]).all():
+        return np.empty(0), np.empty(0)
+    rng = np.random.default_rng(SEED)
+    middle = np.log(estimates)
+    if independent > 1.0:
+        count = independent
+        dispersion = middle[1] + 0.5 * np.log(count / rng.chisquare(count - 1.0, DRAWS))
+        median = middle[0] + np.exp(dispersion) / np.sqrt(count) * rng.standard_normal(DRAWS)
+        drawn = np.stack([median, dispersion], axis=1)
+    else:
+        together = np.outer(spread, spread) * [[1.0, correlation], [correlation, 1.0]]
+        drawn = rng.multivariate_normal(middle, together, DRAWS, method="eigh")
+    drawn = np.exp(np.clip(drawn, middle - WIDEST, middle + WIDEST))
+    return drawn[:, 0], drawn[:, 1]
+
+
+def counted_gap(hazard: Curve, unit: Array, rate: float) -> float:
+    """The gap [m] that motions of these capacities a metre close at a rate, each as often as the hazard curve says.
+
+    The rate of a motion is λ at its capacity: stronger ones close the gap too, those beyond the last row among them.
+    Beyond that row λ goes on at the slope of the last two, and below the first it is that row's.
+    """
+    from scipy.optimize import brentq
+
+    im, annual = np.log(hazard.im), np.log(hazard.rate)
+    steep = (annual[-2] - annual[-1]) / (im[-1] - im[-2])
+
+    def often(log_gap: float) -> float:
+        capacities = np.log(unit) + log_gap
+        beyond = steep * np.maximum(capacities - im[-1], 0.0)
+        return float(np.exp(np.interp(capacities, im, annual) - beyond).mean())
+
+    low, high = im[0] - np.log(unit.max()), im[-1] - np.log(unit.min())
+    high += max(annual[-1] - np.log(rate), 0.0) / steep
+    return float(np.exp(brentq(lambda log_gap: often(log_gap) - rate, low, high)))
