@@ -20,7 +20,6 @@ from pounding_risk.questions._declaration import text_file
 from pounding_risk.questions.along import sheet as along_sheet
 from pounding_risk.questions.rules import rules
 from pounding_risk.questions.setback import sheet as setback_sheet
-from pounding_risk.questions.uncertainty import sheet as uncertainty_sheet
 from pounding_risk.render.sheet import KEPT, MISSING, Block, count, head, heading, listing, number, paragraph, table
 from pounding_risk.results.kinds import kind_of
 from pounding_risk.results.scene_axes import check_settled, open_axes
@@ -123,6 +122,8 @@ def sheet(assessment: Any) -> list[Block]:
     if not isinstance(assessment, xr.Dataset):
         return gaps(assessment)
     if kind_of(assessment) == "uncertainty":
+        from pounding_risk.questions.uncertainty import sheet as uncertainty_sheet  # with pydantic
+
         more = (
             "`pounding-risk uncertainty` has more of this; `--select sample=0` gives the whole assessment of a sample"
         )
