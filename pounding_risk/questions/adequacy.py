@@ -9,9 +9,8 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.options import NO_BOUND
+from pounding_risk.assessment.options import NO_BOUND, NO_LOWER, NO_UPPER
 from pounding_risk.assessment.sensitivity import NEVER, force_words
-from pounding_risk.questions.required_gap import bounds_cell, enough, marks
 from pounding_risk.render.sheet import (
     KEPT,
     MISSING,
@@ -30,9 +29,10 @@ from pounding_risk.render.sheet import (
     table,
 )
 from pounding_risk.results.amplitudes import intensity_unit, intensity_words
+from pounding_risk.statistics.required_gap import RequiredGap, rounded_up
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
     from pounding_risk.assessment.fragility import Fragility
@@ -45,6 +45,25 @@ Row = list[Cell | str]
 GIVEN = 6  # digits of values that a user has given
 BOUNDS = "Bounds take every motion for independent; those by recording count components and polarities together."
 KEYS = {"yield_force": "F_E", "contact_model": "contact model", "polarity": "polarity"}
+
+
+def enough(gap: float, unit: bool = False) -> Cell:
+    """A required gap [m] rounded up to three digits, so that what is read suffices too."""
+    return (amount if unit else number)(rounded_up(gap), "m")
+
+
+def bounds_cell(required: RequiredGap) -> Cell:
+    """The bounds of a required gap with the marks that `NO_BOUND` explains, in the unit of the column's head."""
+    low = number(required.low, "m")["text"] if required.low > 0.0 else NO_LOWER
+    high = number(rounded_up(required.high), "m")["text"]
+    text = f"{low} to {high}{'' if required.bounded else f' {NO_UPPER}'}"
+    return {"text": text, "parts": [required.low, required.high]}
+
+
+def marks(required: Iterable[RequiredGap], words: Mapping[str, str]) -> list[str]:
+    """What each mark means that stands in the bounds of these required gaps."""
+    bounds = " ".join(bounds_cell(each)["text"] for each in required)
+    return [f"{mark} {meaning}." for mark, meaning in words.items() if mark in bounds]
 
 
 def required_gaps(one: InterfaceAssessment) -> list[Block]:
@@ -97,18 +116,13 @@ def yielding(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
         return []
     heads = [("contact model", "l"), (head("F_E", "N"), "r"), ("reached in", "r")]
     heads += [*_share_heads("P(yield)", assessment), ("excluded", "r")]
-    rows: list[Row] = [
-        [
-            model_of(share),
-            strength(share.yield_force),
-            *share_cells(share),
-            count(share.left_out) if share.left_out else MISSING,
-        ]
-        for share in shares
-    ]
+    rows: list[Row] = []
+    for share in shares:
+        excluded = count(share.left_out) if share.left_out else MISSING
+        rows.append([model_of(share), strength(share.yield_force), *share_cells(share), excluded])
     own = [at for at, share in enumerate(shares) if share.contact_model == one.own_model]
     keep = [own[at] for at in evenly(len(own), KEPT)]
-    caption = f"{one.name}: probability of reaching F_E at a gap of {_gap(one.yield_gap)}, motions {one.at}."
+    caption = f"{one.name}: probability of reaching F_E at a gap of {_yield_gap(one)}, motions {one.at}."
     columns = "F_E is that of floors that meet; a column keeps its own, which `validate` shows of a scene. "
     return [
         table(caption, heads, rows, keep=keep, note="some of the scene's own contact model"),
@@ -116,17 +130,13 @@ def yielding(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
     ]
 
 
-def _gap(gap: float) -> str:
-    return str(amount(gap, "m", GIVEN)["text"])
-
-
 def _own_force(one: InterfaceAssessment) -> str:
-    return force_words(one.own_force, _columns_yield(one, one.own_force))
+    """The scene's own yield force in words, with whether columns yield where floors have it."""
+    return force_words(one.own_force, any(share.yield_force == one.own_force for share in one.yielding))
 
 
-def _columns_yield(one: InterfaceAssessment, force: float) -> bool:
-    """Whether columns yield where floors have this F_E."""
-    return any(share.yield_force == force for share in one.yielding)
+def _yield_gap(one: InterfaceAssessment) -> str:
+    return str(amount(one.yield_gap, "m", GIVEN)["text"])
 
 
 def response(one: InterfaceAssessment) -> list[Block]:
@@ -138,20 +148,15 @@ def response(one: InterfaceAssessment) -> list[Block]:
     rows: list[Row] = []
     for force in dict.fromkeys(median.yield_force for median in medians):
         of_force = {median.output: median for median in medians if median.yield_force == force}
-        row: Row = [_level(force, one), count(max(median.motions for median in of_force.values()))]
+        columns_yield = any(share.yield_force == force for share in one.yielding)
+        level = number(force, "N", GIVEN) if isfinite(force) else strength(force) if columns_yield else NEVER
+        row: Row = [level, count(max(median.motions for median in of_force.values()))]
         shown = (of_force.get(output) for output in outputs)  # none where no motion has a finite value of an output
         rows.append([*row, *(MISSING if each is None else number(each.median, each.unit, 3) for each in shown)])
-    caption = f"{one.name}: response against F_E, at a gap of {_gap(one.yield_gap)}, under {name_of(one.own_model)}."
+    caption = f"{one.name}: response against F_E, at a gap of {_yield_gap(one)}, under {name_of(one.own_model)}."
     own = "Medians over the motions with contact, the larger of both buildings; the scene's own"
     heads = [(head("F_E", "N"), "r"), ("contact in", "r"), *outputs.values()]
     return [table(caption, heads, rows), paragraph(f"{own}: {_own_force(one)}.")]
-
-
-def _level(force: float, one: InterfaceAssessment) -> Cell | str:
-    """A yield force of the grid; where it is infinite, whether columns yield."""
-    if isfinite(force):
-        return number(force, "N", GIVEN)
-    return strength(force) if _columns_yield(one, force) else NEVER
 
 
 def influences(one: InterfaceAssessment) -> list[Block]:

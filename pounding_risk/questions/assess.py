@@ -18,10 +18,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.questions import adequacy, rates
 from pounding_risk.questions._declaration import text_file
 from pounding_risk.questions.along import sheet as along_sheet
-from pounding_risk.questions.required_gap import enough
 from pounding_risk.questions.rules import rules
 from pounding_risk.questions.setback import sheet as setback_sheet
-from pounding_risk.questions.uncertainty import sheet as uncertainty_sheet
 from pounding_risk.render.sheet import KEPT, MISSING, Block, count, head, heading, listing, number, paragraph, table
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.scene_axes import check_settled, open_axes
@@ -124,6 +122,8 @@ def sheet(assessment: Any) -> list[Block]:
     if not isinstance(assessment, xr.Dataset):
         return gaps(assessment)
     if kind_of(assessment) == "uncertainty":
+        from pounding_risk.questions.uncertainty import sheet as uncertainty_sheet  # with pydantic
+
         more = (
             "`pounding-risk uncertainty` has more of this; `--select sample=0` gives the whole assessment of a sample"
         )
@@ -195,7 +195,7 @@ def row(assessment: Assessment) -> list[Block]:
     for one in assessment.interfaces:
         cells: adequacy.Row = [one.name, number(one.gap, "m", adequacy.GIVEN), one.verdict.word]
         here, required = one.contact_at_gap(), one.required_at(assessment.percentile)
-        cells += [count(here.count), count(here.runs), number(here.probability, "%", 3), enough(required.gap)]
+        cells += [count(here.count), count(here.runs), number(here.probability, "%", 3), adequacy.enough(required.gap)]
         if assessment.target_rate is not None:
             by_rate = one.rate_verdict
             cells += [MISSING, MISSING] if by_rate is None else [by_rate.word, number(by_rate.required.gap, "m")]

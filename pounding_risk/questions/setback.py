@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pounding_risk.assessment.options import NO_LOWER, NO_UPPER
 from pounding_risk.assessment.setback import ASSUMED
-from pounding_risk.questions.required_gap import bounds_cell, enough, marks
+from pounding_risk.questions.adequacy import bounds_cell, enough, marks
 from pounding_risk.render.sheet import Block, head, listing, number, table
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ from pounding_risk.figures.assess import draw_contact, draw_fragilities, draw_yi
 from pounding_risk.figures.separations import draw_rules
 from pounding_risk.figures.style import RULE_MARKS_WORDS, panel
 from pounding_risk.questions import adequacy as question
-from pounding_risk.questions.required_gap import enough
 from pounding_risk.questions.rules import rules
 from pounding_risk.render.sheet import Block, figure, heading, name_of, number, paragraph
 from pounding_risk.reports.data import Pair, ReportData
@@ -52,7 +51,7 @@ def _contact(data: ReportData, pair: Pair) -> list[Block]:
     """Figure and table of the probability of contact against the gap."""
     assessment, one = data.assessment, pair.assessed
     required = one.required_at(assessment.criterion.target_percentile)
-    target, gap = number(assessment.target, "%")["text"], enough(required.gap, unit=True)["text"]
+    target, gap = number(assessment.target, "%")["text"], question.enough(required.gap, unit=True)["text"]
     sentence = (
         f"{pair.name}: probability of contact against the gap{pair.at}: a step down at what each of the "
         f"{counted(len(one.closing), 'motion')} closes, known at every gap; its bounds by recording; the target of "

@@ -12,7 +12,7 @@ from pounding_risk.assessment.along import along_finding
 from pounding_risk.assessment.separations.rules import RULES, SUPERSEDED
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.along import along_caption, along_figure
-from pounding_risk.questions import along, damage, effects, uncertainty
+from pounding_risk.questions import along, damage, effects
 from pounding_risk.render.sheet import Block, figure, heading, listing, name_of, paragraph
 from pounding_risk.reports.data import ReportData
 
@@ -34,7 +34,11 @@ def _along(data: ReportData) -> list[Block]:
 
 def _uncertainty(data: ReportData) -> list[Block]:
     """The sheet of `uncertainty`; nothing without a dataset of it."""
-    return uncertainty.sheet(data.others["uncertainty"], tornado=True) if "uncertainty" in data.others else []
+    if "uncertainty" not in data.others:
+        return []
+    from pounding_risk.questions import uncertainty  # with the scene's checks, which a report without needs not
+
+    return uncertainty.sheet(data.others["uncertainty"], tornado=True)
 
 
 def _damage(data: ReportData) -> list[Block]:

@@ -8,7 +8,6 @@ import numpy as np
 
 from pounding_risk.assessment.sensitivity import force_words
 from pounding_risk.figures.scan import draw_models
-from pounding_risk.questions.compare import sheet
 from pounding_risk.render.sheet import (
     Block,
     Cell,
@@ -45,6 +44,8 @@ def write(data: ReportData) -> list[Block]:
         run = "Each interface has a contact model of its own" if mixed else "One contact model was run"
         blocks.append(paragraph(f"{run}. Whether another says otherwise: `pounding-risk compare`."))
     if "compare" in data.others:
+        from pounding_risk.questions.compare import sheet  # with the scene's classes, which a report without needs not
+
         answer = data.others["compare"]
         source = paragraph(f"From `pounding-risk compare` of “{answer.attrs['title']}”.")
         blocks += [heading("On equal terms", "equal-terms"), source, *sheet(answer)]

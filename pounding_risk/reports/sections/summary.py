@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.separations.rules import MEMORY, QUOTED
+from pounding_risk.questions.adequacy import bounds_cell, enough
 from pounding_risk.questions.assess import columns, row, verdict
-from pounding_risk.questions.required_gap import bounds_cell, enough
 from pounding_risk.render.sheet import (
     Block,
     Cell,
