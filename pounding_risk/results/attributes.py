@@ -16,6 +16,7 @@ from pounding_risk.errors import PoundingError
 if TYPE_CHECKING:
     import xarray as xr
 
+SOURCE = "source"  # of a dataset's encoding: the file that it was opened from, where xarray has it too
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
 
 
@@ -50,10 +51,17 @@ def read_attribute(dataset: xr.Dataset, name: str, default: Any) -> Any:
     except (TypeError, ValueError, RecursionError):
         value = None
     if type(value) is not type(default):
+        whose = f"{name_of(dataset)}: " if SOURCE in dataset.encoding else ""
         raise PoundingError(
-            f'the attribute "{name}" of the results cannot be read: the file was changed since; run the scan again'
+            f'{whose}the attribute "{name}" of the results cannot be read: the file was changed since; run the scan '
+            "again"
         )
     return value
+
+
+def name_of(dataset: xr.Dataset) -> str:
+    """How a sentence names a dataset: the file that it was opened from, as `files.open_results` keeps it."""
+    return str(getattr(dataset, "encoding", {}).get(SOURCE, "the dataset"))
 
 
 @lru_cache(maxsize=8)

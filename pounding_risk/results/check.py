@@ -22,6 +22,7 @@ import numpy as np
 from pounding_risk._common.letters import refused, refused_below
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS
+from pounding_risk.results.attributes import name_of
 from pounding_risk.results.layout import dims_in, scene_dims
 from pounding_risk.results.variables import CHANGES, COORDINATES, NUMBER, TEXT, VARIABLES, WHOLE, Declared
 from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse, shown
@@ -164,8 +165,9 @@ def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), at
     _refuse(whose, faults or [fault for of in late for fault in of(dataset)])
 
 
-def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
+def check_dataset(results: xr.Dataset, whose: str = "") -> None:
     """Raise PoundingError for what is no dataset of `scan` with all its axes, and for a damaged one."""
+    whose = whose or name_of(results)
     kind = kind_of(results)
     if kind not in ("scan", ""):
         raise PoundingError(
@@ -190,6 +192,9 @@ def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
         names=(*AXES_OF_CASES, "building", "building_period", "building_damping"),
         attrs=("records", "title"),
     )
+    damping = results["building_damping"]
+    if bool((np.isfinite(results["building_period"]) & ~((damping >= 0.0) & (damping <= 1.0))).any()):
+        raise PoundingError(f"{whose}: a building that has a period has no damping from 0 to 1; {REPAIR}")
 
 
 def check_scene(dataset: xr.Dataset, whose: str = "the dataset") -> None:

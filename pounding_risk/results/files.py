@@ -18,6 +18,7 @@ from pounding_risk._common import files
 from pounding_risk._common.files import discard, move_into_place, moved_away, not_written, partial_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.results import accessor as accessor  # registers it with xarray
+from pounding_risk.results.attributes import SOURCE, name_of
 from pounding_risk.results.check import check_dataset, check_version, reading
 from pounding_risk.results.opened import Results, with_axes
 from pounding_risk.results.scene_axes import check_axes
@@ -149,14 +150,15 @@ def stream_results(path: str | Path) -> xr.Dataset:
             netCDF4.set_chunk_cache(*usual)
 
 
-def open_with_axes(results: xr.Dataset | str | Path, name: str = "the dataset") -> Results:
+def open_with_axes(results: xr.Dataset | str | Path, name: str = "") -> Results:
     """A dataset, called so in sentences, or that of a file, with the axes of its cases; of `scan` or not."""
     if isinstance(results, str | Path):
         results, name = open_results(results), str(results)
+    name = name or name_of(results)
     return Results(with_axes(results, name), name)
 
 
-def open_scan(results: xr.Dataset | str | Path, name: str = "the dataset") -> Results:
+def open_scan(results: xr.Dataset | str | Path, name: str = "") -> Results:
     """The results of `scan`, or of its file, with all axes, and checked; raises PoundingError for another dataset."""
     opened = open_with_axes(results, name)
     check_dataset(opened.dataset, opened.name)
@@ -176,6 +178,7 @@ def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
     else:
         with reading(source):
             dataset = xr.open_dataset(source, engine="netcdf4")
+    dataset.encoding[SOURCE] = str(source)  # as the user wrote it
     try:
         check_version(dataset, str(source))
         check_axes(dataset, str(source))

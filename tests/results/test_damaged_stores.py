@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import random
+import re
 import shutil
 import warnings
 from collections.abc import Callable, Iterator
@@ -290,3 +291,21 @@ def test_damaged_numbers_overflow_without_a_warning(copied):
 @pytest.mark.slow
 def test_a_report_beside_a_comparison_is_written(stores, tmp_path):
     assert pr.report(stores / "pair.zarr", tmp_path / "r.html", also=[stores / "compare.zarr"]).exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("damage", ["scene_resolved", "options", "building_damping", "peak_displacement_free"])
+def test_every_sentence_names_the_store(copied, damage, tmp_path):
+    """Of attributes and variables that are missed late, where the dataset is known and not its file."""
+    store = copied("storeys")
+    if damage == "scene_resolved":
+        changed(store, ".zattrs", damage, ...)
+    elif damage == "options":
+        changed(store, ".zattrs", damage, "")
+    elif damage == "building_damping":
+        piece(store, damage, lambda raw: np.full(len(raw) // 8, np.nan).tobytes())
+    else:
+        called(store, damage, "")
+    read = readers(store, "storeys", tmp_path)["rerun" if damage == "options" else "view"]
+    with pytest.raises(PoundingError, match=re.escape(str(store))):
+        read()

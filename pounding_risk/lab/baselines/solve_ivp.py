@@ -214,7 +214,7 @@ class ScipyRow:
         contact.after(event, y.tolist(), time)
         if event == CLOSING:
             # The root search leaves rounding in δ, which is taken out where the contact point acts.
-            y[: contact.share.size] -= contact.share * contact.depth(y) / float(contact.share @ contact.share)
+            y[: contact.share.size] -= contact.share * contact.depth(y.tolist()) / float(contact.share @ contact.share)
             for each in self.contacts:
                 each.update_peaks(y[np.newaxis])
         return y, time, False
