@@ -13,6 +13,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from pounding_risk.models.structures.contact_points import Point, automatic_points
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.results.check import DATASET_VERSION, VERSION
+from pounding_risk.results.labels import place_coordinates
+from pounding_risk.results.variables import VARIABLES
+
 CASE = ("record", "polarity", "contact_model", "gap", "yield_force")
 PERIODS = np.geomspace(0.05, 5.0, 60)
 CAPPED = ("viscous_elastoplastic", "van_mier")
@@ -114,11 +120,15 @@ def made_scan(
         ),
         "record_spectral_acceleration": (("record", "period"), _spectra(needed, random), {"units": "m/s2"}),
     }
-    return xr.Dataset(
-        variables,
-        coords=_coordinates(records, names, (spaces, strengths), random),
-        attrs=_attributes(records, scene_gap),
+    pair = [Building("left", 5e5, 0.5, 0.05), Building("right", 8e5, 1.0, 0.05)]
+    points = [Point(0, *meeting) for meeting in automatic_points(*pair)]
+    coords = place_coordinates(pair, points, strengths[:, None]) | _coordinates(
+        records, names, (spaces, strengths), random
     )
+    attributes = _attributes(records, scene_gap) | {VERSION: np.int64(DATASET_VERSION)}
+    made = xr.Dataset(variables, coords=coords, attrs=attributes)
+    by_interface = [name for name in made.data_vars if name in VARIABLES and "interface" in VARIABLES[str(name)].dims]
+    return made.assign({name: made[name].expand_dims(interface=made["interface"], axis=-1) for name in by_interface})
 
 
 def _spectra(needed: np.ndarray, random: np.random.Generator) -> np.ndarray:

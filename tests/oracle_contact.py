@@ -124,7 +124,10 @@ class Contact:
         def trial(y: list[float]) -> float:
             return law.trial(y[0], y[1], phase.approach)
 
-        found = [("part", -1, lambda y: y[0]), ("turn", -1 if phase.approach else 1, lambda y: y[1])]
+        found = [
+            ("part", -1, lambda y: y[0]),
+            ("turn", -1 if phase.approach else 1, lambda y: y[1]),
+        ]
         if law.cap < float("inf"):
             found.append(("yield", -1 if phase.yielding else 1, lambda y: trial(y) - law.cap))
         if law.name == "kelvin_voigt_tension_cut":

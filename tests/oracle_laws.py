@@ -11,7 +11,12 @@ from scipy.optimize import brentq
 
 SLOWEST = 1e-4  # m/s: the least approach speed that a Hertz-damp law divides by
 CONCRETE = (0.7929, -0.2529, 0.0696, -0.0070)  # paper eq. (4), powers of the speed in m/s
-LINEAR = ("linear", "kelvin_voigt", "kelvin_voigt_tension_cut", "modified_kelvin_voigt")  # N/m
+LINEAR = (
+    "linear",
+    "kelvin_voigt",
+    "kelvin_voigt_tension_cut",
+    "modified_kelvin_voigt",
+)  # N/m
 LAWS = (*LINEAR, "hertz", "hertz_damp", "hertz_damp_exact", "jankowski", "van_mier", "viscous_elastoplastic")
 
 
@@ -89,7 +94,12 @@ class Law:
     """The force of one contact: its restitution, and so its damping, are fixed by the speed of the touch."""
 
     def __init__(self, scene: Scene, speed: float) -> None:
-        self.name, self.k, self.cap, self.n = (scene.law, scene.stiffness, scene.yield_force, scene.plastic_exponent)
+        self.name, self.k, self.cap, self.n = (
+            scene.law,
+            scene.stiffness,
+            scene.yield_force,
+            scene.plastic_exponent,
+        )
         masses = (scene.left.mass, scene.right.mass)
         mass = 1.0 / sum(1.0 / m for m in masses)
         ratio = damping_ratio(scene.law, scene.e(speed))

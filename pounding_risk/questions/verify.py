@@ -21,7 +21,10 @@ FUNCTION = "lab.verification.run"
 OPTIONS = {"cases": Option(kind=list[str], metavar="[CASE | PROPERTY | FILE | FOLDER]", is_argument=True)}
 FILES = {"out": File((".html", ".pdf"), "", "reports.verification.verification_page")}
 FIGURES = {"": "verification.outcome_figure"}
-HELP = "Ends with status 1 where a value is unacceptable or a property fails."
+HELP = (
+    "Ends with status 1 where a value is unacceptable or a property fails. Of properties alone the figure shows the "
+    "first; -o page.html has those of all."
+)
 DISAGREES = 1  # exit status
 HEADS = (
     *(("case", "l"), ("quantity", "l"), ("source", "l"), ("kind", "l"), ("published", "r"), ("ours", "r")),

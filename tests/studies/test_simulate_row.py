@@ -291,7 +291,7 @@ def test_the_command_prints_draws_and_moves(tmp_path, run):
     told = CliRunner().invoke(app, words)
     assert told.exit_code == 0, told.output
     count = int(run["impact_count"].values[0])
-    assert re.search(rf"tall \| middle +6 mm +{count} ", told.output)
+    assert re.search(rf"tall \| middle +6 +{count} ", told.output)
     assert picture.stat().st_size > 10_000
     assert "Three beside a wall" in moving.read_text("utf-8")
     kept = pr.open_results(tmp_path / "run.nc")
