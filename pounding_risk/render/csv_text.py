@@ -47,4 +47,4 @@ def _written(cell: Cell, in_head: bool) -> Any:
     if not isinstance(raw, int | float) or not in_head or cell["text"].endswith(tuple("abcdefghijklmnopqrstuvwxyz%²³")):
         return "" if cell["text"] == "–" else safe(cell["text"])
     size = SHOWN[cell.get("unit", "1")][1]
-    return raw if size == 1.0 else raw * size
+    return raw if size == 1.0 else float(f"{raw * size:.15g}")  # 83.2, not 83.20000000000002
