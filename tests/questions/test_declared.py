@@ -100,6 +100,8 @@ def test_one_file_is_a_command_a_call_and_a_method(widest):
     assert rows[2][0] == "all cases" and float(rows[2][1]) == pytest.approx(1e3 * largest, rel=1e-14)  # 15 digits
     assert run("widest", "r.nc", "-o", "w.html").exit_code == 0
     assert f"{1e3 * largest:.4g}" in Path("w.html").read_text(encoding="utf-8")
+    assert run("widest", "r.nc", "-o", "W.CSV").exit_code == 0
+    assert Path("W.CSV").read_bytes() == Path("w.csv").read_bytes()
     record = str(dataset["record"].values[0])
     one = float(dataset["peak_closing"].sel(record=record).max())
     assert f"{2e3 * one:.4g}" in run("widest", "r.nc", "--records", record, "--twice").stdout
@@ -146,3 +148,13 @@ def test_descriptions_of_several_names_and_paragraphs_are_read():
     words = "First line, second line. Another paragraph."
     assert parameters_of(some) == {"one": words, "two": words, "three": "Third."}
     assert parameters_of(None) == parameters_of(len) == {}
+
+
+def test_a_dataset_is_written_under_a_suffix_in_capitals(tmp_path, monkeypatch):
+    """Of a function that writes its own, and of one whose dataset the command writes."""
+    monkeypatch.chdir(tmp_path)
+    Path("s.toml").write_text(two_records(law="jankowski", stiffness="2e9 N/m^1.5"), encoding="utf-8")
+    for words in (("compare", "s.toml", "--law", "jankowski", "--law", "linear"), ("simulate", "s.toml")):
+        result = run(*words, "-o", f"{words[0]}.NC")
+        assert result.exit_code == 0, result.output
+        assert pr.open_results(f"{words[0]}.NC").pounding.kind == words[0]

@@ -171,7 +171,7 @@ class Question:
         """Answer the question, write the files that are asked for, and print the sheet."""
         given = {name: value for name, value in values.items() if value not in EMPTY}
         out: Path | None = given.get("out")
-        dataset = out if out is not None and out.suffix == ".nc" else None
+        dataset = out if out is not None and out.suffix.lower() == ".nc" else None
         if dataset is not None and "out" not in self.answer.parameters:
             from pounding_risk.ensemble.replacing import check_replaceable
 
@@ -219,13 +219,14 @@ class Question:
 
     def _write_usual(self, answer: Any, blocks: Any, target: Path) -> None:
         """Write the dataset, unless the function has done so, the tables or the page of an answer, by the suffix."""
-        if target.suffix == ".csv":
+        kind = target.suffix.lower()
+        if kind == ".csv":
             from pounding_risk._common.files import write_whole
             from pounding_risk.render.csv_text import csv_text
 
             content = csv_text(blocks).encode()
             write_whole(target, lambda file: file.write(content))
-        elif target.suffix == ".html":
+        elif kind == ".html":
             from pounding_risk.reports.sheet_page import write_sheet_page
 
             write_sheet_page(target, self.summary, blocks)
