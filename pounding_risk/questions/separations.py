@@ -116,6 +116,7 @@ def separations(
     from pounding_risk.assessment.demands import interfaces
     from pounding_risk.assessment.options import percentile_of
     from pounding_risk.assessment.separations import table as code
+    from pounding_risk.results.attributes import name_of
     from pounding_risk.results.check import check_scan
     from pounding_risk.results.files import open_results
     from pounding_risk.results.opened import with_axes
@@ -129,7 +130,7 @@ def separations(
         return Given(code.separations(("left", "right"), given, site=site), given, site)
     share = percentile_of(percentile)
     dataset = with_axes(open_results(results) if isinstance(results, str | Path) else results, str(results))
-    check_scan(dataset, "the dataset", names=("building", "building_period", "building_damping"))
+    check_scan(dataset, name_of(dataset), names=("building", "building_period", "building_damping"))
     parts = {name: part for name, part in interfaces(dataset) if interface in (None, name)}
     if not parts:
         names = ", ".join(name for name, _ in interfaces(dataset))
