@@ -13,6 +13,9 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
+from sentences import pytest_addoption, pytest_configure, pytest_sessionfinish, says
+
+__all__ = ["pytest_addoption", "pytest_configure", "pytest_sessionfinish", "says"]
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 # Datasets tell when they were made: of two of one study every byte is compared, whatever the time.

@@ -1,7 +1,7 @@
 """What every command prints and writes for the shipped scenes, as text files.
 
-``python tests/golden_commands.py`` writes all files anew; ``python tests/golden_commands.py assess damage`` those whose
-names begin so. A change of them is read before it is committed: words may change, numbers may not.
+``pytest --rewrite tests/golden`` writes them anew. A change of them is read before it is committed: words may change,
+numbers may not.
 """
 
 from __future__ import annotations
@@ -10,9 +10,7 @@ import io
 import os
 import re
 import shlex
-import shutil
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr
 from html.parser import HTMLParser
@@ -222,8 +220,8 @@ def fixed_surroundings() -> Iterator[None]:
         os.environ.update(environment)
 
 
-def outputs(folder: Path, names: tuple[str, ...] = ("",)) -> Iterator[tuple[str, str]]:
-    """Name and text of each command whose name begins with one of ``names``, after all those it reads from."""
+def outputs(folder: Path) -> Iterator[tuple[str, str]]:
+    """Name and text of each command."""
     from pounding_risk import cli
 
     before = Path.cwd()
@@ -233,9 +231,6 @@ def outputs(folder: Path, names: tuple[str, ...] = ("",)) -> Iterator[tuple[str,
         with fixed_surroundings():
             for name, line in COMMANDS.items():
                 words = shlex.split(line)
-                wanted = name.startswith(names)
-                if not wanted and not any(word.endswith(".nc") and "-o" in words for word in words):
-                    continue
                 with redirect_stderr(io.StringIO()):
                     done = CliRunner().invoke(cli.app, words, prog_name="pounding-risk")
                 text = f"$ pounding-risk {line}\nexit status {done.exit_code}\n{done.stdout}"
@@ -244,8 +239,7 @@ def outputs(folder: Path, names: tuple[str, ...] = ("",)) -> Iterator[tuple[str,
                 if name in WRITTEN and done.exit_code == 0:
                     written = Path(WRITTEN[name]).read_text(encoding="utf-8")
                     text += f"\n--- {WRITTEN[name]}\n{page_text(written) if name.startswith('report') else written}"
-                if wanted:
-                    yield name, masked(text.replace(str(folder), "FOLDER"))
+                yield name, masked(text.replace(str(folder), "FOLDER"))
     finally:
         os.chdir(before)
 
@@ -282,18 +276,3 @@ def _is_close(one: str, other: str) -> bool:
     # 1e-6: of numbers with all their digits in tables to compute with; fits stop about there. 1e-7: of relative errors
     # of nearly exact solutions, which rounding makes, and with it the processor; no other quantity is so small.
     return abs(ours - theirs) <= max(1.01 * unit, 1e-6 * abs(theirs), 1e-7)
-
-
-def main(names: tuple[str, ...]) -> None:
-    """Write the files of the commands whose names begin with one of ``names``."""
-    folder = Path(tempfile.mkdtemp())
-    try:
-        for name, text in outputs(folder, names or ("",)):
-            (FILES / f"{name}.txt").write_text(text, encoding="utf-8")
-            print(name)
-    finally:
-        shutil.rmtree(folder)
-
-
-if __name__ == "__main__":
-    main(tuple(sys.argv[1:]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+import sentences
 from golden_commands import COMMANDS, FILES, differences, outputs
 
 NAMES = list(COMMANDS)
@@ -15,14 +16,25 @@ def texts(shared_once, tmp_path_factory) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_command_says_what_its_file_says(texts, name):
-    """``python tests/golden_commands.py NAME`` writes the file anew, to be read before it is committed."""
+def test_a_command_says_what_its_file_says(texts, name, pytestconfig):
+    """``pytest --rewrite tests/golden`` writes the files anew, to be read before they are committed."""
+    if pytestconfig.getoption("--rewrite"):
+        (FILES / f"{name}.txt").write_text(texts[name], encoding="utf-8")
     found = differences(texts[name], (FILES / f"{name}.txt").read_text(encoding="utf-8"))
     assert not found, f"{name}:\n" + "\n".join(found[:40])
 
 
 def test_every_file_is_of_a_command():
     assert {file.stem for file in FILES.glob("*.txt")} == set(NAMES)
+
+
+def test_every_paragraph_is_of_a_test():
+    """A test that is gone takes its sentences with it."""
+    for file in sentences.FILES.rglob("*.txt"):
+        module = (sentences.TESTS / file.relative_to(sentences.FILES)).with_suffix(".py")
+        source = module.read_text(encoding="utf-8")
+        for name in sentences.sentences(file):
+            assert f"def {name.partition('[')[0].partition(' ')[0]}(" in source, f"{file}: {name}"
 
 
 @pytest.mark.parametrize(
