@@ -46,6 +46,8 @@ NEGATED = {
 }
 BOUNDARY = {ast.Lt: ("<", "<="), ast.LtE: ("<=", "<"), ast.Gt: (">", ">="), ast.GtE: (">=", ">")}
 LOGIC = {ast.And: ("and", "or"), ast.Or: ("or", "and")}
+# Tests that run the package in other processes, which the map does not see.
+ELSEWHERE = ("test_notebooks.py", "test_benchmarks.py", "test_docs.py", "test_packaging.py")
 COMPILING = 90  # processor seconds that the kernels of a changed source may take to compile
 
 
@@ -168,8 +170,9 @@ def make_map(folder: Path) -> None:
     """Run all tests under coverage; keep lines by test, and the seconds of each."""
     folder.mkdir(parents=True, exist_ok=True)
     environment = {**os.environ, "MUTATIONS_FOLDER": str(folder), "PYTHONPATH": _path()}
-    command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q", "-p", "mutations", "-p"]
-    subprocess.run([*command, "no:cacheprovider"], cwd=ROOT, env=environment, check=False)
+    command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q", "-p", "mutations"]
+    command += ["-p", "no:cacheprovider", *(f"--ignore=tests/{name}" for name in ELSEWHERE)]
+    subprocess.run(command, cwd=ROOT, env=environment, check=False)
     import coverage
 
     whole = coverage.Coverage(data_file=str(folder / "coverage"))

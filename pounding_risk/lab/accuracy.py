@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import product
-from math import nan
+from math import inf, nan
 from pathlib import Path
 from statistics import median
 from time import process_time
@@ -46,17 +46,19 @@ from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.variants import check_one_scene
 
-GENERAL = {"SciPy DOP853": "DOP853", "SciPy Radau": "Radau"}
+CHECK = "SciPy DOP853"  # confirms the reference
+GENERAL = {CHECK: "DOP853", "SciPy Radau": "Radau"}
 OPENSEES = "OpenSees"
 STEPPED = (*FIXED, OPENSEES)  # methods whose settings are steps
 RTOLS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
 STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 1e-4, 1e-5, 1e-6)  # s
 OPENSEES_STEPS = (1e-2, 1e-3, 1e-4)  # s
-GENERAL_RTOLS = {"SciPy DOP853": (1e-3, 1e-6, 1e-9, 1e-12), "SciPy Radau": (1e-3, 1e-6)}
+GENERAL_RTOLS = {CHECK: (1e-3, 1e-6, 1e-9, 1e-12), "SciPy Radau": (1e-3, 1e-6)}
 ANSWER = ("case", "interface", "output")
 AT_CAP = 1e-9  # share of F_E within which a peak force is one that the law caps
 VISIBLE, NEARER = 1e-6, 0.1  # a difference of SciPy's that needs a cause; one that is nearer than another
 REPEATS, BRIEF = 5, 1.0  # repetitions, and the seconds from which a call is timed once
+FAR = 10.0  # times of the tightest event-driven setting from which a method that is less accurate is refined no further
 
 
 class Setting(NamedTuple):
@@ -71,6 +73,9 @@ class Setting(NamedTuple):
         return f"{self.method}, {'dt' if self.method in STEPPED else 'rtol'} {self.value:.0e}"
 
 
+TIGHTEST = Setting(EVENT, RTOLS[-1])
+
+
 def accuracy(
     study: Scene | str | Path,
     out: str | Path | None = None,
@@ -80,12 +85,15 @@ def accuracy(
     scipy: bool = True,
     new: bool = False,
     progress: Callable[[int, int], None] | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
     """Error and computing time of each setting of each method.
 
     The event-driven solver from loose to tight tolerances, three fixed-step methods, OpenSees where openseespy is
     installed and has the scene's law, and two methods of SciPy are set against the event-driven solver at rtol 1e-12. A
-    setting that would take more than ``budget`` for one pass, or gives up, is left out and named. Effects, storeys that
+    setting that would take more than ``budget`` for one pass, or gives up, is left out and named. A method is refined
+    no further once it takes ten times as long as the tightest event-driven setting, with no smaller error in any
+    output; SciPy's DOP853, which confirms the reference, is refined within the budget. Effects, storeys that
     yield, contact models that remember their path and impulsive models are known to the event-driven solver alone: then
     only its own tolerances are compared.
 
@@ -105,6 +113,8 @@ def accuracy(
         Replace other results under the name ``out``.
     progress : callable, optional
         Called with the number of settings done and of all settings.
+    say : callable, optional
+        Takes a line about the time of all this, after the event-driven settings.
 
     Returns
     -------
@@ -139,7 +149,9 @@ def accuracy(
         left_out.append(
             f"peak contact force of {capped} of {bench.size} cases: the law caps it at F_E, which every method finds"
         )
-    outcomes = run_settings(bench, budget, optional, left_out, progress or (lambda done, total: None))
+    outcomes = run_settings(
+        bench, reference, budget, optional, left_out, progress or (lambda done, total: None), say or (lambda text: None)
+    )
     dataset = _dataset(study, bench, outcomes, reference)
     dataset.attrs |= {
         "finding": finding(dataset),
@@ -153,17 +165,30 @@ def accuracy(
 
 
 def run_settings(
-    bench: Bench, budget: float, optional: set[str], left_out: list[str], progress: Callable[[int, int], None]
+    bench: Bench,
+    reference: np.ndarray,
+    budget: float,
+    optional: set[str],
+    left_out: list[str],
+    progress: Callable[[int, int], None],
+    say: Callable[[str], None],
 ) -> dict[Setting, Outcome]:
-    """Every setting that keeps to the budget; quick ones several times in turns, of which the median counts."""
+    """Every setting that keeps to the budget, until its method is far behind; quick ones several times: the median."""
     runs = dict(_settings(bench, optional))
     outcomes: dict[Setting, list[Outcome]] = {}
-    pace: dict[str, float] = {}  # seconds of a pass times the step, by fixed-step method
+    last: dict[str, tuple[Setting, float]] = {}  # of each method, with the seconds of a pass
+    begun = process_time()
     for number, (setting, call) in enumerate(runs.items()):
         progress(number, len(runs))
-        expected = pace.get(setting.method, 0.0) / setting.value
-        if setting.method in STEPPED and expected > budget:
+        before, seconds = last.get(setting.method, (setting, 0.0))
+        if number == len(RTOLS):
+            say(_time_words(bench, process_time() - begun, budget))
+        expected = seconds * (before.value / setting.value if setting.method in STEPPED else 1.0)
+        if expected > budget:
             left_out.append(f"{setting.words}: would take about {expected:.0f} s, more than the budget of {budget:g} s")
+            continue
+        if before in outcomes and (why := _far_behind(bench, reference, outcomes, before)):
+            left_out.append(f"{setting.words}: not run: {why}")
             continue
         start = process_time()
         try:
@@ -171,8 +196,13 @@ def run_settings(
         except (GaveUp, PoundingError) as reason:
             left_out.append(f"{setting.words}: {reason}")
             continue
-        pace[setting.method] = (process_time() - start) * setting.value
-    brief = [s for s, all_of in outcomes.items() if all_of[0].seconds * bench.size < BRIEF and s.method not in GENERAL]
+        last[setting.method] = setting, process_time() - start
+    longest = FAR * outcomes[TIGHTEST][0].seconds if TIGHTEST in outcomes else inf
+    brief = [
+        setting
+        for setting, (first,) in outcomes.items()
+        if first.seconds * bench.size < BRIEF and first.seconds <= longest and setting.method not in GENERAL
+    ]
     for _ in range(REPEATS - 1):
         for setting in brief:
             outcomes[setting].append(runs[setting]())
@@ -182,6 +212,27 @@ def run_settings(
         times = {key: median(getattr(outcome, key) for outcome in repeated) for key in ("seconds", "free_seconds")}
         middle[setting] = repeated[0]._replace(**times)
     return middle
+
+
+def _time_words(bench: Bench, seconds: float, budget: float) -> str:
+    """What the other methods may take, stated before they run."""
+    words = f"{bench.size} cases: {seconds:.2g} s for {len(RTOLS)} tolerances of the event-driven solver"
+    if bench.event_only:
+        return words
+    return f"{words}; at most {budget:g} s for a setting of another method, and what the first of each of SciPy's takes"
+
+
+def _far_behind(bench: Bench, reference: np.ndarray, outcomes: dict[Setting, list[Outcome]], setting: Setting) -> str:
+    """Why a method needs no finer setting than this one; "" where it does, or where it confirms the reference."""
+    ratio = outcomes[setting][0].seconds / outcomes[TIGHTEST][0].seconds if TIGHTEST in outcomes else 0.0
+    if setting.method in (EVENT, CHECK) or ratio < FAR:
+        return ""
+    own, best = (
+        np.fmax.reduce(_errors(bench, one, outcomes[one][0], reference), axis=0) for one in (setting, TIGHTEST)
+    )
+    if (own < best).any():  # false for NaN, an output that the method does not have
+        return ""
+    return f"{setting.words} takes {ratio:.0f} times as long as {TIGHTEST.words}, with no smaller error in any output"
 
 
 def _settings(bench: Bench, optional: set[str]) -> Iterator[tuple[Setting, Callable[[], Outcome]]]:
@@ -275,8 +326,8 @@ def _reference_words(dataset: xr.Dataset) -> str:
     """The reference, and how far SciPy is from it at the tightest tolerance and, where that is nearer, at another."""
     words = f"event-driven solver at rtol {REFERENCE:g}"
     found = []
-    for rtol in GENERAL_RTOLS["SciPy DOP853"][::-1]:
-        name = Setting("SciPy DOP853", rtol).words
+    for rtol in GENERAL_RTOLS[CHECK][::-1]:
+        name = Setting(CHECK, rtol).words
         if name in dataset["setting"].values:
             errors = dataset["error"].sel(setting=name).values
             run = ~np.isnan(errors[:, REACH])
