@@ -18,6 +18,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence, Sized
+from functools import partial
 from math import isfinite, nan
 from pathlib import Path
 from typing import NamedTuple
@@ -205,9 +206,14 @@ def first_line(path: Path) -> str:
         if not path.is_file():  # a pipe is never waited for
             return ""
         with path.open(encoding="utf-8-sig", errors="replace") as lines:
-            return next((line for line in lines if line.strip() and not line.startswith("#")), "")[:LONGEST_HEAD]
+            is_begun = False
+            for piece in iter(partial(lines.readline, LONGEST_HEAD), ""):  # never a line of a thousand megabytes
+                if not is_begun and piece.strip() and not piece.startswith("#"):
+                    return piece
+                is_begun = not piece.endswith("\n")
     except OSError:
-        return ""
+        pass
+    return ""
 
 
 def short(text: str) -> str:
