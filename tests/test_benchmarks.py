@@ -21,7 +21,7 @@ DT = 0.01
 PEAKS = ("peak_relative_displacement", "peak_contact_force")
 
 
-pytestmark = pytest.mark.usefixtures("benchmarks")
+pytestmark = [pytest.mark.usefixtures("benchmarks"), pytest.mark.complete]
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +77,7 @@ SHORT = {
     "gap_spectra": ("", "| 5 % beside 2 % |"),
     "ida": ("--folder FOLDER/new/ida", "stripes: "),
     "million_scan": ("", "| a few | 288 |"),
+    "mutations": ("list FOLDER", "Mutation(room='solver', kind='branch'"),
     "opensees_materials": ("--figure FOLDER/figure.png", "written: "),
     "profile_run": ("20 300", "| sample intervals searched |"),
     "report": ("", "pdf: "),
@@ -87,12 +88,8 @@ SHORT = {
     "two_trees": ("ROOT ROOT", "| equal |"),
     "uncertain_free": ("", "P(contact) at the stated gap: "),
 }
-IN_PROCESS = {
-    "executors",
-    "records",
-    "row_scan",
-    "side_by_side",
-}  # their `main` is called below and in test_side_by_side
+# Their `main` is called below and in test_side_by_side.
+IN_PROCESS = {"executors", "records", "row_scan", "side_by_side"}
 
 
 def test_every_script_is_run(root):

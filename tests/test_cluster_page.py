@@ -80,7 +80,7 @@ def test_each_task_of_the_array_takes_its_shard(page, tmp_path):
     assert shards == [(1, last), (7, last), (last, last)]
 
 
-@pytest.mark.slow
+@pytest.mark.complete
 def test_the_example_runs(page, monkeypatch, tmp_path):
     pytest.importorskip("distributed")
     (example,) = blocks(page, "python")

@@ -67,6 +67,7 @@ def headings_of(page: str) -> set[str]:
     return {re.sub(r"\\(.)", r"\1", heading) for heading in re.findall(r"^#+ (.+)$", page, re.M)}
 
 
+@pytest.mark.complete
 def test_every_scene_key_is_on_its_page(pages):
     words = words_of(pages["scene.md"])
     assert {key for section, keys in KEYS.items() if section != "effects" for key in keys} <= words
@@ -76,6 +77,7 @@ def test_every_scene_key_is_on_its_page(pages):
     assert "greater than 0 kg and finite" in pages["scene.md"]
 
 
+@pytest.mark.complete
 def test_every_output_is_on_its_page(generate, pages):
     words = words_of(pages["outputs.md"])
     assert {*RUN, *BUILDING, *(f"{name}_free" for name in BUILDING)} <= words
@@ -83,6 +85,7 @@ def test_every_output_is_on_its_page(generate, pages):
     assert {name for part in dataset.values() for name in part} <= words
 
 
+@pytest.mark.complete
 def test_every_command_and_option_is_on_its_page(pages):
     typer = pytest.importorskip("typer")
     from pounding_risk.cli import app
@@ -101,6 +104,7 @@ def test_every_command_and_option_is_on_its_page(pages):
     }
 
 
+@pytest.mark.complete
 @pytest.mark.parametrize(
     ("page", "names"),
     [
@@ -117,6 +121,7 @@ def test_everything_of_a_registry_has_a_part_of_its_page(pages, page, names):
     assert names <= headings_of(pages[page])
 
 
+@pytest.mark.complete
 def test_every_check_rule_and_relation_has_a_row(pages):
     for name in quality.CHECKS:
         assert f"| {name} |" in pages["checks.md"]
@@ -131,6 +136,7 @@ def test_every_check_rule_and_relation_has_a_row(pages):
         assert row == ("yes" if kind.code.verified else "**NO**")
 
 
+@pytest.mark.complete
 def test_laws_stand_with_their_words_and_sources(pages):
     page = pages["contact_models.md"]
     assert "F = β δ^1.5 + c̄ δ̇ on approach" in page
@@ -138,6 +144,7 @@ def test_laws_stand_with_their_words_and_sources(pages):
     assert ">>> Jankowski(1e9).force(1e6, 1e-4, 1.0, True)\n101000.0" in page
 
 
+@pytest.mark.complete
 def test_isolated_impacts_stand_with_their_command_and_figure(pages):
     """e of Kelvin-Voigt is what is asked for, and that of the tension cut its closed form, to the digits printed."""
     text = pages["pieces/isolated-impacts.md"]
@@ -148,6 +155,7 @@ def test_isolated_impacts_stand_with_their_command_and_figure(pages):
     assert pages["laws.png"].startswith(b"\x89PNG")
 
 
+@pytest.mark.complete
 def test_the_bumper_stands_with_its_loop(pages):
     """The loop of the file beside the page: e is that of the law, the spring's is 1."""
     from pounding_risk.models.contact.laws import Tabulated
@@ -160,6 +168,7 @@ def test_the_bumper_stands_with_its_loop(pages):
     assert "table of 4 points" in text and pages["table.png"].startswith(b"\x89PNG")
 
 
+@pytest.mark.complete
 def test_notebooks_are_pages_without_results(generate, pages):
     assert generate.notebooks()
     for path in generate.notebooks():
@@ -170,6 +179,7 @@ def test_notebooks_are_pages_without_results(generate, pages):
         assert f"](generated/notebooks/{path.stem}.md)" in pages["pieces/tutorials.md"]
 
 
+@pytest.mark.complete
 def test_a_notebook_that_is_run_shows_what_it_prints_and_draws(generate, tmp_path):
     from generation.notebooks import notebook_pages
 
@@ -200,6 +210,7 @@ def test_changed_pages_are_written_and_old_ones_removed(generate, monkeypatch, t
     assert (tmp_path / "a.md").stat().st_mtime_ns == old
 
 
+@pytest.mark.complete
 def test_included_files_and_pictures_exist(pages):
     """Included files and pictures: one that is renamed fails here, not in the build."""
     files = [path for path in DOCS.rglob("*.md") if "generated" not in path.parts]
@@ -264,6 +275,7 @@ def test_examples_import_the_package_alone(path):
             assert hasattr(whole, below[0]), f"pr.{name}.{below[0]}"
 
 
+@pytest.mark.complete
 def test_the_example_of_results_in_python_runs(monkeypatch, tmp_path, capsys):
     """And prints what a person would look for; its figure is of the gap that it asks for."""
     monkeypatch.chdir(tmp_path)
@@ -295,7 +307,6 @@ def test_commands_and_options_on_the_pages_are_real(path):
         assert {word for word in call if re.match(r"--?[a-z]", word)} <= known, call
 
 
-@pytest.mark.slow
 def test_the_scene_of_the_readme_is_answered_as_it_says(monkeypatch, tmp_path):
     """Its commands and its Python block run, and the output contains the quoted one, apart from line breaks."""
     typer_testing = pytest.importorskip("typer.testing")
@@ -372,6 +383,7 @@ for heading, body in zip(parts[1::2], parts[2::2], strict=True):
 """
 
 
+@pytest.mark.complete
 def test_the_examples_of_extending_run(tmp_path):
     """Without compilation, which takes ten seconds for a law; in a process of their own, as they add to registries."""
     (tmp_path / "scene.toml").write_text(
@@ -462,7 +474,7 @@ sys.exit(main(sys.argv[3:]))
 """
 
 
-@pytest.mark.slow
+@pytest.mark.complete
 def test_the_site_builds_without_a_warning(pages, tmp_path):
     """Every cross reference is resolved, and pages load nothing from the network."""
     for needed in ("sphinx", "furo", "myst_parser", "latex2mathml"):

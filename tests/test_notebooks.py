@@ -44,7 +44,7 @@ def test_there_are_notebooks():
     assert NOTEBOOKS
 
 
-@pytest.mark.slow
+@pytest.mark.complete
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebook_runs_and_is_stored_without_results(path: Path, tmp_path: Path):
     notebook = nbformat.read(path, as_version=4)

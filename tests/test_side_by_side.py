@@ -18,7 +18,7 @@ from pounding_risk.scene.reader import read_scene
 from pounding_risk.solver.pair.api import solve
 from pounding_risk.units import STANDARD_GRAVITY
 
-pytestmark = pytest.mark.usefixtures("benchmarks")
+pytestmark = [pytest.mark.usefixtures("benchmarks"), pytest.mark.complete]
 
 
 @pytest.fixture(scope="module")

@@ -486,7 +486,6 @@ def test_without_a_finite_motion_nothing_is_asked_for(results):
         code_table(results.assign(peak_closing_free=results["peak_closing_free"] * np.nan))
 
 
-@pytest.mark.slow  # where no kernel is compiled yet
 def test_a_scan_tells_all_that_is_needed():
     """On real records no sum of peaks is exceeded, which no rounding may break; displacements are spectral ones."""
     from scenes import BOTH, scene_text, single
