@@ -5,6 +5,9 @@ processor seconds. ``python benchmarks/mutations.py run FOLDER`` makes the mutat
 tree and runs the tests of the changed line, those of the README's line first, until one fails. ``table FOLDER`` prints
 what was caught by room. Compiled functions are not seen by the map: their mutations are tried by the tests of their
 room. The processor seconds of the tests of one mutation are bounded by ``--seconds``; a survivor is one of that bound.
+
+``run FOLDER --after OLD`` makes the mutations of earlier results once more, in the tree of today, with the map of then:
+of its tests those that are still there, those that failed first, and with them all new tests of the same files.
 """
 
 from __future__ import annotations
@@ -234,12 +237,42 @@ class Map:
     def tests(self, mutation: Mutation) -> dict[str, float]:
         """Those that run the line; those of its room where none is seen to."""
         if mutation.file not in self.by_file:
-            self.by_file[mutation.file] = self.data.contexts_by_lineno(str(ROOT / mutation.file))
+            ours = [name for name in self.data.measured_files() if name.endswith(f"/{mutation.file}")]
+            self.by_file[mutation.file] = self.data.contexts_by_lineno(ours[0]) if ours else {}
         names = set(self.by_file[mutation.file].get(mutation.line, ())) & self.seconds.keys()
         if not names:
             rooms = ROOMS[mutation.room][2]
             names = {name for name in self.seconds if name.split("/")[1] in rooms}
         return {name: self.seconds[name] for name in names - self.failed}
+
+
+class Earlier(NamedTuple):
+    """A mutation in the tree of today, where it was when the map was made, and the test that it failed then."""
+
+    mutation: Mutation
+    then: Mutation
+    test: str = ""
+
+
+def earlier(results: Path) -> Iterator[Earlier]:
+    """The mutations of earlier results whose lines are still there, in their file or in another one."""
+    for one in _lines(results.glob("results.*")):
+        mutation = Mutation(*one["mutation"])
+        lines = one["source"].encode()
+        places = [mutation.file, *(file.relative_to(ROOT).as_posix() for file in _sources(("",)))]
+        for place in places:
+            source = (ROOT / place).read_bytes() if (ROOT / place).exists() else b""
+            found = [at for at in range(len(source)) if source.startswith(lines, at)]
+            if found and (place == mutation.file or len(found) == 1):
+                start = min(found, key=lambda at: abs(at - mutation.start)) + one["column"]
+                moved = mutation._replace(
+                    file=place,
+                    line=source[:start].count(b"\n") + 1,
+                    start=start,
+                    end=start + mutation.end - mutation.start,
+                )
+                yield Earlier(moved, mutation, one["test"] if one["caught"] else "")
+                break
 
 
 def _lines(files: Any) -> Iterator[Any]:
@@ -254,50 +287,59 @@ def _lines(files: Any) -> Iterator[Any]:
 class _UntilOneFails:
     """A plugin of pytest: the chosen tests, those of the README's line and the shortest first; which one ran last."""
 
-    def __init__(self, seconds: dict[str, float], answer: Path) -> None:
+    def __init__(self, seconds: dict[str, float], known: set[str], first: str, answer: Path) -> None:
         self.seconds = seconds
+        self.known = known
+        self.first = first
         self.answer = answer
         self.tier: dict[str, str] = {}
 
     @HookimplMarker("pytest")(trylast=True)
     def pytest_collection_modifyitems(self, items: list[Any]) -> None:
         """Choose and sort, after the settings of all tests did."""
-        items[:] = [item for item in items if item.nodeid in self.seconds]
+        items[:] = [item for item in items if item.nodeid in self.seconds or item.nodeid not in self.known]
         self.tier = {item.nodeid: "complete" if item.get_closest_marker("complete") else "quick" for item in items}
-        items.sort(key=lambda item: (self.tier[item.nodeid] != "quick", self.seconds[item.nodeid]))
+        items.sort(key=self._place)
+
+    def _place(self, item: Any) -> tuple[bool, bool, float]:
+        return self.tier[item.nodeid] != "quick", item.nodeid != self.first, self.seconds.get(item.nodeid, 0.1)
 
     def pytest_runtest_logreport(self, report: Any) -> None:
         """Write what ran last, which the parent reads."""
         self.answer.write_text(json.dumps([self.tier[report.nodeid], report.nodeid, report.outcome]))
 
 
-def try_one(mutation: Mutation, tree: Path, tests: dict[str, float], bound: float, answer: Path) -> dict[str, str]:
+def try_one(one: Earlier, tree: Path, known: Map, bound: float, answer: Path) -> dict[str, Any]:
     """Change one place of the tree, run the tests in a child, and put the source back."""
+    mutation = one.mutation
     file = tree / mutation.file
     source = file.read_bytes()
-    chosen: dict[str, float] = {}
-    for name, seconds in sorted(tests.items(), key=lambda one: one[1]):
+    tests = known.tests(one.then)
+    chosen = {name: seconds for name, seconds in tests.items() if name == one.test}
+    for name, seconds in sorted(tests.items(), key=lambda each: each[1]):
         if sum(chosen.values()) + seconds > bound and chosen:
             break
         chosen[name] = seconds
+    begin, end = source.rfind(b"\n", 0, mutation.start) + 1, source.find(b"\n", mutation.end)
+    facts = {"mutation": mutation, "source": source[begin:end].decode(), "column": mutation.start - begin}
     answer.unlink(missing_ok=True)
     file.write_bytes(source[: mutation.start] + mutation.text.encode() + source[mutation.end :])
     try:
         child = os.fork()
         if not child:
-            _run_tests(tree, chosen, answer)
+            _run_tests(tree, chosen, _UntilOneFails(chosen, set(known.seconds), one.test, answer))
         _, status = os.waitpid(child, 0)
     finally:
         file.write_bytes(source)
     tier, test, outcome = json.loads(answer.read_text()) if answer.exists() else ("quick", "collection", "failed")
     if os.WIFSIGNALED(status):
-        return {"caught": tier, "test": f"{test} (signal {os.WTERMSIG(status)})"}
+        return {**facts, "caught": tier, "test": f"{test} (signal {os.WTERMSIG(status)})"}
     if os.WEXITSTATUS(status) == 0:
-        return {"caught": "", "test": f"{len(chosen)} of {len(tests)} tests"}
-    return {"caught": tier, "test": test if outcome == "failed" else "collection"}
+        return {**facts, "caught": "", "test": f"{len(chosen)} of {len(tests)} tests"}
+    return {**facts, "caught": tier, "test": test if outcome == "failed" else "collection"}
 
 
-def _run_tests(tree: Path, chosen: dict[str, float], answer: Path) -> None:
+def _run_tests(tree: Path, chosen: dict[str, float], plugin: _UntilOneFails) -> None:
     """The child: it ends with pytest's status, or by a signal where its processor time is over."""
     os.setpgid(0, 0)
     os.chdir(tree)
@@ -310,16 +352,32 @@ def _run_tests(tree: Path, chosen: dict[str, float], answer: Path) -> None:
     os.dup2(quiet, 2)
     import pytest
 
-    files = sorted({name.split("::")[0] for name in chosen})
+    files = _files(tree, {name.split("::")[0] for name in chosen}, {name.split("::")[0] for name in plugin.known})
     status = 1
     try:
-        options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", f"--basetemp={answer.with_suffix('')}"]
-        status = int(pytest.main([*options, *files], plugins=[_UntilOneFails(chosen, answer)]))
+        options = [
+            "-x",
+            "-q",
+            "-p",
+            "no:cacheprovider",
+            "-p",
+            "no:xdist",
+            f"--basetemp={plugin.answer.with_suffix('.tmp')}",
+        ]
+        status = int(pytest.main([*options, *files], plugins=[plugin]))
     finally:
         os._exit(status)
 
 
-def run(folder: Path, seed: int, bound: float, share: tuple[int, int]) -> None:
+def _files(tree: Path, wanted: set[str], known: set[str]) -> list[str]:
+    """Files of tests; in place of one that is gone, those of its folder that are new."""
+    there = {name for name in wanted if (tree / name).exists()}
+    folders = {(tree / name).parent for name in wanted - there}
+    files = {file.relative_to(tree).as_posix() for folder in folders for file in folder.glob("test_*.py")}
+    return sorted(there | (files - known))
+
+
+def run(folder: Path, maps: Path, mutations: list[Earlier], bound: float, share: tuple[int, int]) -> None:
     """Try the mutations of one share, in a copy of the tree; results go to a file, and are not made twice."""
     index, shares = share
     results = folder / f"results.{index}.jsonl"
@@ -330,12 +388,12 @@ def run(folder: Path, seed: int, bound: float, share: tuple[int, int]) -> None:
     subprocess.run(["git", "worktree", "prune"], cwd=ROOT, check=True)
     subprocess.run(["git", "worktree", "add", "-q", "--detach", "--force", str(tree), "HEAD"], cwd=ROOT, check=True)
     _load_libraries()
-    known = Map(folder)
-    for mutation in choose(seed)[index::shares]:
-        if tuple(mutation) not in done:
-            found = try_one(mutation, tree, known.tests(mutation), bound, folder / f"answer.{index}")
+    known = Map(maps)
+    for one in mutations[index::shares]:
+        if tuple(one.mutation) not in done:
+            found = try_one(one, tree, known, bound, folder / f"answer.{index}")
             with results.open("a") as file:
-                file.write(json.dumps({"mutation": mutation, **found}) + "\n")
+                file.write(json.dumps(found) + "\n")
 
 
 def _load_libraries() -> None:
@@ -366,6 +424,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("step", choices=["map", "run", "table", "list"])
     parser.add_argument("folder", type=Path)
+    parser.add_argument("--after", type=Path, help="the folder of earlier results, whose mutations are made again")
     parser.add_argument("--seed", type=int, default=33)
     parser.add_argument("--seconds", type=float, default=60, help="processor seconds of tests for each mutation")
     parser.add_argument("--share", default="0/1", help="which of several processes this one is, such as 0/2")
@@ -375,7 +434,8 @@ def main() -> None:
         make_map(folder)
     elif given.step == "run":
         index, shares = map(int, given.share.split("/"))
-        run(folder, given.seed, given.seconds, (index, shares))
+        mutations = list(earlier(given.after)) if given.after else [Earlier(one, one) for one in choose(given.seed)]
+        run(folder, given.after or folder, mutations, given.seconds, (index, shares))
     elif given.step == "list":
         print("\n".join(map(str, choose(given.seed))))
     else:
