@@ -292,6 +292,7 @@ class _UntilOneFails:
         self.known = known
         self.first = first
         self.answer = answer
+        self.has_failed = False
         self.tier: dict[str, str] = {}
 
     @HookimplMarker("pytest")(trylast=True)
@@ -305,7 +306,10 @@ class _UntilOneFails:
         return self.tier[item.nodeid] != "quick", item.nodeid != self.first, self.seconds.get(item.nodeid, 0.1)
 
     def pytest_runtest_logreport(self, report: Any) -> None:
-        """Write what ran last, which the parent reads."""
+        """Write what ran last, or failed, which the parent reads."""
+        if self.has_failed:
+            return
+        self.has_failed = report.failed
         self.answer.write_text(json.dumps([self.tier[report.nodeid], report.nodeid, report.outcome]))
 
 
