@@ -31,12 +31,12 @@ from pluggy import HookimplMarker
 ROOT = Path(__file__).resolve().parents[1]
 # Mutations of each part of the package, and the tests that try a change of its compiled functions.
 ROOMS = {
-    "models": (30, ("models",), ("models", "solver")),
-    "solver": (40, ("solver", "_jit"), ("solver", "jit", "models")),
-    "statistics": (40, ("statistics", "assessment"), ("statistics", "assessment", "questions")),
-    "scene": (30, ("scene", "units.py"), ("scene", "ensemble")),
-    "formats": (35, ("motions", "reports/exports", "_common/tables.py"), ("motions", "reports")),
-    "results": (25, ("results", "ensemble"), ("results", "ensemble")),
+    "scene": (35, ("scene", "units.py"), ("scene", "ensemble")),
+    "formats": (40, ("motions", "reports/exports", "_common/tables.py"), ("motions", "reports")),
+    "statistics": (45, ("statistics", "assessment"), ("statistics", "assessment", "questions")),
+    "results": (35, ("results", "ensemble"), ("results", "ensemble")),
+    "models": (20, ("models",), ("models", "solver")),
+    "solver": (25, ("solver", "_jit"), ("solver", "jit", "models")),  # each compiles kernels anew
 }
 ARITHMETIC = {ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"), ast.Pow: ("**", "*")}
 NEGATED = {
@@ -366,7 +366,7 @@ def _run_tests(tree: Path, chosen: dict[str, float], plugin: _UntilOneFails) -> 
             "no:cacheprovider",
             "-p",
             "no:xdist",
-            f"--basetemp={plugin.answer.with_suffix('.tmp')}",
+            f"--basetemp={plugin.answer}.tmp",
         ]
         status = int(pytest.main([*options, *files], plugins=[plugin]))
     finally:
