@@ -65,15 +65,23 @@ class Declared(NamedTuple):
         home = getattr(module, "FUNCTION", None)
         return getattr(import_module(f"pounding_risk.{home}") if home else module, self.name)
 
+    def source_of_function(self) -> str:
+        """The source of the module that has the function."""
+        home = _FUNCTION.search(self.source)
+        return source_of(home[1]) if home else self.source
+
     def summary(self) -> str:
         """First line of the docstring of its function."""
-        source = self.source
-        if home := _FUNCTION.search(source):
-            path = Path(__file__).parents[1].joinpath(*home[1].split("."))
-            file = path.with_suffix(".py") if path.with_suffix(".py").exists() else path / "__init__.py"
-            source = file.read_text(encoding="utf-8")
+        source = self.source_of_function()
         of_function = source[source.index(f"\ndef {self.name}(") :]
         return of_function.split('"""', 2)[1].partition("\n")[0]
+
+
+def source_of(home: str) -> str:
+    """The source of a module below `pounding_risk`; it is not imported."""
+    path = Path(__file__).parents[1].joinpath(*home.split("."))
+    file = path.with_suffix(".py") if path.with_suffix(".py").exists() else path / "__init__.py"
+    return file.read_text(encoding="utf-8")
 
 
 def declared_questions() -> dict[str, Declared]:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 ORDER = 137
 FUNCTION = "assessment.damage"
 FIGURES = {"": "damage.damage_figure", "ida": "damage.ida_figure"}
-FILES = {"out": text_file("", ".csv", damage_table)}
+FILES = {"out": text_file("", ".csv", lambda dataset: damage_table(dataset))}
 Row = list[Cell | str]
 
 

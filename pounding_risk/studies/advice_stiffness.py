@@ -20,7 +20,6 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.scene import Scene
 
-USUAL_FLOOR_LENGTH = 20.0  # m, where a building gives none; the example of the scene key floor_length
 KIP, INCH = 4448.2216152605, 0.0254  # N, m
 BELOW, WITHIN, ABOVE = "too soft", "in the range", "too stiff"
 

@@ -8,13 +8,14 @@ from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import typer
 
 from pounding_risk.cli._common import options as shared
 from pounding_risk.cli._common.files import FIGURES, announce, draw, writing
 from pounding_risk.cli._common.options import RUN_FAILED, file_option, out_option
+from pounding_risk.cli._common.outline import Outline
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli._common.subjects import SUBJECTS, Fields
 from pounding_risk.errors import PoundingError
@@ -27,17 +28,6 @@ SHARED = {
 }  # fmt: skip
 EMPTY: tuple[Any, ...] = (None, (), [], "")
 _ENTRY = re.compile(r"^(\w+(?:, \w+)*) : .*$")
-
-
-class Call(NamedTuple):
-    """A function that takes part in a command, and its parameters by name."""
-
-    function: Callable[..., Any]
-    parameters: dict[str, Parameter]
-
-    def takes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Those values that are parameters of the function; what is not given is left to its default."""
-        return {name: value for name, value in values.items() if name in self.parameters and value not in EMPTY}
 
 
 def command_of(declared: Declared) -> Callable[..., None]:
@@ -70,41 +60,38 @@ def command_of(declared: Declared) -> Callable[..., None]:
 
 
 class Question:
-    """A question as a command."""
+    """A question as a command: its options from outlines of its modules, which are imported where it is answered."""
 
     def __init__(self, declared: Declared):
-        self.name, self.module, self.function = declared.name, declared.module(), declared.function()
-        module: Any = self.module
-        own = getattr(module, "answer", None)
-        calls = [_call(function) for function in (self.function, own) if function is not None]
+        self.declared, self.name, self.outline = declared, declared.name, Outline(declared.source)
+        self.function = Outline(declared.source_of_function())[self.name]
+        own, sheet = (getattr(self.outline, name, None) for name in ("answer", "sheet"))
+        functions = [function for function in (self.function, own) if function is not None]
         if own is not None and not _passes_options(own):
-            calls = calls[1:]
-        parameters = {field: parameter for call in calls for field, parameter in call.parameters.items()}
-        self.answer = Call(own or self.function, parameters)
-        self.sheet = _call(module.sheet)
-        first = next(iter(parameters))
-        kind = f"optional {first}" if parameters[first].default is None else first
-        self.subject = SUBJECTS.get(getattr(module, "SUBJECT", kind))
-        self.first = first if self.subject is not None else ""
-        del self.sheet.parameters[next(iter(self.sheet.parameters))]
-        self.figures: dict[str, Any] = getattr(module, "FIGURES", {})
-        self.options: dict[str, Option | None] = getattr(module, "OPTIONS", {})
-        self.files: dict[str, Any] = getattr(module, "FILES", {})
-        self.texts = {**parameters_of(module.sheet), **parameters_of(self.function), **parameters_of(own)}
+            functions = [own]
+        self.takes = {name: each for function in functions for name, each in _parameters(function).items()}
+        self.sheet_takes = {} if sheet is None else dict([*_parameters(sheet).items()][1:])
+        self.first = next(iter(self.takes))
+        kind = f"optional {self.first}" if self.takes[self.first].default is None else self.first
+        self.subject = SUBJECTS.get(getattr(self.outline, "SUBJECT", kind))
+        self.figures: dict[str, Any] = getattr(self.outline, "FIGURES", {})
+        self.options: dict[str, Option | None] = getattr(self.outline, "OPTIONS", {})
+        self.files: dict[str, Any] = getattr(self.outline, "FILES", {})
+        self.texts = {**parameters_of(sheet), **parameters_of(self.function), **parameters_of(own)}
 
     @property
     def summary(self) -> str:
         """The first line of the function's docstring, and further lines of the module's ``HELP``."""
         first = (inspect.getdoc(self.function) or "").partition("\n")[0]
-        return "\n\n".join(filter(None, (first, getattr(self.module, "HELP", ""))))
+        return "\n\n".join(filter(None, (first, getattr(self.outline, "HELP", ""))))
 
     # ------------------------------------------------------------------------------------------------- options
 
     def fields(self) -> Fields:
         """Annotation, as typer takes it, and default of each argument and option by the name of its parameter."""
         fields = {} if self.subject is None else dict(self.subject.fields)
-        for name, parameter in (self.answer.parameters | self.sheet.parameters).items():
-            if name != self.first and self.options.get(name, Option()) is not None:
+        for name, parameter in (self.takes | self.sheet_takes).items():
+            if (name != self.first or self.subject is None) and self.options.get(name, Option()) is not None:
                 fields |= self._of_parameter(name, parameter.default, str(parameter.annotation))
         for name, option in self.options.items():
             if option is not None and name not in fields:
@@ -124,7 +111,7 @@ class Question:
             words = "Write a figure" if not name else f"Write a figure of {name}"
             flag = "--figure" if not name else f"--{name}-figure"
             fields[_figure_field(name)] = (Annotated[Path | None, file_option(words, FIGURES, flag)], None)
-        if hasattr(self.module, "failed"):
+        if hasattr(self.outline, "failed"):
             fields["strict"] = (shared.Strict, False)
         return fields
 
@@ -163,7 +150,7 @@ class Question:
         return tuple(dict.fromkeys([*kinds, ".csv", ".html"]))
 
     def _is_dataset(self) -> bool:
-        return "out" in self.answer.parameters or "Dataset" in str(inspect.signature(self.function).return_annotation)
+        return "out" in self.takes or "Dataset" in str(inspect.signature(self.function).return_annotation)
 
     # ----------------------------------------------------------------------------------------------------- run
 
@@ -172,42 +159,44 @@ class Question:
         given = {name: value for name, value in values.items() if value not in EMPTY}
         out: Path | None = given.get("out")
         dataset = out if out is not None and out.suffix.lower() == ".nc" else None
-        if dataset is not None and "out" not in self.answer.parameters:
+        module: Any = self.declared.module()
+        if dataset is not None and "out" not in self.takes:
             from pounding_risk.ensemble.replacing import check_replaceable
 
             check_replaceable(dataset, self.name, None, values["new"])
         with _NamedByOption(self.name, {name: self._flag(name) for name in values}):
-            check = getattr(self.module, "check", lambda _: None)
+            check = getattr(module, "check", lambda _: None)
             check(given)
             subject = {} if self.subject is None else {self.first: self.subject.open(values)}
             check(given | subject)
             _join_site(values)
-            answer = self._answered(self.answer.takes(values | {"out": dataset}) | subject)
-            blocks = self.sheet.function(answer, **self.sheet.takes(values))
-            written = [*self._files(answer, blocks, given), *self._drawn(answer, values)]
+            function = getattr(module, "answer", None) or self.declared.function()
+            answer = self._answered(function, _taken(self.takes, values | {"out": dataset}) | subject)
+            blocks = module.sheet(answer, **_taken(self.sheet_takes, values))
+            written = [*self._files(module, answer, blocks, given), *self._drawn(module, answer, values)]
         from pounding_risk.render.terminal import print_sheet
 
         print_sheet(blocks)  # after the files: a reader of the first lines alone, such as `head`, ends the printing
         announce(*written)
-        if values.get("strict") and self.module.failed(answer):
+        if values.get("strict") and module.failed(answer):
             raise typer.Exit(RUN_FAILED)
-        if code := getattr(self.module, "status", lambda _: 0)(answer):
+        if code := getattr(module, "status", lambda _: 0)(answer):
             raise typer.Exit(code)
 
-    def _answered(self, arguments: dict[str, Any]) -> Any:
+    def _answered(self, function: Callable[..., Any], arguments: dict[str, Any]) -> Any:
         """The answer, with progress on standard error where the function reports any."""
-        takes, function = self.answer.parameters, self.answer.function
-        if "say" in takes:
+        if "say" in self.takes:
             arguments["say"] = typer.echo
-        if "progress" not in takes:
+        if "progress" not in self.takes:
             return function(**arguments)
-        with ProgressDisplay(self.name, getattr(self.module, "UNIT", "cases")) as progress:
+        with ProgressDisplay(self.name, getattr(self.outline, "UNIT", "cases")) as progress:
             return function(**arguments, progress=progress)
 
-    def _files(self, answer: Any, blocks: Any, given: Mapping[str, Any]) -> Iterator[Path]:
+    def _files(self, module: Any, answer: Any, blocks: Any, given: Mapping[str, Any]) -> Iterator[Path]:
         """Write the answer to the files that are given; gives each that is written."""
-        for name in dict.fromkeys(("out", *self.files)):
-            target, file = given.get(name), self.files.get(name)
+        files = getattr(module, "FILES", {})
+        for name in dict.fromkeys(("out", *files)):
+            target, file = given.get(name), files.get(name)
             if target is None:
                 continue
             with writing(target):
@@ -230,22 +219,22 @@ class Question:
             from pounding_risk.reports.sheet_page import write_sheet_page
 
             write_sheet_page(target, self.summary, blocks)
-        elif "out" not in self.answer.parameters:
+        elif "out" not in self.takes:
             from pounding_risk.results.files import save
 
             save(answer, target)
 
-    def _drawn(self, answer: Any, values: Mapping[str, Any]) -> Iterator[Path]:
+    def _drawn(self, module: Any, answer: Any, values: Mapping[str, Any]) -> Iterator[Path]:
         """Draw the figures that are asked for; gives the file of each."""
-        for name, figure in self.figures.items():
+        for name, figure in getattr(module, "FIGURES", {}).items():
             target = values.get(_figure_field(name))
             if name.startswith("-") and (first := values["figure"]) is not None:
                 target = first.with_stem(f"{first.stem}{name}")
             drawing = figure(answer) if callable(figure) else figure
             if target is None or not drawing:
                 continue
-            shown = self.module.drawn(answer) if hasattr(self.module, "drawn") else answer
-            draw(target, drawing, shown, **_call(_named(f"figures.{drawing}")).takes(values), quiet=True)
+            shown = module.drawn(answer) if hasattr(module, "drawn") else answer
+            draw(target, drawing, shown, **_taken(_parameters(_named(f"figures.{drawing}")), values), quiet=True)
             yield target
 
     def _flag(self, name: str) -> str:
@@ -305,9 +294,14 @@ def _kind(annotation: str) -> Any:
     return next((kind for kind in (bool, int, float) if kind.__name__ in words), str)
 
 
-def _call(function: Callable[..., Any]) -> Call:
+def _parameters(function: Callable[..., Any]) -> dict[str, Parameter]:
     parameters = inspect.signature(function).parameters
-    return Call(function, {name: each for name, each in parameters.items() if each.kind != Parameter.VAR_KEYWORD})
+    return {name: each for name, each in parameters.items() if each.kind != Parameter.VAR_KEYWORD}
+
+
+def _taken(parameters: Mapping[str, Parameter], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Those values that are for these parameters; what is not given is left to its default."""
+    return {name: value for name, value in values.items() if name in parameters and value not in EMPTY}
 
 
 def _named(name: str) -> Callable[..., Any]:
