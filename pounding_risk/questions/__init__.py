@@ -2,10 +2,13 @@
 
 A module with ``ORDER``, the place of its command in the help, is a command. The function of the module's name is the
 declaration: its first parameter is what the question is of (``results``, a ``study`` or ``scene``, or a ``source``),
-the others are the options, described by its docstring. The module may hold, beside ``sheet(answer)``:
+the others are the options, described by its docstring. A module without ``sheet(answer)`` is of a function that writes
+files and returns them. Beside it the module may hold:
 
 ``FUNCTION``
     Module below `pounding_risk` that has the function, where another layer computes the answer.
+``PASSED``
+    The function below `pounding_risk` that it passes its ``**options`` to.
 ``FIGURES``
     What ``--figure`` draws: "module.function" of `pounding_risk.figures` by name, "" the first and "ida" of
     ``--ida-figure``, and "-impacts" one that is drawn beside the first, with that behind the name of its file. A
@@ -29,6 +32,8 @@ the others are the options, described by its docstring. The module may hold, bes
 ``check(given)``
     Raises PoundingError for values, by parameter, that do not go together; called before what the question is of is
     opened, and again with it.
+``told(answer)``
+    Sentences below the names of the files that are written.
 ``failed(answer)``, ``status(answer)``
     Whether ``--strict`` ends the command with status 3, and the exit status whatever the options.
 

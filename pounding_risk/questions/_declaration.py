@@ -18,7 +18,7 @@ class Option(NamedTuple):
     Parameters
     ----------
     flag : str
-        Name of the option, "" for the parameter's own with hyphens.
+        Name of the option, or several with blanks between, "" for the parameter's own with hyphens.
     kind : type, optional
         Type of the value; ``list[str]`` of an option that may be repeated, ``tuple[str, str]`` of one with two values.
     metavar : str
@@ -43,12 +43,14 @@ RANGE = Option(kind=tuple[float, float], metavar="FROM TO")
 class File(NamedTuple):
     """A file that an answer is written to: its kinds, what it holds, and who writes it.
 
-    That is a function of the answer and the path, or its name below `pounding_risk` where a layer above has it.
+    That is a function of the answer and the path, or its name below `pounding_risk` where a layer above has it; "" the
+    function of the question itself. Where no name is given it is ``usual``, with the stem of what the question is of.
     """
 
     suffixes: tuple[str, ...]
     description: str
-    write: Callable[[Any, Path], object] | str
+    write: Callable[[Any, Path], object] | str = ""
+    usual: str = ""
 
 
 def text_file(description: str, suffix: str, text: Callable[[Any], str]) -> File:

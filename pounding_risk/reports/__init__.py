@@ -29,9 +29,11 @@ def report(
     date: str = "",
     **options: Any,
 ) -> Path:
-    """Write the report of a scan, as one HTML file or as PDF by the suffix of ``out``.
+    """Write a report of a scan: one HTML file, or a PDF.
 
-    The same dataset gives the same bytes. Of a dataset with several values along axes of numbers of its scene a section
+    The suffix of ``out`` chooses between them. The same dataset gives the same bytes.
+
+    Of a dataset with several values along axes of numbers of its scene a section
     shows contact and the gap required along them; the others are of the scene's own values where they are among them,
     otherwise of those that need the widest gap.
 

@@ -26,7 +26,7 @@ def draw(
     plan: str | Path | None = None,
     profiles: str | Path | None = None,
     animation: str | Path | None = None,
-    figure: Mapping[str, str | Path] | None = None,
+    figure: Mapping[str, str | Path] | Sequence[str] = (),
     street: str | Path | Footprints | None = None,
     building: Sequence[str] = (),
     gap: float | str | None = None,
@@ -35,9 +35,9 @@ def draw(
     pga: float | str | None = None,
     intensity_level: float | str | None = None,
 ) -> tuple[Path, ...]:
-    """Write drawings of a row: elevation, plan and storey profiles (.png, .svg or .pdf), and an animation (.html).
+    """Draw a row: elevation, plan, storeys, animation.
 
-    Any other figure of a dataset is drawn by its name.
+    These are .png, .svg or .pdf, the animation .html. Any other figure of a dataset is drawn by its name.
 
     Parameters
     ----------
@@ -46,8 +46,8 @@ def draw(
         `simulate`.
     elevation, plan, profiles, animation : str or Path, optional
         Files to write; one at least, or a figure.
-    figure : mapping of str to str or Path, optional
-        Files of further figures by their names, as `figures.results_figure` has them.
+    figure : mapping of str to str or Path, or sequence of str
+        Files of further figures by their names, as `figures.results_figure` has them; or "ratio=ratio.png".
     street : str, Path or mapping, optional
         Footprints for the plan: a map of footprints as `read_block` takes it, the buildings.csv of `write_block`, or
         corners (n, 2) [m] by the building's name.
@@ -77,7 +77,12 @@ def draw(
     paths = {"elevation": elevation, "plan": plan, "profiles": profiles}
     targets = {name: check_target(path, FIGURES) for name, path in paths.items() if path is not None}
     moving = None if animation is None else check_target(animation, (".html",))
-    named = {name: check_target(path, FIGURES) for name, path in (figure or {}).items()}
+    if not isinstance(figure, Mapping):
+        for one in figure:
+            if "=" not in one:
+                raise PoundingError(f'figure: "{one}" is not a name and a file; write one such as ratio=ratio.png')
+        figure = dict(one.split("=", 1) for one in figure)
+    named = {name: check_target(path, FIGURES) for name, path in figure.items()}
     if not targets and not named and moving is None:
         raise PoundingError("nothing to draw; name a file for elevation, plan, profiles, animation or a figure")
     listed = [results] if isinstance(results, str | Path) or not isinstance(results, Sequence) else list(results)

@@ -56,7 +56,9 @@ def view(
     pgas: Sequence[float | str] = (),
     intensity_levels: Sequence[float | str] = (),
 ) -> Path:
-    """Write a page to look around in a scan's results; a place along axes of numbers of its scene is chosen there.
+    """Write a page to look around in a scan's results, offline.
+
+    A place along axes of numbers of its scene is chosen there.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from pounding_risk.results.store import store_of
 
 
 def convert(source: str | Path, target: str | Path) -> Path:
-    """Write a dataset in another format: netCDF (``.nc``) or Zarr (``.zarr``).
+    """Write a dataset as Zarr or as netCDF, whatever its size.
 
     Values, labels and attributes stay what they are; memory holds one block at a time. The target is complete or
     absent.
@@ -22,9 +22,9 @@ def convert(source: str | Path, target: str | Path) -> Path:
     Parameters
     ----------
     source : path
-        Dataset to read.
+        A dataset of any command (.nc or .zarr).
     target : path
-        File or store to write.
+        The file or store to write (.zarr or .nc).
 
     Returns
     -------

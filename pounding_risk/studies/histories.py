@@ -135,11 +135,11 @@ def histories(
     *,
     records: Sequence[str] | None = None,
     polarities: Sequence[str] | None = None,
-    pgas: Sequence[float] | None = None,
+    pgas: Sequence[float | str] | None = None,
     intensity_levels: Sequence[float | str] | None = None,
     laws: Sequence[str] | None = None,
-    gaps: Sequence[float] | None = None,
-    yield_forces: Sequence[float] | None = None,
+    gaps: Sequence[float | str] | None = None,
+    yield_forces: Sequence[float | str] | None = None,
     largest_of: str | None = None,
     select: Sequence[str] = (),
     most: int = MOST,
@@ -148,10 +148,10 @@ def histories(
     progress: Progress | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Path:
-    """Write the time histories of chosen cases of a grid, with the labels of its results.
+    """Write time histories of chosen cases as one dataset.
 
-    Values are those of `simulate` at the samples of the records. Of each axis of the grid the named values are taken,
-    or all of them.
+    Values are those of `simulate` at the samples of the records, with the labels of the results. Of each axis of the
+    grid the named values are taken, or all of them.
 
     Parameters
     ----------
@@ -159,25 +159,28 @@ def histories(
         A scene, or the results of a scan, whose scene and records are then those of the results.
     out : path
         File for the dataset, ``.nc`` or ``.zarr``.
-    records, polarities : sequence of str, optional
-        Names of records and polarities.
-    pgas : sequence of float, optional
-        Peak ground accelerations [m/s²].
+    records : sequence of str, optional
+        Only these records.
+    polarities : sequence of str, optional
+        Only these polarities.
+    pgas : sequence of float or str, optional
+        Only these peak ground accelerations [m/s², or text with a unit].
     intensity_levels : sequence of float or str, optional
-        Levels of the measure that the scene scales its records to [SI, or text with a unit], in place of ``pgas``.
+        Only these levels of the measure that the scene scales its records to [SI, or text with a unit], in place of the
+        peak ground accelerations.
     laws : sequence of str, optional
-        Names of contact models.
-    gaps : sequence of float, optional
-        Gaps [m].
-    yield_forces : sequence of float, optional
-        Yield forces [N].
+        Only these contact models.
+    gaps : sequence of float or str, optional
+        Only these gaps [m, or text with a unit].
+    yield_forces : sequence of float or str, optional
+        Only these yield forces F_E [N, or text with a unit].
     largest_of : str, optional
         An output of the results: of each contact model only the case in which it is largest is written, and the other
         axes of the grid are labels along ``contact_model``.
     select : sequence of str
         One value along each axis of another number of the scene that the results have, "building.frame.period=0.5 s".
     most : int
-        Most cases that may be written.
+        Most cases that may be written, a safeguard.
     folder : path, optional
         Where record files are that the scene of the results names relative to itself, see `rerun`.
     workers : int, optional

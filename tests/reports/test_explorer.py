@@ -194,7 +194,7 @@ def test_the_command(results, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     save(results, "results.nc")
     done = CliRunner().invoke(app, ["view", "results.nc", "--pga", "0.5 g"])
-    assert (done.exit_code, done.stdout[:27]) == (0, "written: results-view.html ")
+    assert (done.exit_code, done.stdout[:27]) == (0, "written: results-view.html\n")
     assert [axis["labels"] for axis in embedded(Path("results-view.html"))["axes"] if axis["name"] == "pga"] == [
         ["0.5 g"]
     ]

@@ -13,18 +13,18 @@ from typing import Annotated, Any
 import typer
 
 from pounding_risk.cli._common import options as shared
-from pounding_risk.cli._common.files import FIGURES, announce, draw, writing
+from pounding_risk.cli._common.files import FIGURES, announce, draw, out_or, writing
 from pounding_risk.cli._common.options import RUN_FAILED, file_option, out_option
 from pounding_risk.cli._common.outline import Outline
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli._common.subjects import SUBJECTS, Fields
 from pounding_risk.errors import PoundingError
-from pounding_risk.questions import Declared
-from pounding_risk.questions._declaration import Option
+from pounding_risk.questions import Declared, source_of
+from pounding_risk.questions._declaration import File, Option
 
 SHARED = {
     "workers": shared.Workers, "hazard": shared.Hazard, "gmfs": shared.Gmfs, "new": shared.New, "out": None,
-    "progress": None, "say": None,
+    "progress": None, "say": None, "select": shared.Select,
 }  # fmt: skip
 EMPTY: tuple[Any, ...] = (None, (), [], "")
 _ENTRY = re.compile(r"^(\w+(?:, \w+)*) : .*$")
@@ -69,6 +69,9 @@ class Question:
         functions = [function for function in (self.function, own) if function is not None]
         if own is not None and not _passes_options(own):
             functions = [own]
+        if passed := getattr(self.outline, "PASSED", ""):
+            home, _, name = passed.rpartition(".")
+            functions.insert(0, Outline(source_of(home))[name])
         self.takes = {name: each for function in functions for name, each in _parameters(function).items()}
         self.sheet_takes = {} if sheet is None else dict([*_parameters(sheet).items()][1:])
         self.first = next(iter(self.takes))
@@ -77,7 +80,8 @@ class Question:
         self.figures: dict[str, Any] = getattr(self.outline, "FIGURES", {})
         self.options: dict[str, Option | None] = getattr(self.outline, "OPTIONS", {})
         self.files: dict[str, Any] = getattr(self.outline, "FILES", {})
-        self.texts = {**parameters_of(sheet), **parameters_of(self.function), **parameters_of(own)}
+        self.writes = sheet is None
+        self.texts = {name: text for each in (sheet, *functions) for name, text in parameters_of(each).items()}
 
     @property
     def summary(self) -> str:
@@ -98,9 +102,11 @@ class Question:
                 fields |= self._of_parameter(name, None, "")
         if "hazard" in fields:
             fields["site"] = (shared.Site, None)
-        suffixes = self._suffixes()
-        fields["out"] = (Annotated[Path | None, out_option("Write the answer", *suffixes)], None)
-        if ".nc" in suffixes:
+        suffixes, own = self._suffixes(), self.files.get("out", File((), ""))
+        if suffixes:
+            words, absence = own.description or "Write the answer", own.usual.format(self.first.upper())
+            fields["out"] = (Annotated[Path | None, out_option(words, *suffixes, absence=absence)], None)
+        if ".nc" in suffixes and not self.writes:
             fields["new"] = (shared.New, False)
         for name, file in self.files.items():
             if name != "out":
@@ -117,6 +123,7 @@ class Question:
 
     def _of_parameter(self, name: str, default: Any, annotation: str) -> Fields:
         """The field of a parameter; none of one that the command gives itself."""
+        is_needed = default is Parameter.empty
         default = None if default in (Parameter.empty, (), None, "") else default
         if name in SHARED:
             return {} if SHARED[name] is None else {name: (SHARED[name], default)}
@@ -133,19 +140,23 @@ class Question:
         if kind is str and isinstance(default, int | float):
             default, shown = None, f"{default:g}"
         settings: dict[str, Any] = {"help": option.help or _help(self.texts.get(name, ""))}
+        if kind == list[str] and not option.is_argument and "twice" not in settings["help"]:
+            settings["help"] += " Repeat for several."
         if option.metavar or kind == list[str]:
             settings["metavar"] = option.metavar or "TEXT"
+        kind = kind if kind is bool or is_needed else kind | None
+        default = Parameter.empty if is_needed else bool(default) if kind is bool else default
         if option.is_argument:
-            return {name: (Annotated[kind | None, typer.Argument(show_default=False, **settings)], default)}
+            return {name: (Annotated[kind, typer.Argument(show_default=False, **settings)], default)}
         flag = self._flag(name)
-        flags = (f"{flag}/--no-{flag.removeprefix('--')}",) if kind is bool else (flag,)
-        kind = kind if kind is bool else kind | None
-        default = bool(default) if kind is bool else default
+        flags = [f"{flag}/--no-{flag.removeprefix('--')}"] if kind is bool else option.flag.split() or [flag]
         return {name: (Annotated[kind, typer.Option(*flags, show_default=shown, **settings)], default)}
 
     def _suffixes(self) -> tuple[str, ...]:
         """Kinds of files that the answer can be written to."""
         own = self.files["out"].suffixes if "out" in self.files else ()
+        if self.writes:
+            return own
         kinds = [*own] if ".nc" in own or not self._is_dataset() else [".nc", *own]
         return tuple(dict.fromkeys([*kinds, ".csv", ".html"]))
 
@@ -159,12 +170,16 @@ class Question:
         given = {name: value for name, value in values.items() if value not in EMPTY}
         out: Path | None = given.get("out")
         dataset = out if out is not None and out.suffix.lower() == ".nc" else None
+        if self.writes and "out" in self.files:
+            dataset = out_or(out, self.files["out"].usual.format(values[self.first].stem))
         module: Any = self.declared.module()
         if dataset is not None and "out" not in self.takes:
             from pounding_risk.ensemble.replacing import check_replaceable
 
             check_replaceable(dataset, self.name, None, values["new"])
-        with _NamedByOption(self.name, {name: self._flag(name) for name in values}):
+        flags = {name: self._flag(name) for name in values}
+        in_words = {flags[name].removeprefix("--").replace("-", " "): flags[name] for name in given}
+        with _NamedByOption(self.name, in_words | flags):
             check = getattr(module, "check", lambda _: None)
             check(given)
             subject = {} if self.subject is None else {self.first: self.subject.open(values)}
@@ -172,12 +187,18 @@ class Question:
             _join_site(values)
             function = getattr(module, "answer", None) or self.declared.function()
             answer = self._answered(function, _taken(self.takes, values | {"out": dataset}) | subject)
-            blocks = module.sheet(answer, **_taken(self.sheet_takes, values))
-            written = [*self._files(module, answer, blocks, given), *self._drawn(module, answer, values)]
+            if self.writes:
+                files = getattr(answer, "files", answer)
+                blocks, written = [], [files] if isinstance(files, Path) else files
+            else:
+                blocks = module.sheet(answer, **_taken(self.sheet_takes, values))
+                written = [*self._files(module, answer, blocks, given), *self._drawn(module, answer, values)]
         from pounding_risk.render.terminal import print_sheet
 
         print_sheet(blocks)  # after the files: a reader of the first lines alone, such as `head`, ends the printing
         announce(*written)
+        for sentence in getattr(module, "told", lambda _: ())(answer):
+            print(sentence)
         if values.get("strict") and module.failed(answer):
             raise typer.Exit(RUN_FAILED)
         if code := getattr(module, "status", lambda _: 0)(answer):
@@ -239,11 +260,11 @@ class Question:
 
     def _flag(self, name: str) -> str:
         option = self.options.get(name)
-        return (option and option.flag) or f"--{name.replace('_', '-')}"
+        return (option and option.flag.partition(" ")[0]) or f"--{name.replace('_', '-')}"
 
 
 class _NamedByOption:
-    """Errors that begin with the name of a parameter begin with that of the option."""
+    """Errors that begin with the name of a parameter, or of its option in words, begin with that of the option."""
 
     def __init__(self, name: str, flags: Mapping[str, str]):
         self.name, self.flags = name, flags
@@ -254,8 +275,8 @@ class _NamedByOption:
         if isinstance(error, PoundingError):
             for text in (str(error), str(error).removeprefix(f"{self.name}: ")):  # as in "simulate: gap: ..."
                 parameter, colon, rest = text.partition(":")
-                if colon and parameter in self.flags:
-                    raise PoundingError(f"{self.flags[parameter]}:{rest}") from None
+                if colon and (flag := self.flags.get(parameter, self.flags.get(parameter.lower()))):
+                    raise PoundingError(f"{flag}:{rest}") from None
 
 
 def parameters_of(function: Any) -> dict[str, str]:

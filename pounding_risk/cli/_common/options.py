@@ -55,30 +55,10 @@ Overrides = Annotated[
     list[str],
     typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as interface.gap='20 mm'."),
 ]
-Dataset = Annotated[Path | None, out_option("Write the dataset", ".nc")]
 Figure = Annotated[Path | None, file_option("Write a figure", FIGURES)]
 Strict = Annotated[bool, typer.Option("--strict", help="End with status 3 where a run failed.")]
 New = Annotated[bool, typer.Option("--new", help="Replace a file that holds other results.")]
 Workers = Annotated[int | None, option("Threads.", "one a processor", min=1)]
-# How a gap is judged, by `assess` and `report`. A share is 84, 0.84 or "84 %" alike.
-JudgedGap = Annotated[str | None, option("The gap to judge.", "the scene's")]
-Percentile = Annotated[
-    str | None, option('Share of the motions that the required gap is for, "84 %".', "84 %, or by target")
-]
-Confidence = Annotated[str, option('Of all bounds, "95 %".')]
-Target = Annotated[
-    str | None, option('Probability of contact that is accepted, "10 %".', "16 %, or what the percentile leaves")
-]
-Intensity = Annotated[
-    str | None,
-    option(
-        'Of fragilities: pga, pgv, sa(left), sa(right), sa(NAME), sa(longer), sa(shorter), sa(mean), "sa(0.5 s)" or '
-        '"sa_avg(0.2-2 s)".',
-        "the hazard's, what the motions are scaled to, or pga",
-    ),
-]
-Amplitude = Annotated[str | None, option("Amplitude of the grid.", "the scene's or largest")]
-IntensityLevel = Annotated[str | None, option('Level of a grid of any measure, "0.4 g".', "the scene's or largest")]
 Hazard = Annotated[
     Path | None,
     option(
@@ -93,12 +73,6 @@ Site = Annotated[
     str | None,
     option('Site of an export of OpenQuake: "23.73, 37.98", "23.73, 37.98 within 20 km", or an id.', "its only one"),
 ]
-TargetRate = Annotated[
-    str | None,
-    option('Rate of contact that is accepted, "1 % in 50 years", "2475 years" or "4e-4 a year"; needs a hazard.'),
-]
-
-
 Select = Annotated[
     list[str],
     typer.Option("--select", metavar="AXIS=VALUE", help="One value of an axis, such as building.frame.period='0.5 s'."),
@@ -114,25 +88,22 @@ def chosen_scene(scene: Path, overrides: list[str], select: list[str]) -> Any:
     return read_scene(scene, [*overrides, *overrides_of(study.axes, select, str(scene))]) if select else study
 
 
-def chosen_results(results: Path, select: list[str], *, partly: bool = False) -> Any:
-    """The file itself where nothing is selected, or its dataset at the values of ``select``, told in the title.
-
-    Where not ``partly`` there must be one value along every axis.
-    """
+def chosen_results(results: Path, select: list[str]) -> Any:
+    """The file itself where nothing is selected, or its dataset at the values of ``select``, told in the title."""
     if not select:
         return results
     from pounding_risk.results.scene_axes import open_axes, selected, settled, title_at
 
     dataset = selected(_checked(results), select, str(results))
-    return title_at(dataset if partly and open_axes(dataset) else settled(dataset, str(results)), select)
+    return title_at(dataset if open_axes(dataset) else settled(dataset, str(results)), select)
 
 
 def opened_results(results: Path, select: list[str]) -> Any:
-    """As `chosen_results`, partly; the dataset of a file whose cases lie along axes of numbers of the scene."""
+    """As `chosen_results`; the dataset of a file whose cases lie along axes of numbers of the scene."""
     from pounding_risk.results.files import stream_results
     from pounding_risk.results.scene_axes import open_axes
 
-    chosen = chosen_results(results, select, partly=True)
+    chosen = chosen_results(results, select)
     if not isinstance(chosen, Path):
         return chosen
     with stream_results(chosen) as head:

@@ -43,19 +43,25 @@ def _results(values: dict[str, Any]) -> Any:
     return None if results is None else shared.opened_results(results, select)
 
 
+def _file(source: Path, select: list[str], overrides: list[str]) -> Any:
+    """A scene with its overrides; or a file of results, and its dataset where values are selected."""
+    if source.suffix.lower() == SCENE:
+        from pounding_risk.scene.reader import read_scene
+
+        if select:
+            raise PoundingError(f"--select: is of results, and {source} is a scene; write --set")
+        return read_scene(source, overrides)
+    if overrides:
+        raise PoundingError(f"--set: changes a value of a scene, and {source} holds results; leave it out")
+    return shared.chosen_results(source, select)
+
+
 def _scene(values: dict[str, Any], name: str = "scene") -> Any:
     return shared.chosen_scene(values.pop(name), values.pop("overrides"), values.pop("select"))
 
 
 def _scene_or_results(values: dict[str, Any]) -> Any:
-    source, overrides = values.pop("source"), values.pop("overrides")
-    if source.suffix.lower() == SCENE:
-        from pounding_risk.scene.reader import read_scene
-
-        return read_scene(source, overrides)
-    if overrides:
-        raise PoundingError("--set: changes a value of a scene, and a dataset is of one already; leave it out")
-    return source
+    return _file(values.pop("source"), [], values.pop("overrides"))
 
 
 def _records(values: dict[str, Any]) -> Any:
@@ -67,6 +73,34 @@ REQUIRED = Parameter.empty
 # By the name that a question gives; without one by the name of the function's first parameter.
 SUBJECTS: dict[str, Subject] = {
     "results": Subject({"results": (shared.Results, REQUIRED), **SELECT}, _results),
+    "results in part": Subject(
+        {"results": (shared.Results, REQUIRED), **SELECT},
+        lambda values: shared.chosen_results(values.pop("results"), values.pop("select")),
+    ),
+    "results of rows": Subject(
+        {
+            "results": (
+                Annotated[list[Path], argument("RESULTS...", "What scan wrote; or a run of simulate.")],
+                REQUIRED,
+            ),
+            **SELECT,
+        },
+        lambda values: [shared.chosen_results(file, values["select"]) for file in values.pop("results")],
+    ),
+    "results or scenes": Subject(
+        {
+            "source": (
+                Annotated[
+                    list[Path],
+                    argument("SOURCE...", "Datasets of scan or damage (.nc or .zarr); a scene (.toml) for opensees."),
+                ],
+                REQUIRED,
+            ),
+            **SELECT,
+            **OVERRIDES,
+        },
+        lambda values: [_file(file, values["select"], values["overrides"]) for file in values.pop("source")],
+    ),
     "results file": Subject(
         {"results": (Annotated[Path, argument("RESULTS", "What scan or demo wrote (.nc).")], REQUIRED)},
         lambda values: values.pop("results"),
