@@ -182,6 +182,8 @@ SCENES = Path("pounding_risk/scene/shipped")
     ("words", "heavy"),
     [
         (["--help"], (*DATASETS, *FIGURES, *SCIENCE, "numpy", "numba", "obspy", "pint", "pydantic")),
+        (["rerun", "--help"], (*DATASETS, *FIGURES, *SCIENCE, "numpy", "numba", "obspy", "pint")),
+        (["damage", "--help"], (*DATASETS, *FIGURES, *SCIENCE, "numba", "obspy", "pint")),
         (["models"], (*DATASETS, *FIGURES, *SCIENCE, "numba", "obspy", "pint")),
         (["validate", str(PACKAGE.parent / SCENES / "paper.toml")], (*DATASETS, *FIGURES, *SCIENCE, "numba", "pint")),
         (["validate", str(PACKAGE.parent / SCENES / "row.toml")], (*DATASETS, *FIGURES, *SCIENCE, "numba", "pint")),
