@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from pounding_risk.cli._common.files import draw, out_or
-from pounding_risk.cli._common.notes import print_flags, print_left_out, print_notes, print_unused
+from pounding_risk.cli._common.notes import print_left_out, print_notes
 from pounding_risk.cli._common.options import (
     NONE,
     RUN_FAILED,
@@ -28,7 +28,7 @@ from pounding_risk.cli._common.options import (
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli.validate import print_plan
 from pounding_risk.errors import PoundingError
-from pounding_risk.questions.notes import FASTER
+from pounding_risk.questions.notes import FASTER, of_records
 from pounding_risk.render.terminal import print_pairs
 
 ORDER = 50
@@ -140,13 +140,13 @@ def print_scan(dataset: Any, seconds: float, target: Path, n_earlier: int = 0) -
     speed = f"{rate:.0f}" if rate >= 100.0 else f"{rate:.3g}"
     pairs.append(("time", f"{seconds:.3g} s, {speed} cases a second with reading and compiling"))
     print_pairs([*pairs, ("written", str(target))])
-    print_flags(json.loads(dataset.attrs.get("flags", "{}")))
-    print_notes(of_results(dataset))
-    print_left_out(json.loads(dataset.attrs.get("left_out", "[]")))
-    print_unused(dataset)
+    flags, left_out, unused = (
+        json.loads(dataset.attrs.get(name, "{}")) for name in ("flags", "left_out", "unused_keys")
+    )
+    print_notes((*of_records(flags), *of_results(dataset)))
+    print_left_out(left_out)
     n_held = int((dataset["restitution_held"] > 0).sum())
-    if n_held:
-        print(f"note: {n_held} cases have contacts {FASTER}")
+    print_notes([*unused, *([f"{n_held} cases have contacts {FASTER}"] if n_held else [])])
 
 
 def command_line(excluded: Mapping[str, bool]) -> str:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pounding_risk.cli._common.notes import print_flags, print_left_out, print_notes
+from pounding_risk.cli._common.notes import print_left_out, print_notes
 from pounding_risk.cli._common.options import NONE, Overrides, Scene
+from pounding_risk.questions.notes import of_records
 from pounding_risk.render.terminal import engineering, print_pairs, print_table
 
 if TYPE_CHECKING:
@@ -37,6 +38,5 @@ def print_plan(plan: Plan) -> None:
         for record in plan.records
     ]
     print_table(("record", "event", "as found", "duration", "dt", "PGA"), rows, "lllrrr")
-    print_flags({record.name: record.flags for record in plan.records})
-    print_notes(plan.notes)
+    print_notes((*of_records({record.name: record.flags for record in plan.records}), *plan.notes))
     print_left_out(plan.left_out)

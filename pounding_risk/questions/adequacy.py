@@ -68,8 +68,8 @@ def marks(required: Iterable[RequiredGap], words: Mapping[str, str]) -> list[str
 
 def required_gaps(one: InterfaceAssessment) -> list[Block]:
     """Table of the gaps that percentiles of the motions require, and what the marks of missing bounds mean."""
-    heads = [("sufficient for [%]", "r"), (head("required gap", "m"), "r"), (head("bounds by recording", "m"), "r")]
-    heads += [(head("lognormal", "m"), "r"), ("gap / required", "r")]
+    heads = ["sufficient for [%]", head("required gap", "m"), head("bounds by recording", "m")]
+    heads += [head("lognormal", "m"), "gap / required"]
     rows: list[Row] = []
     for required in one.required:
         ratio = one.gap / required.gap if required.gap > 0.0 else float("nan")
@@ -82,7 +82,7 @@ def required_gaps(one: InterfaceAssessment) -> list[Block]:
 
 def contact(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
     """Table of the motions with contact against the gap."""
-    heads = [(head("gap", "m"), "r"), ("contact in", "r"), *_share_heads("P(contact)", assessment)]
+    heads = [head("gap", "m"), "contact in", *_share_heads("P(contact)", assessment)]
     rows = [[number(share.gap, "m", GIVEN), *share_cells(share)] for share in one.contact]
     note = "from the widest gap that all motions close to the narrowest that none closes"
     caption = f"{one.name}: motions with contact against the gap, motions {one.at}."
@@ -97,9 +97,9 @@ def _partial(one: InterfaceAssessment) -> list[int]:
     return sorted({*(first + at for at in evenly(last - first, KEPT - 1)), shares.index(one.contact_at_gap())})
 
 
-def _share_heads(event: str, assessment: Assessment) -> list[tuple[str, str]]:
+def _share_heads(event: str, assessment: Assessment) -> list[str]:
     bounds = f"{100 * assessment.confidence:g} % bounds [%]"
-    return [("of", "r"), (f"{event} [%]", "r"), (bounds, "r"), ("by recording [%]", "r")]
+    return ["of", f"{event} [%]", bounds, "by recording [%]"]
 
 
 def share_cells(share: Share) -> list[Cell]:
@@ -114,8 +114,7 @@ def yielding(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
     shares = [share for share in one.yielding if share.gap == one.yield_gap]
     if not shares:
         return []
-    heads = [("contact model", "l"), (head("F_E", "N"), "r"), ("reached in", "r")]
-    heads += [*_share_heads("P(yield)", assessment), ("excluded", "r")]
+    heads = ["contact model", head("F_E", "N"), "reached in", *_share_heads("P(yield)", assessment), "excluded"]
     rows: list[Row] = []
     for share in shares:
         excluded = count(share.left_out) if share.left_out else MISSING
@@ -144,7 +143,7 @@ def response(one: InterfaceAssessment) -> list[Block]:
     medians = [item for item in one.response if item.contact_model == one.own_model and item.motions]
     if not medians:
         return []
-    outputs = {median.output: (head(median.words, median.unit), "r") for median in medians}
+    outputs = {median.output: head(median.words, median.unit) for median in medians}
     rows: list[Row] = []
     for force in dict.fromkeys(median.yield_force for median in medians):
         of_force = {median.output: median for median in medians if median.yield_force == force}
@@ -155,13 +154,13 @@ def response(one: InterfaceAssessment) -> list[Block]:
         rows.append([*row, *(MISSING if each is None else number(each.median, each.unit, 3) for each in shown)])
     caption = f"{one.name}: response against F_E, at a gap of {_yield_gap(one)}, under {name_of(one.own_model)}."
     own = "Medians over the motions with contact, the larger of both buildings; the scene's own"
-    heads = [(head("F_E", "N"), "r"), ("contact in", "r"), *outputs.values()]
+    heads = [head("F_E", "N"), "contact in", *outputs.values()]
     return [table(caption, heads, rows), paragraph(f"{own}: {_own_force(one)}.")]
 
 
 def influences(one: InterfaceAssessment) -> list[Block]:
     """Table of how far each output moves with polarity, F_E and contact model; keys with one level are named below."""
-    heads = [("influence of", "l"), ("on", "l"), ("from one level to another", "l")]
+    heads = ["influence of", "on", "from one level to another"]
     rows = [(KEYS[each.key], each.what, each.words) for each in one.sensitivity if not each.is_single]
     levels = {(name_of(each.key), each.levels[0][0]): None for each in one.sensitivity if each.is_single}
     single = " and ".join(f"one {key}, {level}" for key, level in levels)
@@ -177,8 +176,8 @@ def fragilities(assessment: Assessment, one: InterfaceAssessment) -> list[Block]
     if not curves:
         return _not_fitted(one)
     median = head(f"median {intensity_words(assessment.intensity)}", intensity_unit(assessment.intensity))
-    heads = [*EVENT_HEADS, (median, "r"), ("dispersion", "r"), ("s.e. of ln median; by recording", "r")]
-    heads += [("s.e. of dispersion; by recording", "r"), ("method", "l"), ("scaled by", "r")]
+    heads = [*EVENT_HEADS, median, "dispersion", "s.e. of ln median; by recording", "s.e. of dispersion; by recording"]
+    heads += ["method", "scaled by"]
     rows: list[Row] = [
         [
             *event_cells(curve),
@@ -200,7 +199,7 @@ def fragilities(assessment: Assessment, one: InterfaceAssessment) -> list[Block]
     ]
 
 
-EVENT_HEADS = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
+EVENT_HEADS = ["of", head("gap", "m"), "contact model", head("F_E", "N")]
 OF_GAP = "contact at the assessed gap, and yielding"
 
 

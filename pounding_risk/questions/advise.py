@@ -64,8 +64,7 @@ def _rules(one: StiffnessRange) -> Block:
     )
     if one.is_column:
         caption += ". This is of floors that strike each other; columns, which are struck here, are not judged by it"
-    heads = [("rule", "l"), ("published", "r"), ("equivalent stiffness", "r"), ("contact lasts [ms]", "r")]
-    heads += [("verdict", "l"), ("source", "l")]
+    heads = ["rule", "published", "equivalent stiffness", "contact lasts [ms]", "verdict", "source"]
     own: Row = ["the scene's", "", amount(one.own, one.unit), milliseconds(one.duration)]
     rows: list[Row] = [[*own, "–" if one.is_column else one.verdict or "–", ""]]
     for rule in one.rules:
@@ -87,5 +86,5 @@ def _influences(advice: Advice) -> Block:
         f"Sensitivity: median change of the cases with contact. Stiffness: a {factor}th to {factor} times the scene's. "
         f"Below {little} an output does not depend on a value, above {much} it does."
     )
-    heads = [("output", "l"), ("of", "l"), ("now, median", "r"), *((factor, "l") for factor in FACTORS)]
+    heads = ["output", "of", "now, median", *FACTORS]
     return table(caption, heads, rows)

@@ -44,10 +44,9 @@ def places(assessed: xr.Dataset) -> Block:
     keys = [str(key) for key, coordinate in assessed.coords.items() if coordinate.dims[:1] != ("interface",)]
     several = assessed.sizes["interface"] > 1
     units = {key: str(assessed[key].attrs.get("units", "1")) for key in keys}
-    heads = [(head(key, units[key]) if units[key] in SHOWN else f"{key} [{units[key]}]", "r") for key in keys]
-    heads += [("neighbours", "l")] if several else []
-    heads += [(head("gap", "m"), "r"), ("P(contact) [%]", "r"), ("bounds [%]", "r")]
-    heads += [(head("gap required", "m"), "r"), (head("bounds", "m"), "r")]
+    heads = [head(key, units[key]) if units[key] in SHOWN else f"{key} [{units[key]}]" for key in keys]
+    heads += ["neighbours"] if several else []
+    heads += [head("gap", "m"), "P(contact) [%]", "bounds [%]", head("gap required", "m"), head("bounds", "m")]
     rows: list[list[Cell | str]] = []
     for place in product(*(range(assessed.sizes[dim]) for dim in (*axes, "interface"))):
         cell = assessed.isel(dict(zip((*axes, "interface"), place, strict=True)))

@@ -74,7 +74,7 @@ def _amplifications(dataset: xr.Dataset) -> Block:
         values = one["displacement_amplification"].transpose("building", "percentile").values.ravel()
         rows.append([*row, *(number(value, digits=3) for value in values)])
     caption = "Peak displacement with contact over that without, not exceeded by a share of the motions."
-    return table(caption, [(words, "r") for words in heads], rows)
+    return table(caption, heads, rows)
 
 
 def _facts(dataset: xr.Dataset) -> Block:

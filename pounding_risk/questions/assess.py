@@ -188,10 +188,10 @@ def verdict(one: InterfaceAssessment) -> tuple[Block, Block]:
 
 def row(assessment: Assessment) -> list[Block]:
     """Table of the verdicts of a row, one line an interface, and why equal counts have other verdicts."""
-    heads = [("neighbours", "l"), (head("gap", "m"), "r"), ("verdict", "l"), ("contact in", "r"), ("of", "r")]
-    heads += [("P(contact) [%]", "r"), (head(f"required by {assessment.percentile:g} %", "m"), "r")]
+    heads = ["neighbours", head("gap", "m"), "verdict", "contact in", "of", "P(contact) [%]"]
+    heads += [head(f"required by {assessment.percentile:g} %", "m")]
     if assessment.target_rate is not None:
-        heads += [(f"for {assessment.target_rate_words}", "l"), (head("gap for it", "m"), "r")]
+        heads += [f"for {assessment.target_rate_words}", head("gap for it", "m")]
     rows: list[adequacy.Row] = []
     for one in assessment.interfaces:
         cells: adequacy.Row = [one.name, number(one.gap, "m", adequacy.GIVEN), one.verdict.word]

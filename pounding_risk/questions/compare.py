@@ -87,8 +87,7 @@ def _along(comparison: xr.Dataset, interface: str | None) -> list[Block]:
     if len(names) > 1:
         rule = ", where the laws move the peak relative displacement most at any place" if interface is None else ""
         which = f"The table is of interface {names[index]} of {len(names)}{rule}; {ANOTHER}. "
-    heads = [(key, "l") for key in keys_along(comparison)]
-    heads += [("cases with contact", "r"), *((words, "l") for words in (*FIRST_TWO, *FLIPPED))]
+    heads = [*keys_along(comparison), "cases with contact", *FIRST_TWO, *FLIPPED]
     rows: list[Row] = [
         [*row.cells, out_of(row.touched, row.cases), *(_range(*one) for one in row.furthest), *row.flips]
         for row in rows_along(comparison, index)
@@ -128,7 +127,7 @@ def _facts(comparison: xr.Dataset, of_interface: xr.Dataset, where: str = "") ->
 
 
 def _interfaces(comparison: xr.Dataset) -> Block:
-    heads = [("interface", "l"), (head("reduced mass", "kg"), "r"), ("cases with contact", "r")]
+    heads = ["interface", head("reduced mass", "kg"), "cases with contact"]
     names = peers(comparison)
     rows: list[Row] = []
     for index, interface in enumerate(interface_names(comparison)):
@@ -139,12 +138,12 @@ def _interfaces(comparison: xr.Dataset) -> Block:
             [interface, *cells, *(_range(*furthest(part, name, names)) if names else "–" for name in FIRST_TWO)]
         )
     caption = "Interfaces: which law moves an output furthest (16 to 84 % of the ratios over the cases with contact)."
-    return table(caption, [*heads, *((words, "l") for words in FIRST_TWO)], rows)
+    return table(caption, [*heads, *FIRST_TWO], rows)
 
 
 def _terms(one: xr.Dataset) -> Block:
-    heads = [("law", "l"), ("stiffness", "r"), ("e requested", "r"), ("e achieved", "r")]
-    heads += [(head("peak force", "N"), "r"), (head("penetration", "m"), "r"), ("duration [ms]", "r"), ("note", "l")]
+    heads = ["law", "stiffness", "e requested", "e achieved", head("peak force", "N"), head("penetration", "m")]
+    heads += ["duration [ms]", "note"]
     rows: list[Row] = []
     for name, has_own_terms in zip(one["contact_model"].values, with_terms_of_its_own(one), strict=True):
         law = one.sel(contact_model=name)
@@ -184,13 +183,13 @@ def _ratios(one: xr.Dataset) -> Block:
         rows.append([str(name), *(middle((low, median, high), "1") for low, median, high in spreads)])
     caption = f"Ratio to {one.attrs['baseline']}: median (16 to 84 %) over the cases in which that has contact."
     # "peak" stands in all heads but of counts and impulses, and makes them longer than their numbers.
-    heads = [("law", "l"), *((output.removeprefix("peak "), "r") for output in outputs)]
+    heads = ["law", *(output.removeprefix("peak ") for output in outputs)]
     return table(caption, heads, rows)
 
 
 def _disagreements(one: xr.Dataset) -> Block:
-    heads = [("law", "l"), ("contact", "r"), ("yielding", "r"), ("displacement over 10 % off", "r")]
-    heads += [("required gap", "r"), ("rank correlation: displacement", "r"), ("force", "r")]
+    heads = ["law", "contact", "yielding", "displacement over 10 % off", "required gap"]
+    heads += ["rank correlation: displacement", "force"]
     rows: list[Row] = []
     for name in one["contact_model"].values:
         law = one.sel(contact_model=name)

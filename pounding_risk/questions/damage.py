@@ -54,9 +54,8 @@ def _figure(dataset: xr.Dataset) -> Figure:
 
 def _curves(dataset: xr.Dataset, case: str) -> Block:
     measure, unit = measure_words(dataset)
-    heads = [("state", "l"), ("reached at", "l"), ("pounding", "l"), ("reached in", "r"), ("of", "r")]
-    heads += [(head(f"median {measure}", unit), "r"), ("dispersion", "r")]
-    heads += [("s.e. of ln median", "r"), ("s.e. of dispersion", "r")]
+    heads = ["state", "reached at", "pounding", "reached in", "of", head(f"median {measure}", unit), "dispersion"]
+    heads += ["s.e. of ln median", "s.e. of dispersion"]
     rows: list[Row] = []
     for state in dataset["state"].values:
         for side in POUNDING:
@@ -70,8 +69,8 @@ def _curves(dataset: xr.Dataset, case: str) -> Block:
 
 def _ratios(dataset: xr.Dataset) -> Block:
     _, unit = measure_words(dataset)
-    heads = [("state", "l"), ("median, with over without", "r"), ("bounds", "r"), (head("at", unit), "r")]
-    heads += [("P without", "r"), ("P with", "r"), ("ratio of P", "r"), ("bounds", "r")]
+    heads = ["state", "median, with over without", "bounds", head("at", unit), "P without", "P with", "ratio of P"]
+    heads += ["bounds"]
     rows: list[Row] = []
     for state in dataset["state"].values:
         one = dataset.sel(state=state)
@@ -82,8 +81,7 @@ def _ratios(dataset: xr.Dataset) -> Block:
 
 
 def _rates(dataset: xr.Dataset) -> Block:
-    heads = [("state", "l"), ("with", "r"), ("bounds", "r"), ("without", "r"), ("bounds", "r"), ("ratio", "r")]
-    heads += [("bounds", "r"), (head("share beyond the curve", "%"), "r")]
+    heads = ["state", "with", "bounds", "without", "bounds", "ratio", "bounds", head("share beyond the curve", "%")]
     rows: list[Row] = []
     for state in dataset["state"].values:
         one = dataset.sel(state=state)
@@ -99,7 +97,7 @@ def _rates(dataset: xr.Dataset) -> Block:
 
 
 def _events(dataset: xr.Dataset) -> Block:
-    heads = [("state", "l"), ("with", "r"), ("bounds", "r"), ("without", "r"), ("bounds", "r")]
+    heads = ["state", "with", "bounds", "without", "bounds"]
     rows: list[Row] = []
     for state in dataset["state"].values:
         sides = [dataset.sel(state=state, pounding=side) for side in ("with", "without")]

@@ -64,8 +64,8 @@ def options_words(options: dict[str, Any]) -> str:
 
 
 def _changes(dataset: xr.Dataset) -> Block:
-    heads = [("effects", "l"), ("time a run", "r"), ("ratio", "r"), ("cases changed", "r")]
-    heads += [(head(words, "%"), "r") for words in HEADS.values()]
+    heads = ["effects", "time a run", "ratio", "cases changed"]
+    heads += [head(words, "%") for words in HEADS.values()]
     lines: list[list[Cell | str]] = []
     for name, changed, time, ratio, spread in rows(dataset):
         largest_set = number(dataset["permanent_set"].sel(effects=name).max(), "m", 3)
@@ -76,7 +76,7 @@ def _changes(dataset: xr.Dataset) -> Block:
         "Processor time of a run, and change against the scene without effects: median (smallest to largest) of the "
         f"cases that yield{wide}."
     )
-    return table(caption, [*heads, (head("largest set", "m"), "r")], lines)
+    return table(caption, [*heads, head("largest set", "m")], lines)
 
 
 def _change(spread: tuple[float, float, float]) -> Cell | str:

@@ -14,7 +14,7 @@ ORDER = 110
 FUNCTION = "studies.modes"
 FIGURES = {"": "modes.modes_figure"}
 SHOWN_SHARE = 0.99  # of the mass; further modes are left out
-HEADS = (("building", "l"), ("mode", "r"), ("period [s]", "r"), ("participation", "r"), ("share of the mass [%]", "r"))
+HEADS = ("building", "mode", "period [s]", "participation", "share of the mass [%]", "of all so far [%]", "damping [%]")
 
 
 class ModesOfScene(NamedTuple):
@@ -50,8 +50,7 @@ def sheet(answered: ModesOfScene) -> list[Block]:
         f"Modes until they carry {100 * SHOWN_SHARE:.0f} % of the mass; participation of shapes whose largest "
         "displacement is 1; storeys elastic."
     )
-    heads = (*HEADS, ("of all so far [%]", "r"), ("damping [%]", "r"))
-    return [table("Modes of each building on its own.", heads, rows), paragraph(explained), listing(answered.notes)]
+    return [table("Modes of each building on its own.", HEADS, rows), paragraph(explained), listing(answered.notes)]
 
 
 def _rows(building: Modes) -> Iterator[list[Cell | str]]:

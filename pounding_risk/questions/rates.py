@@ -23,8 +23,7 @@ def annual_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Block
     rates = [rate for rate in one.rates if isfinite(rate.annual)]
     if not rates:
         return []
-    heads = [*EVENT_HEADS, ("a year", "r"), ("bounds", "r"), ("in 50 years [%]", "r"), ("P at the weakest [%]", "r")]
-    heads += [("beyond the curve [%]", "r")]
+    heads = [*EVENT_HEADS, "a year", "bounds", "in 50 years [%]", "P at the weakest [%]", "beyond the curve [%]"]
     rows: list[Row] = [
         [
             *event_cells(rate),
@@ -55,8 +54,8 @@ def gaps_for_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Blo
     known = [gap for gap in gaps if not gap.fault]
     blocks: list[Block] = []
     if known:
-        heads = [("contact no more often than", "l"), ("a year", "r"), (head("gap", "m"), "r")]
-        heads += [(head("bounds", "m"), "r"), (head("motions counted", "m"), "r"), ("beyond the curve [%]", "r")]
+        heads = ["contact no more often than", "a year", head("gap", "m"), head("bounds", "m")]
+        heads += [head("motions counted", "m"), "beyond the curve [%]"]
         rows: list[Row] = [
             [
                 f"{gap.words}{', the target' if gap.rate == assessment.target_rate else ''}",
@@ -85,7 +84,7 @@ def scenario(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
     if not known:
         return []
     bounds = f"{100 * assessment.confidence:g} % bounds [%]"
-    heads = [*EVENT_HEADS, ("P in an event [%]", "r"), (bounds, "r"), ("excluded events add at most [%]", "r")]
+    heads = [*EVENT_HEADS, "P in an event [%]", bounds, "excluded events add at most [%]"]
     rows: list[Row] = [
         [
             *event_cells(result),

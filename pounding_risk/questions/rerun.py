@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
 from pounding_risk.questions._declaration import Option
-from pounding_risk.render.sheet import Block, Cell, count, listing, paragraph, table
+from pounding_risk.render.sheet import Block, Cell, count, listing, paragraph, table, worded
 
 if TYPE_CHECKING:
     from pounding_risk.studies.rerun import Difference, Rerun
@@ -17,7 +16,7 @@ SUBJECT = "results file"
 OPTIONS = {"folder": Option(metavar="FOLDER")}
 HELP = "Ends with status 3 where anything differs."
 DIFFERS = 3  # exit status
-HEADS = (("differs", "l"), ("in", "r"), ("of", "r"), ("largest difference", "r"), ("unit", "l"), ("relative", "r"))
+HEADS = ("differs", "in", "of", "largest difference", "unit", "relative", "how")
 
 
 def sheet(comparison: Rerun) -> list[Block]:
@@ -38,7 +37,7 @@ def sheet(comparison: Rerun) -> list[Block]:
     n_same = comparison.compared - len(comparison.differences) - len(comparison.missing)
     rows = [_row(difference, comparison) for difference in comparison.differences]
     return [
-        *([table("Variables that differ.", (*HEADS, ("how", "l")), rows)] if rows else []),
+        *([table("Variables that differ.", HEADS, rows)] if rows else []),
         paragraph(f"the other {n_same} variables and coordinates are the same to the last bit"),
         *(block for block in blocks if block["items"]),
     ]
@@ -56,12 +55,8 @@ def _row(difference: Difference, comparison: Rerun) -> list[Cell | str]:
         difference.name,
         count(difference.cases),
         count(difference.of),
-        _value(difference.absolute, "{:.2g}"),
+        worded(difference.absolute, f"{difference.absolute:.2g}"),
         unit,
-        _value(difference.relative, "{:.1e}"),
+        worded(difference.relative, f"{difference.relative:.1e}"),
         difference.words,
     ]
-
-
-def _value(value: float, form: str) -> Cell:
-    return {"text": "–" if isnan(value) else form.format(value), "raw": value if isfinite(value) else None}

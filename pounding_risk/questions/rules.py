@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pounding_risk.assessment.separations.rules import FROM_MEMORY, ONE_GROUND, OWN_PEAKS, QUOTED_ONLY, RATIONAL, SHARED
 from pounding_risk.assessment.separations.table import short_in
 from pounding_risk.questions.adequacy import Row
-from pounding_risk.render.sheet import MISSING, Block, Cell, head, middle, number, paragraph, table
+from pounding_risk.render.sheet import MISSING, Block, Cell, head, middle, number, out_of, paragraph, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,9 +40,8 @@ def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
         "Insufficient for: motions that need more than the rule requires from them",
         "`separations` lists who quotes the clauses, and applies the rules to design displacements",
     ]
-    heads = [("rule", "l"), ("clause", "l"), ("text of the clause", "l"), (head("median", "m"), "r")]
-    heads += [(head(f"{percentile:g} %", "m"), "r"), ("rule / gap required: median (16 to 84 %)", "r")]
-    heads += [("insufficient for", "r"), (f"gap / rule at {percentile:g} %", "r"), ("note", "l")]
+    heads = ["rule", "clause", "text of the clause", head("median", "m"), head(f"{percentile:g} %", "m")]
+    heads += ["rule / gap required: median (16 to 84 %)", "insufficient for", f"gap / rule at {percentile:g} %", "note"]
     rows = [_rule_cells(rule, one.gap, motions, common) for rule in one.separations]
     caption = f"{one.name}: separations that rules require, {OWN_PEAKS}."
     return [
@@ -61,13 +60,19 @@ def _rule_cells(rule: Comparison, gap: float, motions: int, common: Sequence[str
     row = rule.row
     elsewhere = {*common, *DOUBTS}  # above the table, and in its column of texts
     note = "; ".join(part for part in row.note.split("; ") if part not in elsewhere) or MISSING
-    facts: Row = [row.title, row.clause, row.verification]
+    over = number(gap / rule.upper, digits=3) if rule.exceeded is not None and rule.upper else MISSING
+    return [row.title, row.clause, row.verification, *compared(rule, motions), over, note]
+
+
+def compared(rule: Comparison, motions: int) -> Row:
+    """Separations of a rule, their ratio to the gap needed, and for how many motions the rule is insufficient."""
     if rule.exceeded is None:
-        median = MISSING if row.separation is None else number(row.separation, "m")
-        return [*facts, median, MISSING, MISSING, MISSING, MISSING, note]
-    n_short = round(rule.exceeded * motions)
-    short: Cell = {"text": f"{n_short} of {motions}", "parts": [n_short, motions]}
-    ratios = [value or 0.0 for value in (rule.ratio_low, rule.ratio_median, rule.ratio_high)]
-    over = number(gap / rule.upper, digits=3) if rule.upper else MISSING
-    separations: Row = [number(rule.middle, "m"), number(rule.upper, "m")]
-    return [*facts, *separations, middle((ratios[0], ratios[1], ratios[2]), "1"), short, over, note]
+        return [length(rule.row.separation), MISSING, MISSING, MISSING]
+    low, median, high = (value or 0.0 for value in (rule.ratio_low, rule.ratio_median, rule.ratio_high))
+    short = out_of(round(rule.exceeded * motions), motions)
+    return [number(rule.middle, "m"), number(rule.upper, "m"), middle((low, median, high), "1"), short]
+
+
+def length(value: float | None) -> Cell | str:
+    """A length [m] in the unit of the column's head; – for none."""
+    return MISSING if value is None else number(value, "m")

@@ -8,8 +8,20 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pounding_risk.assessment.separations.rules import (
+    FROM_MEMORY,
+    NOT_REDUCED,
+    OWN_PEAKS,
+    QUOTED_ONLY,
+    RATIONAL,
+    RULES,
+    SHARED,
+    SUPERSEDED,
+    Site,
+)
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import Option
+from pounding_risk.questions.rules import Row, compared, length
 from pounding_risk.render.sheet import (
     MISSING,
     Block,
@@ -18,7 +30,6 @@ from pounding_risk.render.sheet import (
     facts,
     head,
     heading,
-    middle,
     number,
     paragraph,
     table,
@@ -26,8 +37,7 @@ from pounding_risk.render.sheet import (
 from pounding_risk.units import PGA, Quantity, parse, si
 
 if TYPE_CHECKING:
-    from pounding_risk.assessment.separations.rules import Site
-    from pounding_risk.assessment.separations.table import CodeTable, Comparison, SeparationRow
+    from pounding_risk.assessment.separations.table import CodeTable, SeparationRow
 
 ORDER = 120
 FIGURES = {"": "separations.separations_figure"}
@@ -39,7 +49,6 @@ OPTIONS = {
 HEIGHT = Quantity("m", 0.0, inf, "height of a building", open_low=True, open_high=True, example="12 m")
 FACTOR = Quantity("1", 0.0, inf, "behaviour factor", open_low=True, open_high=True, example="3")
 BOTH_DISPLACEMENTS = "--displacement left=45mm --displacement right=30mm"
-Row = list[Cell | str]
 
 
 class Given(NamedTuple):
@@ -176,8 +185,6 @@ def _site(
     ground: float | str | None,
 ) -> Site:
     """Heights, factors and design acceleration of a site; raises PoundingError for what is out of its range."""
-    from pounding_risk.assessment.separations.rules import Site
-
     heights = _pair("height", [si(each, HEIGHT, "height") for each in height], '"12 m"', '"20 m"')
     factors = _pair("factor", factor, "0.8", "1") or _behaviour(behaviour_factor)
     return Site(heights=heights, factors=factors, ground=None if ground is None else si(ground, PGA, "ground"))
@@ -249,11 +256,8 @@ def sheet(answer: Given | Beside | None) -> list[Block]:
 
 def _rules() -> list[Block]:
     """Every rule with its clause, its formula and how its text is known; then the texts, and later editions."""
-    from pounding_risk.assessment.separations.rules import FROM_MEMORY, QUOTED_ONLY, RATIONAL, RULES, SHARED, SUPERSEDED
-
     rules = RULES.values()
-    heads = [("rule", "l"), ("clause", "l"), ("year", "r"), ("text", "l"), ("superseded", "l"), ("needs", "l")]
-    heads += [("what it is and how it is found", "l"), ("ground motion", "l")]
+    heads = ["rule", "clause", "year", "text", "superseded", "needs", "what it is and how it is found", "ground motion"]
     rows: list[Row] = [
         [
             rule.name,
@@ -282,8 +286,6 @@ def _rules() -> list[Block]:
 
 def _in_force() -> list[tuple[str, str]]:
     """What is known of which edition is in force, once for rules that share it."""
-    from pounding_risk.assessment.separations.rules import RULES
-
     known: dict[str, list[str]] = {}
     for rule in RULES.values():
         if rule.in_force:
@@ -293,15 +295,12 @@ def _in_force() -> list[tuple[str, str]]:
 
 def _of_given(given: Given) -> list[Block]:
     """Each rule's separation of given elastic design displacements, with its factor, level and clause."""
-    from pounding_risk.assessment.separations.rules import NOT_REDUCED, RULES, SUPERSEDED
-
-    heads = [("rule", "l"), (head("separation", "m"), "r"), ("factor is", "l"), ("clause", "l"), ("text", "l")]
-    heads += [("ground motion of the clause", "l"), ("note", "l")]
+    heads = ["rule", head("separation", "m"), "factor is", "clause", "text", "ground motion of the clause", "note"]
     plain = [replace(row, note="; ".join(_parts(row, (NOT_REDUCED,)))) for row in given.rows]
     rows: list[Row] = [
         [
             row.rule,
-            _length(row.separation),
+            length(row.separation),
             RULES[row.rule].factor or MISSING,
             row.clause,
             row.verification,
@@ -332,13 +331,13 @@ def _of_given(given: Given) -> list[Block]:
 
 def _beside(one: CodeTable) -> list[Block]:
     """Each rule beside what the motions need, then the finding."""
-    from pounding_risk.assessment.separations.rules import OWN_PEAKS
     from pounding_risk.statistics.required_gap import rounded_up
 
     share = f"{one.percentile:g} %"
-    heads = [("rule", "l"), ("text", "l"), (head("median", "m"), "r"), (head(share, "m"), "r")]
-    heads += [("over the gap needed", "r"), ("insufficient for", "r"), ("note", "l")]
-    rows = [_cells(comparison, one.motions) for comparison in one.rules]
+    heads = ["rule", "text", head("median", "m"), head(share, "m"), "over the gap needed", "insufficient for", "note"]
+    rows = [
+        [each.row.rule, each.row.verification, *compared(each, one.motions), _own_note(each.row)] for each in one.rules
+    ]
     notes = [f"Separations are {OWN_PEAKS}.", *_footnotes([comparison.row for comparison in one.rules])]
     still = f"; {one.without} more close no gap" if one.without else ""
     median, upper = (number(rounded_up(gap), "m")["text"] for gap in (one.demand_median, one.demand))
@@ -361,37 +360,15 @@ def _beside(one: CodeTable) -> list[Block]:
     ]
 
 
-def _cells(comparison: Comparison, motions: int) -> Row:
-    """Cells of a rule: its text, separations, ratio to the gap needed, and motions for which it is insufficient."""
-    row = comparison.row
-    if comparison.exceeded is None:
-        return [row.rule, row.verification, _length(row.separation), MISSING, MISSING, MISSING, _own_note(row)]
-    low, ratio, high = (
-        value or 0.0 for value in (comparison.ratio_low, comparison.ratio_median, comparison.ratio_high)
-    )
-    short = round(comparison.exceeded * motions)
-    lengths = [number(comparison.middle, "m"), number(comparison.upper, "m")]
-    insufficient: Cell = {"text": f"{short} of {motions}", "parts": [short, motions]}
-    return [row.rule, row.verification, *lengths, middle((low, ratio, high), "1"), insufficient, _own_note(row)]
-
-
 def _parts(row: SeparationRow, excluded: Sequence[str] | Mapping[str, str]) -> list[str]:
     return [part for part in row.note.split("; ") if part not in excluded]
 
 
 def _own_note(row: SeparationRow) -> str:
     """A row's note without the parts that `_footnotes` explains."""
-    from pounding_risk.assessment.separations.rules import SHARED
-
     return "; ".join(_parts(row, SHARED)) or MISSING
 
 
 def _footnotes(rows: Sequence[SeparationRow]) -> list[str]:
     """Sentences for the parts of notes that many rows share."""
-    from pounding_risk.assessment.separations.rules import SHARED
-
     return [f"{words}." for note, words in SHARED.items() if any(note in row.note for row in rows)]
-
-
-def _length(value: float | None) -> Cell | str:
-    return MISSING if value is None else number(value, "m")

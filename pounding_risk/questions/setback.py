@@ -28,8 +28,8 @@ def sheet(found: Sequence[Setback]) -> list[Block]:
     found : sequence of Setback
         An answer of `setbacks`.
     """
-    heads = [("building", "l"), ("sufficient for [%]", "r"), (head("setback", "m"), "r")]
-    heads += [(head("bounds by recording", "m"), "r")]
+    heads = ["building", "sufficient for [%]", head("setback", "m")]
+    heads += [head("bounds by recording", "m")]
     every = [(one.building, required) for one in found for required in one.required]
     rows = [[name, number(each.percentile), enough(each.gap), bounds_cell(each)] for name, each in every]
     explained = [*marks((each for _, each in every), NO_BOUND), *(f"{sentence}." for sentence in ASSUMED)]

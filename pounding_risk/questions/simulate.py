@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from math import isfinite, isnan
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.errors import PoundingError
@@ -25,6 +24,7 @@ from pounding_risk.render.sheet import (
     number,
     paragraph,
     table,
+    worded,
 )
 from pounding_risk.units import SHOWN
 
@@ -45,15 +45,15 @@ OF_BUILDINGS = {
 }
 # Columns of the table of contacts: head, variable, and its cell.
 OF_CONTACTS: tuple[tuple[str, str, Callable[[float], Cell]], ...] = (
-    ("start [s]", "contact_start", lambda value: _text(value, f"{value:.4f}")),
+    ("start [s]", "contact_start", lambda value: worded(value, f"{value:.4f}")),
     ("lasts [ms]", "contact_duration", milliseconds),
     ("approach [m/s]", "contact_approach_speed", lambda value: number(value, "m/s", 3)),
-    ("e requested", "contact_restitution_asked", lambda value: _text(value, f"{value:.3f}")),
+    ("e requested", "contact_restitution_asked", lambda value: worded(value, f"{value:.3f}")),
     ("rebound [m/s]", "contact_rebound_speed", lambda value: number(value, "m/s", 3)),
     ("peak force [kN]", "contact_peak_force", lambda value: number(value, "N")),
     ("penetration [mm]", "contact_peak_penetration", lambda value: number(value, "m", 3)),
-    ("energy taken [J]", "contact_work", lambda value: _text(value, f"{value:.4g}")),
-    ("yields", "contact_yields", lambda value: _text(value, f"{value:g}")),
+    ("energy taken [J]", "contact_work", lambda value: worded(value, f"{value:.4g}")),
+    ("yields", "contact_yields", lambda value: worded(value, f"{value:g}")),
 )
 OF_PLACES = (
     ("first [s]", "first_impact_time", "s"),
@@ -128,12 +128,12 @@ def _outputs(run: xr.Dataset) -> Block:
             whole = count(value) if value >= 0 else MISSING
             cell = whole if variable.dtype.kind == "i" else _amount(value, variable.units)
             rows.append([str(name), cell, variable.long_name])
-    return table("Outputs.", (("output", "l"), ("value", "r"), ("meaning", "l")), rows, keep=range(len(rows)))
+    return table("Outputs.", ("output", "value", "meaning"), rows, keep=range(len(rows)))
 
 
 def _buildings(run: xr.Dataset) -> Block:
     peaks = {name: unit for name, unit in OF_BUILDINGS.items() if name in run}
-    heads = [("building", "l"), *((head(name.replace("_", " "), unit), "r") for name, unit in peaks.items())]
+    heads = ["building", *(head(name.replace("_", " "), unit) for name, unit in peaks.items())]
     rows = [
         # A rigid building's -0 is 0.
         [str(building), *(number(0.0 + float(run[name][place]), unit) for name, unit in peaks.items())]
@@ -153,7 +153,7 @@ def _contacts(run: xr.Dataset) -> Block:
     law = CONTACT_MODELS.get(str(run.attrs["contact_model"]))  # none where the interfaces differ in theirs
     if law is not None and not getattr(law, "needs_restitution", True):
         shown = shown.drop_vars("contact_restitution_asked", errors="ignore")
-    heads = [("contact", "r"), *((words, "r") for words, _, _ in OF_CONTACTS)]
+    heads = ["contact", *(words for words, _, _ in OF_CONTACTS)]
     rows = [
         [
             count(place + 1),
@@ -169,9 +169,8 @@ def _contacts(run: xr.Dataset) -> Block:
 def _places(run: xr.Dataset, dim: str, prefix: str = "") -> Block:
     """The contact at each interface with its gap, or at each contact point with its kind."""
     is_interface = dim == "interface"
-    fact = (head("gap", "m"), "r") if is_interface else ("kind", "l")
-    heads = [("neighbours" if is_interface else "contact point", "l"), fact, ("impacts", "r")]
-    heads += [*((words, "r") for words, _, _ in OF_PLACES), ("reaches F_E", "r")]
+    heads = ["neighbours", head("gap", "m")] if is_interface else ["contact point", "kind"]
+    heads += ["impacts", *(words for words, _, _ in OF_PLACES), "reaches F_E"]
     rows: list[list[Cell | str]] = []
     for place, name in enumerate(run[dim].values):
         one = run.isel({dim: place})
@@ -185,8 +184,4 @@ def _places(run: xr.Dataset, dim: str, prefix: str = "") -> Block:
 
 def _amount(value: float, unit: str) -> Cell:
     """A value with its unit; inf where nothing yields."""
-    return amount(value, unit) if unit in SHOWN else _text(value, f"{value:.4g} {unit}")
-
-
-def _text(value: float, text: str) -> Cell:
-    return {"text": MISSING if isnan(value) else text, "raw": value if isfinite(value) else None}
+    return amount(value, unit) if unit in SHOWN else worded(value, f"{value:.4g} {unit}")

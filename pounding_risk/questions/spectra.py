@@ -65,8 +65,7 @@ def check(given: Mapping[str, Any]) -> None:
 
 def _gaps(dataset: xr.Dataset) -> Block:
     of = [percent(value) for value in dataset["percentile"].values]
-    heads = [(head(side, "s"), "r") for side in SIDES]
-    heads += [(head(words, "m"), "r") for words in (*of, "ABS", "SRSS", "DDC")]
+    heads = [*(head(side, "s") for side in SIDES), *(head(words, "m") for words in (*of, "ABS", "SRSS", "DDC"))]
     rows: list[Row] = [
         [*(number(period, "s", 3) for period in row.periods), *(number(gap, "m", 3) for gap in (*row.gaps, *row.rules))]
         for row in table_rows(dataset)
@@ -77,8 +76,8 @@ def _gaps(dataset: xr.Dataset) -> Block:
 
 
 def _rules(dataset: xr.Dataset) -> Block:
-    heads = [("rule", "l"), ("text", "l"), (head("insufficient at", "%"), "r"), ("median", "r"), ("largest", "r")]
-    heads += [*((head(f"at {side}", "s"), "r") for side in SIDES), ("definition", "l")]
+    heads = ["rule", "text", head("insufficient at", "%"), "median", "largest"]
+    heads += [*(head(f"at {side}", "s") for side in SIDES), "definition"]
     rows: list[Row] = []
     for short in shortfalls(dataset):
         rule = dataset.sel(rule=short.rule)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, isfinite, isnan
+from math import inf, isnan
 from typing import TYPE_CHECKING
 
-from pounding_risk.render.sheet import Block, Cell, count, listing, paragraph, table
+from pounding_risk.render.sheet import Block, Cell, count, listing, out_of, paragraph, table, worded
 
 if TYPE_CHECKING:
     from pounding_risk.lab.stability import Row
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 ORDER = 90
 FUNCTION = "lab.stability.run"
 FAILS = 3  # exit status
-HEADS = (("case", "l"), ("group", "l"), ("scene", "l"), ("what must hold", "l"), ("laws", "r"), ("worst figure", "r"))
-BESIDE = (("as a row", "r"), ("worst figure as a row", "r"))
+HEADS = ("case", "group", "scene", "what must hold", "laws", "worst figure")
+BESIDE = ("as a row", "worst figure as a row")
 
 
 def sheet(rows: Sequence[Row]) -> list[Block]:
@@ -35,7 +35,7 @@ def sheet(rows: Sequence[Row]) -> list[Block]:
     by_case: dict[str, list[Row]] = {}
     for row in rows:
         by_case.setdefault(row.case.number, []).append(row)
-    heads = (*HEADS, *(BESIDE if in_row else ()), ("bound", "r"), ("law", "l"), ("steps", "r"))
+    heads = (*HEADS, *(BESIDE if in_row else ()), "bound", "law", "steps")
     lines = [
         _line(of_case, [one for one in in_row if one.case.number == number], bool(in_row))
         for number, of_case in by_case.items()
@@ -79,8 +79,7 @@ def _failing(rows: Sequence[Row], words: str) -> list[str]:
 
 
 def _share(rows: Sequence[Row]) -> Cell:
-    held = sum(row.holds for row in rows)
-    return {"text": f"{held} of {len(rows)}", "parts": [held, len(rows)]}
+    return out_of(sum(row.holds for row in rows), len(rows))
 
 
 def _outcome(rows: Sequence[Row]) -> str:
@@ -89,5 +88,4 @@ def _outcome(rows: Sequence[Row]) -> str:
 
 
 def _figure(value: float) -> Cell:
-    text = "–" if isnan(value) else "0" if value == 0.0 else f"{value:.1e}"
-    return {"text": text, "raw": value if isfinite(value) else None}
+    return worded(value, f"{value:.1e}" if value else "0")

@@ -48,7 +48,6 @@ UNIT = "batches"
 FIGURES = {"": "uncertainty.uncertainty_figure"}
 OPTIONS = {"sobol": Option(kind=int)}
 Row = list[Cell | str]
-Heads = list[tuple[str, str]]
 ALONE = "motions alone"  # the curve of the dispersion within a sample
 GAP_ROWS = 9  # gaps of the table of P(contact)
 
@@ -101,17 +100,17 @@ def _of_interface(part: xr.Dataset) -> Iterator[Block]:
         yield paragraph(words)
 
 
-def _over_samples(part: xr.Dataset, name: str, unit: str) -> tuple[Heads, list[list[Cell]]]:
+def _over_samples(part: xr.Dataset, name: str, unit: str) -> tuple[list[str], list[list[Cell]]]:
     """Heads and cells of the percentiles over the samples; none where motions are drawn with samples."""
     if name not in part:
         return [], [[] for _ in part[name.removesuffix("_of_samples")].values]
-    heads = [(head(words, unit), "r") for words in ("5 % of samples", "median", "95 %")]
+    heads = [head(words, unit) for words in ("5 % of samples", "median", "95 %")]
     values = part[name].sel(sample_percentile=[5.0, 50.0, 95.0]).transpose(..., "sample_percentile").values
     return heads, [[probability(value) if unit == "%" else number(value, unit) for value in row] for row in values]
 
 
 def _required(part: xr.Dataset) -> Block:
-    heads: Heads = [(head("share", "%"), "r"), (head("gap required", "m"), "r"), (head("bounds", "m"), "r"), ("", "l")]
+    heads = [head("share", "%"), head("gap required", "m"), head("bounds", "m"), ""]
     more, cells = _over_samples(part, "required_gap_of_samples", "m")
     rows: list[Row] = []
     for percentile, over in zip(part["percentile"].values, cells, strict=True):
@@ -129,7 +128,7 @@ def _contact(part: xr.Dataset) -> Block:
     own = [int(np.abs(gaps - float(part[name])).argmin()) for name in ("judged_gap", "scene_gap")]
     places = sorted({*(round(at * (size - 1) / (GAP_ROWS - 1)) for at in range(GAP_ROWS)), *own})
     nominal = gap_scatter(part) > 0.0
-    heads = [(head("nominal gap" if nominal else "gap", "m"), "r"), (head("P(contact)", "%"), "r")]
+    heads = [head("nominal gap" if nominal else "gap", "m"), head("P(contact)", "%")]
     more, cells = _over_samples(part, "contact_probability_of_samples", "%")
     rows: list[Row] = []
     for place in places:
@@ -139,7 +138,7 @@ def _contact(part: xr.Dataset) -> Block:
     caption = f"P(contact) against the gap, over samples and motions. Gaps: {part['gap'].attrs['description']}."
     if nominal:
         caption += " The gap of each sample departs from a nominal one by the scatter that [uncertain] states."
-    return table(caption, [*heads, (head("bounds", "%"), "r"), *more], rows)
+    return table(caption, [*heads, head("bounds", "%"), *more], rows)
 
 
 def _parts(part: xr.Dataset) -> Block:
@@ -150,12 +149,12 @@ def _parts(part: xr.Dataset) -> Block:
         one = part.sel(component=name)
         deviation = number(one["dispersion"], unit), between(one["dispersion_low"], one["dispersion_high"], unit)
         rows.append([str(name), number(one["variance_share"], "%", 2), *deviation])
-    heads = [("part", "l"), (head("share", "%"), "r"), (head("deviation", unit), "r"), (head("bounds", unit), "r")]
+    heads = ["part", head("share", "%"), head("deviation", unit), head("bounds", unit)]
     return table(f"Parts of the variance of {whose}.", heads, rows)
 
 
 def _fragilities(part: xr.Dataset) -> Block:
-    heads = [("dispersion of", "l"), (head("median", "m/s2"), "r"), (head("bounds", "m/s2"), "r")]
+    heads = ["dispersion of", head("median", "m/s2"), head("bounds", "m/s2")]
     rows: list[Row] = []
     for name in part["curve"].values:
         if name == ALONE and "first_order_of_motions" in part:  # which drawn motions do not show
@@ -166,7 +165,7 @@ def _fragilities(part: xr.Dataset) -> Block:
             row += [number(one[of], unit, 3), between(one[f"{of}_low"], one[f"{of}_high"], unit, 3)]
         rows.append(row)
     caption = f"Fragility of contact against {part['fragility_intensity'].item()}."
-    return table(caption, [*heads, ("dispersion", "r"), ("bounds", "r")], rows)
+    return table(caption, [*heads, "dispersion", "bounds"], rows)
 
 
 def _indices(part: xr.Dataset) -> Block:
@@ -175,7 +174,7 @@ def _indices(part: xr.Dataset) -> Block:
     one = part.sel(output=output)
     kinds = {"first_order": "first-order share", "total_order": "total share"}
     kinds = {kind: words for kind, words in kinds.items() if kind in part}
-    heads = [("number", "l"), *((head(each, "%"), "r") for words in kinds.values() for each in (words, "bounds"))]
+    heads = ["number", *(head(each, "%") for words in kinds.values() for each in (words, "bounds"))]
     rows: list[Row] = []
     for place in np.argsort(-np.nan_to_num(one["first_order"].values, nan=-1.0)).tolist():
         here = one.isel(uncertain_number=place)
@@ -214,6 +213,6 @@ def _tornado(part: xr.Dataset) -> Block:
     for place in np.argsort(-np.ptp(moved.values, axis=1), kind="stable").tolist():
         values = moved.values[place].tolist()
         rows.append([str(part["uncertain_number"].values[place]), *(number(value, unit) for value in values)])
-    heads = [("number", "l"), *((head(words, unit), "r") for words in ("at 10 %", "all at medians", "at 90 %"))]
+    heads = ["number", *(head(words, unit) for words in ("at 10 %", "all at medians", "at 90 %"))]
     caption = f"{OUTPUT_WORDS[output]} with each number alone at its 10 % and its 90 %."
     return table(caption[0].upper() + caption[1:], heads, rows)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.lab.verification.property import bounds, plain, rounded
 from pounding_risk.lab.verification.run import EXACT, RUNGS, said, share
 from pounding_risk.questions._declaration import File, Option
-from pounding_risk.render.sheet import Block, Cell, facts, figure, heading, listing, paragraph, table
+from pounding_risk.render.sheet import Block, Cell, facts, figure, heading, listing, out_of, paragraph, table, worded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,10 +25,7 @@ HELP = (
     "first; -o page.html has those of all."
 )
 DISAGREES = 1  # exit status
-HEADS = (
-    *(("case", "l"), ("quantity", "l"), ("source", "l"), ("kind", "l"), ("published", "r"), ("ours", "r")),
-    *(("difference", "r"), ("tolerance effect", "r"), ("", "l")),
-)
+HEADS = ("case", "quantity", "source", "kind", "published", "ours", "difference", "tolerance effect", "")
 MEANING = (
     "exact: ours agrees to the digits that are printed, six at most.",
     "acceptable: within 5 % of the published value, 25 % of an experiment's, or within the uncertainty that the case "
@@ -93,7 +89,7 @@ def _compared(check: Check) -> tuple[Cell | str, ...]:
 
 
 def _share(value: float) -> Cell:
-    return {"text": share(value), "raw": value if isfinite(value) else None}
+    return worded(value, share(value))
 
 
 def _far(check: Check) -> str:
@@ -109,12 +105,12 @@ def _properties_in_short(outcome: Verification) -> Block:
             one.name,
             one.source,
             plain(one.headline),
-            f"{sum(reading.holds for reading in one.readings)} of {len(one.readings)}",
+            out_of(sum(reading.holds for reading in one.readings), len(one.readings)),
             one.word,
         )
         for one in outcome.properties
     ]
-    heads = (("property", "l"), ("source", "l"), ("ours", "l"), ("readings in bounds", "r"), ("", "l"))
+    heads = ("property", "source", "ours", "readings in bounds", "")
     return table("Published properties.", heads, rows, keep=range(len(rows)))
 
 
@@ -147,11 +143,11 @@ def _ladder(outcome: Verification) -> list[Block]:
         )
         for check in apart
     ]
-    heads = (("source and case", "l"), ("quantity", "l"), ("difference", "r"))
+    heads = ("source and case", "quantity", "difference", *(f"{rtol:.0e}" for rtol in RUNGS[:-1]))
     words = (
         f"How far ours at each tolerance is from ours at {RUNGS[-1]:.0e}, where a published value is not met exactly."
     )
-    return [table(words, (*heads, *((f"{rtol:.0e}", "r") for rtol in RUNGS[:-1])), rows, keep=range(len(rows)))]
+    return [table(words, heads, rows, keep=range(len(rows)))]
 
 
 def _recalled(outcome: Verification) -> str:
@@ -181,9 +177,7 @@ def _drawn(name: str, drawn: Figure, caption: str) -> Block:
     return figure(name, lambda: drawn, caption, f"{caption} {drawn.get_suptitle()}.")
 
 
-PROPERTY_HEADS = (
-    *(("reading", "l"), ("published", "r"), ("ours", "r"), ("bounds", "r"), ("bounds by", "l"), ("", "l")),
-)
+PROPERTY_HEADS = ("reading", "published", "ours", "bounds", "bounds by", "")
 MEANING_OF_PROPERTIES = (
     "A property is a published relation without a single number to hit. It holds where each reading of ours lies "
     "within bounds that follow from the tolerance of the runs, the digits printed, or the number of samples and a "
@@ -209,7 +203,7 @@ def _properties(outcome: Verification) -> list[Block]:
     return blocks
 
 
-def property_rows(one: Property) -> list[tuple[str, ...]]:
+def property_rows(one: Property) -> list[tuple[Cell | str, ...]]:
     """The readings of a property as words."""
     return [
         (
@@ -221,8 +215,8 @@ def property_rows(one: Property) -> list[tuple[str, ...]]:
     ]
 
 
-def _number(value: float, unit: str) -> str:
-    return f"{rounded(value)} {unit}".strip() if isfinite(value) else ""
+def _number(value: float, unit: str) -> Cell:
+    return worded(value, f"{rounded(value)} {unit}".strip())
 
 
 def _unreached(outcome: Verification) -> list[Block]:
@@ -232,9 +226,8 @@ def _unreached(outcome: Verification) -> list[Block]:
 
     if len(outcome.properties) < len(PROPERTIES):
         return []
-    heads = (("what", "l"), ("why", "l"))
     caption = "What is published and not compared, and why."
-    return [paragraph(EXPERIMENTS), table(caption, heads, UNREACHED, keep=range(len(UNREACHED)))]
+    return [paragraph(EXPERIMENTS), table(caption, ("what", "why"), UNREACHED, keep=range(len(UNREACHED)))]
 
 
 def _cases(outcome: Verification) -> list[Block]:

@@ -7,7 +7,7 @@ digits. A figure is drawn where a renderer needs it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from math import isfinite, isinf, nan
+from math import isfinite, isinf, isnan, nan
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ KEPT = 12  # rows of a longer one that stay there; all of them stand in the appe
 def number(value: Any, unit: str = "1", digits: int = 4) -> Cell:
     """A value in SI: its text in the unit of `SHOWN`, and the raw value, None where it is not finite."""
     value = float(value)
-    return {"text": rounded(value * SHOWN[unit][1], digits), "raw": value if isfinite(value) else None, "unit": unit}
+    return worded(value, rounded(value * SHOWN[unit][1], digits)) | {"unit": unit}
 
 
 def count(value: Any) -> Cell:
@@ -58,9 +58,14 @@ def percent(value: float) -> str:
     return f"{rounded(float(value), 6)} %"
 
 
+def worded(value: float, text: str) -> Cell:
+    """A number with a text of its own; – for NaN."""
+    return {"text": MISSING if isnan(value) else text, "raw": value if isfinite(value) else None}
+
+
 def milliseconds(seconds: float) -> Cell:
     """A short time [s], shown in ms with three digits."""
-    return {"text": rounded(seconds * 1e3, 3), "raw": seconds if isfinite(seconds) else None}
+    return worded(seconds, rounded(seconds * 1e3, 3))
 
 
 def computing_time(seconds: Any) -> Cell:
@@ -135,13 +140,13 @@ def facts(caption: str, rows: Iterable[tuple[str, Cell | str]]) -> Block:
 
 def table(
     caption: str,
-    heads: Sequence[tuple[str, str]],
+    heads: Sequence[str],
     rows: Iterable[Sequence[Any]],
     *,
     keep: Sequence[int] | None = None,
     note: str = "",
 ) -> Block:
-    """Rows of cells or words under heads, each (words, "l" or "r").
+    """Rows of cells or words under heads; columns of numbers stand at the right.
 
     Of a long table the rows ``keep`` stay in the text, evenly spread ones by default; ``note`` says which those are.
     The terminal shows all rows of a table without ``note``.
@@ -150,8 +155,8 @@ def table(
     return {
         "kind": "table",
         "caption": caption,
-        "heads": [words for words, _ in heads],
-        "sides": "".join(side for _, side in heads),
+        "heads": list(heads),
+        "sides": "".join(_side([row[at] for row in cells]) for at in range(len(heads))),
         "rows": cells,
         "keep": list(evenly(len(cells), KEPT) if keep is None else keep),
         "note": note,
@@ -181,6 +186,12 @@ def evenly(count: int, most: int) -> list[int]:
     if count <= most:
         return list(range(count))
     return sorted({round(index * (count - 1) / (most - 1)) for index in range(most)})
+
+
+def _side(column: list[Cell]) -> str:
+    """Where the cells of a column stand, "l" or "r"."""
+    has_numbers = any(len(cell) > 1 for cell in column)
+    return "r" if has_numbers or all(cell["text"] in ("", MISSING) for cell in column) else "l"
 
 
 def _cell(value: Cell | str) -> Cell:

@@ -59,7 +59,7 @@ def widest(results: Any, *, above: float | str = 0.0, records: tuple[str, ...] =
 
 def sheet(answer: float) -> list[Block]:
     """The closing."""
-    return [table("Largest closing.", [("what", "l"), ("closing [mm]", "r")], [["all cases", number(answer, "m")]])]
+    return [table("Largest closing.", ["what", "closing [mm]"], [["all cases", number(answer, "m")]])]
 
 
 def status(answer: float) -> int:

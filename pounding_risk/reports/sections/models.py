@@ -57,8 +57,8 @@ def _by_model(data: ReportData, pair: Pair) -> list[Block]:
     # A count of −1 is none: the run failed.
     touching = here["impact_count"] > 0
     where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}, {force_words(data.yield_force)}{pair.at}"
-    heads = [("contact model", "l"), ("cases", "r"), ("with contact", "r"), ("reach F_E", "r")]
-    heads += [(f"{head(words, unit)}: median (16 to 84 %)", "r") for words, unit in BY_MODEL.values()]
+    heads = ["contact model", "cases", "with contact", "reach F_E"]
+    heads += [f"{head(words, unit)}: median (16 to 84 %)" for words, unit in BY_MODEL.values()]
     rows: list[list[Cell | str]] = []
     spreads: dict[str, list[tuple[float, float, float]]] = {output: [] for output in BY_MODEL}
     for law in data.laws:

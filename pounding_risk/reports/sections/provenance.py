@@ -24,7 +24,7 @@ def write(data: ReportData) -> list[Block]:
     names = {"scene_sha256": "the scene, every value stated: sha256", "kernels_digest": "the solver's source"}
     digests = [(words, str(attributes[name])) for name, words in names.items() if name in attributes]
     of_files = ("file", "format", "sha256")
-    heads = [(words, "l") for words in ("record", *of_files)]
+    heads = ["record", *of_files]
     files = [[name, *(str(record.get(key) or MISSING) for key in of_files)] for name, record in data.records.items()]
     origins: dict[str, list[str]] = {}  # records from one place, and those treated alike, share a line
     for name, record in data.records.items():
@@ -54,7 +54,7 @@ def write(data: ReportData) -> list[Block]:
     assessment = data.assessment
     if assessment.hazard_rows:
         unit = intensity_unit(assessment.intensity)
-        heads = [(head(intensity_words(assessment.intensity), unit), "r"), ("exceeded a year", "r")]
+        heads = [head(intensity_words(assessment.intensity), unit), "exceeded a year"]
         rows = [[number(im, unit), number(rate)] for im, rate in assessment.hazard_rows]
         blocks.append(table(f"The hazard curve {assessment.hazard}.", heads, rows))
         if assessment.hazard_reading:

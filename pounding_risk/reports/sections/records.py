@@ -87,10 +87,9 @@ def _records_table(data: ReportData, is_felt: bool, as_felt: str) -> Block:
         measured = "" if amplitudes.measure == PEAK else f"{amplitudes.measure.words} of "
         at = f" at {measured}{amount(needed[amplitudes.axis], amplitudes.measure.unit)['text']}"
     polarities = list(map(str, results["polarity"].values))
-    heads = [(words, "l") for words in ("record", "earthquake", "date")]
-    heads += [("M", "r"), ("station", "l"), ("as found", "l"), ("dt [s]", "r")]
-    heads += [("factor", "r")] if is_felt else []
-    heads += [(head("PGA", "m/s2"), "r"), *((f"gap needed, {words} [mm]", "r") for words in polarities)]
+    heads = ["record", "earthquake", "date", "M", "station", "as found", "dt [s]"]
+    heads += ["factor"] if is_felt else []
+    heads += [head("PGA", "m/s2"), *(f"gap needed, {words} [mm]" for words in polarities)]
     rows: list[list[Cell | str]] = []
     for name in map(str, results["record"].values):
         facts = data.records.get(name, {})

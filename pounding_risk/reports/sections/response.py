@@ -65,7 +65,6 @@ def _buildings(data: ReportData, pair: Pair) -> list[Block]:
         ratio = np.divide(struck, free, out=np.full(free.shape, np.nan), where=free > 0.0)
         spreads = [middle(percentiles(values), of) for values, of in ((free, unit), (struck, unit), (ratio, "1"))]
         rows.append([building, head(words, unit), *spreads, count((struck > free).sum()), count(free.size)])
-    heads = [("building", "l"), ("output", "l"), ("without contact: median (16 to 84 %)", "r")]
-    heads += [("with contact: median (16 to 84 %)", "r"), ("with over without: median (16 to 84 %)", "r")]
-    heads += [("raised in", "r"), ("motions", "r")]
+    heads = ["building", "output", "without contact: median (16 to 84 %)", "with contact: median (16 to 84 %)"]
+    heads += ["with over without: median (16 to 84 %)", "raised in", "motions"]
     return [table(f"{pair.name}: peaks of the buildings in the motions with contact, {where}.", heads, rows)]

@@ -36,8 +36,7 @@ from pounding_risk.reports.data import ReportData
 TITLE = "The row"
 ORDER = 50
 
-OF_TOUCH = [("motions", "r"), ("with contact [%]", "r"), ("reach F_E [%]", "r"), ("impacts, median", "r")]
-OF_TOUCH += [(head("peak force, median", "N"), "r")]
+OF_TOUCH = ["motions", "with contact [%]", "reach F_E [%]", "impacts, median", head("peak force, median", "N")]
 POSITIONS = ("end", "interior")
 
 
@@ -59,7 +58,7 @@ def write(data: ReportData) -> list[Block]:
             f"Elevation of {len(case.buildings)} buildings with {len(case.points)} contact points. "
             f"{contact_finding(case)}. The tables below have the numbers.",
         ),
-        table(f"Neighbours, {where}.", [("neighbours", "l"), (head("gap", "m"), "r"), *OF_TOUCH], interfaces),
+        table(f"Neighbours, {where}.", ["neighbours", head("gap", "m"), *OF_TOUCH], interfaces),
         _points(case, where),
     ]
     if len(case.buildings) > 2:  # of two it would say what the elevation says
@@ -132,7 +131,7 @@ def _touch(touch: Touch) -> list[Cell | str]:
 
 
 def _points(case: RowCase, where: str) -> Block:
-    heads = [("neighbours", "l"), ("left floor", "r"), ("right floor", "r"), ("kind", "l"), ("level [m]", "r")]
+    heads = ["neighbours", "left floor", "right floor", "kind", "level [m]"]
     rows = []
     for point in case.points:
         floors = [number(floor, digits=3) for floor in (point.left_floor, point.right_floor)]
@@ -174,7 +173,7 @@ def _storeys(case: RowCase, where: str) -> list[Block]:
         ),
         table(
             f"With contact over without, median of the motions in which the building touches, {where}.",
-            [("building", "l"), ("in the row", "l"), ("largest storey drift", "r"), ("largest acceleration", "r")],
+            ["building", "in the row", "largest storey drift", "largest acceleration"],
             rows,
             keep=[*range(min(len(case.buildings), 10)), *range(len(case.buildings), len(rows))],
             note="the first buildings and the summary",

@@ -43,8 +43,8 @@ OF_A_ROW = (
 def write(data: ReportData) -> list[Block]:
     """Buildings, interfaces, the grid of cases and the assumptions."""
     results = data.results
-    heads = [("building", "l"), (head("mass", "kg"), "r"), ("period [s]", "r"), (head("damping", "%"), "r")]
-    heads += [("storeys", "r"), ("height [m]", "r"), ("in the row", "l")] if data.has_points else []
+    heads = ["building", head("mass", "kg"), "period [s]", head("damping", "%")]
+    heads += ["storeys", "height [m]", "in the row"] if data.has_points else []
     rows: list[list[Cell | str]] = []
     rigid = []
     for name in map(str, results["building"].values):
