@@ -24,7 +24,7 @@ from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, rea
 from pounding_risk.ensemble.variant_job import VariantJob, VariantWriter
 from pounding_risk.errors import Stopped
 from pounding_risk.results.attributes import as_text
-from pounding_risk.results.files import RESULTS, check_target, open_results, zarr_store
+from pounding_risk.results.files import RESULTS, check_target, open_results, zarr_library
 from pounding_risk.results.layout import blocks
 from pounding_risk.results.provenance import provenance
 from pounding_risk.results.store import Blockwise, Memory, store_of
@@ -349,5 +349,5 @@ def _target(out: str | Path) -> Path:
     """The path to write the dataset to; raises PoundingError where that could not be done in the end."""
     target = check_target(out, RESULTS)
     if target.suffix.lower() == ".zarr":
-        zarr_store()
+        zarr_library()
     return target

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from hashlib import sha256
 from math import isfinite
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -121,23 +120,6 @@ def missing_named() -> Iterator[None]:
         if not absent and name not in VARIABLES | COORDINATES:
             raise
         raise PoundingError(f"the results have no variable {name}, which is read here; {REPAIR}") from error
-
-
-@contextmanager
-def reading(source: str | Path, kinds: tuple[type[Exception], ...] = (Exception,)) -> Iterator[None]:
-    """Turn errors of these kinds while a dataset is read into PoundingError.
-
-    All kinds by default: the libraries may raise anything for a damaged file.
-    """
-    try:
-        yield
-    except (PoundingError, MemoryError):
-        raise
-    except kinds as error:
-        kind = "Zarr store" if Path(source).suffix.lower() == ".zarr" else "netCDF file"
-        raise PoundingError(
-            f"{source}: is not a readable {kind} ({type(error).__name__}: {error}); run the scan again"
-        ) from None
 
 
 def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), attrs: Iterable[str] = ()) -> None:

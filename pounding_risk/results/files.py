@@ -7,22 +7,27 @@ threads; workers of a scan call nothing here.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from threading import RLock
 from typing import Any
 
 import netCDF4
+import numpy as np
 import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
 
 from pounding_risk._common import files
 from pounding_risk._common.files import discard, move_into_place, moved_away, not_written, partial_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.results import accessor as accessor  # registers it with xarray
 from pounding_risk.results.attributes import SOURCE, name_of
-from pounding_risk.results.check import check_dataset, check_version, reading
+from pounding_risk.results.check import check_dataset, check_version
 from pounding_risk.results.opened import Results, with_axes
 from pounding_risk.results.scene_axes import check_axes
-from pounding_risk.results.zarr_metadata import ZARR_MARK, is_zarr_of_ours
+from pounding_risk.results.zarr_metadata import ZARR_MARK, check_store, is_zarr_of_ours
 
 RESULTS = (".nc", ".zarr")  # suffixes of a dataset
 NETCDF = RLock()  # held while netCDF is used
@@ -40,10 +45,11 @@ def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path
     return target
 
 
-def zarr_store() -> Any:
-    """The module that reads and writes Zarr; raises PoundingError where a library that it needs is not installed."""
+def zarr_library() -> Any:
+    """The library of Zarr; raises PoundingError where one that it needs is not installed."""
     try:
-        import pounding_risk.results.zarr as zarr
+        import dask.array  # noqa: F401  of chunked variables
+        import zarr
     except ModuleNotFoundError as error:
         raise PoundingError(
             f'Zarr needs {error.name}, which is not installed; run: pip install "pounding-risk[cluster]"'
@@ -107,6 +113,23 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     finally:
         discard(partial)
     return target
+
+
+@contextmanager
+def reading(source: str | Path, kinds: tuple[type[Exception], ...] = (Exception,)) -> Iterator[None]:
+    """Turn errors of these kinds while a dataset is read into PoundingError.
+
+    All kinds by default: the libraries may raise anything for a damaged file.
+    """
+    try:
+        yield
+    except (PoundingError, MemoryError):
+        raise
+    except kinds as error:
+        kind = "Zarr store" if Path(source).suffix.lower() == ".zarr" else "netCDF file"
+        raise PoundingError(
+            f"{source}: is not a readable {kind} ({type(error).__name__}: {error}); run the scan again"
+        ) from None
 
 
 def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:
@@ -174,7 +197,7 @@ def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
             + (f", or rename {older}, the results of before, which a crash left there" if older else "")
         )
     if is_zarr:
-        dataset = zarr_store().opened(source, chunks)
+        dataset = _opened_store(source, chunks)
     else:
         with reading(source):
             dataset = xr.open_dataset(source, engine="netcdf4")
@@ -186,3 +209,79 @@ def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
         dataset.close()
         raise
     return dataset
+
+
+# ------------------------------------------------------------------------------------------------ Zarr
+
+
+def _opened_store(path: Path, chunks: dict[str, int] | None) -> xr.Dataset:
+    """Open a Zarr store lazily, with Dask arrays where ``chunks`` is not None.
+
+    Raises PoundingError where it was not written by this package, names a codec or a type that could run code (see
+    `zarr_metadata`), or where pieces of it are missing.
+    """
+    zarr = zarr_library()
+    check_store(path)
+    with reading(path):
+        group = zarr.open_consolidated(path, mode="r", zarr_format=2)
+        lacking = {name: array.nchunks - array.nchunks_initialized for name, array in group.arrays()}
+        if missing := [f"{name} lacks {count}" for name, count in lacking.items() if count > 0]:
+            raise PoundingError(f"{path}: pieces of it are missing ({'; '.join(missing)}); run the scan again")
+        # Values are what is stored: nothing of ours is packed or a date, and an attribute must not make it one.
+        stored = xr.open_zarr(
+            path, chunks=None, consolidated=True, zarr_format=2, mask_and_scale=False, decode_times=False
+        )
+        return _labelled(stored.assign({name: _watched(path, stored[name], chunks) for name in stored.data_vars}))
+
+
+class _Watched(BackendArray):
+    """A variable of a store, read when it is used: a piece that cannot be read then is told as damage of the store."""
+
+    def __init__(self, path: Path, variable: xr.Variable):
+        self.path, self.variable, self.shape, self.dtype = path, variable, variable.shape, variable.dtype
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> np.ndarray:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
+
+    def _read(self, key: tuple[Any, ...]) -> np.ndarray:
+        with reading(self.path):
+            return _encodable(self.variable[key].values)
+
+
+def _watched(path: Path, array: xr.DataArray, chunks: dict[str, int] | None) -> xr.Variable:
+    """The variable with its pieces watched, as a Dask array of the stored pieces where ``chunks`` is not None."""
+    whole = array.variable
+    lazy = indexing.LazilyIndexedArray(_Watched(path, whole))
+    watched = xr.Variable(whole.dims, lazy, whole.attrs, whole.encoding)
+    if chunks is None or not whole.ndim:
+        return watched
+    return watched.chunk(dict(zip(whole.dims, whole.encoding["chunks"], strict=True)) | chunks)
+
+
+def _encodable(values: np.ndarray) -> np.ndarray:
+    """The values; raises ValueError for texts with letters that do not exist, as damaged bytes give."""
+    if values.dtype.kind == "U":
+        codes = np.ascontiguousarray(values.astype(values.dtype.newbyteorder("="))).view(np.uint32)
+        if np.any((codes > 0x10FFFF) | ((codes >= 0xD800) & (codes < 0xE000))):
+            raise ValueError("a text has letters that do not exist")
+    return values
+
+
+def _labelled(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset as it was written: its labels in memory, its variables in order, its flags of their own type."""
+    for name in dataset.coords:
+        _encodable(dataset.variables[name].load().values)
+    for variable in dataset.variables.values():
+        variable.attrs.pop("_FillValue", None)  # of Zarr, for pieces that are not there
+        if "flag_values" in variable.attrs:  # JSON keeps no types, and CF wants the variable's own
+            variable.attrs["flag_values"] = np.array(variable.attrs["flag_values"], dtype=variable.dtype)
+    ordered = {name: dataset.variables[name] for name in dataset.attrs.pop(ZARR_MARK)}
+    coords = {name: ordered.pop(name) for name in list(ordered) if name in dataset.coords}
+    return xr.Dataset(ordered, coords, dataset.attrs)
+
+
+def fixed_texts(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset with texts of a fixed width; netCDF gives them as objects, which Zarr would write otherwise."""
+    texts = {name: variable.astype(str) for name, variable in dataset.variables.items() if variable.dtype.kind in "OT"}
+    coords = {name: text for name, text in texts.items() if name in dataset.coords}
+    return dataset.assign_coords(coords).assign({name: text for name, text in texts.items() if name not in coords})

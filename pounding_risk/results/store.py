@@ -22,7 +22,7 @@ import xarray as xr
 
 from pounding_risk._common.files import discard, move_into_place, not_written, partial_of
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import NETCDF, RESULTS, check_target, netcdf_encoding, zarr_store
+from pounding_risk.results.files import NETCDF, RESULTS, check_target, fixed_texts, netcdf_encoding, zarr_library
 from pounding_risk.results.layout import Template, blocks, place
 from pounding_risk.results.zarr_metadata import ZARR_MARK
 
@@ -313,7 +313,6 @@ class Zarr(OnDisk):
         import dask.array
         import zarr
 
-        fixed_texts = zarr_store().fixed_texts
         template = self.template
         block = {axis: part.stop for axis, part in place(template, self._blocks[0]).items()} if template.cases else {}
         skeleton = template.skeleton.drop_encoding()
@@ -358,6 +357,6 @@ def store_of(template: Template, target: str | Path, repair: str = AGAIN) -> OnD
     """The store of a target by its suffix, ``.nc`` or ``.zarr``; raises PoundingError as `check_target`."""
     path = check_target(target, RESULTS)
     if path.suffix.lower() == ".zarr":
-        zarr_store()  # refused here where a library is not installed
+        zarr_library()  # refused here where a library is not installed
         return Zarr(template, path, repair)
     return Netcdf(template, path, repair)

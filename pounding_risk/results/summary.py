@@ -17,9 +17,9 @@ import numpy as np
 
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.check import AXES_OF_CASES, check_scan, reading
+from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.contact_notes import of_results
-from pounding_risk.results.files import stream_results
+from pounding_risk.results.files import reading, stream_results
 from pounding_risk.results.layout import Template, blocks, streamed, template_of, values_at
 from pounding_risk.results.opened import with_axes
 from pounding_risk.results.scene_axes import open_axes, without_effect, words_of_values

@@ -1,7 +1,7 @@
 """Security check of the metadata of a Zarr store, read as plain JSON before a library opens the store.
 
 A store names the codecs of its chunks and the types of its values, and some of these run code that the store contains:
-a value of type object is a pickle. Only what `results.zarr` writes, and its equivalent in other versions of the
+a value of type object is a pickle. Only what `results.store` writes, and its equivalent in other versions of the
 library, is accepted.
 """
 

@@ -7,8 +7,7 @@ from pathlib import Path
 from pounding_risk._common.files import AGAIN
 from pounding_risk.ensemble.replacing import OTHER_NAME, read_finished, recorded_identity
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.check import reading
-from pounding_risk.results.files import RESULTS, check_target, stream_results
+from pounding_risk.results.files import RESULTS, check_target, reading, stream_results
 from pounding_risk.results.layout import blocks, template_of, values_at
 from pounding_risk.results.store import store_of
 

@@ -28,8 +28,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PEAK, PGA_AXIS, driven
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results import labels
-from pounding_risk.results.check import check_scan, reading
-from pounding_risk.results.files import RESULTS, check_target, open_results
+from pounding_risk.results.check import check_scan
+from pounding_risk.results.files import RESULTS, check_target, open_results, reading
 from pounding_risk.results.grid_values import axis_words, place_of
 from pounding_risk.results.layout import AMPLITUDE, AXES, CaseVariable, Template, axes_by, axes_of_cases, blocks
 from pounding_risk.results.opened import with_axes

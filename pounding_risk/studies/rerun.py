@@ -16,8 +16,7 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.attributes import read_attribute, versions, versions_of
-from pounding_risk.results.check import reading
-from pounding_risk.results.files import open_results
+from pounding_risk.results.files import open_results, reading
 from pounding_risk.results.layout import axes_of_cases, scene_dims
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.scene.motions import motions_of

@@ -24,9 +24,10 @@ from pounding_risk.reports import report
 from pounding_risk.reports.drawings import draw
 from pounding_risk.reports.explorer import view
 from pounding_risk.results.check import COORDINATES, VARIABLES, check_scan, missing_named
-from pounding_risk.results.files import open_results, save
+from pounding_risk.results.files import fixed_texts, open_results, save
 from pounding_risk.results.provenance import recorded
 from pounding_risk.results.summary import summary
+from pounding_risk.results.zarr_metadata import ZARR_MARK
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.convert import convert
 from pounding_risk.studies.histories import histories
@@ -256,21 +257,21 @@ def test_the_damage_is_named(sound, damage, words, tmp_path):
 
 def test_damaged_zarr_stores_are_a_sentence_or_do_no_harm(sound, tmp_path):
     """Each 29th mutant of a pair's scan as a Zarr store, written without the checks of this package."""
-    results_zarr = pytest.importorskip("pounding_risk.results.zarr")
+    zarr = pytest.importorskip("zarr")
     refused = passed = 0
     for number, (words, damage) in enumerate(mutants(sound["pair"])):
         if number % 29:
             continue
         store = tmp_path / f"r{number}.zarr"
         try:
-            damaged = results_zarr.fixed_texts(damage(sound["pair"]))
+            damaged = fixed_texts(damage(sound["pair"]))
         except (TypeError, ValueError):  # texts cannot be summed: there is no such store
             continue
-        damaged.attrs |= {results_zarr.ZARR_MARK: [str(name) for name in damaged.variables]}
+        damaged.attrs |= {ZARR_MARK: [str(name) for name in damaged.variables]}
         damaged.attrs = {
             name: getattr(value, "tolist", lambda value=value: value)() for name, value in damaged.attrs.items()
         }
-        with results_zarr.zarr.config.set({"array.write_empty_chunks": True}):
+        with zarr.config.set({"array.write_empty_chunks": True}):
             damaged.to_zarr(store, zarr_format=2, consolidated=True)
         try:
             summary(store)

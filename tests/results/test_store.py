@@ -488,7 +488,6 @@ def test_threads_of_a_user_take_turns_at_netcdf(tmp_path):
 def test_a_missing_extra_is_told_before_any_work(call, tmp_path, monkeypatch):
     """Not when all is solved and only the file is left to write; the scene is not even read."""
     monkeypatch.setitem(sys.modules, "zarr", None)
-    monkeypatch.delitem(sys.modules, "pounding_risk.results.zarr", raising=False)
     with pytest.raises(PoundingError, match=r"pip install \"pounding-risk\[cluster\]\""):
         call(tmp_path / "no scene.toml", tmp_path / "results.zarr")
     assert names(tmp_path) == []
