@@ -26,8 +26,8 @@ from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import open_results, open_scan
 from pounding_risk.results.layout import amplitude_axis
-from pounding_risk.results.opened import Results, with_axes
-from pounding_risk.results.scene_axes import axes_of, has_drawn_motions
+from pounding_risk.results.opened import Results
+from pounding_risk.results.scene_axes import axes_of, has_drawn_motions, with_axes
 from pounding_risk.results.variables import described
 from pounding_risk.scene.uncertain import SOBOL, points_of
 from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, analysed_clusters

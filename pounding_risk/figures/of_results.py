@@ -14,8 +14,7 @@ from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.check import check_labels, check_run, check_scan, kind_of, missing_named
-from pounding_risk.results.opened import with_axes
-from pounding_risk.results.scene_axes import is_drawn_along, settled
+from pounding_risk.results.scene_axes import is_drawn_along, settled, with_axes
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:

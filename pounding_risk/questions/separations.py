@@ -128,7 +128,7 @@ def separations(
     from pounding_risk.results.attributes import name_of
     from pounding_risk.results.check import check_scan
     from pounding_risk.results.files import open_results
-    from pounding_risk.results.opened import with_axes
+    from pounding_risk.results.scene_axes import with_axes
 
     if results is None and not (displacement or behaviour_factor):
         return None

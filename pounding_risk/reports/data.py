@@ -20,8 +20,8 @@ from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.attributes import read_attribute
 from pounding_risk.results.check import AXES_OF_CASES, check_scan, kind_of
 from pounding_risk.results.files import open_results
-from pounding_risk.results.opened import Results, with_axes
-from pounding_risk.results.scene_axes import is_drawn_along
+from pounding_risk.results.opened import Results
+from pounding_risk.results.scene_axes import is_drawn_along, with_axes
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:

@@ -24,8 +24,15 @@ from pounding_risk.results.check import kind_of
 from pounding_risk.results.files import check_target, open_results
 from pounding_risk.results.grid_values import axis_words
 from pounding_risk.results.layout import amplitude_axis
-from pounding_risk.results.opened import Results, with_axes
-from pounding_risk.results.scene_axes import axes_of, has_drawn_motions, open_axes, own_places, written_values
+from pounding_risk.results.opened import Results
+from pounding_risk.results.scene_axes import (
+    axes_of,
+    has_drawn_motions,
+    open_axes,
+    own_places,
+    with_axes,
+    written_values,
+)
 from pounding_risk.units import SHOWN, STANDARD_GRAVITY, si
 
 if TYPE_CHECKING:

@@ -25,8 +25,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.results import accessor as accessor  # registers it with xarray
 from pounding_risk.results.attributes import SOURCE, name_of
 from pounding_risk.results.check import check_dataset, check_version
-from pounding_risk.results.opened import Results, with_axes
-from pounding_risk.results.scene_axes import check_axes
+from pounding_risk.results.opened import Results
+from pounding_risk.results.scene_axes import check_axes, with_axes
 from pounding_risk.results.zarr_metadata import ZARR_MARK, check_store, is_zarr_of_ours
 
 RESULTS = (".nc", ".zarr")  # suffixes of a dataset

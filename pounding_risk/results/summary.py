@@ -21,8 +21,7 @@ from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import reading, stream_results
 from pounding_risk.results.layout import Template, blocks, streamed, template_of, values_at
-from pounding_risk.results.opened import with_axes
-from pounding_risk.results.scene_axes import open_axes, without_effect, words_of_values
+from pounding_risk.results.scene_axes import open_axes, with_axes, without_effect, words_of_values
 from pounding_risk.results.tolerance_check import findings
 
 if TYPE_CHECKING:

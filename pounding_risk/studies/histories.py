@@ -32,10 +32,9 @@ from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import RESULTS, check_target, open_results, reading
 from pounding_risk.results.grid_values import axis_words, place_of
 from pounding_risk.results.layout import AMPLITUDE, AXES, CaseVariable, Template, axes_by, axes_of_cases, blocks
-from pounding_risk.results.opened import with_axes
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.results.run_labels import Case
-from pounding_risk.results.scene_axes import selected, settled
+from pounding_risk.results.scene_axes import selected, settled, with_axes
 from pounding_risk.results.store import store_of
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_scene

@@ -14,8 +14,7 @@ from pounding_risk.ensemble.scan import scan, scan_shard
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import open_results
-from pounding_risk.results.opened import with_axes
-from pounding_risk.results.scene_axes import selected
+from pounding_risk.results.scene_axes import selected, with_axes
 from pounding_risk.results.summary import summary
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.rerun import rerun

@@ -39,7 +39,7 @@ from pounding_risk.reports import sections
 from pounding_risk.reports.data import ReportData, companions
 from pounding_risk.reports.sections import answers, provenance
 from pounding_risk.results.files import save
-from pounding_risk.results.opened import with_axes
+from pounding_risk.results.scene_axes import with_axes
 from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.units import SHOWN, rounded
 

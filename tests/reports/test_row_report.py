@@ -12,7 +12,7 @@ from pounding_risk.reports import document as model
 from pounding_risk.reports import html as page
 from pounding_risk.reports.data import ReportData
 from pounding_risk.reports.sections import adequacy, row
-from pounding_risk.results.opened import with_axes
+from pounding_risk.results.scene_axes import with_axes
 
 HERE = {"gap": 0.02, "yield_force": 4e5, "contact_model": "viscous_elastoplastic"}
 

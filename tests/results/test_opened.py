@@ -19,7 +19,8 @@ from pounding_risk.reports.drawings import draw
 from pounding_risk.reports.explorer import view
 from pounding_risk.results.check import DATASET_VERSION, VERSION
 from pounding_risk.results.files import open_results, open_scan, save
-from pounding_risk.results.opened import Results, with_axes
+from pounding_risk.results.opened import Results
+from pounding_risk.results.scene_axes import with_axes
 from pounding_risk.results.summary import summary
 from pounding_risk.scene.reader import parse_scene
 

@@ -15,8 +15,7 @@ from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.figures.scan import scan_figure
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import open_results
-from pounding_risk.results.opened import with_axes
-from pounding_risk.results.scene_axes import open_axes, own_places, selected, settled, without_effect
+from pounding_risk.results.scene_axes import open_axes, own_places, selected, settled, with_axes, without_effect
 from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import parse_scene
 

@@ -29,7 +29,8 @@ from pounding_risk.assessment.separations import rules
 from pounding_risk.assessment.separations.rules import RULES, Case, Rule, Site
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.attributes import has_own_grounds, tables_of
-from pounding_risk.results.opened import Results, with_axes
+from pounding_risk.results.opened import Results
+from pounding_risk.results.scene_axes import with_axes
 from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.statistics.separations import Pair, white_noise_correlation
 from pounding_risk.units import GAP, Quantity, say, si
