@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.assessment.contact import contact_of
-from pounding_risk.assessment.demands import interfaces
+from pounding_risk.assessment.demands import contact_of
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import open_results, open_scan
@@ -101,9 +100,9 @@ def assess_along(
     at, names = "", []
     for places in product(*map(range, sizes)):
         chosen = {axis.name: [place] for axis, place in zip(axes, places, strict=True)}
-        part = open_scan(whole.isel(chosen), whose).dataset
-        names = [str(name) for name in part["interface"].values]
-        for index, (_, one) in enumerate(interfaces(part)):
+        part = open_scan(whole.isel(chosen), whose)
+        names = [name for name, _ in part.interfaces]
+        for index, (_, one) in enumerate(part.interfaces):
             contact = contact_of(one, index, at_gap, level, criterion)
             share, need, at = contact.at_gap, contact.required[criterion.percentile], contact.at
             numbers = (contact.gap, share.probability, share.low_recordings, share.high_recordings)

@@ -17,14 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.short_repr import ShortRepr
-from pounding_risk.assessment import demands as data
 from pounding_risk.assessment.annual_rates import AnnualRate, read_target_rate
-from pounding_risk.assessment.contact import Contact, contact_of
-from pounding_risk.assessment.demands import Motions, interfaces
+from pounding_risk.assessment.demands import Contact, Motions, contact_of, finite_forces, is_linear, yields_of
 from pounding_risk.assessment.fragility import OWN, STRIPES, ContactMotions, Fragility, shown_as
-from pounding_risk.assessment.gmfs import Fields, Scenario, read_fields, scenario_of
+from pounding_risk.assessment.gmfs import Fields, Scenario, scenario_of
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, rate_of
-from pounding_risk.assessment.hazard_table import read_hazard
+from pounding_risk.assessment.intensities import Shaking, check_intensity, intensities, shaking_of
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
 from pounding_risk.assessment.rates import USUAL, GapForRate, RateCriterion, RateOfGaps, RateVerdict, judge_rate
 from pounding_risk.assessment.row import column_sentences
@@ -38,11 +36,9 @@ from pounding_risk.assessment.sensitivity import (
     what_matters,
     yield_influences,
 )
-from pounding_risk.assessment.separations.table import Comparison, code_table
+from pounding_risk.assessment.separations.table import Comparison, separations_of
 from pounding_risk.assessment.verdict import Verdict, judge
 from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.amplitudes import intensity_words, spectral
-from pounding_risk.results.attributes import read_attribute
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import open_scan
 from pounding_risk.results.opened import Results
@@ -55,14 +51,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
-
-PERIOD_WORDS = {
-    "sa(longer)": ", at the longest period of the buildings",
-    "sa(shorter)": ", at the shortest period of the buildings",
-    "sa(mean)": ", at the geometric mean of the buildings' periods",
-}
-
-__all__ = ["Assessment", "InterfaceAssessment", "assess", "interfaces"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -209,12 +197,10 @@ class Options(NamedTuple):
     """The options of `assess`, as they were read."""
 
     gap: float | None
-    hazard: Hazard | None
     criterion: Criterion
-    intensity: str
     level: int | None  # index of the requested amplitude
     target_rate: AnnualRate | None
-    fields: Fields | None = None
+    shaking: Shaking
 
 
 def assess(
@@ -285,32 +271,29 @@ def assess(
         and as `read_hazard`.
     """
     opened = open_scan(results)
-    results = opened.dataset
     gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
     level = opened.level(pga, intensity_level)
     rate = read_target_rate(target_rate, hazard is not None)
     criterion = read_criterion(target, percentile, confidence)
-    fields = read_fields(gmfs) if isinstance(gmfs, str | Path) else gmfs
-    if fields is not None and intensity is None and hazard is None:
-        intensity = intensity_of_fields(opened, fields)
-    intensity, curve, reading = intensity_and_hazard(opened, hazard, intensity)
-    options = Options(gap, curve, criterion, intensity, level, rate, fields)
+    shaking = shaking_of(opened, hazard, gmfs, intensity)
+    curve, fields = shaking.hazard, shaking.fields
+    options, doubts = Options(gap, criterion, level, rate, shaking), opened.record_doubts
     return Assessment(
-        title=str(results.attrs.get("title", "")),
-        **data.run_counts(results),
+        title=str(opened.dataset.attrs.get("title", "")),
+        **opened.run_counts,
         confidence=criterion.confidence,
         percentile=criterion.percentile,
         target=criterion.target,
         asked=criterion.words,
-        intensity=intensity,
+        intensity=shaking.intensity,
         hazard=curve.source or curve.name if curve else "",
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
         interfaces=tuple(
-            _interface(name, part, index, options) for index, (name, part) in enumerate(interfaces(results))
+            _interface(name, part, index, options, doubts) for index, (name, part) in enumerate(opened.interfaces)
         ),
-        notes=of_results(results),
-        unused_keys=tuple(map(str, read_attribute(results, "unused_keys", []))),
-        hazard_reading=reading,
+        notes=of_results(opened),
+        unused_keys=tuple(map(str, opened.attribute("unused_keys", []))),
+        hazard_reading=shaking.reading,
         target_rate=rate.rate if rate else None,
         target_rate_words=rate.words if rate else "",
         gmfs=fields.source if fields else "",
@@ -318,71 +301,33 @@ def assess(
     )
 
 
-def intensity_of_fields(opened: Results, fields: Fields) -> str:
-    """The usual intensity of fragilities, or another that the fields have, where none is requested."""
-    results, usual = opened.dataset, opened.usual_intensity
-    if not fields.has(data.spectral_intensity(results, usual)):
-        longer = data.resolved_intensity(results, "sa(longer)")
-        usual = next((one for one in (longer, "pga") if fields.has(one)), usual)
-    return usual
-
-
-def intensity_and_hazard(
-    opened: Results, hazard: Hazard | HazardSpectrum | str | Path | None, requested: str | None
-) -> tuple[str, Hazard | None, str]:
-    """The intensity of fragilities, as requested or as usual; its hazard curve, and how that was read.
-
-    Raises PoundingError for an intensity that the dataset or the hazard has not, and as `read_hazard`.
-    """
-    known = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
-    results, usual = opened.dataset, opened.usual_intensity
-    if isinstance(known, HazardSpectrum):
-        word = "" if usual.startswith("sa(") else "sa(longer)"
-        intensity = data.resolved_intensity(results, requested or word or usual)
-        curve = known.at(data.spectral_intensity(results, intensity))
-        why = PERIOD_WORDS.get(word if requested is None else requested, "")
-        if requested is None and not word:
-            why = ", which the motions are scaled to"
-        reading = f"{curve.reading} The curve is that of {intensity_words(curve.name)}{why}.".strip()
-        return intensity, curve, reading
-    if requested is not None:
-        intensity = data.resolved_intensity(results, requested)
-    elif known is None:
-        intensity = usual
-    else:  # that of the curve
-        one = spectral(known.name[3:-1]) if known.name.startswith("sa(") else None
-        measure = read_measure(known.name) if one is None else None
-        intensity = one.intensity if one else measure.intensity if measure else usual
-    return intensity, known, known.reading if known else ""
-
-
-def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> InterfaceAssessment:
-    criterion, hazard, confidence = options.criterion, options.hazard, options.criterion.confidence
+def _interface(name: str, results: Results, index: int, options: Options, doubts: Sequence[str]) -> InterfaceAssessment:
+    criterion, hazard, confidence = options.criterion, options.shaking.hazard, options.criterion.confidence
     if hazard is not None:
-        data.check_intensity(results, options.intensity, hazard.name)
+        check_intensity(results, options.shaking.intensity, hazard.name)
     contact = contact_of(results, index, options.gap, options.level, criterion)
-    gap, every, level = contact.gap, contact.every, contact.level
+    gap, every, level, dataset = contact.gap, contact.every, contact.level, results.dataset
     columns = column_sentences(results, level, gap)
-    models, forces = tuple(map(str, results["contact_model"].values)), tuple(data.finite_forces(results).tolist())
-    yield_gap, yields = data.yields_of(results, gap)
-    own_force, own_model = Results(results).scene_force, Results(results).scene_model
-    response = responses_at(Results(results).at_level(level), yield_gap)
+    models, forces = tuple(map(str, dataset["contact_model"].values)), tuple(finite_forces(dataset).tolist())
+    yield_gap, yields = yields_of(dataset, gap)
+    own_force, own_model = results.scene_force, results.scene_model
+    response = responses_at(results.at_level(level).dataset, yield_gap)
     sensitivity = contact_influences(contact.motions, contact.touched, gap, criterion)
     if own_force in forces:
         yielding = Yielding(yields[:, level], every.polarities, models, forces)
         sensitivity += yield_influences(yielding, own_force, criterion.target)
     sensitivity += response_influences(response, own_model, own_force, bool(np.isinf(forces).any()))
-    motions = _contact_motions(results, every, options)
+    motions = _contact_motions(results, every, options.shaking.intensity)
     fragility = (
         *(motions.curve(share.gap) for share in contact.shares),
-        *_yield_curves(results, every, yield_gap, yields, options),
+        *_yield_curves(results, every, yield_gap, yields, motions),
     )
     rates, gaps_for_rates, by_rate = _by_rate(motions, fragility, contact, options)
-    levels = None if options.fields is None else options.fields.at(data.spectral_intensity(results, options.intensity))
-    verdict = judge(contact, criterion, sensitivity[0], data.run_counts(results), data.record_doubts(results))
+    levels = options.shaking.events(results)
+    verdict = judge(contact, criterion, sensitivity[0], results.run_counts, doubts)
     notes = [
         _amplitude_note(results) if options.level is None else "",
-        str(read_attribute(results, "level_notes", {}).get(name, "")),
+        str(results.attribute("level_notes", {}).get(name, "")),
     ]
     verdict = replace(
         verdict,
@@ -399,7 +344,7 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
         own_model=own_model,
         closing=tuple(np.sort(contact.motions.closing[:, 0]).tolist()),
         contact=contact.shares,
-        yielding=_yield_shares(results, level, contact.weight, confidence),
+        yielding=_yield_shares(dataset, level, contact.weight, confidence),
         response=response,
         required=tuple(contact.required.values()),
         fragility=fragility,
@@ -407,10 +352,10 @@ def _interface(name: str, results: xr.Dataset, index: int, options: Options) -> 
         gaps_for_rates=gaps_for_rates,
         sensitivity=sensitivity,
         what_matters=what_matters(sensitivity),
-        separations=code_table(Results(results).at_level(level), criterion.percentile).rules,
+        separations=separations_of(results.at_level(level), criterion.percentile).rules,
         verdict=verdict,
         rate_verdict=by_rate,
-        intensity=Results(results).amplitudes.name,
+        intensity=results.amplitudes.name,
         scenario=() if levels is None else tuple(scenario_of(levels, one, confidence) for one in fragility),
         columns=columns,
     )
@@ -420,7 +365,7 @@ def _by_rate(
     motions: ContactMotions, fragility: Sequence[Fragility], contact: Contact, options: Options
 ) -> tuple[tuple[Rate, ...], tuple[GapForRate, ...], RateVerdict | None]:
     """Rates of the fragilities, gaps for usual rates and the target, the most frequent first, and the verdict."""
-    hazard, target, confidence = options.hazard, options.target_rate, options.criterion.confidence
+    hazard, target, confidence = options.shaking.hazard, options.target_rate, options.criterion.confidence
     if hazard is None:
         return (), (), None
     rates = tuple(rate_of(hazard, one, confidence) for one in fragility)
@@ -435,14 +380,14 @@ def _by_rate(
     return rates, tuple(gaps.values()), verdict
 
 
-def _amplitude_note(results: xr.Dataset) -> str:
+def _amplitude_note(results: Results) -> str:
     """Sentence on which of several amplitudes is assessed where none is requested, and why."""
-    amplitudes = Results(results).amplitudes
+    amplitudes = results.amplitudes
     if len(amplitudes.values) < 2:
         return ""
     levels = [amplitudes.words(value) for value in amplitudes.values if value is not None]
-    why = "the largest" if Results(results).scene_amplitude is None else "the scene's own"
-    return f"Of the amplitudes {', '.join(levels)}, {levels[Results(results).scene_level]} is assessed: {why}."
+    why = "the largest" if results.scene_amplitude is None else "the scene's own"
+    return f"Of the amplitudes {', '.join(levels)}, {levels[results.scene_level]} is assessed: {why}."
 
 
 def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: float) -> tuple[Share, ...]:
@@ -451,50 +396,46 @@ def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: fl
     The motions of a recording are taken to be as alike in their forces as in what they close.
     """
     yielding: list[Share] = []
-    forces, models = data.finite_forces(results).tolist(), results["contact_model"].values.tolist()
+    forces, models = finite_forces(results).tolist(), results["contact_model"].values.tolist()
     if not forces:
         return ()
     for gap in map(float, results["gap"].values):
-        _, yields = data.yields_of(results, gap)
+        _, yields = yields_of(results, gap)
         about = [{"gap": gap, "contact_model": model, "yield_force": force} for model in models for force in forces]
         yielding.extend(shares(yields[:, level].reshape(len(yields), -1), about, weight, confidence))
     return tuple(yielding)
 
 
-def _contact_motions(results: xr.Dataset, motions: Motions, options: Options) -> ContactMotions:
+def _contact_motions(results: Results, motions: Motions, intensity: str) -> ContactMotions:
     """What fragilities of contact at any gap follow from."""
-    finite = motions.finite
-    ims, closing = data.intensities(results, options.intensity)[finite], motions.closing[finite]
+    finite, amplitudes, measure = motions.finite, results.amplitudes, read_measure(intensity)
+    ims, closing = intensities(results, intensity)[finite], motions.closing[finite]
     # What is pushed across a gap by others does not grow with the motion.
     pushed = motions.alone is not None and bool((motions.closing > motions.alone)[finite].any())
-    linear = data.is_linear(results) and not pushed
-    method = _method(results, options.intensity)
-    return ContactMotions(options.intensity, method, ims, closing, numbered(motions.recordings[finite]), linear)
+    linear = is_linear(results) and not pushed
+    is_own = measure is not None and amplitudes.measure.is_same(measure)
+    method = STRIPES if is_own and len(amplitudes.values) > 1 else OWN
+    return ContactMotions(intensity, method, ims, closing, numbered(motions.recordings[finite]), linear)
 
 
 def _yield_curves(
-    results: xr.Dataset, motions: Motions, gap: float, yields: Array, options: Options
+    results: Results, motions: Motions, gap: float, yields: Array, of_contact: ContactMotions
 ) -> Iterator[Fragility]:
-    """Fragilities of yielding at one gap, by contact model and finite F_E."""
-    ims = data.intensities(results, options.intensity)
+    """Fragilities of yielding at one gap, by contact model and finite F_E, against the same intensity."""
+    intensity, method = of_contact.intensity, of_contact.method
+    ims = intensities(results, intensity)
     who = np.repeat(motions.recordings, ims.shape[1])
-    for column, model in enumerate(map(str, results["contact_model"].values)):
-        for row, force in enumerate(data.finite_forces(results)):
+    for column, model in enumerate(map(str, results.dataset["contact_model"].values)):
+        for row, force in enumerate(finite_forces(results.dataset).tolist()):
             failed = yields[:, :, column, row].ravel()
             known = ~np.isnan(failed)
             if not known.any():
                 continue
             im, reached = ims.ravel()[known], failed[known] > 0.0
-            fitted = fit(im, reached, numbered(who[known]), shown_as(options.intensity))
-            about: dict[str, Any] = {"what": "yield", "gap": gap, "yield_force": float(force), "contact_model": model}
-            about |= {"intensity": options.intensity, "method": _method(results, options.intensity), "note": ""}
+            fitted = fit(im, reached, numbered(who[known]), shown_as(intensity))
+            about: dict[str, Any] = {"what": "yield", "gap": gap, "yield_force": force, "contact_model": model}
+            about |= {"intensity": intensity, "method": method, "note": ""}
             yield Fragility(**about, **asdict(fitted), stripes=stripes_of(im, reached))
-
-
-def _method(results: xr.Dataset, intensity: str) -> str:
-    amplitudes, measure = Results(results).amplitudes, read_measure(intensity)
-    is_own = measure is not None and amplitudes.measure.is_same(measure)
-    return STRIPES if is_own and len(amplitudes.values) > 1 else OWN
 
 
 def plain(value: Any) -> Any:

@@ -14,17 +14,16 @@ import numpy as np
 
 from pounding_risk._common.dates import created
 from pounding_risk._common.words import nearest
-from pounding_risk.assessment import demands as data
-from pounding_risk.assessment.assess import intensity_and_hazard, intensity_of_fields
 from pounding_risk.assessment.damage_curves import DRAWS, SEED, Motions, Options, curves_of
 from pounding_risk.assessment.damage_dataset import dataset_of
 from pounding_risk.assessment.damage_words import finding, notes_of
-from pounding_risk.assessment.gmfs import Fields, read_fields
+from pounding_risk.assessment.gmfs import Fields
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
+from pounding_risk.assessment.intensities import check_intensity, intensities, shaking_of
 from pounding_risk.assessment.options import USUAL_CONFIDENCE
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import intensity_quantity
-from pounding_risk.results.attributes import as_text, tables_of
+from pounding_risk.results.attributes import as_text
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import open_scan
 from pounding_risk.results.grid_values import place_of
@@ -108,26 +107,22 @@ def damage(
         For states with faults.
     """
     opened = open_scan(results)
-    results = opened.dataset
+    dataset = opened.dataset
     if states is None:
-        states = tables_of(results.attrs["scene_resolved"]).get("damage")
+        states = opened.scene.get("damage")
         if not states:
             raise PoundingError(f"{opened.name}: {NO_STATES}")
-    chosen = read_states(states, list(map(str, results["building"].values)))
-    places = opened.scene_case
-    places = {axis: places[axis] for axis in ("gap", "contact_model", "yield_force")}
+    chosen = read_states(states, list(map(str, dataset["building"].values)))
+    places = {axis: opened.scene_case[axis] for axis in ("gap", "contact_model", "yield_force")}
     for axis, value in (("gap", gap), ("contact_model", contact_model), ("yield_force", yield_force)):
         if value is not None:
-            known = tuple(map(float if axis != "contact_model" else str, results[axis].values))
-            places[axis] = place_of(axis, known, value)
-    case = results.isel(places)
-    fields = read_fields(gmfs) if isinstance(gmfs, str | Path) else gmfs
-    if fields is not None and intensity is None and hazard is None:
-        intensity = intensity_of_fields(opened, fields)
-    word, curve, reading = intensity_and_hazard(opened, hazard, intensity)
-    if curve is not None:
-        data.check_intensity(results, word, curve.name)
-    motions = _motions(results, word)
+            places[axis] = place_of(axis, opened.values_along(axis), value)
+    case = dataset.isel(places)
+    shaking = shaking_of(opened, hazard, gmfs, intensity)
+    word, fields = shaking.intensity, shaking.fields
+    if shaking.hazard is not None:
+        check_intensity(opened, word, shaking.hazard.name)
+    motions = _motions(opened, word)
     if method is None:
         method = "stripes" if motions.ims.shape[1] > 1 else "cloud"
     elif method not in METHODS:
@@ -137,33 +132,32 @@ def damage(
         word,
         method,
         share(confidence, "confidence", low=0.5),
-        curve,
+        shaking.hazard,
         None if at is None else si(at, intensity_quantity(word), "at"),
         int(motions.recordings.max(initial=0)) + 1,
-        None if fields is None else fields.at(data.spectral_intensity(results, word)),
+        shaking.events(opened),
     )
     weights = bootstrap_weights(motions.recordings, DRAWS, SEED)
     curves = [curves_of(case, state, motions, options, weights) for state in chosen]
-    dataset = dataset_of(curves, motions, options, case)
-    notes = [*notes_of(curves, motions, options, results), *([reading] if reading else [])]
+    answer = dataset_of(curves, motions, options, case)
+    notes = [*notes_of(curves, motions, options, opened), *([shaking.reading] if shaking.reading else [])]
     if fields is not None:
         notes += [f"{fields.source}: {' '.join(fields.reading)}", EVENT_BOUNDS]
-    dataset.attrs |= {
-        **{name: results.attrs[name] for name in KEPT if name in results.attrs},
+    answer.attrs |= {
+        **{name: dataset.attrs[name] for name in KEPT if name in dataset.attrs},
         "Conventions": "CF-1.11",
         "source": "pounding_risk: fragility of damage states from runs with and without contact",
-        "amplitude": Results(results).amplitude_words(),
-        "finding": finding(dataset),
+        "amplitude": opened.amplitude_words(),
+        "finding": finding(answer),
         "told": as_text(notes),
         **created("pounding_risk.damage"),
     }
-    return dataset
+    return answer
 
 
-def _motions(results: xr.Dataset, intensity: str) -> Motions:
+def _motions(results: Results, intensity: str) -> Motions:
     """The motions of a dataset, record by record and polarity by polarity; a record without motion has no intensity."""
-    records, polarities = (tuple(map(str, results[axis].values)) for axis in ("record", "polarity"))
-    recordings = np.repeat(data.numbered_recordings(results, records), len(polarities))
-    dead = np.repeat(~data.is_shaking(results), len(polarities))
-    ims = np.where(dead[:, None], np.nan, data.intensities(results, intensity))
-    return Motions(ims, numbered(recordings), records, polarities)
+    records, polarities = (tuple(map(str, results.dataset[axis].values)) for axis in ("record", "polarity"))
+    dead = np.repeat(~results.is_shaking, len(polarities))
+    ims = np.where(dead[:, None], np.nan, intensities(results, intensity))
+    return Motions(ims, numbered(np.repeat(results.recordings, len(polarities))), records, polarities)

@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.words import nearest
-from pounding_risk.assessment.demands import by_motion
+from pounding_risk.assessment.demands import by_amplitude
 from pounding_risk.assessment.fragility import shown_as
 from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.statistics.damage_fits import METHODS, Capacities, Observed, capacities, expanded_tail
 from pounding_risk.statistics.fragility import Fit, fragility_curve, of_one_intensity
 from pounding_risk.units import shown as shown_text
@@ -172,7 +171,7 @@ def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
     if state.storey > values.sizes["storey"]:
         raise _lacking(state, f"storey {state.storey} is asked for, and the highest is {values.sizes['storey']}")
     kept = slice(state.storey - 1, state.storey) if state.storey else slice(None)
-    demands = _by_motion(values, ["building", "storey"])[..., kept]
+    demands = by_amplitude(values, ["building", "storey"])[..., kept]
     if demand.per_height:
         levels = case["floor_level"].transpose("building", "storey").values[chosen]
         heights = np.diff(levels, axis=1, prepend=0.0)  # NaN where there is no storey
@@ -208,15 +207,8 @@ def _of_interfaces(case: xr.Dataset, state: Any, without: bool) -> Array:
     name, place = f"{POINT}{demand.interfaces}", "contact_point"
     if name not in case:  # two single masses: their one contact point is their interface
         name, place = demand.interfaces, "interface"
-    values = _by_motion(case[name].isel({place: np.flatnonzero(kept)}), [place])
+    values = by_amplitude(case[name].isel({place: np.flatnonzero(kept)}), [place])
     return np.zeros(values.shape[:2]) if without else np.asarray(values.max(axis=-1))
-
-
-def _by_motion(values: xr.DataArray, places: list[str]) -> Array:
-    """Values as (motions, levels, places), whether or not there is an axis of amplitudes."""
-    levels = [axis for axis in (PGA_AXIS, LEVEL_AXIS) if axis in values.dims]
-    flat = by_motion(values, [*levels, *places])
-    return flat if levels else flat[:, None]
 
 
 def _lacking(state: Any, why: str) -> PoundingError:

@@ -15,8 +15,8 @@ from pounding_risk._common.letters import cell
 from pounding_risk.assessment.damage_curves import DRAWS, LOST, NO_CONTACT, POUNDING, SEED, Curves, Motions, Options
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import intensity_words
-from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.check import kind_of
+from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import BETWEEN, METHODS, NONE
 from pounding_risk.units import GAP, YIELD_FORCE, say
 
@@ -92,7 +92,7 @@ def _ratio_words(one: xr.Dataset, name: str) -> str:
     return f"{float(one[name]):.2f}" + ("" if isnan(low) else f" ({low:.2f} to {high:.2f})")
 
 
-def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, results: xr.Dataset) -> Iterator[str]:
+def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, results: Results) -> Iterator[str]:
     """Sentences on what is assumed, left out and not known."""
     count = options.recordings
     yield (
@@ -105,7 +105,7 @@ def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, resul
     )
     if count < FEW:
         yield f"{counted(count, 'recording')} are few: the bounds may be too narrow all the same."
-    if "inelastic_storeys" not in tables_of(results.attrs["scene_resolved"]).get("effects", {}):
+    if "inelastic_storeys" not in results.scene.get("effects", {}):
         yield "No storey yields in the runs: demands beyond yield are those of elastic buildings."
     for one in curves:
         yield from _of_state(one, motions, options)

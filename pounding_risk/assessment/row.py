@@ -250,7 +250,7 @@ class StruckColumn(NamedTuple):
     force: float  # N, the largest; 0 without contact
 
 
-def column_sentences(results: xr.Dataset, level: int, gap: float) -> tuple[str, ...]:
+def column_sentences(results: Results, level: int, gap: float) -> tuple[str, ...]:
     """Which floor strikes which column of one interface, how often, and what the model assumes; none without columns.
 
     ``level`` is the index of the amplitude; of a gap [m] the grid's nearest is read.
@@ -259,7 +259,8 @@ def column_sentences(results: xr.Dataset, level: int, gap: float) -> tuple[str, 
     if not struck:
         return ()
     worst = max(struck, key=lambda one: (one.reached, one.touched, one.force))
-    here = say(float(results["gap"].values[_nearest(results["gap"].values, gap)]), GAP, 3)
+    gaps = results.dataset["gap"].values
+    here = say(float(gaps[_nearest(gaps, gap)]), GAP, 3)
     high = f", {say(worst.level, units.STOREY_HEIGHT, 3)} above the ground," if isfinite(worst.level) else ""
     pair = f"the columns of {worst.column}{high}"
     if not worst.touched:
@@ -287,14 +288,13 @@ def column_sentences(results: xr.Dataset, level: int, gap: float) -> tuple[str, 
     )
 
 
-def struck_columns(results: xr.Dataset, level: int, gap: float) -> tuple[StruckColumn, ...]:
+def struck_columns(results: Results, level: int, gap: float) -> tuple[StruckColumn, ...]:
     """Every contact of a floor with a column of one interface, from the lowest, at the scene's own model and F_E."""
-    if f"{POINT}kind" not in results.variables or "contact_point" not in results.dims:
+    dataset = results.dataset
+    if f"{POINT}kind" not in dataset.variables or "contact_point" not in dataset.dims:
         return ()
-    cell = {
-        name: place for name, place in Results(results).scene_case.items() if name in ("contact_model", "yield_force")
-    }
-    case = Results(results).at_level(level).isel(cell | {"gap": _nearest(results["gap"].values, gap)})
+    cell = results.scene_contact | {"gap": _nearest(dataset["gap"].values, gap)}
+    case = results.at_level(level).dataset.isel(cell)
     names = list(map(str, case["building"].values))
     prefix = POINT if f"{POINT}impact_count" in case.variables else ""  # else it is the interface's one point
     columns = []

@@ -15,11 +15,10 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
-from pounding_risk.assessment import demands as data
+from pounding_risk.assessment.demands import by_motion
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import open_scan
-from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import check_settled
 from pounding_risk.statistics.proportions import independent_motions, logs_of, numbered
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
@@ -107,12 +106,11 @@ def setbacks(
     opened = open_scan(results)
     check_settled(opened.dataset, opened.name)
     criterion = read_criterion(target, percentile, confidence)
-    shown = opened.at_level(opened.level(pga, intensity_level))
-    recordings = np.repeat(
-        data.numbered_recordings(shown, list(map(str, shown["record"].values))), shown.sizes["polarity"]
-    )
-    shaking = np.repeat(data.is_shaking(shown), shown.sizes["polarity"])
-    peaks = data.by_motion(shown["peak_displacement_free"], ("building",)).astype(float)
+    part = opened.at_level(opened.level(pga, intensity_level))
+    shown = part.dataset
+    recordings = np.repeat(part.recordings, shown.sizes["polarity"])
+    shaking = np.repeat(part.is_shaking, shown.sizes["polarity"])
+    peaks = by_motion(shown["peak_displacement_free"], ("building",)).astype(float)
     distances = []
     for name, moved in zip(map(str, shown["building"].values), peaks.T, strict=True):
         finite = shaking & np.isfinite(moved)
@@ -123,8 +121,6 @@ def setbacks(
         independent = independent_motions(logs_of(moved[finite]), numbered(recordings[finite]))
         percentiles = (*USUAL_PERCENTILES, criterion.percentile)
         required = required_gaps(moved[finite], independent / finite.sum(), percentiles, criterion.confidence)
-        one = Setback(
-            name, Results(shown).amplitude_words(), int(finite.sum()), independent, criterion.percentile, required
-        )
+        one = Setback(name, part.amplitude_words(), int(finite.sum()), independent, criterion.percentile, required)
         distances.append(one)
     return tuple(distances)

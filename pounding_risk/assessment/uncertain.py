@@ -17,8 +17,9 @@ from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk.assessment import uncertain_words as words
 from pounding_risk.assessment.bounded import bounded
-from pounding_risk.assessment.demands import intensities, interfaces, is_linear, record_doubts
+from pounding_risk.assessment.demands import is_linear
 from pounding_risk.assessment.fragility import out_of_scale, shown_as
+from pounding_risk.assessment.intensities import intensities
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE, Criterion, read_criterion
 from pounding_risk.assessment.uncertain_samples import (
     SAMPLE,
@@ -34,7 +35,6 @@ from pounding_risk.motions.levels import read_measure
 from pounding_risk.results.amplitudes import spectral
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.layout import SCENE_AXES
-from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import VARIANTS
 from pounding_risk.results.variables import described
 from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, analysed_clusters, motion_share
@@ -171,7 +171,7 @@ def uncertainty(
             )
     else:
         subject = sampled_scene(subject, samples, num, workers, progress)
-    dataset = assessed(subject, request._replace(level=Results(subject.first_sample).level(pga, intensity_level)))
+    dataset = assessed(subject, request._replace(level=subject.first_sample.level(pga, intensity_level)))
     if file is not None:
         save(dataset, file)
     return dataset
@@ -205,7 +205,7 @@ def assessed(subject: Samples, request: Request) -> xr.Dataset:
         "asked": f"{request.criterion.words}{USUAL_TARGET if usual else ''}",
         "samples": subject.words,
         "motions": subject.motions_words(request.level),
-        "assumptions": as_text([*subject.assumptions, *few, *record_doubts(subject.first_sample)]),
+        "assumptions": as_text([*subject.assumptions, *few, *subject.first_sample.record_doubts]),
         **request.criterion._asdict(),
         **created("pounding_risk.uncertainty"),
     }
@@ -369,8 +369,8 @@ def _log_capacities(
     subject: Samples, index: int, closings: CrossedClosings, gap: float, request: Request
 ) -> tuple[Array | None, str, str]:
     """Logarithms of the intensities at which motions close a gap [m], (samples, motions), their measure, or a fault."""
-    one_sample = interfaces(subject.first_sample)[index][1]
-    intensity = Results(one_sample).usual_intensity if request.intensity is None else request.intensity
+    one_sample = subject.first_sample.interfaces[index][1]
+    intensity = one_sample.usual_intensity if request.intensity is None else request.intensity
     if intensity.startswith("sa(") and spectral(intensity[3:-1]) is None:
         if request.intensity is not None:
             raise PoundingError(

@@ -17,12 +17,11 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
-from pounding_risk.assessment import demands as data
+from pounding_risk.assessment.demands import Motions, motions_of
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
-from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import open_results, open_scan
 from pounding_risk.results.layout import amplitude_axis
@@ -134,11 +133,11 @@ class Samples:
     design_dataset: xr.Dataset | None = None
 
     @cached_property
-    def first_sample(self) -> xr.Dataset:
-        """The dataset of the first sample, for what is the same in all."""
+    def first_sample(self) -> Results:
+        """The results of the first sample, for what is the same in all."""
         one_sample = with_axes(self.dataset.isel({SAMPLE: [0]}))
         one_sample = one_sample.isel({SAMPLE: 0}, drop=True) if SAMPLE in one_sample.dims else one_sample
-        return self._with_drawn_records(one_sample) if self.is_drawn else one_sample
+        return Results(self._with_drawn_records(one_sample) if self.is_drawn else one_sample)
 
     def _with_drawn_records(self, one_sample: xr.Dataset) -> xr.Dataset:
         """The dataset of one sample without its motion, and with the facts on every record that is drawn."""
@@ -167,7 +166,7 @@ class Samples:
     @property
     def is_balanced(self) -> bool:
         """True where the samples are Sobol points of independent numbers."""
-        written = tables_of(str(self.dataset.attrs.get("scene_resolved", ""))).get("uncertain", {})
+        written = Results(self.dataset).scene.get("uncertain", {})
         is_own = not written.get("points") and not written.get("correlations")
         return is_own and written.get("method", SOBOL) == SOBOL
 
@@ -176,31 +175,31 @@ class Samples:
         about = self.dataset[key].attrs if key in self.dataset.variables else {}
         return {"long_name": f"value of {key}"} | {str(name): str(value) for name, value in about.items()}
 
-    def motions(self, index: int) -> data.Motions:
+    def motions(self, index: int) -> Motions:
         """The motions of an interface in the first sample: their names, recordings and amplitudes.
 
         Where motions are drawn with the samples, that of each sample.
         """
         if not self.is_drawn:
-            return data.motions_of(data.interfaces(self.first_sample)[index][1])
+            return motions_of(self.first_sample.interfaces[index][1])
         records, polarities = (tuple(map(str, self.dataset[name].values)) for name in ("record", "polarity"))
         closing = _by_sample(self.dataset["peak_closing_free"].isel(interface=index, missing_dims="ignore"), 0)
         finite = np.isfinite(closing[:, 0]) & (self.dataset["record_pga"].values >= LEAST_SHAKING)
-        recordings = data.numbered_recordings(self.dataset, records)
-        amplitudes = Results(self.first_sample).amplitudes.values
-        return data.Motions(records, polarities, recordings, amplitudes, closing, finite)
+        amplitudes = self.first_sample.amplitudes.values
+        return Motions(records, polarities, Results(self.dataset).recordings, amplitudes, closing, finite)
 
     def by_outcome(self, values: Array, closings: CrossedClosings) -> Array:
         """Values of the motions of `first_sample` in the order of the closings: (1, motions), or (samples, 1)."""
         if not self.is_drawn:
             return values[None, closings.order]
-        at = {name: place for place, name in enumerate(self.first_sample["record"].values.tolist())}
-        turns = self.first_sample.sizes["polarity"]
+        first = self.first_sample.dataset
+        at = {name: place for place, name in enumerate(first["record"].values.tolist())}
+        turns = first.sizes["polarity"]
         return np.array([[values[turns * at[name]]] for name in self.dataset["record"].values.tolist()])
 
     def level(self, requested: int | None) -> int:
         """Index of the assessed amplitude."""
-        return Results(self.first_sample).scene_level if requested is None else requested
+        return self.first_sample.scene_level if requested is None else requested
 
     def motions_words(self, level: int | None) -> str:
         """How many motions of how many recordings at which amplitude, in words."""
@@ -208,7 +207,7 @@ class Samples:
         number = len(set(zip(motions.records, motions.polarities, strict=True)))
         many = f"{counted(number, 'motion')} of {counted(int(motions.recordings.max()) + 1, 'recording')}"
         many = f"one of {many} drawn with each," if self.is_drawn else many
-        return f"{many} {Results(self.first_sample).amplitude_words(motions.amplitudes[self.level(level)])}"
+        return f"{many} {self.first_sample.amplitude_words(motions.amplitudes[self.level(level)])}"
 
     def gap(self, index: int) -> float:
         """The scene's own gap at an interface [m]."""
@@ -264,7 +263,7 @@ class Samples:
 
     def is_inner(self, index: int) -> bool:
         """True where what stands further along the row may push a building of the interface."""
-        return "interior" in self.first_sample["building_position"].values[index : index + 2]
+        return "interior" in self.first_sample.dataset["building_position"].values[index : index + 2]
 
     def outputs(self, index: int, closings: CrossedClosings, gap: float, request: Request) -> dict[str, Output]:
         """The outputs of each sample by name: those of the closing, and another of the dataset that is requested."""
@@ -299,7 +298,7 @@ class Samples:
             raise PoundingError(
                 f"output: {shown(name)} is none{nearest(name, known)}; it may be {', '.join(known)}{why}"
             )
-        case = Results(self.first_sample).scene_case | {"interface": index, "building": slice(index, index + 2)}
+        case = self.first_sample.scene_case | {"interface": index, "building": slice(index, index + 2)}
         case[amplitude_axis(self.dataset)] = self.level(level)
         variable = self.dataset[name]
         values = _by_sample(variable.isel({axis: at for axis, at in case.items() if axis in variable.dims}), 0)
@@ -353,7 +352,7 @@ def _by_sample(values: xr.DataArray, level: int) -> Array:
     return np.asarray(ordered.reshape(len(ordered), -1), dtype=float)
 
 
-def _numbered(motions: data.Motions) -> NDArray[np.int64]:
+def _numbered(motions: Motions) -> NDArray[np.int64]:
     """Numbers from 0, equal for samples of one record and polarity."""
     return labels(list(zip(motions.records, motions.polarities, strict=True)))
 
@@ -401,7 +400,7 @@ def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
         raise PoundingError(f"{source}: has several values of {' and '.join(others)}; choose one of each with sel")
     check_scan(dataset, source)
     open_scan(dataset.isel({SAMPLE: [0]}), source)
-    written = tables_of(str(dataset.attrs.get("scene_resolved", ""))).get("uncertain", {})
+    written = Results(dataset).scene.get("uncertain", {})
     correlated = [" and ".join(one["between"]) for one in written.get("correlations", [])]
     assumptions = [
         "The samples are counted as if they were drawn independently; those of a Latin hypercube or Sobol points are "

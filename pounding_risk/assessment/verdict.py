@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.contact import Contact
+from pounding_risk.assessment.demands import Contact
 from pounding_risk.assessment.options import Criterion, percent_words
 from pounding_risk.assessment.sensitivity import CONTACT, Influence
 from pounding_risk.statistics.proportions import exact_bounds, least_upper_bound, motions_to_show

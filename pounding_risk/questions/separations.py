@@ -122,12 +122,12 @@ def separations(
     PoundingError
         For a number out of its range, and for what is given once or has no side.
     """
-    from pounding_risk.assessment.demands import interfaces
     from pounding_risk.assessment.options import percentile_of
     from pounding_risk.assessment.separations import table as code
     from pounding_risk.results.attributes import name_of
     from pounding_risk.results.check import check_scan
     from pounding_risk.results.files import open_results
+    from pounding_risk.results.opened import Results
     from pounding_risk.results.scene_axes import with_axes
 
     if results is None and not (displacement or behaviour_factor):
@@ -140,9 +140,10 @@ def separations(
     share = percentile_of(percentile)
     dataset = with_axes(open_results(results) if isinstance(results, str | Path) else results, str(results))
     check_scan(dataset, name_of(dataset), names=("building", "building_period", "building_damping"))
-    parts = {name: part for name, part in interfaces(dataset) if interface in (None, name)}
+    pairs = Results(dataset).interfaces
+    parts = {name: part.dataset for name, part in pairs if interface in (None, name)}
     if not parts:
-        names = ", ".join(name for name, _ in interfaces(dataset))
+        names = ", ".join(name for name, _ in pairs)
         raise PoundingError(f"interface: {interface!r} is not in the dataset, which has {names}")
     return Beside(tuple((name, code.code_table(part, share, site)) for name, part in parts.items()))
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from pounding_risk._common.files import checksum
 from pounding_risk.assessment.along import Place, assess_along, usual_place
-from pounding_risk.assessment.demands import interfaces
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
@@ -99,9 +98,9 @@ class ReportData:
     @cached_property
     def pairs(self) -> tuple[Pair, ...]:
         """Every interface with its assessment, left to right."""
-        parts = zip(self.assessment.interfaces, interfaces(self.results), strict=True)
+        parts = zip(self.assessment.interfaces, Results(self.results).interfaces, strict=True)
         return tuple(
-            Pair(one.name, f"interface-{number}", one, at_amplitude(part, one.amplitude), f", motions {one.at}")
+            Pair(one.name, f"interface-{number}", one, at_amplitude(part.dataset, one.amplitude), f", motions {one.at}")
             for number, (one, (_, part)) in enumerate(parts, start=1)
         )
 

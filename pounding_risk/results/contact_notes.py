@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.table import TABULATED, beyond_end
-from pounding_risk.results.attributes import read_attribute, tables_of
 from pounding_risk.results.layout import streamed
+from pounding_risk.results.opened import Results
 from pounding_risk.units import FLOOR_LENGTH, GAP, PERIOD, TIME, QuantityError, parse, say
 
 if TYPE_CHECKING:
@@ -32,15 +32,14 @@ ANY_LENGTH = FLOOR_LENGTH._replace(open_low=False)
 PUSHING = "floors push rather than collide; a stiffness too small?"
 
 
-def of_results(results: xr.Dataset) -> tuple[str, ...]:
+def of_results(results: Results) -> tuple[str, ...]:
     """The notes on the input of a scan, and a sentence for each way in which its contacts are implausible.
 
     Raises PoundingError where the attributes with these notes, or with the scene, are damaged.
     """
-    notes = map(str, read_attribute(results, "notes", []))
+    notes = map(str, results.attribute("notes", []))
     try:
-        scene = tables_of(results.attrs.get("scene_resolved", ""))
-        tables = [scene.get(section, []) for section in ("building", "interface")]
+        tables = [results.scene.get(section, []) for section in ("building", "interface")]
         lengths = [parse(table.get("floor_length", "0 m"), ANY_LENGTH) for table in tables[0]]
         tabulated = {place: table for place, table in enumerate(tables[1]) if "table" in table}
     except (tomllib.TOMLDecodeError, AttributeError, TypeError, QuantityError):
@@ -48,7 +47,7 @@ def of_results(results: xr.Dataset) -> tuple[str, ...]:
             'the attribute "scene_resolved" of the results cannot be read: the file was changed since; run the scan '
             "again"
         ) from None
-    return (*notes, *_of_contacts(results, lengths, tabulated))
+    return (*notes, *_of_contacts(results.dataset, lengths, tabulated))
 
 
 def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:

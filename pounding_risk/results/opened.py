@@ -6,21 +6,25 @@ itself describes, and the amplitudes of the motions. `files.open_scan` opens, ch
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isclose, isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import DIGITS, FACTOR, LEVEL_AXIS, PEAK, USUAL_DAMPING, Measure
+from pounding_risk.motions.processing.signals import LEAST_SHAKING
+from pounding_risk.motions.record import recording
 from pounding_risk.results.amplitudes import SAME, Amplitudes, Spectral, check_pga, own, spectral_of
-from pounding_risk.results.attributes import tables_of
+from pounding_risk.results.attributes import read_attribute, tables_of
 from pounding_risk.results.check import check_scene, kind_of
 from pounding_risk.results.grid_values import axis_words, listed_values, place_of, quantity_of
 from pounding_risk.results.layout import amplitude_axis, axes_of_cases
 from pounding_risk.results.scene_axes import settled
+from pounding_risk.statistics.proportions import labels
 from pounding_risk.units import GAP, PGA, SCALE, YIELD_FORCE, parse
 
 if TYPE_CHECKING:
@@ -43,6 +47,94 @@ class Results:
     def scene(self) -> dict[str, Any]:
         """The tables of the scene, every value stated; none where the dataset has lost them."""
         return tables_of(str(self.dataset.attrs.get("scene_resolved", "")))
+
+    def attribute(self, name: str, default: Any) -> Any:
+        """The value of an attribute that holds JSON, of the kind of ``default``, as `read_attribute`."""
+        return read_attribute(self.dataset, name, default)
+
+    # ------------------------------------------------------------------------ parts
+
+    @cached_property
+    def interfaces(self) -> tuple[tuple[str, Results], ...]:
+        """Each pair of neighbours, named "left | right", and its part, without the dimension of interfaces.
+
+        ``gap`` is the interface's own. Where the grid varies another's gap, its own is one: beside that gap of the
+        other which is nearest to the scene's.
+        """
+        names = map(str, self.dataset["interface"].values)
+        return tuple((name, replace(self, dataset=self._interface(at))) for at, name in enumerate(names))
+
+    def _interface(self, at: int) -> xr.Dataset:
+        dataset, part = self.dataset, {"interface": at, "building": slice(at, at + 2)}
+        if "contact_point" in dataset.dims:
+            part["contact_point"] = np.flatnonzero(dataset["contact_point_interface"].values == at)
+        gaps = self.gaps.isel(interface=at)
+        if gaps.size > 1 and np.ptp(gaps.values) == 0.0:
+            part["gap"] = slice(*(self.scene_place + end for end in (0, 1)))
+            gaps = gaps.isel(gap=part["gap"])
+        return dataset.isel(part).assign_coords(gap=("gap", gaps.values, dataset["gap"].attrs))
+
+    def at_level(self, level: int | None = None) -> Results:
+        """The part at one of the amplitudes, by default the scene's own; all of it where there is no axis of them."""
+        axis, dataset = amplitude_axis(self.dataset), self.dataset
+        place = self.scene_level if level is None else level
+        return replace(self, dataset=dataset.isel({axis: place})) if axis in dataset.dims else self
+
+    # ------------------------------------------------------------------------ runs and records
+
+    @property
+    def run_counts(self) -> dict[str, int]:
+        """Numbers of cases: all, simulated, failed, recomputed at a tighter tolerance, and sensitive among these."""
+        dataset, status = self.dataset, self.dataset["status"]
+        complete = np.atleast_1d(status.attrs["flag_values"])[
+            str(status.attrs["flag_meanings"]).split().index("complete")
+        ]
+        flags = dataset["sensitive"].values if "sensitive" in dataset else np.full(1, -1)
+        return {
+            "cases": int(status.size),
+            "simulated": int((dataset["simulated"].values == 1).sum()) if "simulated" in dataset else int(status.size),
+            "failed": int((status.values != complete).sum()),
+            "checked": int((flags >= 0).sum()),
+            "sensitive": int((flags == 1).sum()),
+        }
+
+    @property
+    def is_shaking(self) -> NDArray[np.bool_]:
+        """Whether each record holds a motion; datasets of older versions may have records that do not."""
+        if "record_pga" not in self.dataset.coords:
+            return np.ones(self.dataset.sizes["record"], dtype=bool)
+        return np.asarray(self.dataset["record_pga"].values >= LEAST_SHAKING)
+
+    @property
+    def recordings(self) -> NDArray[np.int64]:
+        """The number of each record's recording; records whose motion is the same to the last bit are of one."""
+        names = list(map(str, self.dataset["record"].values))
+        facts = {entry.get("name"): entry for entry in self.attribute("records", [])}
+        of_records: list[Any] = [recording(facts.get(name, {}), name) for name in names]
+        shared = [tuple(one) if isinstance(one, list) else one for one in of_records]
+        digests = self.attribute("motions_sha256", {})
+        first: dict[Any, Any] = {}
+        for index, name in enumerate(names):
+            key, original = shared[index], first.setdefault(digests.get(name, name), shared[index])
+            if key != original:
+                shared = [original if entry == key else entry for entry in shared]
+                first = {digest: original if entry == key else entry for digest, entry in first.items()}
+        return labels(shared)
+
+    @property
+    def record_doubts(self) -> tuple[str, ...]:
+        """A sentence for each record that is a copy of another, as `scan` found it, is here twice, or has no motion."""
+        digests, names = self.attribute("motions_sha256", {}), list(map(str, self.dataset["record"].values))
+        first: dict[str, str] = {}
+        originals = [(name, first.setdefault(digests.get(name, name), name)) for name in names]
+        twice = [
+            f"{name} holds the same motion as {original}: it counts twice in the shares, scan again"
+            for name, original in originals
+            if original != name
+        ]
+        dead = [name for name, shakes in zip(names, self.is_shaking, strict=True) if not shakes]
+        still = [f"{name} holds no motion: it counts against the verdict, scan again without it" for name in dead]
+        return (*self.attribute("copies", []), *twice, *still)
 
     # ------------------------------------------------------------------------ the scene's own case
 
@@ -130,6 +222,11 @@ class Results:
         return index
 
     @property
+    def scene_contact(self) -> dict[str, int]:
+        """`scene_case` along the axes of contact models and yield forces alone."""
+        return {axis: place for axis, place in self.scene_case.items() if axis in ("contact_model", "yield_force")}
+
+    @property
     def scene_values(self) -> dict[str, Any]:
         """The scene's own gap [m], yield force [N], contact model and amplitude [m/s²], as far as its text has them."""
         if not self.scene.get("interface"):
@@ -142,12 +239,6 @@ class Results:
             "pga": None if pga is None else parse(pga, PGA),
         }
         return {axis: value for axis, value in values.items() if value is not None}
-
-    def at_level(self, level: int | None = None) -> xr.Dataset:
-        """The dataset at one of its amplitudes, by default the scene's own; one without an axis of them as it is."""
-        axis, dataset = amplitude_axis(self.dataset), self.dataset
-        place = self.scene_level if level is None else level
-        return dataset.isel({axis: place}) if axis in dataset.dims else dataset
 
     # ------------------------------------------------------------------------ amplitudes of the motions
 

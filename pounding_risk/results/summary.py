@@ -21,6 +21,7 @@ from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import reading, stream_results
 from pounding_risk.results.layout import Template, blocks, streamed, template_of, values_at
+from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import open_axes, with_axes, without_effect, words_of_values
 from pounding_risk.results.tolerance_check import findings
 
@@ -100,7 +101,7 @@ def _summary(dataset: xr.Dataset, whose: str) -> Summary:
     spreads = _spreads(dataset, template)
     units = {name: str(template.cases[name].attrs.get("units", "1")) for name in spreads}
     title = str(dataset.attrs.get("title", ""))
-    notes, along = of_results(dataset), tuple(_along(dataset))
+    notes, along = of_results(Results(dataset)), tuple(_along(dataset))
     return Summary(title, counted(dataset), dict(findings(dataset)), units, spreads, notes, along)
 
 

@@ -15,8 +15,8 @@ from typer.testing import CliRunner
 
 from pounding_risk import assess, cli
 from pounding_risk.assessment import demands
-from pounding_risk.assessment.assess import interfaces
-from pounding_risk.assessment.demands import intensities, motions_of
+from pounding_risk.assessment.demands import motions_of
+from pounding_risk.assessment.intensities import intensities
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
@@ -29,6 +29,7 @@ from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.files import save
 from pounding_risk.results.labels import place_coordinates
+from pounding_risk.results.opened import Results
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.units import rounded
 
@@ -144,7 +145,7 @@ def test_a_scan_is_assessed_as_its_numbers_say(dataset):
 
 def test_motions_know_their_recordings(dataset):
     """Both components of one station and both polarities belong together, record by record."""
-    ((_, interface),) = interfaces(dataset)
+    ((_, interface),) = Results(dataset).interfaces
     motions = motions_of(interface)
     assert motions.recordings.tolist() == [0, 0, 0, 0, 1, 1]
     assert motions.records[::2] == ("RSN6-180", "RSN6-270", "RSN1690-090")
@@ -487,7 +488,7 @@ def test_sa_at_any_period_is_read_from_the_spectra():
     spectra = np.linspace(1.0, 2.0, 6)[:, None] / periods
     results = results.assign(record_spectral_acceleration=(("record", "period"), spectra), period=periods)
     expected = np.repeat(np.linspace(1.0, 2.0, 6) / 0.7 / results["record_pga"].values, 2)[:, None] * [1.0, 2.0]
-    assert intensities(results, "sa(0.7 s)") == pytest.approx(expected, rel=1e-12)
+    assert intensities(Results(results), "sa(0.7 s)") == pytest.approx(expected, rel=1e-12)
     for asked, words in (
         ("sa(6 s)", "the dataset has spectra of 5 % damping from 0.05 s to 5 s; write a period among them"),
         ("sa(0.7 s, 2 %)", "has spectra of 5 % damping"),
@@ -495,7 +496,7 @@ def test_sa_at_any_period_is_read_from_the_spectra():
         ("sa(-1 s)", "is not known"),
     ):
         with pytest.raises(PoundingError, match=re.escape(words)):
-            intensities(results, asked)
+            intensities(Results(results), asked)
 
 
 def test_rates_come_with_a_hazard_curve(tmp_path):
@@ -584,7 +585,7 @@ def test_interfaces_are_taken_one_by_one():
     """A dataset with an axis of interfaces has each pair of neighbours assessed with its own motions."""
     one, other = made_up(lognormal(6)), made_up(lognormal(6, scale=0.1, seed=15))
     both = in_a_row(one, other)
-    assert [name for name, _ in interfaces(both)] == ["A | B", "B | C"]
+    assert [name for name, _ in Results(both).interfaces] == ["A | B", "B | C"]
     first, second = assess(both).interfaces
     assert first.contact == assess(one).interfaces[0].contact
     assert second.closing == assess(other).interfaces[0].closing

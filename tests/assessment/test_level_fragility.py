@@ -11,10 +11,11 @@ from scipy.stats import norm
 
 import pounding_risk as pr
 from pounding_risk.assessment import fragility as curves
-from pounding_risk.assessment.demands import check_intensity
 from pounding_risk.assessment.hazard_table import read_hazard
+from pounding_risk.assessment.intensities import check_intensity
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.read import read_motion
+from pounding_risk.results.opened import Results
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.statistics.fragility import fit
 
@@ -123,7 +124,7 @@ def test_a_hazard_of_mean_sa_is_joined_with_the_same_range(eightfold, tmp_path):
 )
 def test_a_hazard_of_another_measure_is_refused(eightfold, intensity, curve, words):
     with pytest.raises(PoundingError, match=words):
-        check_intensity(eightfold, intensity, curve)
+        check_intensity(Results(eightfold), intensity, curve)
 
 
 def test_the_mean_of_sa_is_that_of_the_spectra(eightfold):

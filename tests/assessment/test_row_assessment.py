@@ -14,7 +14,8 @@ import xarray as xr
 from made_row import COLUMN_FORCE, STREET, made_row
 
 from pounding_risk.assessment.assess import assess
-from pounding_risk.assessment.demands import intensities, interfaces, motions_of
+from pounding_risk.assessment.demands import motions_of
+from pounding_risk.assessment.intensities import intensities
 from pounding_risk.assessment.row import row_case, struck_columns
 from pounding_risk.assessment.separations.table import at_contact, code_table
 from pounding_risk.questions.assess import sheet
@@ -47,7 +48,7 @@ def test_each_interface_is_assessed_by_its_own_motions(results):
 
 def test_where_one_gap_varies_the_others_keep_theirs():
     results = made_row(gaps=(0.0, 0.02, 0.05), named=1, own_gaps=(0.03, 0.02, 0.04, 0.04, 0.04))
-    parts = dict(interfaces(results))
+    parts = {name: part.dataset for name, part in Results(results).interfaces}
     assert [list(parts[name]["gap"].values) for name in NAMES] == [[0.03], [0.0, 0.02, 0.05], *[[0.04]] * 3]
     # The others are seen beside the scene's own gap of the varied one, 20 mm, the second of the grid.
     count = results["impact_count"].isel(gap=1, interface=2, drop=True)
@@ -73,7 +74,7 @@ def test_what_neighbours_push_across_a_gap_counts_as_contact(results):
     assert 0.023 in after.closing
     assert any("contact elsewhere brings it in 1 more" in each for each in after.verdict.evidence)
     # The motion's closing without contact stays what it is, and so do rules of codes beside it.
-    motions = motions_of(interfaces(pushed)[at][1])
+    motions = motions_of(Results(pushed).interfaces[at][1])
     assert (motions.closing > motions.alone).sum() == 1
     # Pushing does not grow with the motion: a capacity is then not had by scaling.
     assert {each.method for each in after.fragility if each.what == "contact"} == {"multiple stripes"}
@@ -114,7 +115,8 @@ def test_columns_yield_at_their_own_force_where_floors_never_do(results):
 
 def test_rules_of_codes_take_displacements_where_buildings_touch(results):
     """Theatre's roof, 9.2 m, meets Tower 7/8 up its third storey."""
-    name, one = interfaces(results)[2]
+    name, part = Results(results).interfaces[2]
+    one = part.dataset
     assert name == "Theatre | Tower"
     free = results["storey_displacement_free"]
     tower = free.sel(building="Tower", storey=2) * 0.125 + free.sel(building="Tower", storey=3) * 0.875
@@ -124,11 +126,11 @@ def test_rules_of_codes_take_displacements_where_buildings_touch(results):
     table = code_table(one)
     np.testing.assert_allclose(table.asked["abs"], asked.isel(pga=1).values.ravel(), rtol=1e-12)
     # A rigid building does not move, whatever its storeys.
-    assert float(at_contact(interfaces(results)[4][1], 1).max()) == 0.0
+    assert float(at_contact(Results(results).interfaces[4][1].dataset, 1).max()) == 0.0
 
 
 def test_heights_and_levels_of_the_row_are_the_codes_site(results):
-    aligned, column = code_table(interfaces(results)[0][1]), code_table(interfaces(results)[2][1])
+    aligned, column = (code_table(Results(results).interfaces[at][1].dataset) for at in (0, 2))
     rules = [{each.row.rule: each.row for each in table.rules} for table in (aligned, column)]
     needing = [name for name, row in rules[0].items() if row.note.startswith("needs height")]
     assert needing == []
@@ -139,11 +141,11 @@ def test_sa_of_a_building_with_storeys_is_that_of_the_records(results):
     """A flat spectrum has one Sa at any period, scaled as the record is."""
     flat = results.copy(deep=True)
     flat["record_spectral_acceleration"][:] = 5.0
-    one = interfaces(flat)[0][1]
+    one = Results(flat).interfaces[0][1]
     factors = np.repeat(np.array([0.2, 0.4]) * G / flat["record_pga"].values[:, None], 2, axis=0)
     np.testing.assert_allclose(intensities(one, "sa(Corner)"), 5.0 * factors, rtol=1e-12)
     # A single mass has its own, exactly: (2π/T)² times its displacement.
-    kiosk = intensities(interfaces(flat)[3][1], "sa(Kiosk)")
+    kiosk = intensities(Results(flat).interfaces[3][1], "sa(Kiosk)")
     peak = flat["peak_displacement_free"].sel(building="Kiosk").values.reshape(12, 2)
     np.testing.assert_allclose(kiosk, peak * (2 * np.pi / 0.20) ** 2, rtol=1e-12)
 
@@ -168,7 +170,7 @@ def test_struck_columns_come_first_with_their_counts(results):
         assert one.verdict.conclusion[: len(one.columns)] == one.columns
         if not places.size:
             continue
-        struck = struck_columns(interfaces(results)[at][1], 1, 0.02)
+        struck = struck_columns(Results(results).interfaces[at][1], 1, 0.02)
         part = results.isel(case)
         touched = (part["contact_point_impact_count"] > 0).isel(contact_point=places)
         reached = touched & (part["contact_point_yield_exceedance"] > 0).isel(contact_point=places)

@@ -8,7 +8,7 @@ import xarray as xr
 from scenes import BOTH, FOUR_IN_A_ROW, scene_text, single
 
 import pounding_risk as pr
-from pounding_risk.assessment.demands import intensities
+from pounding_risk.assessment.intensities import intensities
 from pounding_risk.ensemble.plan.plan import plan as scan_plan
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import Measure
@@ -174,9 +174,9 @@ def test_intensities_are_the_levels(scanned, name):
     levels = dataset["intensity"].values
     own = "scale" if name == "scale" else Results(dataset).usual_intensity
     assert (own, intensity_unit(own)) == (Results(dataset).measure.intensity, dataset["intensity"].attrs["units"])
-    np.testing.assert_array_equal(intensities(dataset, own), np.tile(levels, (4, 1)))
+    np.testing.assert_array_equal(intensities(Results(dataset), own), np.tile(levels, (4, 1)))
     for other in ("pga", "pgv", "sa(0.4 s)", "sa_avg(0.2-1.5 s)", "sa(left)"):
-        values = intensities(dataset, other)
+        values = intensities(Results(dataset), other)
         assert values.shape == (4, 2)
         np.testing.assert_allclose(values[:, 1] / values[:, 0], levels[1] / levels[0], rtol=1e-9)
 
@@ -188,16 +188,16 @@ def test_intensities_in_another_measure_are_those_of_the_scaled_motions(along_sa
     pairs = {"pgv": (Measure("pgv"), 1e-12), "sa_avg(0.2-1 s)": (Measure("sa_avg", (0.2, 1.0)), 0.03)}
     for word, (measure, near) in pairs.items():
         expected = np.repeat(measure.of(motions)[:, None] * factors, 2, axis=0)
-        np.testing.assert_allclose(intensities(along_sa, word), expected, rtol=near)
+        np.testing.assert_allclose(intensities(Results(along_sa), word), expected, rtol=near)
 
 
 def test_intensities_that_a_dataset_has_not_are_refused(along_sa):
     with pytest.raises(PoundingError, match="intensity 'scale': the motions of the dataset are not scaled by factors"):
-        intensities(along_sa, "scale")
+        intensities(Results(along_sa), "scale")
     with pytest.raises(PoundingError, match=r"spectra of 5 % damping from .* write periods among them, or pga"):
-        intensities(along_sa, "sa_avg(0.2-9 s)")
+        intensities(Results(along_sa), "sa_avg(0.2-9 s)")
     with pytest.raises(PoundingError, match="has no PGV of its records, an older version wrote it"):
-        intensities(along_sa.drop_vars("record_pgv"), "pgv")
+        intensities(Results(along_sa.drop_vars("record_pgv")), "pgv")
 
 
 @pytest.mark.parametrize("name", MEASURES)
@@ -263,7 +263,8 @@ def test_one_level_may_be_squeezed(along_sa):
     selected = along_sa.sel(intensity=0.4 * G)
     for dataset in (one, selected, selected.squeeze()):
         assert pr.assess(dataset).interfaces[0].closing == pr.assess(along_sa).interfaces[0].closing
-        np.testing.assert_array_equal(intensities(dataset, Results(dataset).usual_intensity), np.full((4, 1), 0.4 * G))
+        opened = Results(dataset)
+        np.testing.assert_array_equal(intensities(opened, opened.usual_intensity), np.full((4, 1), 0.4 * G))
 
 
 def test_other_calls_read_levels(along_sa, tmp_path):

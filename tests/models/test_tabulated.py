@@ -30,6 +30,7 @@ from pounding_risk.models.contact.table import TableError, table_of
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.results.contact_notes import of_results
+from pounding_risk.results.opened import Results
 from pounding_risk.scene.reader import parse_scene, read_scene
 from pounding_risk.solver.counters import COMPLETE, COUNT
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, solve
@@ -504,13 +505,13 @@ def test_a_scene_reads_its_table_and_stands_alone(tmp_path: Path):
 def test_results_stand_alone_and_say_where_the_table_ends(tmp_path: Path):
     path = bumper_scene(tmp_path)
     results = pr.scan(path, tmp_path / "long.nc")
-    assert not any("last point" in note for note in of_results(results))
+    assert not any("last point" in note for note in of_results(Results(results)))
     (tmp_path / "bumper.csv").unlink()
     from pounding_risk.studies.rerun import rerun
 
     assert rerun(tmp_path / "long.nc").same
     short = bumper_scene(tmp_path, table={"penetration": ["0 mm", "2 mm"], "force": ["0 kN", "20 kN"]})
-    notes = of_results(pr.scan(short))
+    notes = of_results(Results(pr.scan(short)))
     assert any(note.startswith("A | B, in 1 cases: the penetration of") for note in notes), notes
     assert "the table's last point, 2 mm" in " ".join(json.loads(pr.simulate(short).attrs["notes"]))
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import pounding_risk as pr
-from pounding_risk.assessment.demands import interfaces, motions_of
+from pounding_risk.assessment.demands import motions_of
 from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.results.opened import Results
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies import uncertainty
 from pounding_risk.studies.uncertainty import AT_ONCE, ONE_BY_ONE, free_along, free_motion
@@ -126,9 +127,9 @@ def test_the_demands_of_a_sample_are_read_as_those_of_a_scan():
     study = scene()
     (axis,) = study.axes
     dataset = along(study)
-    ((name, part),) = interfaces(dataset.isel({axis.name: 1}))
+    ((name, part),) = Results(dataset.isel({axis.name: 1})).interfaces
     scanned = pr.scan(study, check_fraction=0.0).isel({axis.name: 1})
-    ((same, other),) = interfaces(scanned)
+    ((same, other),) = Results(scanned).interfaces
     found, expected = motions_of(part), motions_of(other)
     assert name == same
     assert (found.records, found.polarities, found.amplitudes) == (

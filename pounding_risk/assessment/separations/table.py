@@ -23,12 +23,12 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.order import enough_for
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._common.words import nearest
-from pounding_risk.assessment.demands import by_motion, interfaces
+from pounding_risk.assessment.demands import by_motion
 from pounding_risk.assessment.options import USUAL_PERCENTILE, percentile_of
 from pounding_risk.assessment.separations import rules
 from pounding_risk.assessment.separations.rules import RULES, Case, Rule, Site
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.attributes import has_own_grounds, tables_of
+from pounding_risk.results.attributes import has_own_grounds
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import with_axes
 from pounding_risk.statistics.required_gap import rounded_up
@@ -248,23 +248,29 @@ def code_table(
         motion; and for an interface that it has not and a percentile out of its range.
     """
     percentile = percentile_of(percentile)
-    part = with_axes(results)
+    part = Results(with_axes(results))
     if interface is not None:
-        parts = dict(interfaces(part))
+        parts = dict(part.interfaces)
         if interface not in parts:
             meant = nearest(str(interface), parts)
             raise PoundingError(f"interface: {interface!r} is not in the dataset{meant}, which has {', '.join(parts)}")
         part = parts[interface]
-    missing = [name for name in NEEDED if name not in part]
+    return separations_of(part.at_level(), percentile, site)
+
+
+def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> CodeTable:
+    """`code_table` of two neighbours at one amplitude; the percentile in %."""
+    dataset = results.dataset
+    missing = [name for name in NEEDED if name not in dataset]
     if missing:
         raise PoundingError(f"the dataset has no {' and no '.join(missing)}; scan the scene again with this version")
-    if part.sizes.get("building", 1) != 2:
-        example = " | ".join(map(str, part["building"].values[:2]))
+    if dataset.sizes.get("building", 1) != 2:
+        example = " | ".join(map(str, dataset["building"].values[:2]))
         raise PoundingError(
-            f"the dataset has {part.sizes.get('building', 1)} buildings; select two neighbours, such as "
+            f"the dataset has {dataset.sizes.get('building', 1)} buildings; select two neighbours, such as "
             f'interface="{example}", or with isel(building=[0, 1])'
         )
-    shown = Results(part).at_level().isel(interface=0, missing_dims="ignore")
+    shown = dataset.isel(interface=0, missing_dims="ignore")
     left, right = (by_motion(at_contact(shown, side)).astype(float) for side in (0, 1))
     closing = by_motion(shown["peak_closing_free"]).astype(float)
     known = np.isfinite(left) & np.isfinite(right) & np.isfinite(closing)
@@ -281,15 +287,15 @@ def code_table(
     medians = (float(np.median(left[known])), float(np.median(right[known])))
     case = Case((left[moved], right[moved]), periods, dampings, site)
     rows = separations((first, second), medians, periods, dampings, site)
-    if has_own_grounds(tables_of(str(shown.attrs.get("scene_resolved", "")))):
+    if has_own_grounds(results.scene):
         rows = tuple(replace(row, note="; ".join(filter(None, (row.note, rules.ONE_GROUND)))) for row in rows)
-    amplitude = Results(shown).amplitudes.values[0]
+    amplitude = results.amplitudes.values[0]
     both_move = bool(np.isfinite(shown["building_period"].values).all())
     demand_median, demand = enough_for(closing[known], (MIDDLE, percentile)).tolist()
     return CodeTable(
         buildings=(first, second),
         amplitude=amplitude if amplitude is not None and isfinite(amplitude) else None,
-        at=Results(shown).amplitude_words(),
+        at=results.amplitude_words(),
         percentile=percentile,
         motions=int(moved.sum()),
         without=int((known & ~moved).sum()),

@@ -19,8 +19,8 @@ from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import Measure, read_measure
 from pounding_risk.reports.exports._written import Options
-from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.check import kind_of
+from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import METHODS
 from pounding_risk.units import GAP, STANDARD_GRAVITY, YIELD_FORCE, say
 
@@ -219,7 +219,7 @@ def damage_dataset(results: xr.Dataset, options: Options) -> xr.Dataset:
             raise PoundingError(f"{option}: curves of damage are of all levels; leave it out")
     if is_fitted:
         return results
-    if not tables_of(results.attrs["scene_resolved"]).get("damage"):
+    if not Results(results).scene.get("damage"):
         raise PoundingError(
             "--of damage: the scene has no [[damage]]; write `pounding-risk damage results.nc --states FILE -o "
             "damage.nc`, and export that file"

@@ -14,7 +14,7 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
-from pounding_risk.assessment.demands import interfaces, motions_of
+from pounding_risk.assessment.demands import motions_of
 from pounding_risk.assessment.row import RowCase, any_of_building, row_case
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
 from pounding_risk.errors import PoundingError
@@ -161,7 +161,7 @@ def _row(results: xr.Dataset, options: Options) -> Row:
     chosen: dict[str, Any] = {"gap": options.gap, "pga": options.pga, "intensity_level": options.intensity_level}
     assessment = assess(results, **chosen)
     closes = []
-    for (_, part), one in zip(interfaces(results), assessment.interfaces, strict=True):
+    for (_, part), one in zip(Results(results).interfaces, assessment.interfaces, strict=True):
         motions = motions_of(part)
         closing = motions.closing[:, motions.amplitudes.index(one.amplitude)]
         closes.append(np.where(motions.finite, np.where(closing > one.gap, 1.0, 0.0), nan))

@@ -21,15 +21,14 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import csv_text
-from pounding_risk.assessment.demands import intensities, resolved_intensity
+from pounding_risk.assessment.intensities import intensities, resolved_intensity
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports import _fragilities as fragilities
 from pounding_risk.reports.exports._fragilities import Fragilities, Function, Intensity, identifier_of
 from pounding_risk.reports.exports._written import Options, Written, write_folder
-from pounding_risk.results.attributes import tables_of
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.layout import amplitude_axis
-from pounding_risk.results.opened import one_case
+from pounding_risk.results.opened import Results, one_case
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -122,7 +121,7 @@ def _demand_tables(
         axis = amplitude_axis(results)
         level = int(np.argmin(np.abs(results[axis].values - float(runs[axis])))) if axis in results.dims else 0
         unit = "mps" if measure.imt == "PGV" else "mps2"
-        intensity.append(Demand(_demand_name(measure), unit, intensities(results, measure.word)[:, level]))
+        intensity.append(Demand(_demand_name(measure), unit, intensities(Results(results), measure.word)[:, level]))
     for place, building in enumerate(map(str, runs["building"].values)):
         one = runs.isel(building=place)
         heights = _storey_heights(one)
@@ -181,11 +180,11 @@ def _components(results: xr.Dataset, options: Options) -> Components:
     Raises PoundingError for an intensity that pelicun does not know, and where the one kind has none.
     """
     of_damage = kind_of(results) == "damage"
-    has_states = of_damage or bool(tables_of(results.attrs["scene_resolved"]).get("damage"))
+    has_states = of_damage or bool(Results(results).scene.get("damage"))
     kinds: Sequence[str] = fragilities.KINDS if has_states else fragilities.KINDS[:2]
     kinds = (options.of,) if options.of else kinds[2:] if of_damage else kinds
     if options.intensity is not None and not of_damage:
-        fragilities.intensity_of(resolved_intensity(results, options.intensity))
+        fragilities.intensity_of(resolved_intensity(Results(results), options.intensity))
     measure, named, notes = None, [], []
     faults: list[PoundingError] = []
     for kind in kinds:

@@ -1,0 +1,279 @@
+"""Intensities of the motions of a dataset of `scan`, and the hazard and ground-motion fields that go with them."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.assessment.demands import by_amplitude
+from pounding_risk.assessment.gmfs import Fields, read_fields
+from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
+from pounding_risk.assessment.hazard_table import read_hazard
+from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, PGA_AXIS, Measure, read_measure
+from pounding_risk.motions.scaling import mean_periods
+from pounding_risk.results.amplitudes import Spectral, intensity_words, spectral
+from pounding_risk.results.opened import Results
+
+Array = NDArray[np.float64]
+
+NEAR = 0.05  # of a building's period, by which that of a hazard curve may differ: Sa hardly does
+PERIOD_WORDS = {
+    "sa(longer)": ", at the longest period of the buildings",
+    "sa(shorter)": ", at the shortest period of the buildings",
+    "sa(mean)": ", at the geometric mean of the buildings' periods",
+}
+
+
+class Shaking(NamedTuple):
+    """What fragilities are against: the intensity, its hazard curve and how that was read, and ground-motion fields."""
+
+    intensity: str
+    hazard: Hazard | None = None
+    reading: str = ""
+    fields: Fields | None = None
+
+    def events(self, results: Results) -> Array | None:
+        """Intensities of the events of the fields [SI], of a dataset in which buildings have periods; None without."""
+        return None if self.fields is None else self.fields.at(spectral_intensity(results, self.intensity))
+
+
+def shaking_of(
+    results: Results,
+    hazard: Hazard | HazardSpectrum | str | Path | None,
+    gmfs: Fields | str | Path | None,
+    requested: str | None,
+) -> Shaking:
+    """The intensity of fragilities, as requested or as usual, with its hazard curve and fields, as `assess` takes them.
+
+    Raises PoundingError for an intensity that the dataset or the hazard has not, and as `read_hazard` and
+    `read_fields`.
+    """
+    fields = read_fields(gmfs) if isinstance(gmfs, str | Path) else gmfs
+    known = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
+    usual = results.usual_intensity
+    if fields is not None and requested is None and known is None:
+        requested = usual
+        if not fields.has(spectral_intensity(results, usual)):
+            longer = resolved_intensity(results, "sa(longer)")
+            requested = next((one for one in (longer, "pga") if fields.has(one)), usual)
+    if isinstance(known, HazardSpectrum):
+        word = "" if usual.startswith("sa(") else "sa(longer)"
+        intensity = resolved_intensity(results, requested or word or usual)
+        curve = known.at(spectral_intensity(results, intensity))
+        why = PERIOD_WORDS.get(word if requested is None else requested, "")
+        if requested is None and not word:
+            why = ", which the motions are scaled to"
+        reading = f"{curve.reading} The curve is that of {intensity_words(curve.name)}{why}.".strip()
+        return Shaking(intensity, curve, reading, fields)
+    if requested is not None:
+        intensity = resolved_intensity(results, requested)
+    elif known is None:
+        intensity = usual
+    else:  # that of the curve
+        one = spectral(known.name[3:-1]) if known.name.startswith("sa(") else None
+        measure = read_measure(known.name) if one is None else None
+        intensity = one.intensity if one else measure.intensity if measure else usual
+    return Shaking(intensity, known, known.reading if known else "", fields)
+
+
+def intensities(results: Results, intensity: str) -> Array:
+    """Intensities of the motions [SI], (motions, amplitudes).
+
+    That is "pga", "pgv", "sa_avg(0.2-2 s)", the factor "scale" of a dataset whose axis it is, or "sa(left)",
+    "sa(right)" or by name, or "sa(0.62 s)" at any period. What the dataset's motions are scaled to has the values of
+    its axis. Sa of a single mass is its pseudo-spectral acceleration at its own period and damping, (2π/T)² times its
+    largest displacement without contact; of a building with storeys, that of the record at its first period. Sa at a
+    period is what the scene scales its motions to where that is the same, or is read from the dataset's spectra, of
+    5 % damping, by straight lines in the logarithms. Raises PoundingError for another word, for a rigid building, and
+    where the dataset has no such spectrum.
+    """
+    measure = read_measure(intensity)
+    amplitudes = results.amplitudes
+    if measure is not None and amplitudes.axis in results.dataset.coords and amplitudes.measure.is_same(measure):
+        motions = results.dataset.sizes["record"] * results.dataset.sizes["polarity"]
+        return np.tile(np.array(amplitudes.values, dtype=float), (motions, 1))
+    if measure is not None and measure.name != "sa":
+        before = results.dataset["record_pga"].values
+        if PGA_AXIS in results.dataset.coords:
+            felt = np.tile(np.atleast_1d(results.dataset[PGA_AXIS].values), (before.size, 1))
+        elif LEVEL_AXIS in results.dataset.coords:
+            felt = results.dataset["record_pga_felt"].transpose("record", ...).values.reshape(before.size, -1)
+        else:
+            felt = before[:, None]
+        if measure.name != "pga":  # by factors from the records before the amplitude of the grid, 1 of still ground
+            grown = np.divide(felt, before[:, None], out=np.ones_like(felt), where=before[:, None] > 0.0)
+            felt = _before_scaling(results, measure, intensity)[:, None] * grown
+        return np.repeat(felt, results.dataset.sizes["polarity"], axis=0)
+    one = _spectral_of(results, intensity)
+    side = _side(results, intensity)
+    if side is not None and not _has_storeys(results, side):
+        free = by_amplitude(results.dataset["peak_displacement_free"].isel(building=side))
+        return free * (2.0 * np.pi / one.period) ** 2
+    known = results.scaled_to
+    if known is not None and known.value is not None and known.is_at(one):
+        return np.full((results.dataset.sizes["record"] * results.dataset.sizes["polarity"], 1), known.value)
+    _check_spectra(results, (one,), intensity)
+    at = np.exp(_log_spectra(results, np.array([one.period]))[:, 0])
+    scaled = at[:, None] / results.dataset["record_pga"].values[:, None]
+    return np.asarray(np.repeat(scaled, results.dataset.sizes["polarity"], axis=0) * intensities(results, "pga"))
+
+
+def _check_spectra(results: Results, required: Sequence[Spectral], intensity: str) -> None:
+    """Raise PoundingError where the dataset has no Sa of its records at these periods and damping."""
+    if all(results.has_spectrum_at(one) for one in required):
+        return
+    span = results.spectral_range
+    if span is None:
+        raise PoundingError(
+            f"intensity {intensity!r}: the dataset has no spectra of its records, an older version wrote it; run "
+            "it again with `pounding-risk rerun`, or write pga"
+        )
+    periods = "a period" if len(required) == 1 else "periods"
+    raise PoundingError(
+        f"intensity {intensity!r}: the dataset has spectra of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s; "
+        f"write {periods} among them, or pga"
+    )
+
+
+def _log_spectra(results: Results, at: NDArray[Any]) -> Array:
+    """Logarithms of Sa of the records before the amplitude of the grid at these periods, (records, periods)."""
+    spectra = results.dataset["record_spectral_acceleration"].transpose("record", "period").values
+    periods = np.log(results.dataset["period"].values)
+    return np.array([np.interp(np.log(at), periods, np.log(spectrum)) for spectrum in spectra])
+
+
+def _before_scaling(results: Results, measure: Measure, intensity: str) -> Array:
+    """PGV or mean Sa of the records before the amplitude of the grid, (records,) [SI]."""
+    if measure.name == FACTOR:
+        raise PoundingError(
+            "intensity 'scale': the motions of the dataset are not scaled by factors; write what they are scaled to, "
+            f"{results.usual_intensity}, or pga"
+        )
+    if measure.name == "pgv":
+        if "record_pgv" not in results.dataset.coords:
+            raise PoundingError(
+                "intensity 'pgv': the dataset has no PGV of its records, an older version wrote it; run it again with "
+                "`pounding-risk rerun`, or write pga"
+            )
+        return np.asarray(results.dataset["record_pgv"].values)
+    periods = mean_periods(measure.periods[0], measure.periods[-1])
+    # The ends as they are written: what a power and a logarithm make of them may lie outside the spectra.
+    periods[[0, -1]] = measure.periods
+    _check_spectra(results, [Spectral(float(period), measure.damping) for period in periods], intensity)
+    return np.exp(_log_spectra(results, periods).mean(axis=1))
+
+
+def _spectral_of(results: Results, intensity: str) -> Spectral:
+    """Period and damping of the requested Sa; raises PoundingError for a rigid building's."""
+    side = _side(results, intensity)
+    if side is None:
+        return spectral(intensity[3:-1]) or Spectral(np.nan)
+    period = float(results.dataset["building_period"].values[side])
+    if np.isnan(period):
+        raise PoundingError(
+            f"intensity {intensity!r}: that building is rigid and has no period; write pga, or the other building's sa"
+        )
+    if _has_storeys(results, side) or "building_damping" not in results.dataset.variables:
+        return Spectral(period)
+    return Spectral(period, float(results.dataset["building_damping"].values[side]))
+
+
+def _has_storeys(results: Results, side: int) -> bool:
+    return "building_storeys" in results.dataset.coords and int(results.dataset["building_storeys"].values[side]) > 1
+
+
+def resolved_intensity(results: Results, intensity: str) -> str:
+    """The intensity with a period in place of "longer", "shorter" and "mean", those of the dataset's buildings.
+
+    "mean" is the geometric mean of all periods. Raises PoundingError where all buildings are rigid.
+    """
+    match = re.fullmatch(r"sa\((longer|shorter|mean)\)", intensity)
+    if match is None or match[1] in map(str, results.dataset["building"].values):
+        return intensity
+    periods = results.dataset["building_period"].values
+    periods = periods[np.isfinite(periods)]
+    if not periods.size:
+        raise PoundingError(f"intensity {intensity!r}: every building is rigid and has no period; write pga")
+    chosen = {"longer": periods.max(), "shorter": periods.min(), "mean": np.exp(np.log(periods).mean())}[match[1]]
+    return Spectral(float(chosen)).intensity
+
+
+def spectral_intensity(results: Results, intensity: str) -> str:
+    """An intensity by its period: "sa(0.5 s)" of "sa(left)"; another measure as it is."""
+    measure = read_measure(intensity)
+    return intensity if measure is not None else _spectral_of(results, intensity).intensity
+
+
+def check_intensity(results: Results, intensity: str, curve: str) -> None:
+    """Raise PoundingError where a hazard curve, by its name, is not of the intensity that fragilities are against.
+
+    A curve of Sa that names a period, as "sa(1.0 s)", must name that of the intensity, and its damping be the same.
+    """
+    kind = re.match(r"[a-z_]*", curve)
+    if kind is None or kind[0] != intensity.partition("(")[0]:
+        known = read_measure(curve) is not None or spectral(curve[3:-1])
+        repair = f", such as --intensity {shlex.quote(curve)}" if known else ""
+        raise PoundingError(
+            f"the hazard curve is one of {curve}, the fragility one against {intensity_words(intensity)}; write the "
+            f"intensity that the curve is of{repair}"
+        )
+    own_measure, of_hazard = read_measure(intensity), read_measure(curve)
+    if own_measure is not None and own_measure.name == "sa_avg":
+        _check_range(own_measure, of_hazard, curve)
+        return
+    named = re.search(r"\d*\.?\d+", curve)
+    if (own_measure is not None and own_measure.name != "sa") or named is None:
+        return
+    own, of_curve = _spectral_of(results, intensity), spectral(curve[3:-1])
+    period = own.period
+    if abs(float(named[0]) - period) > NEAR * period:
+        whose = ", the building's own period" if _side(results, intensity) is not None else ""
+        raise PoundingError(
+            f"the hazard curve is one of {curve}, the fragility one against Sa at {period:.6g} s{whose}; take the "
+            "curve of that period, or the intensity that the curve is of"
+        )
+    if of_curve is not None and abs(of_curve.damping - own.damping) > NEAR * of_curve.damping:
+        raise PoundingError(
+            f"the hazard curve is one of {curve} at {100.0 * of_curve.damping:g} % damping, the fragility one against "
+            f"Sa at {100.0 * own.damping:g} %; write --intensity {shlex.quote(Spectral(period).intensity)}, or name "
+            f'the damping of the curve in its head, such as "sa({period:g} s, {100.0 * own.damping:g} %) [g]"'
+        )
+
+
+def _check_range(own: Measure, of_curve: Measure | None, curve: str) -> None:
+    """Raise PoundingError where a hazard curve is of no mean Sa over the same periods, at the same damping."""
+    if of_curve is None:
+        raise PoundingError(
+            f"the hazard curve is one of {curve}, whose periods cannot be read, the fragility one against {own.words}; "
+            f"write the head {own.intensity} [g]"
+        )
+    pairs = [*zip(own.periods, of_curve.periods, strict=True), (own.damping, of_curve.damping)]
+    if any(abs(one - other) > NEAR * one for one, other in pairs):
+        raise PoundingError(
+            f"the hazard curve is one of {of_curve.words}, the fragility one against {own.words}; take the curve of "
+            f"these periods and damping, or write --intensity {shlex.quote(of_curve.intensity)}"
+        )
+
+
+def _side(results: Results, intensity: str) -> int | None:
+    """Index of the building whose Sa is requested; None for the Sa at a period. Raises PoundingError for neither."""
+    names = [str(name) for name in results.dataset["building"].values]
+    match = re.fullmatch(r"sa\((.+)\)", intensity)
+    inside = match[1].strip() if match else ""
+    for known in (["left", "right"], names):
+        if inside in known:
+            return known.index(inside)
+    if inside and spectral(inside) is not None:
+        return None
+    listed = ", ".join(f"sa({name})" for name in names)
+    raise PoundingError(
+        f"intensity {intensity!r} is not known; write pga, sa(left), sa(right), by name {listed}, or a period such as "
+        "sa(0.5 s); also pgv, or a range of periods such as sa_avg(0.2-2 s)"
+    )
