@@ -292,7 +292,7 @@ def assess(
             _interface(name, part, index, options, doubts) for index, (name, part) in enumerate(opened.interfaces)
         ),
         notes=of_results(opened),
-        unused_keys=tuple(map(str, opened.attribute("unused_keys", []))),
+        unused_keys=opened.unused_keys,
         hazard_reading=shaking.reading,
         target_rate=rate.rate if rate else None,
         target_rate_words=rate.words if rate else "",
@@ -327,7 +327,7 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     verdict = judge(contact, criterion, sensitivity[0], results.run_counts, doubts)
     notes = [
         _amplitude_note(results) if options.level is None else "",
-        str(results.attribute("level_notes", {}).get(name, "")),
+        str(results.level_notes.get(name, "")),
     ]
     verdict = replace(
         verdict,

@@ -20,8 +20,8 @@ from pounding_risk._common.tables import AGAIN, Table, read_table
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.assessment.hazard_openquake import measure_of
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import read_sa, sa_at
 from pounding_risk.motions.sites.places import find_site, place_of, read_site, site_words, split_site
-from pounding_risk.results.amplitudes import Spectral, spectral
 from pounding_risk.statistics.fragility import fragility_curve
 from pounding_risk.statistics.hazard import SEED
 
@@ -211,5 +211,5 @@ def _mesh(path: Path) -> Table:
 
 def _period(intensity: str) -> float:
     """The period [s] of Sa with 5 % damping; 0 of another intensity."""
-    one = spectral(intensity[3:-1]) if intensity.startswith("sa(") else None
-    return one.period if one is not None and one.is_at(Spectral(one.period)) else 0.0
+    one = read_sa(intensity)
+    return one.period if one is not None and one.is_same(sa_at(one.period)) else 0.0

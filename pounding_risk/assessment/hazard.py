@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.amplitudes import Spectral, spectral
+from pounding_risk.motions.levels import USUAL_DAMPING, read_sa, sa_at
 from pounding_risk.statistics.fragility import fragility_curve
 from pounding_risk.statistics.hazard import annual_rate, in_years, missing_share
 
@@ -60,19 +60,20 @@ class HazardSpectrum:
         Between two periods the intensity of each rate is a power of the period. Raises PoundingError for another
         intensity, for a damping ratio other than the table's, and for a period outside its periods.
         """
-        damping = "" if self.damping == Spectral(1.0).damping else f", {100.0 * self.damping:g} %"
+        damping = "" if self.damping == USUAL_DAMPING else f", {100.0 * self.damping:g} %"
         repair = f'choose one of its own, such as --intensity "sa({self.periods[0]:g} s{damping})"'
         if intensity == "pga":
             if self.pga is None:
                 raise PoundingError(f"{self.source}: has no column of pga; {repair}")
             return Hazard("pga", self.pga, self.rate, self.source, self.reading)
-        wanted = spectral(intensity[3:-1]) if intensity.startswith("sa(") else None
+        wanted = read_sa(intensity)
         if wanted is None:
             raise PoundingError(f"{self.source}: has no curve of {intensity}; {repair}")
-        if not wanted.is_at(Spectral(wanted.period, self.damping)):
+        own = sa_at(wanted.period, self.damping)
+        if not wanted.is_same(own):
             raise PoundingError(
                 f"{self.source}: has spectra of {100.0 * self.damping:g} % damping, and {intensity} is asked for; "
-                f'write --intensity "{Spectral(wanted.period, self.damping).intensity}"'
+                f'write --intensity "{own.intensity}"'
             )
         first, last = float(self.periods[0]), float(self.periods[-1])
         if not first <= wanted.period <= last:

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk._common.tables import AGAIN, Row, Table, head_of, read_table
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.levels import sa_at
 from pounding_risk.motions.sites.places import Site, SiteRequest, find_site, place_of, read_site, site_words, split_site
-from pounding_risk.results.amplitudes import Spectral
 from pounding_risk.units import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
@@ -84,7 +84,7 @@ def measure_of(imt: str) -> tuple[str, float] | None:
     if imt in ("PGA", "PGV"):
         return imt.lower(), STANDARD_GRAVITY if imt == "PGA" else PGV_UNIT
     match = _SA.fullmatch(imt)
-    return (Spectral(float(match[1])).intensity, STANDARD_GRAVITY) if match and float(match[1]) > 0.0 else None
+    return (sa_at(float(match[1])).intensity, STANDARD_GRAVITY) if match and float(match[1]) > 0.0 else None
 
 
 def _is_export(head: Sequence[str]) -> bool:

@@ -28,8 +28,8 @@ from pounding_risk.assessment.annual_rates import AnnualRate, read_rate
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.assessment.hazard_openquake import Exported, exported
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.amplitudes import Spectral, intensity_quantity, spectral
+from pounding_risk.motions.levels import Measure, read_measure, read_sa, sa_at
+from pounding_risk.results.amplitudes import intensity_quantity
 from pounding_risk.statistics.hazard import rate_of_probability
 from pounding_risk.units import PERIOD, Quantity, QuantityError, parse
 
@@ -282,7 +282,7 @@ def _rate_at_period(head: Row, cell: str) -> tuple[Statement, str]:
     if match[2].lower() == "pga":
         return stated, "pga"
     try:
-        return stated, Spectral(parse(match[2], PERIOD)).intensity
+        return stated, sa_at(parse(match[2], PERIOD)).intensity
     except QuantityError as error:
         raise head.fault(f"{short(cell)} names no period ({error}); {CURVES}") from None
 
@@ -312,7 +312,7 @@ def _period_name(line: Row, cell: str, head: str) -> str:
     if cell.lower() == "pga" or re.fullmatch(r"0*\.?0+", cell):
         return "pga"
     try:
-        return Spectral(parse(f"{cell} {unit}", PERIOD)).intensity
+        return sa_at(parse(f"{cell} {unit}", PERIOD)).intensity
     except QuantityError as error:
         raise line.fault(f"{line.shown} starts with no period ({error}); {SPECTRA}") from None
 
@@ -343,12 +343,11 @@ def _spectrum(head: Row, names: Sequence[str], rate: Array, im: Array, reading: 
     )
 
 
-def _spectral_name(head: Row, name: str) -> Spectral:
+def _spectral_name(head: Row, name: str) -> Measure:
     """Period and damping of the intensity of a column, the period 0 of PGA."""
     if name == "pga":
-        return Spectral(0.0)
-    match = re.fullmatch(r"sa\((.+)\)", name)
-    found = spectral(match[1]) if match else None
+        return sa_at(0.0)
+    found = read_sa(name)
     if found is None:
         raise head.fault(f"{short(name)} is neither pga nor sa at a period such as sa(0.5 s); {SPECTRA}")
     return found

@@ -16,9 +16,9 @@ from pounding_risk.assessment.gmfs import Fields, read_fields
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, PGA_AXIS, Measure, read_measure
+from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, PGA_AXIS, Measure, read_measure, sa_at
 from pounding_risk.motions.scaling import mean_periods
-from pounding_risk.results.amplitudes import Spectral, intensity_words, spectral
+from pounding_risk.results.amplitudes import intensity_words
 from pounding_risk.results.opened import Results
 
 Array = NDArray[np.float64]
@@ -77,9 +77,8 @@ def shaking_of(
     elif known is None:
         intensity = usual
     else:  # that of the curve
-        one = spectral(known.name[3:-1]) if known.name.startswith("sa(") else None
-        measure = read_measure(known.name) if one is None else None
-        intensity = one.intensity if one else measure.intensity if measure else usual
+        measure = read_measure(known.name)
+        intensity = measure.intensity if measure else usual
     return Shaking(intensity, known, known.reading if known else "", fields)
 
 
@@ -94,38 +93,36 @@ def intensities(results: Results, intensity: str) -> Array:
     5 % damping, by straight lines in the logarithms. Raises PoundingError for another word, for a rigid building, and
     where the dataset has no such spectrum.
     """
-    measure = read_measure(intensity)
-    amplitudes = results.amplitudes
-    if measure is not None and amplitudes.axis in results.dataset.coords and amplitudes.measure.is_same(measure):
-        motions = results.dataset.sizes["record"] * results.dataset.sizes["polarity"]
+    measure, side = measure_of(results, intensity)
+    dataset, amplitudes = results.dataset, results.amplitudes
+    if side is None and amplitudes.axis in dataset.coords and amplitudes.measure.is_same(measure):
+        motions = dataset.sizes["record"] * dataset.sizes["polarity"]
         return np.tile(np.array(amplitudes.values, dtype=float), (motions, 1))
-    if measure is not None and measure.name != "sa":
-        before = results.dataset["record_pga"].values
-        if PGA_AXIS in results.dataset.coords:
-            felt = np.tile(np.atleast_1d(results.dataset[PGA_AXIS].values), (before.size, 1))
-        elif LEVEL_AXIS in results.dataset.coords:
-            felt = results.dataset["record_pga_felt"].transpose("record", ...).values.reshape(before.size, -1)
+    if measure.name != "sa":
+        before = dataset["record_pga"].values
+        if PGA_AXIS in dataset.coords:
+            felt = np.tile(np.atleast_1d(dataset[PGA_AXIS].values), (before.size, 1))
+        elif LEVEL_AXIS in dataset.coords:
+            felt = dataset["record_pga_felt"].transpose("record", ...).values.reshape(before.size, -1)
         else:
             felt = before[:, None]
         if measure.name != "pga":  # by factors from the records before the amplitude of the grid, 1 of still ground
             grown = np.divide(felt, before[:, None], out=np.ones_like(felt), where=before[:, None] > 0.0)
             felt = _before_scaling(results, measure, intensity)[:, None] * grown
-        return np.repeat(felt, results.dataset.sizes["polarity"], axis=0)
-    one = _spectral_of(results, intensity)
-    side = _side(results, intensity)
+        return np.repeat(felt, dataset.sizes["polarity"], axis=0)
     if side is not None and not _has_storeys(results, side):
-        free = by_amplitude(results.dataset["peak_displacement_free"].isel(building=side))
-        return free * (2.0 * np.pi / one.period) ** 2
+        free = by_amplitude(dataset["peak_displacement_free"].isel(building=side))
+        return free * (2.0 * np.pi / measure.period) ** 2
     known = results.scaled_to
-    if known is not None and known.value is not None and known.is_at(one):
-        return np.full((results.dataset.sizes["record"] * results.dataset.sizes["polarity"], 1), known.value)
-    _check_spectra(results, (one,), intensity)
-    at = np.exp(_log_spectra(results, np.array([one.period]))[:, 0])
-    scaled = at[:, None] / results.dataset["record_pga"].values[:, None]
-    return np.asarray(np.repeat(scaled, results.dataset.sizes["polarity"], axis=0) * intensities(results, "pga"))
+    if known is not None and known.measure.is_same(measure):
+        return np.full((dataset.sizes["record"] * dataset.sizes["polarity"], 1), known.value)
+    _check_spectra(results, (measure,), intensity)
+    at = np.exp(_log_spectra(results, np.array([measure.period]))[:, 0])
+    scaled = at[:, None] / dataset["record_pga"].values[:, None]
+    return np.asarray(np.repeat(scaled, dataset.sizes["polarity"], axis=0) * intensities(results, "pga"))
 
 
-def _check_spectra(results: Results, required: Sequence[Spectral], intensity: str) -> None:
+def _check_spectra(results: Results, required: Sequence[Measure], intensity: str) -> None:
     """Raise PoundingError where the dataset has no Sa of its records at these periods and damping."""
     if all(results.has_spectrum_at(one) for one in required):
         return
@@ -166,23 +163,37 @@ def _before_scaling(results: Results, measure: Measure, intensity: str) -> Array
     periods = mean_periods(measure.periods[0], measure.periods[-1])
     # The ends as they are written: what a power and a logarithm make of them may lie outside the spectra.
     periods[[0, -1]] = measure.periods
-    _check_spectra(results, [Spectral(float(period), measure.damping) for period in periods], intensity)
+    _check_spectra(results, [sa_at(float(period), measure.damping) for period in periods], intensity)
     return np.exp(_log_spectra(results, periods).mean(axis=1))
 
 
-def _spectral_of(results: Results, intensity: str) -> Spectral:
-    """Period and damping of the requested Sa; raises PoundingError for a rigid building's."""
-    side = _side(results, intensity)
-    if side is None:
-        return spectral(intensity[3:-1]) or Spectral(np.nan)
-    period = float(results.dataset["building_period"].values[side])
+def measure_of(results: Results, intensity: str) -> tuple[Measure, int | None]:
+    """The measure of an intensity, and the index of the building whose own Sa it is; None of a stated period.
+
+    Raises PoundingError for another word, and for a rigid building.
+    """
+    measure = read_measure(intensity)
+    if measure is not None:
+        return measure, None
+    dataset, names = results.dataset, list(map(str, results.dataset["building"].values))
+    match = re.fullmatch(r"sa\((.+)\)", intensity)
+    inside = match[1].strip() if match else ""
+    known = next((known for known in (["left", "right"], names) if inside in known), None)
+    if known is None:
+        listed = ", ".join(f"sa({name})" for name in names)
+        raise PoundingError(
+            f"intensity {intensity!r} is not known; write pga, sa(left), sa(right), by name {listed}, or a period such "
+            "as sa(0.5 s); also pgv, or a range of periods such as sa_avg(0.2-2 s)"
+        )
+    side = known.index(inside)
+    period = float(dataset["building_period"].values[side])
     if np.isnan(period):
         raise PoundingError(
             f"intensity {intensity!r}: that building is rigid and has no period; write pga, or the other building's sa"
         )
-    if _has_storeys(results, side) or "building_damping" not in results.dataset.variables:
-        return Spectral(period)
-    return Spectral(period, float(results.dataset["building_damping"].values[side]))
+    if _has_storeys(results, side) or "building_damping" not in dataset.variables:
+        return sa_at(period), side
+    return sa_at(period, float(dataset["building_damping"].values[side])), side
 
 
 def _has_storeys(results: Results, side: int) -> bool:
@@ -202,13 +213,13 @@ def resolved_intensity(results: Results, intensity: str) -> str:
     if not periods.size:
         raise PoundingError(f"intensity {intensity!r}: every building is rigid and has no period; write pga")
     chosen = {"longer": periods.max(), "shorter": periods.min(), "mean": np.exp(np.log(periods).mean())}[match[1]]
-    return Spectral(float(chosen)).intensity
+    return sa_at(float(chosen)).intensity
 
 
 def spectral_intensity(results: Results, intensity: str) -> str:
     """An intensity by its period: "sa(0.5 s)" of "sa(left)"; another measure as it is."""
-    measure = read_measure(intensity)
-    return intensity if measure is not None else _spectral_of(results, intensity).intensity
+    measure, side = measure_of(results, intensity)
+    return intensity if side is None else measure.intensity
 
 
 def check_intensity(results: Results, intensity: str, curve: str) -> None:
@@ -218,23 +229,22 @@ def check_intensity(results: Results, intensity: str, curve: str) -> None:
     """
     kind = re.match(r"[a-z_]*", curve)
     if kind is None or kind[0] != intensity.partition("(")[0]:
-        known = read_measure(curve) is not None or spectral(curve[3:-1])
-        repair = f", such as --intensity {shlex.quote(curve)}" if known else ""
+        repair = f", such as --intensity {shlex.quote(curve)}" if read_measure(curve) else ""
         raise PoundingError(
             f"the hazard curve is one of {curve}, the fragility one against {intensity_words(intensity)}; write the "
             f"intensity that the curve is of{repair}"
         )
-    own_measure, of_hazard = read_measure(intensity), read_measure(curve)
-    if own_measure is not None and own_measure.name == "sa_avg":
-        _check_range(own_measure, of_hazard, curve)
+    own, side = measure_of(results, intensity)
+    of_curve = read_measure(curve)
+    if own.name == "sa_avg":
+        _check_range(own, of_curve, curve)
         return
     named = re.search(r"\d*\.?\d+", curve)
-    if (own_measure is not None and own_measure.name != "sa") or named is None:
+    if own.name != "sa" or named is None:
         return
-    own, of_curve = _spectral_of(results, intensity), spectral(curve[3:-1])
     period = own.period
     if abs(float(named[0]) - period) > NEAR * period:
-        whose = ", the building's own period" if _side(results, intensity) is not None else ""
+        whose = ", the building's own period" if side is not None else ""
         raise PoundingError(
             f"the hazard curve is one of {curve}, the fragility one against Sa at {period:.6g} s{whose}; take the "
             "curve of that period, or the intensity that the curve is of"
@@ -242,7 +252,7 @@ def check_intensity(results: Results, intensity: str, curve: str) -> None:
     if of_curve is not None and abs(of_curve.damping - own.damping) > NEAR * of_curve.damping:
         raise PoundingError(
             f"the hazard curve is one of {curve} at {100.0 * of_curve.damping:g} % damping, the fragility one against "
-            f"Sa at {100.0 * own.damping:g} %; write --intensity {shlex.quote(Spectral(period).intensity)}, or name "
+            f"Sa at {100.0 * own.damping:g} %; write --intensity {shlex.quote(sa_at(period).intensity)}, or name "
             f'the damping of the curve in its head, such as "sa({period:g} s, {100.0 * own.damping:g} %) [g]"'
         )
 
@@ -260,20 +270,3 @@ def _check_range(own: Measure, of_curve: Measure | None, curve: str) -> None:
             f"the hazard curve is one of {of_curve.words}, the fragility one against {own.words}; take the curve of "
             f"these periods and damping, or write --intensity {shlex.quote(of_curve.intensity)}"
         )
-
-
-def _side(results: Results, intensity: str) -> int | None:
-    """Index of the building whose Sa is requested; None for the Sa at a period. Raises PoundingError for neither."""
-    names = [str(name) for name in results.dataset["building"].values]
-    match = re.fullmatch(r"sa\((.+)\)", intensity)
-    inside = match[1].strip() if match else ""
-    for known in (["left", "right"], names):
-        if inside in known:
-            return known.index(inside)
-    if inside and spectral(inside) is not None:
-        return None
-    listed = ", ".join(f"sa({name})" for name in names)
-    raise PoundingError(
-        f"intensity {intensity!r} is not known; write pga, sa(left), sa(right), by name {listed}, or a period such as "
-        "sa(0.5 s); also pgv, or a range of periods such as sa_avg(0.2-2 s)"
-    )

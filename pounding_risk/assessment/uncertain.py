@@ -31,8 +31,7 @@ from pounding_risk.assessment.uncertain_samples import (
     sampled_scene,
 )
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.amplitudes import spectral
+from pounding_risk.motions.levels import read_measure, read_sa
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.scene_axes import VARIANTS
@@ -371,7 +370,7 @@ def _log_capacities(
     """Logarithms of the intensities at which motions close a gap [m], (samples, motions), their measure, or a fault."""
     one_sample = subject.first_sample.interfaces[index][1]
     intensity = one_sample.usual_intensity if request.intensity is None else request.intensity
-    if intensity.startswith("sa(") and spectral(intensity[3:-1]) is None:
+    if intensity.startswith("sa(") and read_sa(intensity) is None:
         if request.intensity is not None:
             raise PoundingError(
                 f"intensity {intensity!r}: a building's period may differ between samples; write pga, or a period "

@@ -64,6 +64,11 @@ class Measure(NamedTuple):
         return f"{ends}, T the first period of {self.building}" if ends else ""
 
     @property
+    def period(self) -> float:
+        """The period of Sa [s]."""
+        return self.periods[0]
+
+    @property
     def quantity(self) -> Quantity:
         """The quantity, with unit and bounds, that its levels are values of."""
         return MEASURES[self.name][0]
@@ -179,6 +184,11 @@ class Level(NamedTuple):
 PEAK = Measure()
 
 
+def sa_at(period: float, damping: float = USUAL_DAMPING) -> Measure:
+    """The spectral acceleration at a period [s]."""
+    return Measure("sa", (period,), damping)
+
+
 def at_pga(value: float | None) -> Level | None:
     """The level of a peak ground acceleration [m/s²]; None keeps the amplitude."""
     return None if value is None else Level(PEAK, value)
@@ -220,3 +230,9 @@ def read_measure(text: str) -> Measure | None:
     if len(ends) != (1 if match[1] == "sa" else 2) or ends != sorted(set(ends)):
         return None
     return Measure(match[1], tuple(ends), damping)
+
+
+def read_sa(text: str) -> Measure | None:
+    """The spectral acceleration of a word such as "sa(0.5 s, 2 %)"; None of another word."""
+    measure = read_measure(text)
+    return measure if measure is not None and measure.name == "sa" else None

@@ -5,53 +5,13 @@ The amplitudes of a grid are its axis ``pga``, or ``intensity`` for levels of an
 
 from __future__ import annotations
 
-from math import isclose
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.levels import (
-    DIGITS,
-    PEAK,
-    PGA_AXIS,
-    USUAL_DAMPING,
-    Measure,
-    at_words,
-    read_measure,
-    say_level,
-)
-from pounding_risk.units import DAMPING, PERIOD, PGA, SHOWN, Quantity, QuantityError, parse, say, si
+from pounding_risk.motions.levels import DIGITS, PEAK, PGA_AXIS, Measure, read_measure, say_level
+from pounding_risk.units import PGA, SHOWN, Quantity, say, si
 
-if TYPE_CHECKING:
-    pass
-
-SAME = 1e-9  # relative difference up to which two periods are equal
-
-
-class Spectral(NamedTuple):
-    """Spectral acceleration at a period [s] and a damping ratio, and the value that motions have of it [m/s2]."""
-
-    period: float
-    damping: float = USUAL_DAMPING
-    value: float | None = None
-
-    @property
-    def intensity(self) -> str:
-        """The name that an assessment takes: "sa(0.62 s)", or "sa(0.62 s, 2 %)" for a damping other than 5 %."""
-        return f"sa({self._at})"
-
-    @property
-    def words(self) -> str:
-        """The name in sentences: "Sa(0.62 s)"."""
-        return f"Sa({self._at})"
-
-    @property
-    def _at(self) -> str:
-        return at_words(f"{self.period:.{DIGITS}g} s", self.damping)
-
-    def is_at(self, other: Spectral) -> bool:
-        """True where both have the same period and damping."""
-        alike = isclose(self.period, other.period, rel_tol=SAME)
-        return alike and isclose(self.damping, other.damping, rel_tol=SAME)
+SAME = 1e-9  # relative difference up to which two values are equal
 
 
 def own(value: float, quantity: Any) -> str:
@@ -101,15 +61,6 @@ def check_pga(amplitudes: Amplitudes) -> None:
         )
 
 
-def spectral(text: str) -> Spectral | None:
-    """Read the argument of "sa(0.62 s)" or "sa(0.62 s, 2 %)"; None where it is not a period."""
-    period, _, damping = text.partition(",")
-    try:
-        return Spectral(parse(period.strip(), PERIOD), parse(damping.strip() or USUAL_DAMPING, DAMPING))
-    except QuantityError:
-        return None
-
-
 def intensity_words(intensity: str) -> str:
     """An intensity as text: PGA, PGV, Sa(left), Sa(0.62 s), Sa_avg(0.2-2 s)."""
     measure = read_measure(intensity)
@@ -137,9 +88,3 @@ def intensity_label(intensity: str) -> str:
     """An intensity with its unit, as an axis of a figure has it: "Sa(0.5 s) [g]"."""
     unit, _ = intensity_shown(intensity)
     return f"{intensity_words(intensity)} [{unit or '1'}]"
-
-
-def spectral_of(table: dict[str, Any]) -> Spectral:
-    """A table {value, period, damping} of a resolved scene."""
-    value = parse(table["value"], PGA) if "value" in table else None
-    return Spectral(parse(table["period"], PERIOD), parse(table.get("damping", USUAL_DAMPING), DAMPING), value)

@@ -37,7 +37,7 @@ def of_results(results: Results) -> tuple[str, ...]:
 
     Raises PoundingError where the attributes with these notes, or with the scene, are damaged.
     """
-    notes = map(str, results.attribute("notes", []))
+    notes = results.notes
     try:
         tables = [results.scene.get(section, []) for section in ("building", "interface")]
         lengths = [parse(table.get("floor_length", "0 m"), ANY_LENGTH) for table in tables[0]]

@@ -15,17 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.levels import DIGITS, FACTOR, LEVEL_AXIS, PEAK, USUAL_DAMPING, Measure
+from pounding_risk.motions.levels import DIGITS, FACTOR, LEVEL_AXIS, PEAK, USUAL_DAMPING, Level, Measure, sa_at
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
 from pounding_risk.motions.record import recording
-from pounding_risk.results.amplitudes import SAME, Amplitudes, Spectral, check_pga, own, spectral_of
+from pounding_risk.results.amplitudes import SAME, Amplitudes, check_pga, own
 from pounding_risk.results.attributes import read_attribute, tables_of
 from pounding_risk.results.check import check_scene, kind_of
 from pounding_risk.results.grid_values import axis_words, listed_values, place_of, quantity_of
 from pounding_risk.results.layout import amplitude_axis, axes_of_cases
 from pounding_risk.results.scene_axes import settled
 from pounding_risk.statistics.proportions import labels
-from pounding_risk.units import GAP, PGA, SCALE, YIELD_FORCE, parse
+from pounding_risk.units import DAMPING, GAP, PERIOD, PGA, SCALE, YIELD_FORCE, parse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,9 +48,20 @@ class Results:
         """The tables of the scene, every value stated; none where the dataset has lost them."""
         return tables_of(str(self.dataset.attrs.get("scene_resolved", "")))
 
-    def attribute(self, name: str, default: Any) -> Any:
-        """The value of an attribute that holds JSON, of the kind of ``default``, as `read_attribute`."""
-        return read_attribute(self.dataset, name, default)
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes on the input of the scan."""
+        return tuple(map(str, read_attribute(self.dataset, "notes", [])))
+
+    @property
+    def unused_keys(self) -> tuple[str, ...]:
+        """Keys of the scene that change nothing in it, and why."""
+        return tuple(map(str, read_attribute(self.dataset, "unused_keys", [])))
+
+    @property
+    def level_notes(self) -> dict[str, Any]:
+        """Notes on the amplitudes, by interface."""
+        return dict(read_attribute(self.dataset, "level_notes", {}))
 
     # ------------------------------------------------------------------------ parts
 
@@ -109,10 +120,10 @@ class Results:
     def recordings(self) -> NDArray[np.int64]:
         """The number of each record's recording; records whose motion is the same to the last bit are of one."""
         names = list(map(str, self.dataset["record"].values))
-        facts = {entry.get("name"): entry for entry in self.attribute("records", [])}
+        facts = {entry.get("name"): entry for entry in read_attribute(self.dataset, "records", [])}
         of_records: list[Any] = [recording(facts.get(name, {}), name) for name in names]
         shared = [tuple(one) if isinstance(one, list) else one for one in of_records]
-        digests = self.attribute("motions_sha256", {})
+        digests = read_attribute(self.dataset, "motions_sha256", {})
         first: dict[Any, Any] = {}
         for index, name in enumerate(names):
             key, original = shared[index], first.setdefault(digests.get(name, name), shared[index])
@@ -124,7 +135,8 @@ class Results:
     @property
     def record_doubts(self) -> tuple[str, ...]:
         """A sentence for each record that is a copy of another, as `scan` found it, is here twice, or has no motion."""
-        digests, names = self.attribute("motions_sha256", {}), list(map(str, self.dataset["record"].values))
+        digests = read_attribute(self.dataset, "motions_sha256", {})
+        names = list(map(str, self.dataset["record"].values))
         first: dict[str, str] = {}
         originals = [(name, first.setdefault(digests.get(name, name), name)) for name in names]
         twice = [
@@ -134,7 +146,7 @@ class Results:
         ]
         dead = [name for name, shakes in zip(names, self.is_shaking, strict=True) if not shakes]
         still = [f"{name} holds no motion: it counts against the verdict, scan again without it" for name in dead]
-        return (*self.attribute("copies", []), *twice, *still)
+        return (*read_attribute(self.dataset, "copies", []), *twice, *still)
 
     # ------------------------------------------------------------------------ the scene's own case
 
@@ -289,13 +301,13 @@ class Results:
         return " ".join(filter(None, (_aim(records), factor))) or "as recorded"
 
     @property
-    def scaled_to(self) -> Spectral | None:
+    def scaled_to(self) -> Level | None:
         """The spectral acceleration that every motion has; None where motions are not scaled to one."""
         records = self.scene.get("records", {})
         if "pga" in self.dataset.coords or "sa" not in records:
             return None
-        one = spectral_of(records["sa"])
-        return one._replace(value=(one.value or 0.0) * parse(records.get("scale", 1.0), SCALE))
+        one = _level_of(records["sa"])
+        return one._replace(value=one.value * parse(records.get("scale", 1.0), SCALE))
 
     @property
     def usual_intensity(self) -> str:
@@ -306,13 +318,12 @@ class Results:
         """
         if self.measure.name != FACTOR and self.measure != PEAK:
             return self.measure.intensity
-        one = self.scaled_to
-        if one is not None:
-            return one.intensity
+        if self.scaled_to is not None:
+            return self.scaled_to.measure.intensity
         measure = self.scene.get("records", {}).get("to_median")
         if not isinstance(measure, dict) or "pga" in self.dataset.coords:
             return "pga"
-        one = spectral_of(measure)
+        one = _level_of(measure).measure
         return one.intensity if self.has_spectrum_at(one) else "pga"
 
     @property
@@ -324,7 +335,7 @@ class Results:
         known = self.dataset["period"].values[(spectra > 0.0).all(axis=0)]
         return (float(known[0]), float(known[-1])) if known.size else None
 
-    def has_spectrum_at(self, intensity: Spectral) -> bool:
+    def has_spectrum_at(self, intensity: Measure) -> bool:
         """True where the spectra of the dataset, which have 5 % damping, include this period and damping."""
         span = self.spectral_range
         usual = isclose(intensity.damping, USUAL_DAMPING, rel_tol=SAME)
@@ -375,12 +386,17 @@ def _aim(records: dict[str, Any]) -> str:
         return f"with the factors of {records['manifest']}"
     if "to_median" in records:
         measure = records["to_median"]
-        words = spectral_of(measure).words if isinstance(measure, dict) else measure.upper()
+        words = _level_of(measure).measure.words if isinstance(measure, dict) else measure.upper()
         return f"at the ensemble's median {words}"
     if "sa" in records:
-        one = spectral_of(records["sa"])
-        return f"at {one.words} = {own(one.value or 0.0, PGA)}"
+        return f"at {_level_of(records['sa']).words}"
     return f"at PGA {own(parse(records['pga'], PGA), PGA)}" if "pga" in records else ""
+
+
+def _level_of(table: dict[str, Any]) -> Level:
+    """A table {value, period, damping} of a resolved scene, the value 0 where it has none."""
+    measure = sa_at(parse(table["period"], PERIOD), parse(table.get("damping", USUAL_DAMPING), DAMPING))
+    return Level(measure, parse(table["value"], PGA) if "value" in table else 0.0)
 
 
 def one_case(

@@ -29,7 +29,7 @@ from pounding_risk.results.check import check_version
 from pounding_risk.results.layout import AXES, SCENE_AXES, axes_of_cases
 from pounding_risk.results.variables import COORDINATES, PLACES, VARIABLES, described
 from pounding_risk.scene.overrides import address_of, override, parts_of
-from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap, labels_of, overrides_at, shape_of_axes
+from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap, labels_of, overrides_at
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.units import GAP, SHOWN, Quantity, QuantityError, parse, shown
 
@@ -95,7 +95,7 @@ def check_axes(dataset: xr.Dataset, source: str) -> None:
     lost = [
         f"the attribute {VARIANTS} has no {name}" for name in ("attributes", "tables") if axes and name not in variants
     ]
-    faults = [*lost, *_label_faults(dataset, axes), *_variant_faults(variants, shape_of_axes(axes))]
+    faults = [*lost, *_label_faults(dataset, axes), *_variant_faults(variants, tuple(axis.size for axis in axes))]
     if faults:
         raise PoundingError(
             f"{source}: {'; '.join(faults)}: the file was damaged or changed since it was written; take the one that "

@@ -88,14 +88,9 @@ def labels_of(values: Sequence[Any]) -> Labels:
     return Labels(tuple(numbers), units.pop().replace("m/s^2", "m/s2"))
 
 
-def shape_of_axes(axes: Sequence[SceneAxis]) -> tuple[int, ...]:
-    """How many places each axis has."""
-    return tuple(axis.size for axis in axes)
-
-
 def count_of(axes: Sequence[SceneAxis]) -> int:
     """How many scenes the axes make: the product of their places."""
-    return prod(shape_of_axes(axes))
+    return prod(axis.size for axis in axes)
 
 
 def overrides_at(axes: Sequence[SceneAxis], places: Sequence[int]) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 from pounding_risk.errors import SceneError
 from pounding_risk.scene.axes import unlike
 from pounding_risk.scene.scene import Scene, Scenes
-from pounding_risk.scene.scene_axis import SceneAxis, alone, count_of, overrides_at, shape_of_axes
+from pounding_risk.scene.scene_axis import SceneAxis, alone, count_of, overrides_at
 from pounding_risk.scene.toml import parse_toml
 
 NO_SAMPLES = "uncertain.samples=0"  # what `--set` takes for every uncertain number at its stated value
@@ -24,7 +24,7 @@ class Variants:
 
     def __init__(self, study: Scene, axes: Sequence[SceneAxis] | None = None):
         self.study, self.axes = study, tuple(study.axes if axes is None else axes)
-        self.shape, self.count = shape_of_axes(self.axes), count_of(self.axes)
+        self.shape, self.count = tuple(axis.size for axis in self.axes), count_of(self.axes)
         self._made = Scenes(study, parse_toml(study.text, study.source), study.overrides)
         self._scenes: dict[int, Scene] = {}
 
