@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.bounded import bounded
 from pounding_risk.assessment.damage_curves import POUNDING, Curves, Motions, Options
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.assessment.gmfs import scenario_of
 from pounding_risk.assessment.hazard import rate_of
 from pounding_risk.results.amplitudes import intensity_unit, intensity_words
-from pounding_risk.results.variables import described
+from pounding_risk.results.variables import bounded, described
 from pounding_risk.statistics.fragility import fragility_curve
 from pounding_risk.statistics.hazard import annual_rate
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Sequence
-from io import StringIO
 from math import isfinite, isnan, nan
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk._common.letters import cell
 from pounding_risk.assessment.damage_curves import DRAWS, LOST, NO_CONTACT, POUNDING, SEED, Curves, Motions, Options
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import intensity_words
@@ -144,26 +141,3 @@ def _of_state(one: Curves, motions: Motions, options: Options) -> Iterator[str]:
     if one.is_compared and one.lost:
         without = "no bounds are given" if one.lost > LOST * DRAWS else "left out of the bounds"
         yield f"{name}: no curve from {counted(one.lost, 'sample')} of recordings; {without}."
-
-
-def damage_table(dataset: xr.Dataset) -> str:
-    """One row for each state and side as CSV, in SI; what is not known is empty."""
-    single = [name for name in dataset.data_vars if dataset[name].dims in (("state",), ("state", "pounding"))]
-    rows = []
-    for state in map(str, dataset["state"].values):
-        for side in POUNDING:
-            part = dataset.sel(state=state, pounding=side)
-            row: dict[str, Any] = {"state": state, "reached_by": str(part["state_words"].item()), "pounding": side}
-            row |= {"intensity": dataset.attrs["intensity"], "method": dataset.attrs["method"]}
-            row |= {"gap [m]": float(dataset["gap"]), "contact_model": str(dataset["contact_model"].item())}
-            row |= {"yield_force [N]": float(dataset["yield_force"])}
-            row |= {"runs": int(part["runs"].sum()), "reached": int(part["reached"].sum())}
-            row |= {f"{name} [{dataset[name].attrs['units']}]": part[name].item() for name in single}
-            rows.append(row | {"fault": str(part["fault"].item())})
-    stream = StringIO()
-    writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        known = {key: "" if isinstance(value, float) and isnan(value) else value for key, value in row.items()}
-        writer.writerow({key: cell(value) for key, value in known.items()})
-    return stream.getvalue()

@@ -16,7 +16,6 @@ from pounding_risk._common.dates import created
 from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk.assessment import uncertain_words as words
-from pounding_risk.assessment.bounded import bounded
 from pounding_risk.assessment.demands import is_linear
 from pounding_risk.assessment.fragility import out_of_scale, shown_as
 from pounding_risk.assessment.intensities import intensities
@@ -35,7 +34,7 @@ from pounding_risk.motions.levels import read_measure, read_sa
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.scene_axes import VARIANTS
-from pounding_risk.results.variables import described
+from pounding_risk.results.variables import bounded, described
 from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.statistics.crossed import Analysis, Components
 from pounding_risk.statistics.fragility import ALONE, Fit

@@ -13,12 +13,12 @@ import xarray as xr
 from pounding_risk.assessment.along import IDLE as IDLE_AXES
 from pounding_risk.assessment.along import OWN
 from pounding_risk.assessment.assess import plain
-from pounding_risk.assessment.setback import ASSUMED
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions import adequacy, rates
 from pounding_risk.questions._declaration import text_file
 from pounding_risk.questions.along import sheet as along_sheet
 from pounding_risk.questions.rules import rules
+from pounding_risk.questions.setback import ASSUMED, setbacks
 from pounding_risk.questions.setback import sheet as setback_sheet
 from pounding_risk.render.sheet import KEPT, MISSING, Block, count, head, heading, listing, number, paragraph, table
 from pounding_risk.results.attributes import name_of
@@ -50,8 +50,6 @@ def answer(results: Any, *, setback: bool = False, **options: Any) -> Any:
     """
     axes = [] if isinstance(results, Path) else [axis.name for axis in open_axes(results)]
     if setback:
-        from pounding_risk.assessment.setback import setbacks
-
         return setbacks(results, **options)
     if not axes:
         from pounding_risk.assessment.assess import assess

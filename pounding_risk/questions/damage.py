@@ -1,23 +1,204 @@
-"""Sheet of `damage`: fragilities of damage states with pounding and without, and what pounding changes."""
+"""Fragility of damage states with pounding and without, from a dataset of `scan`. Nothing is run.
+
+Both curves are of the same motions: that without pounding is from the motion of each building without any contact,
+which the dataset has for every motion. Their ratio has bounds from a bootstrap of whole recordings in which each sample
+gives both curves.
+"""
 
 from __future__ import annotations
 
+import csv
 import json
-from typing import TYPE_CHECKING
+from io import StringIO
+from math import isnan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from pounding_risk.assessment.damage_words import POUNDING, case_words, damage_table, finding, measure_words
+import numpy as np
+
+from pounding_risk._common.dates import created
+from pounding_risk._common.letters import cell
+from pounding_risk._common.words import nearest
+from pounding_risk.assessment.damage_curves import DRAWS, SEED, Motions, Options, curves_of
+from pounding_risk.assessment.damage_dataset import dataset_of
+from pounding_risk.assessment.damage_words import POUNDING, case_words, finding, measure_words, notes_of
+from pounding_risk.assessment.gmfs import Fields
+from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
+from pounding_risk.assessment.intensities import check_intensity, intensities, shaking_of
+from pounding_risk.assessment.options import USUAL_CONFIDENCE
+from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import text_file
 from pounding_risk.render.sheet import Block, Cell, between, count, figure, head, listing, number, paragraph, table
+from pounding_risk.results.amplitudes import intensity_quantity
+from pounding_risk.results.attributes import as_text
+from pounding_risk.results.check import missing_named
+from pounding_risk.results.files import open_scan
+from pounding_risk.results.grid_values import place_of
+from pounding_risk.results.opened import Results
+from pounding_risk.statistics.damage_fits import METHODS, bootstrap_weights
+from pounding_risk.statistics.proportions import numbered
+from pounding_risk.units import share, shown, si
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
 ORDER = 137
-FUNCTION = "assessment.damage"
 FIGURES = {"": "damage.damage_figure", "ida": "damage.ida_figure"}
-FILES = {"out": text_file("", ".csv", lambda dataset: damage_table(dataset))}
 Row = list[Cell | str]
+KEPT = ("scene", "scene_resolved", "records", "versions", "title", "unused_keys")  # attributes of the scan
+NO_STATES = (
+    'the scene has no [[damage]]; write a file of [[damage]] tables, name = "slight" and drift = "0.5 %" in each, '
+    "and give it as states (--states FILE)"
+)
+EVENT_BOUNDS = (
+    "Bounds of probabilities in an event carry what the motions leave open of the fragility, that the events are a "
+    "sample, and those without a row at the site, which count as without failure."
+)
+
+
+@missing_named()
+def damage(
+    results: xr.Dataset | str | Path,
+    *,
+    states: Any = None,
+    gap: float | str | None = None,
+    contact_model: str | None = None,
+    yield_force: float | str | None = None,
+    method: str | None = None,
+    intensity: str | None = None,
+    at: float | str | None = None,
+    hazard: Hazard | HazardSpectrum | str | Path | None = None,
+    confidence: float | str = USUAL_CONFIDENCE,
+    gmfs: Fields | str | Path | None = None,
+) -> xr.Dataset:
+    """Fragility of damage states with pounding and without.
+
+    Parameters
+    ----------
+    results : xarray.Dataset, str or Path
+        A dataset of `scan`, or the file it is in.
+    states : path, str, or sequence of DamageState or dict, optional
+        States in place of those of the scene: a TOML file of [[damage]] tables, or such tables.
+    gap : float or str, optional
+        One of the grid's [m, or text with a unit]; the one nearest to the scene's own by default.
+    contact_model : str, optional
+        One of the grid's; the scene's own by default.
+    yield_force : float or str, optional
+        One of the grid's [N, or text with a unit]; the one nearest to the scene's own by default.
+    method : {"stripes", "ida", "cloud"}, optional
+        How curves follow from demands; stripes of motions at several levels, a cloud of others by default.
+    intensity : str, optional
+        Intensity of the curves, as `assess` takes it.
+    at : float or str, optional
+        The intensity at which both probabilities are compared [SI, or text with a unit]; by default the one at which
+        half of the motions would reach the state without pounding.
+    hazard : Hazard, HazardSpectrum, str or Path, optional
+        A hazard curve, or spectra, as `assess` takes it; annual rates follow from it.
+    confidence : float or str
+        Confidence of all bounds, above 50 %.
+    gmfs : Fields, str or Path, optional
+        Ground-motion fields of OpenQuake, as `assess` takes them; probabilities in an event follow from them.
+
+    Returns
+    -------
+    xarray.Dataset
+        By state and pounding ("with", "without"): ``median`` and ``dispersion`` with standard errors, ``probability``
+        along ``im``, ``reached`` of ``runs`` along ``level``, ``demand_ratio`` and ``capacity`` of each motion, and
+        percentiles of demands; ``median_ratio`` and ``probability_ratio`` are with over without. The attribute
+        ``finding`` is a sentence, ``told`` lists what is assumed and left out, as JSON.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset that is none of `scan`, one without states where none are given, a value that its grid has not,
+        and a demand or place of a state that it has not.
+    SceneError
+        For states with faults.
+    """
+    opened = open_scan(results)
+    dataset = opened.dataset
+    if states is None:
+        states = opened.scene.get("damage")
+        if not states:
+            raise PoundingError(f"{opened.name}: {NO_STATES}")
+    from pounding_risk.scene.damage import read_states  # with pydantic
+
+    chosen = read_states(states, list(map(str, dataset["building"].values)))
+    places = {axis: opened.scene_case[axis] for axis in ("gap", "contact_model", "yield_force")}
+    for axis, value in (("gap", gap), ("contact_model", contact_model), ("yield_force", yield_force)):
+        if value is not None:
+            places[axis] = place_of(axis, opened.values_along(axis), value)
+    case = dataset.isel(places)
+    shaking = shaking_of(opened, hazard, gmfs, intensity)
+    word, fields = shaking.intensity, shaking.fields
+    if shaking.hazard is not None:
+        check_intensity(opened, word, shaking.hazard.name)
+    motions = _motions(opened, word)
+    if method is None:
+        method = "stripes" if motions.ims.shape[1] > 1 else "cloud"
+    elif method not in METHODS:
+        meant = nearest(str(method), METHODS)
+        raise PoundingError(f"method: {shown(method)} is none{meant}; write {', '.join(METHODS)}")
+    options = Options(
+        word,
+        method,
+        share(confidence, "confidence", low=0.5),
+        shaking.hazard,
+        None if at is None else si(at, intensity_quantity(word), "at"),
+        int(motions.recordings.max(initial=0)) + 1,
+        shaking.events(opened),
+    )
+    weights = bootstrap_weights(motions.recordings, DRAWS, SEED)
+    curves = [curves_of(case, state, motions, options, weights) for state in chosen]
+    answer = dataset_of(curves, motions, options, case)
+    notes = [*notes_of(curves, motions, options, opened), *([shaking.reading] if shaking.reading else [])]
+    if fields is not None:
+        notes += [f"{fields.source}: {' '.join(fields.reading)}", EVENT_BOUNDS]
+    answer.attrs |= {
+        **{name: dataset.attrs[name] for name in KEPT if name in dataset.attrs},
+        "Conventions": "CF-1.11",
+        "source": "pounding_risk: fragility of damage states from runs with and without contact",
+        "amplitude": opened.amplitude_words(),
+        "finding": finding(answer),
+        "told": as_text(notes),
+        **created("pounding_risk.damage"),
+    }
+    return answer
+
+
+def _motions(results: Results, intensity: str) -> Motions:
+    """The motions of a dataset, record by record and polarity by polarity; a record without motion has no intensity."""
+    records, polarities = (tuple(map(str, results.dataset[axis].values)) for axis in ("record", "polarity"))
+    dead = np.repeat(~results.is_shaking, len(polarities))
+    ims = np.where(dead[:, None], np.nan, intensities(results, intensity))
+    return Motions(ims, numbered(np.repeat(results.recordings, len(polarities))), records, polarities)
+
+
+def damage_table(dataset: xr.Dataset) -> str:
+    """One row for each state and side as CSV, in SI; what is not known is empty."""
+    single = [name for name in dataset.data_vars if dataset[name].dims in (("state",), ("state", "pounding"))]
+    rows = []
+    for state in map(str, dataset["state"].values):
+        for side in POUNDING:
+            part = dataset.sel(state=state, pounding=side)
+            row: dict[str, Any] = {"state": state, "reached_by": str(part["state_words"].item()), "pounding": side}
+            row |= {"intensity": dataset.attrs["intensity"], "method": dataset.attrs["method"]}
+            row |= {"gap [m]": float(dataset["gap"]), "contact_model": str(dataset["contact_model"].item())}
+            row |= {"yield_force [N]": float(dataset["yield_force"])}
+            row |= {"runs": int(part["runs"].sum()), "reached": int(part["reached"].sum())}
+            row |= {f"{name} [{dataset[name].attrs['units']}]": part[name].item() for name in single}
+            rows.append(row | {"fault": str(part["fault"].item())})
+    stream = StringIO()
+    writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        known = {key: "" if isinstance(value, float) and isnan(value) else value for key, value in row.items()}
+        writer.writerow({key: cell(value) for key, value in known.items()})
+    return stream.getvalue()
+
+
+FILES = {"out": text_file("", ".csv", damage_table)}
 
 
 def sheet(dataset: xr.Dataset) -> list[Block]:

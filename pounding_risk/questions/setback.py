@@ -1,23 +1,135 @@
-"""Sheet of `assess --setback`: the distance from a property line that each building requires."""
+"""Setbacks from a property line: how far one building moves under the motions of a scan, without a neighbour.
+
+Codes set a building back from a line by its own design displacement (ASCE 7 by δ_M, UBC 97 by Δ_M, Eurocode 8 by d_s);
+here it is the peak of the linear model, or of what the scene's effects make of it, that motions reach.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pounding_risk.assessment.options import NO_LOWER, NO_UPPER
-from pounding_risk.assessment.setback import ASSUMED
+import numpy as np
+
+from pounding_risk._common.counted import counted
+from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk.assessment.demands import by_motion
+from pounding_risk.assessment.options import NO_LOWER, NO_UPPER, USUAL_CONFIDENCE, read_criterion
+from pounding_risk.errors import PoundingError
 from pounding_risk.questions.adequacy import bounds_cell, enough, marks
 from pounding_risk.render.sheet import Block, head, listing, number, table
+from pounding_risk.results.files import open_scan
+from pounding_risk.results.scene_axes import check_settled
+from pounding_risk.statistics.proportions import independent_motions, logs_of, numbered
+from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
+from pounding_risk.units import GAP, say
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    import xarray as xr
 
-    from pounding_risk.assessment.setback import Setback
-
+# What a setback takes for granted; stated wherever one is read.
+ASSUMED = (
+    "A setback is the largest displacement of any floor, relative to the building's own ground, to whichever side it "
+    "is larger: it holds for a line on either side",
+    "No neighbour is there: one that strikes the building from the other side may push it further",
+    "The line moves with the ground below the building; displacements are those of these motions, not δM of a code",
+)
 NO_BOUND = {
     NO_LOWER: "no lower bound above 0",
     NO_UPPER: "the upper one is the largest seen: so few recordings do not bound this percentile",
 }
+
+
+@dataclass(frozen=True, repr=False)
+class Setback(ShortRepr):
+    """Distance from a property line that one building requires, by percentile, as `RequiredGap` counts it.
+
+    ``at`` says how strong the motions are; ``independent`` is the number of motions that they stand for, and
+    ``percentile`` [%] the requested one.
+    """
+
+    building: str
+    at: str
+    motions: int
+    independent: float
+    percentile: float
+    required: tuple[RequiredGap, ...]
+
+    @property
+    def distance(self) -> float:
+        """The setback [m] at the requested percentile."""
+        return next(one.gap for one in self.required if one.percentile == self.percentile)
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """Building, motions, and the setback at each percentile, as pairs of a name and words."""
+        yield "building", self.building
+        yield "motions", f"{counted(self.motions, 'motion')} {self.at}"
+        for one in self.required:
+            yield f"setback for {one.percentile:g} % of the motions", say(one.gap, GAP)
+
+
+def setbacks(
+    results: xr.Dataset | str | Path,
+    *,
+    percentile: float | str | None = None,
+    target: float | str | None = None,
+    confidence: float | str = USUAL_CONFIDENCE,
+    pga: float | str | None = None,
+    intensity_level: float | str | None = None,
+) -> tuple[Setback, ...]:
+    """Setback from a property line that each building of a dataset of `scan` requires, counted as a required gap.
+
+    The motions' displacements without contact are those of every floor; a rigid building requires none.
+
+    Parameters
+    ----------
+    results : xarray.Dataset, str or Path
+        A dataset of `scan`, or the file it is in.
+    percentile : float or str, optional
+        Share of the motions, beside 50, 84 and 95 %, as `assess` takes it.
+    target : float or str, optional
+        Accepted probability of crossing the line, as `assess` takes it.
+    confidence : float or str
+        Confidence of the bounds, above 50 %.
+    pga : float or str, optional
+        Amplitude of the grid [m/s2, or text with a unit]; the scene's own or the largest by default.
+    intensity_level : float or str, optional
+        The same for a grid of any measure.
+
+    Returns
+    -------
+    tuple of Setback
+        One for each building, from left to right.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset that is none of `scan` or has more than one place along an axis, and for an option out of its
+        range.
+    """
+    opened = open_scan(results)
+    check_settled(opened.dataset, opened.name)
+    criterion = read_criterion(target, percentile, confidence)
+    part = opened.at_level(opened.level(pga, intensity_level))
+    shown = part.dataset
+    recordings = np.repeat(part.recordings, shown.sizes["polarity"])
+    shaking = np.repeat(part.is_shaking, shown.sizes["polarity"])
+    peaks = by_motion(shown["peak_displacement_free"], ("building",)).astype(float)
+    distances = []
+    for name, moved in zip(map(str, shown["building"].values), peaks.T, strict=True):
+        finite = shaking & np.isfinite(moved)
+        if not finite.any():
+            raise PoundingError(
+                f"no motion of the dataset moves the ground and has a finite response of {name}; check the records"
+            )
+        independent = independent_motions(logs_of(moved[finite]), numbered(recordings[finite]))
+        percentiles = (*USUAL_PERCENTILES, criterion.percentile)
+        required = required_gaps(moved[finite], independent / finite.sum(), percentiles, criterion.confidence)
+        one = Setback(name, part.amplitude_words(), int(finite.sum()), independent, criterion.percentile, required)
+        distances.append(one)
+    return tuple(distances)
 
 
 def sheet(found: Sequence[Setback]) -> list[Block]:

@@ -6,7 +6,7 @@ without contact live at the motions. No solver is imported.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from pounding_risk.motions.levels import LEVEL_AXIS
@@ -109,3 +109,12 @@ def own_dims(name: str) -> tuple[str, ...]:
 def described(unit: str, words: str) -> dict[str, str]:
     """Attributes of a variable or coordinate: unit and long name."""
     return {"units": unit, "long_name": words}
+
+
+ENDS = {"": "", "_low": "lower bound: ", "_high": "upper bound: "}
+
+
+def bounded(name: str, dims: Any, values: Iterable[Any], unit: str, words: str) -> dict[str, Any]:
+    """Three variables, of a value, its lower and its upper bound."""
+    pairs = zip(ENDS.items(), values, strict=True)
+    return {f"{name}{end}": (dims, column, described(unit, f"{bound}{words}")) for (end, bound), column in pairs}

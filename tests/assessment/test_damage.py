@@ -14,9 +14,10 @@ from scipy.optimize import minimize
 from scipy.stats import norm
 
 import pounding_risk as pr
-from pounding_risk.assessment.damage_words import damage_table, finding
+from pounding_risk.assessment.damage_words import finding
 from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.questions.damage import damage_table
 from pounding_risk.results.check import kind_of
 from pounding_risk.statistics.damage_fits import Observed, fit_ida
 from pounding_risk.statistics.fragility import fit_capacities

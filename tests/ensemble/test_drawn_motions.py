@@ -12,12 +12,12 @@ from uncertain import PERIOD, RESTITUTION, THREE, uncertain_text
 from pounding_risk.ensemble.plan.plan import plan, validate
 from pounding_risk.ensemble.scan import scan, scan_shard
 from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.questions.rerun import rerun
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import open_results
 from pounding_risk.results.scene_axes import selected, with_axes
 from pounding_risk.results.summary import summary
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.studies.rerun import rerun
 
 RECORDS = ["RSN6-180", "RSN1690-090"]
 BOTH = ["as recorded", "reversed"]

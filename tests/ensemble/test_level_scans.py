@@ -13,10 +13,10 @@ from pounding_risk.ensemble.plan.plan import plan as scan_plan
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import Measure
 from pounding_risk.motions.read import read_motion
+from pounding_risk.questions.rerun import rerun
 from pounding_risk.results.amplitudes import intensity_unit
 from pounding_risk.results.opened import Results
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.studies.rerun import rerun
 
 G = 9.80665
 RECORDS = {"names": ["RSN6-180", "RSN1690-090"], "window": ["0 s", "8 s"], "tail": "1 s"}

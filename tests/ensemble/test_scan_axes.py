@@ -17,12 +17,12 @@ from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.ensemble.plan.plan import plan, validate
 from pounding_risk.ensemble.scan import scan, scan_shard
 from pounding_risk.errors import SceneError
+from pounding_risk.questions.rerun import rerun
 from pounding_risk.results.files import open_results
 from pounding_risk.scene import variants as scenes
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.convert import convert
-from pounding_risk.studies.rerun import rerun
 
 COUNT = 3 * 2 * 2  # places along `AXES`
 

@@ -14,11 +14,11 @@ import pounding_risk as pr
 from pounding_risk.ensemble.plan.plan import plan, validate
 from pounding_risk.ensemble.scan import scan, scan_shard
 from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.questions.rerun import rerun
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.files import open_results
 from pounding_risk.results.scene_axes import axes_of, selected, settled
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.studies.rerun import rerun
 
 
 def test_a_scan_of_samples_equals_a_loop_of_set():

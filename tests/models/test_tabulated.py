@@ -507,7 +507,7 @@ def test_results_stand_alone_and_say_where_the_table_ends(tmp_path: Path):
     results = pr.scan(path, tmp_path / "long.nc")
     assert not any("last point" in note for note in of_results(Results(results)))
     (tmp_path / "bumper.csv").unlink()
-    from pounding_risk.studies.rerun import rerun
+    from pounding_risk.questions.rerun import rerun
 
     assert rerun(tmp_path / "long.nc").same
     short = bumper_scene(tmp_path, table={"penetration": ["0 mm", "2 mm"], "force": ["0 kN", "20 kN"]})

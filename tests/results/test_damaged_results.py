@@ -20,6 +20,7 @@ from scenes import scene_text, single, storeyed, two_records
 from pounding_risk.assessment.assess import assess
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
+from pounding_risk.questions.rerun import compared, rerun
 from pounding_risk.reports import report
 from pounding_risk.reports.drawings import draw
 from pounding_risk.reports.explorer import view
@@ -31,7 +32,6 @@ from pounding_risk.results.zarr_metadata import ZARR_MARK
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.convert import convert
 from pounding_risk.studies.histories import histories
-from pounding_risk.studies.rerun import compared, rerun
 
 Mutants = Iterator[tuple[str, Callable[[xr.Dataset], xr.Dataset]]]
 PAIR = two_records(law="jankowski", stiffness="2e9 N/m^1.5")
@@ -313,7 +313,7 @@ def test_bytes_that_are_damaged_are_told_or_do_no_harm(sound, place, damage, tmp
 def test_damaged_bytes_are_a_sentence_before_any_work(sound, tmp_path, monkeypatch):
     """Single bytes of a file's compressed values changed: what reads them late says what all others say."""
     whole = save(sound["pair"], tmp_path / "whole.nc").read_bytes()
-    monkeypatch.setattr("pounding_risk.studies.rerun.scan", lambda *_, **__: pytest.fail("damage was seen too late"))
+    monkeypatch.setattr("pounding_risk.questions.rerun.scan", lambda *_, **__: pytest.fail("damage was seen too late"))
     read = {
         "convert": lambda file: convert(file, tmp_path / "copy.zarr"),
         "rerun": rerun,

@@ -22,10 +22,10 @@ from uncertain import uncertain_text
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError
+from pounding_risk.questions.rerun import compared
 from pounding_risk.results.files import open_results, save
 from pounding_risk.results.provenance import recorded
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.studies.rerun import compared
 
 pytest.importorskip("zarr")
 KINDS = ("pair", "storeys", "samples", "axes", "simulate", "histories", "compare", "spectra", "damage")

@@ -208,7 +208,7 @@ def _of_damage(results: xr.Dataset, options: Options) -> Fragilities:
 
 def damage_dataset(results: xr.Dataset, options: Options) -> xr.Dataset:
     """The dataset of `damage`, computed from results of `scan` where it is not given itself."""
-    from pounding_risk.assessment.damage import damage
+    from pounding_risk.questions.damage import damage
 
     is_fitted = kind_of(results) == "damage"
     for name in ("gap", "pga", "intensity_level", "intensity", "method") if is_fitted else ("pga", "intensity_level"):

@@ -45,12 +45,10 @@ def _damage(data: ReportData) -> list[Block]:
     """The sheet of `damage` at the report's intensity, confidence and hazard; none where the scene has no states."""
     if "damage" not in data.scene:
         return []
-    from pounding_risk.assessment.damage import damage as assess_damage  # with the reader of states
-
     same = data.assessment
     options: dict[str, Any] = {"intensity": same.intensity, "hazard": same.hazard_curve, "confidence": same.confidence}
     try:
-        answer = assess_damage(data.results, **options)
+        answer = damage.damage(data.results, **options)
     except PoundingError as error:
         return [paragraph(f"The damage states of the scene have no fragilities: {error}.")]
     return damage.sheet(answer)
