@@ -2,127 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from itertools import product
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
-from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.options import LEAST, USUAL_PERCENTILE
 from pounding_risk.assessment.separations.rules import RULES, Case, Site
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.variables import described
-from pounding_risk.units import PERIOD, share, shown
+from pounding_risk.units import share, shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from pounding_risk.motions.motion import Motion
-    from pounding_risk.motions.request import RecordRequest
-    from pounding_risk.scene.records import Records
-    from pounding_risk.scene.scene import Scene
 
 Array = NDArray[np.float64]
 
-PERCENTILES = (50.0, 84.0, 95.0)
 JUDGED = ("srss", "cqc")  # in the finding and in the figure, unless others are named
 SHORT_WORDS = {"abs": "ABS", "srss": "SRSS", "cqc": "DDC"}
 SAME = 1e-9  # a rule short of the gap by no more than this share is not exceeded: they are rounded apart
-TABLED = 4  # periods of each side in a short table
 
 
 def charted() -> tuple[str, ...]:
     """Rules that displacements, periods and dampings suffice for: heights do not follow from a period."""
     return tuple(name for name, rule in RULES.items() if not rule.needs)
-
-
-def spectra(
-    source: Scene | Mapping[str, Any] | str | Path | Records | RecordRequest | Sequence[Motion],
-    out: str | Path | None = None,
-    *,
-    periods: Sequence[float | str] = ("0.1 s", "2 s"),
-    right_periods: Sequence[float | str] | None = None,
-    num: int = 100,
-    spacing: str = "log",
-    damping: float | str | Sequence[float | str] | None = None,
-    percentiles: Sequence[float | str] = PERCENTILES,
-    motions: bool = False,
-    workers: int | None = None,
-    new: bool = False,
-    progress: Progress | None = None,
-) -> xr.Dataset:
-    """Gap required over the periods of two linear buildings.
-
-    The gap that a motion needs is the largest closing u_left - u_right of two single masses on one ground, from rest
-    and without contact, exact between the samples. Beside it stands what rules ask for from the spectral displacements
-    at the same percentile.
-
-    Parameters
-    ----------
-    source : Scene, dict, path, Records or sequence of Motion
-        A scene of two single masses, of which the records, their amplitude and polarities and the damping ratios are
-        taken; records; or motions, which act in both polarities. Of several amplitudes of a grid the scene's own is
-        taken, or the largest.
-    out : path, optional
-        File for the dataset, ``.nc``.
-    periods : sequence of float or str
-        The shortest and the longest period of the left building [s], or three and more periods in rising order.
-    right_periods : sequence of float or str, optional
-        Those of the right building; the same by default.
-    num : int
-        Periods of a range, from 2 to 1000.
-    spacing : {"log", "linear"}
-        How they are spaced.
-    damping : float or str, or two of them, optional
-        Damping ratio of both buildings, or left and right; those of the scene, or 5 %, by default.
-    percentiles : sequence of float or str
-        Shares of the motions that the gap is for: 84, 0.84 or "84 %".
-    motions : bool
-        Keep the gap that each motion needs, too.
-    workers : int, optional
-        Threads; one a processor by default. Results do not depend on it.
-    new : bool
-        Replace other results under the name ``out``.
-    progress : callable, optional
-        Called with the number of records done and of all records.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``required_gap`` and ``separation`` of each rule [m] along percentile, left_period and right_period;
-        ``left_displacement`` and ``right_displacement`` [m] by percentile, and ``..._of_record`` by record; with
-        ``motions`` also ``required_gap_of_motion`` [m]. The attribute ``finding`` is a sentence.
-
-    Raises
-    ------
-    PoundingError
-        For a range, a damping ratio or a percentile out of bounds, periods too short for a record, more results than
-        4 GB, and an ``out`` that cannot be written or holds other results.
-    SceneError
-        For a scene with faults, and one whose buildings are not two single masses that start from rest on one ground.
-    RecordError
-        For a record that cannot be used.
-    """
-    from pounding_risk.studies import spectra as study  # compiled
-    from pounding_risk.studies.study import check_out, saved
-
-    target = check_out(out, "spectra", new)
-    requested = read_percentiles(percentiles)
-    left = study.rising_axis(periods, num, spacing, "periods", PERIOD)
-    right = left if right_periods is None else study.rising_axis(right_periods, num, spacing, "right_periods", PERIOD)
-    subject = study.opened(source)
-    ratios = study.damping_pair(damping, study.stated_damping(subject))
-    sides = study.Oscillators(left, ratios[0]), study.Oscillators(right, ratios[1])
-    shaking = study.shaking_of(subject, np.concatenate([left, right]))
-    closings = study.closings(shaking.motions, sides, workers, progress)
-    dataset = with_rules(study.gap_dataset(shaking, sides, closings, requested, motions))
-    return saved(dataset, "spectra", target, finding=finding(dataset))
 
 
 def read_percentiles(values: Sequence[float | str], name: str = "percentiles") -> tuple[float, ...]:
@@ -259,29 +167,6 @@ def finding(results: xr.Dataset, rules: Sequence[str] = JUDGED) -> str:
         most = f"by up to {100.0 * (short.ratio - 1.0):.0f} % ({left:.2g} s beside {right:.2g} s)"
         clauses.append(f"{words} at {100.0 * short.pairs:.0f} % of the pairs of periods, {most}")
     return f"The gap that {at:g} % of {counted(count, 'motion')} need exceeds " + "; ".join(clauses)
-
-
-class Row(NamedTuple):
-    """One pair of periods in a short table [s, m]."""
-
-    periods: tuple[float, float]
-    gaps: tuple[float, ...]  # at each percentile
-    rules: tuple[float, ...]  # abs, srss and cqc at the usual percentile
-
-
-def table_rows(results: xr.Dataset) -> list[Row]:
-    """Rows for a few pairs of periods, spread over the ranges; where both sides are alike each pair once."""
-    places = [spread(results.sizes[f"{side}_period"], TABLED) for side in ("left", "right")]
-    alike, rows = is_symmetric(results), []
-    at = results.sel(percentile=usual_percentile(results))
-    for left, right in product(*places):
-        if alike and right <= left:
-            continue
-        pair = {"left_period": left, "right_period": right}
-        periods = (float(results["left_period"][left]), float(results["right_period"][right]))
-        rules = at["separation"].sel(rule=["abs", "srss", "cqc"]).isel(pair).values.tolist()
-        rows.append(Row(periods, tuple(results["required_gap"].isel(pair).values.tolist()), tuple(rules)))
-    return rows
 
 
 def is_symmetric(results: xr.Dataset) -> bool:

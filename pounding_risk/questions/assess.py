@@ -57,7 +57,7 @@ def answer(results: Any, *, setback: bool = False, **options: Any) -> Any:
         return assess(results, **options)
     of_places = [name for name in ("hazard", "gmfs") if name in options]
     if axes == [SAMPLE]:
-        from pounding_risk.assessment.uncertain import uncertainty
+        from pounding_risk.questions.uncertainty import uncertainty
 
         for name in of_places:
             raise PoundingError(

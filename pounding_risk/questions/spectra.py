@@ -2,21 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
-from pounding_risk.assessment.spectra import charted, motions_words, shortfalls, table_rows, usual_percentile
+from pounding_risk.assessment.spectra import (
+    charted,
+    finding,
+    is_symmetric,
+    motions_words,
+    read_percentiles,
+    shortfalls,
+    spread,
+    usual_percentile,
+    with_rules,
+)
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import FROM_TO, Option
 from pounding_risk.questions.notes import notes_of
 from pounding_risk.render.sheet import Block, Cell, amount, facts, head, number, paragraph, percent, table
+from pounding_risk.statistics.required_gap import USUAL_PERCENTILES
+from pounding_risk.units import PERIOD
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from pounding_risk.motions.motion import Motion
+    from pounding_risk.motions.request import RecordRequest
+    from pounding_risk.scene.records import Records
+    from pounding_risk.scene.scene import Scene
+
 ORDER = 125
-FUNCTION = "assessment.spectra"
 SUBJECT = "records"
 UNIT = "records"
 FIGURES = {"": "spectra.gap_spectra_figure"}
@@ -27,8 +48,92 @@ OPTIONS = {
     "percentiles": Option("--percentile"),
     "rules": Option("--rule", list[str], help="Of the figure, a rule of the table; twice. By default srss and cqc."),
 }
+TABLED = 4  # periods of each side in the short table
 Row = list[Cell | str]
 SIDES = ("left", "right")
+
+
+def spectra(
+    source: Scene | Mapping[str, Any] | str | Path | Records | RecordRequest | Sequence[Motion],
+    out: str | Path | None = None,
+    *,
+    periods: Sequence[float | str] = ("0.1 s", "2 s"),
+    right_periods: Sequence[float | str] | None = None,
+    num: int = 100,
+    spacing: str = "log",
+    damping: float | str | Sequence[float | str] | None = None,
+    percentiles: Sequence[float | str] = USUAL_PERCENTILES,
+    motions: bool = False,
+    workers: int | None = None,
+    new: bool = False,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Gap required over the periods of two linear buildings.
+
+    The gap that a motion needs is the largest closing u_left - u_right of two single masses on one ground, from rest
+    and without contact, exact between the samples. Beside it stands what rules ask for from the spectral displacements
+    at the same percentile.
+
+    Parameters
+    ----------
+    source : Scene, dict, path, Records or sequence of Motion
+        A scene of two single masses, of which the records, their amplitude and polarities and the damping ratios are
+        taken; records; or motions, which act in both polarities. Of several amplitudes of a grid the scene's own is
+        taken, or the largest.
+    out : path, optional
+        File for the dataset, ``.nc``.
+    periods : sequence of float or str
+        The shortest and the longest period of the left building [s], or three and more periods in rising order.
+    right_periods : sequence of float or str, optional
+        Those of the right building; the same by default.
+    num : int
+        Periods of a range, from 2 to 1000.
+    spacing : {"log", "linear"}
+        How they are spaced.
+    damping : float or str, or two of them, optional
+        Damping ratio of both buildings, or left and right; those of the scene, or 5 %, by default.
+    percentiles : sequence of float or str
+        Shares of the motions that the gap is for: 84, 0.84 or "84 %".
+    motions : bool
+        Keep the gap that each motion needs, too.
+    workers : int, optional
+        Threads; one a processor by default. Results do not depend on it.
+    new : bool
+        Replace other results under the name ``out``.
+    progress : callable, optional
+        Called with the number of records done and of all records.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``required_gap`` and ``separation`` of each rule [m] along percentile, left_period and right_period;
+        ``left_displacement`` and ``right_displacement`` [m] by percentile, and ``..._of_record`` by record; with
+        ``motions`` also ``required_gap_of_motion`` [m]. The attribute ``finding`` is a sentence.
+
+    Raises
+    ------
+    PoundingError
+        For a range, a damping ratio or a percentile out of bounds, periods too short for a record, more results than
+        4 GB, and an ``out`` that cannot be written or holds other results.
+    SceneError
+        For a scene with faults, and one whose buildings are not two single masses that start from rest on one ground.
+    RecordError
+        For a record that cannot be used.
+    """
+    from pounding_risk.studies import spectra as study  # compiled
+    from pounding_risk.studies.study import check_out, saved
+
+    target = check_out(out, "spectra", new)
+    requested = read_percentiles(percentiles)
+    left = study.rising_axis(periods, num, spacing, "periods", PERIOD)
+    right = left if right_periods is None else study.rising_axis(right_periods, num, spacing, "right_periods", PERIOD)
+    subject = study.opened(source)
+    ratios = study.damping_pair(damping, study.stated_damping(subject))
+    sides = study.Oscillators(left, ratios[0]), study.Oscillators(right, ratios[1])
+    shaking = study.shaking_of(subject, np.concatenate([left, right]))
+    closings = study.closings(shaking.motions, sides, workers, progress)
+    dataset = with_rules(study.gap_dataset(shaking, sides, closings, requested, motions))
+    return saved(dataset, "spectra", target, finding=finding(dataset))
 
 
 def sheet(dataset: xr.Dataset) -> list[Block]:
@@ -63,12 +168,29 @@ def check(given: Mapping[str, Any]) -> None:
         raise PoundingError("rules: the figure shows two rules; name two, such as --rule srss --rule eurocode8")
 
 
+def few_pairs(dataset: xr.Dataset) -> Iterator[tuple[float, ...]]:
+    """A few pairs of periods, with the gaps required and what ABS, SRSS and DDC require at the usual percentile.
+
+    They are spread over the ranges; where both sides are alike each pair stands once.
+    """
+    places = [spread(dataset.sizes[f"{side}_period"], TABLED) for side in SIDES]
+    alike, rules = is_symmetric(dataset), dataset["separation"].sel(percentile=usual_percentile(dataset))
+    for left, right in product(*places):
+        if not alike or right > left:
+            one = {"left_period": left, "right_period": right}
+            gaps = (dataset["required_gap"].isel(one), rules.sel(rule=["abs", "srss", "cqc"]).isel(one))
+            periods = (
+                float(dataset[f"{side}_period"][place]) for side, place in zip(SIDES, (left, right), strict=True)
+            )
+            yield (*periods, *(value for each in gaps for value in each.values.tolist()))
+
+
 def _gaps(dataset: xr.Dataset) -> Block:
     of = [percent(value) for value in dataset["percentile"].values]
     heads = [*(head(side, "s") for side in SIDES), *(head(words, "m") for words in (*of, "ABS", "SRSS", "DDC"))]
     rows: list[Row] = [
-        [*(number(period, "s", 3) for period in row.periods), *(number(gap, "m", 3) for gap in (*row.gaps, *row.rules))]
-        for row in table_rows(dataset)
+        [*(number(period, "s", 3) for period in row[:2]), *(number(gap, "m", 3) for gap in row[2:])]
+        for row in few_pairs(dataset)
     ]
     at = percent(usual_percentile(dataset))
     caption = f"Gap required by a share of the motions; ABS, SRSS and DDC of spectral displacements at {at}."

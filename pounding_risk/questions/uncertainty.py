@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.assessment.uncertain_samples import ALL_MOTIONS
+from pounding_risk._common.progress import Progress
+from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
+from pounding_risk.assessment.uncertain import assessed
+from pounding_risk.assessment.uncertain_samples import ALL_MOTIONS, Request, Samples, opened_samples, sampled_scene
 from pounding_risk.assessment.uncertain_words import (
     OUTPUT_WORDS,
     gap_scatter,
@@ -35,14 +38,15 @@ from pounding_risk.render.sheet import (
     probability,
     table,
 )
+from pounding_risk.results.files import save
 from pounding_risk.scene.scene import Scene
+from pounding_risk.units import GAP, si
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
 ORDER = 135
-FUNCTION = "assessment.uncertain"
 SUBJECT = "scene or results"
 UNIT = "batches"
 FIGURES = {"": "uncertainty.uncertainty_figure"}
@@ -50,6 +54,116 @@ OPTIONS = {"sobol": Option(kind=int)}
 Row = list[Cell | str]
 ALONE = "motions alone"  # the curve of the dispersion within a sample
 GAP_ROWS = 9  # gaps of the table of P(contact)
+USUAL_SOBOL = 256
+
+
+def uncertainty(
+    source: Scene | Mapping[str, Any] | xr.Dataset | str | Path,
+    out: str | Path | None = None,
+    *,
+    gap: float | str | None = None,
+    target: float | str | None = None,
+    percentile: float | str | None = None,
+    confidence: float | str = USUAL_CONFIDENCE,
+    pga: float | str | None = None,
+    intensity_level: float | str | None = None,
+    intensity: str | None = None,
+    output: str | None = None,
+    samples: int | None = None,
+    sobol: bool | int = False,
+    workers: int | None = None,
+    new: bool = False,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """What uncertain numbers of a scene mean for the gap.
+
+    Parameters
+    ----------
+    source : Scene, dict, Dataset or path
+        A scene with a table ``[uncertain]``, or its file: the motion without contact is computed in every sample, and
+        no run of contact. Or a dataset of `scan` with samples, or its file.
+    out : path, optional
+        File for the dataset, ``.nc``.
+    gap : float or str, optional
+        The gap to assess [m, or text with a unit], at every interface; the scene's own by default. Where gaps are
+        themselves uncertain it is the nominal gap: each sample's departs from it as from the scene's own.
+    target : float or str, optional
+        Accepted probability of contact; what the percentile leaves by default. As of `assess`.
+    percentile : float or str, optional
+        Share of samples and motions whose required gap is given, beside 50, 84 and 95 %. As of `assess`.
+    confidence : float or str
+        Confidence of all bounds, above 50 %.
+    pga : float or str, optional
+        Amplitude of the grid to assess [m/s2, or text with a unit]; as of `assess`.
+    intensity_level : float or str, optional
+        Level of intensity to assess, of a scene or dataset with such levels; as of `assess`.
+    intensity : str, optional
+        Of the fragilities: "pga", or "sa(0.5 s)" at any period, 5 % damped; by default what the motions are scaled to,
+        or PGA. A building's own period may differ between samples, so it is none of these.
+    output : str, optional
+        What the indices and the sentence on what narrows the answer are of: "contact_probability", "required_gap" or
+        "log_median_closing"; of a dataset also any of its outputs, such as "peak_contact_force", the median over the
+        motions at the scene's own case. P(contact) by default, or the required gap where P(contact) does not vary.
+        Where motions are drawn with the samples: "contact", the default, "log_closing", or an output of a dataset, each
+        under the sample's own motion.
+    samples : int, optional
+        How many samples of a scene, in place of its own number.
+    sobol : bool or int
+        Compute Sobol indices, first and total, of a scene on a design of their own: so many points, 256 by default,
+        times the count of numbers and two. First-order indices are estimated from the samples too, from 128 on, and
+        those with the narrower bounds are given; ``first_order_of_design`` says which.
+    workers : int, optional
+        Threads; one a processor by default. Results do not depend on it.
+    new : bool
+        Replace other results under the name ``out``.
+    progress : callable, optional
+        Called with how much is done and the whole.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``interface``: P(contact) over ``gap`` with bounds, and its percentiles over the samples; required gaps;
+        the deviations of ln closing that parameters, motions and their interaction have; fragilities; indices of each
+        ``uncertain_number``, and for a scene each output at its 10 % and 90 % quantiles. ``verdict``, ``sentence`` and
+        ``narrowing`` are words, the attribute ``assumptions`` says what is assumed and left out. Where motions are
+        drawn with the samples there is no P(contact) of a sample, and the share of the motions stands beside the
+        indices.
+
+    Raises
+    ------
+    PoundingError
+        For a scene or a dataset without samples, for Sobol indices of correlated numbers, of drawn motions or of a
+        dataset, for options out of their range, and for an ``out`` that cannot be written or holds other results.
+    SceneError
+        For a scene with faults.
+    RecordError
+        For a record that cannot be used.
+    """
+    from pounding_risk.studies.study import check_out
+
+    file = check_out(out, "uncertainty", new)
+    request = Request(
+        None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
+        read_criterion(target, percentile, confidence),
+        None,
+        intensity,
+        output,
+    )
+    num = (USUAL_SOBOL if sobol is True else int(sobol)) if sobol else 0
+    subject = opened_samples(source)
+    if isinstance(subject, Samples):
+        if num or samples is not None:
+            what = "sobol" if num else "samples"
+            raise PoundingError(
+                f"{what}: of a scene alone, whose motion without contact is computed for it; a dataset has the samples "
+                "that it has. Name the scene"
+            )
+    else:
+        subject = sampled_scene(subject, samples, num, workers, progress)
+    dataset = assessed(subject, request._replace(level=subject.first_sample.level(pga, intensity_level)))
+    if file is not None:
+        save(dataset, file)
+    return dataset
 
 
 def sheet(dataset: xr.Dataset, *, tornado: bool = False) -> list[Block]:

@@ -15,6 +15,7 @@ import pounding_risk as pr
 from pounding_risk.assessment import amplification as chart
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.figures.amplification_chart import amplification_figure
+from pounding_risk.questions.amplification import amplification_table
 from pounding_risk.statistics.separations import srss
 from pounding_risk.studies import amplification as study
 
@@ -194,7 +195,7 @@ def test_the_dataset_is_written_read_and_drawn(results, tmp_path):
     assert units == {"displacement_amplification": "1", "gap": "m", "period_ratio": "1"}
     with pytest.raises(PoundingError, match="holds the results of amplification, not those of spectra"):
         pr.spectra(scene(), path, num=2)
-    table = chart.amplification_table(read)
+    table = amplification_table(read)
     assert len(table) == 4 * 4 * 2
     row = table[
         (table["period_ratio"] == 0.8) & (table["building"] == "hall") & (table["gap"] == read["gap"][1].item())
