@@ -1,6 +1,6 @@
 """Peaks of two single masses with and without contact over the ratio of their periods and the gap.
 
-`assessment.amplification.amplification` is the call that users make.
+`questions.amplification.amplification` is the call that users make.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Largest closings of two linear buildings without contact over the periods of both, under an ensemble of motions.
 
-`assessment.spectra.spectra` is the call that users make: it adds what rules require.
+`questions.spectra.spectra` is the call that users make: it adds what rules require.
 """
 
 from __future__ import annotations
