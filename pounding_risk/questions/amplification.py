@@ -1,4 +1,4 @@
-"""Sheet of `amplification`: how pounding raises both buildings' peaks over the ratio of periods and the gap."""
+"""How pounding raises both buildings' peaks over the ratio of periods and the gap."""
 
 from __future__ import annotations
 

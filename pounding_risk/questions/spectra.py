@@ -1,4 +1,4 @@
-"""Sheet of `spectra`: the gap required over the periods of two buildings, beside what rules require."""
+"""The gap required over the periods of two buildings, beside what rules require."""
 
 from __future__ import annotations
 
