@@ -1,4 +1,4 @@
-"""What uncertain numbers mean: contact and required gaps over samples of uncertain numbers, and which numbers matter."""
+"""What uncertain numbers mean: contact and required gaps over samples of them, and which numbers matter."""
 
 from __future__ import annotations
 
