@@ -18,19 +18,14 @@ from pounding_risk.assessment.demands import is_linear
 from pounding_risk.assessment.fragility import out_of_scale, shown_as
 from pounding_risk.assessment.intensities import intensities
 from pounding_risk.assessment.options import USUAL_PERCENTILE, Criterion
-from pounding_risk.assessment.uncertain_samples import (
-    SAMPLE,
-    Output,
-    Request,
-    Samples,
-    named_output,
-)
+from pounding_risk.assessment.uncertain_samples import Output, Request, Samples, named_output
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import read_measure, read_sa
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.scene_axes import VARIANTS
 from pounding_risk.results.variables import bounded, described
+from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, analysed_clusters, motion_share
 from pounding_risk.statistics.crossed import Analysis, Components
 from pounding_risk.statistics.fragility import ALONE, Fit

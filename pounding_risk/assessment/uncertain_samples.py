@@ -28,6 +28,7 @@ from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import axes_of, has_drawn_motions, with_axes
 from pounding_risk.results.variables import described
+from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.scene.uncertain import SOBOL, points_of
 from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, analysed_clusters
 from pounding_risk.statistics.crossed import Analysis, analysed
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-SAMPLE = "sample"
 LEAST_SAMPLES, MOST_SAMPLES = 2, 1_000_000  # of a scene, and of a design
 MOST_SOBOL = 65536
 OF_RECORDS = ("records", "processing", "motions_sha256", "flags", "copies")  # attributes on all records

@@ -24,6 +24,7 @@ from pounding_risk.render.sheet import KEPT, MISSING, Block, count, head, headin
 from pounding_risk.results.attributes import name_of
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.scene_axes import check_settled, open_axes
+from pounding_risk.scene.scene_axis import SAMPLE
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 
 ORDER = 130
 FUNCTION = "assessment.assess"
-SAMPLE = "sample"  # the axis of uncertain numbers
 IDLE = ("gap", "intensity", "hazard", "gmfs", "site", "target_rate", "figure")  # of a setback
 
 
