@@ -110,7 +110,7 @@ def judge(
 ) -> Verdict:
     """The verdict on a gap; the docstring of this module states the rule.
 
-    ``polarity`` is its influence on the probability of contact, ``counts`` are those of `demands.run_counts`, and
+    ``polarity`` is its influence on the probability of contact, ``counts`` are those of `Results.run_counts`, and
     ``doubts`` sentences on copies of records and records without motion.
     """
     closing, motions = contact.motions.closing[:, 0], contact.motions
