@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sentences import refusal
 
 import pounding_risk as pr
 from pounding_risk.ensemble.identity import digest, identity
 from pounding_risk.ensemble.job import ScanInput
-from pounding_risk.errors import SceneError
 from pounding_risk.models.contact.laws import RESTITUTION_OF_RATIO, Jankowski, VanMier
 from pounding_risk.models.contact.relation import RELATIONS
 from pounding_risk.models.restitution import CONCRETE, Restitution, constant
@@ -185,10 +185,6 @@ def test_a_scene_is_changed_with_its_checks():
     assert (changed.name, changed.buildings[0].mass, scene.buildings[0].mass) == ("x", 50e3, 44e3)
     assert scene.replace(effects=[]).effects == ()
     assert scene.replace(records=pr.Records(["RSN6-270"])).records.names == ("RSN6-270",)
-    with pytest.raises(SceneError, match="replace: no gp; it takes buildings, interfaces"):
-        scene.replace(gp=1.0)
-    with pytest.raises(SceneError, match=r"gap: -1 is out of range|-1 is out of range"):
-        scene.replace(gap=-1)
 
 
 def test_the_text_of_a_file_keeps_its_comments_where_values_are_set():
@@ -217,67 +213,36 @@ def test_interfaces_of_a_row_may_have_models_of_their_own(root: Path):
 LINEAR = ['interface.1.contact_model="linear"', 'interface.2.contact_model="linear"', 'interface.stiffness="1 GN/m"']
 
 
-@pytest.mark.parametrize(
-    ("make", "sentences"),
-    [
-        (
-            lambda: pr.SingleMass("frame", mass="44 tt", perod=2),
-            [
-                'perod: unknown key (did you mean "period"?); it takes name, mass, period, stiffness, damping, ',
-                'mass: "44 tt" has the unit "tt", which is not known (did you mean "t"?); write a mass such as ',
-            ],
-        ),
-        (lambda: pr.SingleMass(mass=3.0), ['name: missing; write name = "frame"']),
-        (lambda: pr.RigidWall("a", height=-1.0), ["height: -1 is out of range: a height above the ground must be at "]),
-        (lambda: pr.Solver(1e-6, 2), ["2 values for its keys rtol"]),
-        (lambda: pr.SingleMass("a", 1e4, mass=1e4), ["mass: given by position and by name"]),
-        (
-            lambda: pr.Interface(law=Jankowski(1e9), contact_model="hertz"),
-            ["contact_model: law gives it already; remove one"],
-        ),
-        (lambda: in_python().replace(3), ["replace: 3 is no override; write 'interface.gap=\"20 mm\"'"]),
-        (lambda: in_python().replace(effects=[3]), ["effects: [3] is not a table; write [effects] and its keys below"]),
-        (lambda: pr.Interface(law=3), ["law: 3 is not a contact law; it may be one of pounding_risk.laws"]),
-        (
-            lambda: in_python().replace(interfaces=[pr.Interface(0.01, stiffness=1e9)]),
-            ["stiffness: a number without a unit; write contact_model too"],
-        ),
-        (
-            lambda: a_pair(interfaces=[{"gap": 0.01, "contact_model": "merged", "stiffness": 1e9}]),
-            ["interface.stiffness: merged: the velocities jump, and no stiffness acts; remove it"],
-        ),
-        (
-            lambda: a_pair(interfaces=[{"gap": 0.01, "contact_model": ["hertz"], "stiffness": 1e9}]),
-            ['interface.contact_model: ["hertz"] is not the name of a contact model; it may be linear, '],
-        ),
-        (lambda: a_pair(folder=None), ["folder: None is no folder; write one, or leave it out"]),
-        (
-            lambda: in_python().replace(effects={"p_delt": {}}),
-            ['effects.p_delt: unknown key (did you mean "p_delta"?); [effects] takes strain_rate, permanent_set, '],
-        ),
-        (
-            lambda: in_python().replace(buildings=[pr.SingleMass("a", 1e3, 0.1), pr.SingleMass("a", 1e3, 0.1)]),
-            ['building.2.name: "a" is the name of building 1 too; give every building a name of its own'],
-        ),
-        (
-            lambda: pr.Interface(0.1, "hertz", restitution=Restitution(0.8, -0.1)),
-            ["restitution: a relation e(v) of your own has no name in a scene; write e, or one of concrete"],
-        ),
-        (
-            lambda: pr.Scene(3, 4, 5),
-            [
-                f"{name}: {value} is not a table; write "
-                for name, value in (("building", 3), ("interface", 4), ("records", 5))
-            ],
-        ),
-    ],
-)
-def test_what_no_scene_can_be_made_of_is_told_in_words(make, sentences):
-    with pytest.raises(SceneError) as error:
-        make()
-    assert len(error.value.faults) == len(sentences)
-    for fault, sentence in zip(sorted(error.value.faults), sorted(sentences), strict=True):
-        assert fault.startswith(sentence)
+def of_one(**keys):
+    return a_pair(interfaces=[{"gap": 0.01, "contact_model": "hertz", "stiffness": 1e9} | keys])
+
+
+REFUSED = {
+    "a unit and a key": lambda: pr.SingleMass("frame", mass="44 tt", perod=2),
+    "no name": lambda: pr.SingleMass(mass=3.0),
+    "a negative height": lambda: pr.RigidWall("a", height=-1.0),
+    "more values than keys": lambda: pr.Solver(1e-6, 2),
+    "a key twice": lambda: pr.SingleMass("a", 1e4, mass=1e4),
+    "a law and a model": lambda: pr.Interface(law=Jankowski(1e9), contact_model="hertz"),
+    "no override": lambda: in_python().replace(3),
+    "effects that are no tables": lambda: in_python().replace(effects=[3]),
+    "a law that is none": lambda: pr.Interface(law=3),
+    "a stiffness of no model": lambda: in_python().replace(interfaces=[pr.Interface(0.01, stiffness=1e9)]),
+    "a stiffness of a jump": lambda: of_one(contact_model="merged"),
+    "a list of models": lambda: of_one(contact_model=["hertz"]),
+    "no folder": lambda: a_pair(folder=None),
+    "an unknown effect": lambda: in_python().replace(effects={"p_delt": {}}),
+    "a name twice": lambda: in_python().replace(buildings=[pr.SingleMass("a", 1e3, 0.1)] * 2),
+    "a relation of one's own": lambda: pr.Interface(0.1, "hertz", restitution=Restitution(0.8, -0.1)),
+    "numbers in place of tables": lambda: pr.Scene(3, 4, 5),
+    "an unknown part": lambda: in_python().replace(gp=1.0),
+    "a negative gap": lambda: in_python().replace(gap=-1),
+}
+
+
+@pytest.mark.parametrize("make", REFUSED.values(), ids=REFUSED)
+def test_what_no_scene_can_be_made_of_is_told_in_words(make, says):
+    says(refusal(make))
 
 
 def test_the_examples_of_the_page_run(root, monkeypatch, tmp_path, capsys):

@@ -1,21 +1,40 @@
-"""Traps for who adds a key or an output: each declaration reaches what is made of it, or its file is named."""
+"""Every key of a scene: from a file into the scene and back, its faults, its schema, and what is said of it."""
 
 from __future__ import annotations
 
+import json
 import tomllib
 from copy import deepcopy
+from pathlib import Path
 from typing import Annotated, Any
 
+import jsonschema
 import pytest
 
+from pounding_risk.errors import SceneError
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.results.variables import VARIABLES
-from pounding_risk.scene.buildings import KINDS, RigidWall, ShearBuilding, SingleMass, TypologyBuilding
+from pounding_risk.scene.buildings import KINDS as BUILDING_KINDS
+from pounding_risk.scene.buildings import RigidWall, ShearBuilding, SingleMass, TypologyBuilding
+from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.keys import measured
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of
-from pounding_risk.scene.sections import KEYS, schema
+from pounding_risk.scene.sections import KEYS, KINDS
+from pounding_risk.scene.sections import schema as scene_schema
+from pounding_risk.scene.tables import option_example
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
 from pounding_risk.units import MASS, parse
+
+ONCE = [table for section, table in KINDS.items() if section not in ("building", "effects")]
+TABLES = [*ONCE, *BUILDING_KINDS, EqualTerms]
+ALL = [(table, key) for table in TABLES for key in table.model_fields]
+
+
+def value_of(text: str) -> Any:
+    """A value as a scene file has it."""
+    return tomllib.loads(f"x = {text}")["x"]
+
 
 SPREAD = {"distribution": "lognormal", "dispersion": 0.2}
 OTHER = {"name": "masonry", "mass": "80 t", "period": "0.1 s", "height": "9 m"}
@@ -85,7 +104,7 @@ OTHERWISE: dict[Any, set[str]] = {
 def declared() -> list[Any]:
     """Every key of every section, of each kind of building."""
     kinds = [(section, section, keys) for section, keys in KEYS.items() if section != "building"]
-    kinds += [("building", kind, kind.keys()) for kind in KINDS]
+    kinds += [("building", kind, kind.keys()) for kind in BUILDING_KINDS]
     return [
         pytest.param(section, kind, key, id=f"{getattr(kind, '__name__', kind)}-{key}")
         for section, kind, keys in kinds
@@ -94,30 +113,63 @@ def declared() -> list[Any]:
     ]
 
 
-@pytest.mark.parametrize(("section", "kind", "key"), declared())
-def test_every_key_goes_from_a_file_into_the_scene_and_back(section, kind, key, tmp_path):
-    """A key that a scene drops is in no `to_toml`: the example of each is read, written and read again."""
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    """With the files that examples name."""
     for file in ("my/a.AT2", "my/other_station.AT2", "selected.csv", "EventGrid.csv"):
         (tmp_path / file).parent.mkdir(exist_ok=True)
         (tmp_path / file).touch()
     (tmp_path / "bumper.csv").write_text("penetration [mm],force [kN]\n0,0\n10,450\n")
-    address, tables = f"{section}.{key}", deepcopy(BASE)
+    return tmp_path
+
+
+def example(section: str, key: str) -> Any:
+    """The value of a key in its scene."""
+    return VALUES.get(f"{section}.{key}", value_of(KEYS[section][key].example))
+
+
+def tables_with(section: str, kind: Any, key: str, value: Any) -> dict[str, Any]:
+    """The tables of a scene that has a key with this value."""
+    tables = deepcopy(BASE)
     tables["building"] = BUILDINGS[{"building": kind, "effects": ShearBuilding}.get(section, SingleMass)]
-    example = VALUES.get(address, tomllib.loads(f"value = {KEYS[section][key].example}")["value"])
-    table = tables[section] | BESIDE.get(address, {}) | {key: example}
+    table = tables[section] | BESIDE.get(f"{section}.{key}", {}) | {key: value}
     tables[section] = {name: value for name, value in table.items() if value is not None}
     tables |= {name: [tables[name]] for name in ("interface", "damage")}
     tables["building"] = [tables["building"], OTHER]
     if section != "uncertain":
         del tables["uncertain"]
-    study = scene_of(tables, str(tmp_path / "scene.toml"))
+    return tables
+
+
+@pytest.mark.parametrize(("section", "kind", "key"), declared())
+def test_every_key_goes_from_a_file_into_the_scene_and_back(section, kind, key, folder):
+    """A key that a scene drops is in no `to_toml`: the example of each is read, written and read again."""
+    value = example(section, key)
+    study = scene_of(tables_with(section, kind, key, value), str(folder / "scene.toml"))
     assert parse_scene(study.to_toml(), study.source) == study
     written = study.resolved()[section]
     back = written[0] if isinstance(written, list) else written
     assert key in back or key in OTHERWISE.get(kind, ()), f"{key}: no to_toml() writes it"
     if section == "building" and key not in OTHERWISE.get(kind, ()):
-        read = [KEYS[section][key].read(value, parse) for value in (example, back[key])]
+        read = [KEYS[section][key].read(one, parse) for one in (value, back[key])]
         assert read[1] in (read[0], (read[0],) * len(study.buildings[0].heights)), f"{key}: another value comes back"
+
+
+FAULTY = (True, "7 zorks", [[]], -1e300)
+OF_ONE_KIND = list({one.values[::2]: one for one in declared()}.values())
+
+
+@pytest.mark.parametrize(("section", "kind", "key"), OF_ONE_KIND)
+def test_every_key_says_what_is_wrong_with_its_value(section, kind, key, folder, says):
+    """A truth, a unit that nobody knows, a list in a list, and a number without a unit or far out of range."""
+    told = []
+    for value in FAULTY:
+        try:
+            scene_of(tables_with(section, kind, key, value), str(folder / "scene.toml"))
+            told.append(f"{value!r}: taken")
+        except SceneError as error:
+            told += [fault for fault in error.faults if fault.startswith(f"{section}.") and f"{key}" in fault][:1]
+    says(told)
 
 
 class Painted(RigidWall):
@@ -134,10 +186,66 @@ def test_a_key_that_a_structure_does_not_hold_is_no_silent_loss():
 def test_a_key_is_declared_once():
     """From the declaration follow reader, signature, docstring, the schema and the tables of the docs."""
     assert "paint : float or str, optional" in (Painted.__doc__ or "")
-    described = schema()["$defs"]
+    described = scene_schema()["$defs"]
     for section, keys in KEYS.items():
         name = f"{section.title()}Table"
         assert list(described[name]["properties"]) == list(keys), section
+
+
+@pytest.mark.parametrize(("table", "name"), ALL)
+def test_what_is_said_of_a_key_holds(table, name):
+    """Its example is read and written back; a value told for a key left out holds: "the file's name" tells none."""
+    key, about = table.keys()[name], table.model_fields[name]
+    value = key.read(value_of(key.example), parse)
+    assert value is not None and key.words
+    assert key.read(key.write(value), parse) == value
+    assert about.is_required() or key.absent != "required"
+    if about.is_required():
+        assert key.lacks(name).startswith("missing; write ")
+    try:
+        told = value_of(key.absent.partition(", ")[0])
+    except tomllib.TOMLDecodeError:
+        return
+    if name != "rigid":  # which makes a wall of a building
+        assert key.read(told, parse) == about.default
+
+
+def test_the_schema_has_the_words_units_and_ranges_and_is_strict_json():
+    schema = scene_schema()
+    json.dumps(schema, allow_nan=False)
+    period = schema["$defs"]["BuildingTable"]["properties"]["period"]
+    assert (period["x-unit"], period["x-range"]) == ("s", "at least 0.0001 s and finite")
+    assert "stiffness" in period["description"]
+    assert "default" not in period
+
+
+def test_the_schema_has_the_options_of_every_effect():
+    effects = scene_schema()["$defs"]["EffectsTable"]["properties"]
+    for name, kind in EFFECTS.items():
+        assert set(effects[name]["properties"]) == set(kind.options)
+        assert set(effects[name]["required"]) == set(kind.options) - set(kind.optional)
+    assert effects["wave_passage"]["properties"]["towards"]["enum"] == ["left", "right"]
+    assert option_example(EFFECTS["strain_rate"].options["length"]) == '"0.6 m"'
+
+
+@pytest.mark.parametrize("name", ["paper", "row", "compare", "ensemble"])
+def test_the_schema_takes_the_scenes_that_come_with_the_package(name, root):
+    """By an independent implementation of JSON schema, as an editor has one."""
+    jsonschema.Draft202012Validator.check_schema(scene_schema())
+    scenes = sorted((root / "pounding_risk" / "scene" / "shipped").glob(f"{name}*.toml"))
+    assert scenes
+    for scene in scenes:
+        jsonschema.validate(tomllib.loads(scene.read_text("utf-8")), scene_schema())
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"building": 3}, {"grids": {}}, {"grid": {"gaps": ["1 mm"]}}, {"solver": {"rtol": True}}, {"effects": {"p": {}}}],
+)
+def test_the_schema_refuses_what_the_reader_refuses(change, root):
+    scene = tomllib.loads((root / "pounding_risk" / "scene" / "shipped" / "row.toml").read_text("utf-8"))
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(scene | change, scene_schema())
 
 
 def test_every_output_of_a_run_has_its_place_in_a_dataset():
