@@ -20,7 +20,7 @@ from pounding_risk.ensemble.threads import Pending
 from pounding_risk.errors import PoundingError
 
 distributed = pytest.importorskip("distributed")
-pytestmark = pytest.mark.slow
+complete = pytest.mark.complete  # all that starts a cluster
 
 made: Counter[ScanInput] = Counter()  # on the workers
 
@@ -63,6 +63,7 @@ def forgotten(client):
     return False
 
 
+@complete
 @pytest.mark.parametrize("length", [None, 1, 64])
 def test_two_processes_give_the_same_bits(client, length):
     scan_input = ScanInput(batches=150, laws=3, seconds=1e-3, run=7)
@@ -76,6 +77,7 @@ def test_two_processes_give_the_same_bits(client, length):
     assert forgotten(client)
 
 
+@complete
 def test_a_scan_has_the_same_bits_on_a_cluster(client, tmp_path):
     """In memory and, by way of a study's folder that this process alone writes, on disk."""
     here = scanned(workers=1)
@@ -85,6 +87,7 @@ def test_a_scan_has_the_same_bits_on_a_cluster(client, tmp_path):
     assert (tmp_path / "far.nc").read_bytes() == (tmp_path / "near.nc").read_bytes()
 
 
+@complete
 def test_a_worker_killed_on_the_way_costs_nothing(client):
     """Also that which held the input: both are killed, one after the other, while chunks are under way."""
     scan_input = ScanInput(batches=160, laws=2, seconds=8e-3)
@@ -103,6 +106,7 @@ def test_a_worker_killed_on_the_way_costs_nothing(client):
     client.wait_for_workers(2, timeout=30)
 
 
+@complete
 def test_a_line_that_ends_every_worker_is_told(client):
     """After one worker here, as the next takes a second to start; Dask itself tries four."""
 
@@ -120,6 +124,7 @@ def test_a_line_that_ends_every_worker_is_told(client):
     assert kept.times[31] == 0
 
 
+@complete
 def test_an_interrupt_keeps_what_is_back_and_drops_the_rest(client):
     scan_input = ScanInput(batches=400, laws=1, seconds=2e-3)
     job, kept, tries = Numbers(scan_input), Kept(scan_input.batches, scan_input.seconds), []
@@ -140,6 +145,7 @@ def test_an_interrupt_keeps_what_is_back_and_drops_the_rest(client):
     assert forgotten(client), "the scheduler goes on"
 
 
+@complete
 def test_what_a_user_can_repair_comes_back_as_it_is(client):
     job, kept = Numbers(ScanInput(batches=60, fault=31)), Kept(60)
     with pytest.raises(PoundingError, match=r"^batch 31 cannot be solved; leave it out$"):
@@ -150,6 +156,7 @@ def test_what_a_user_can_repair_comes_back_as_it_is(client):
     assert forgotten(client)
 
 
+@complete
 def test_a_disk_that_is_full_drops_the_rest(client):
     def full(batches, part, seconds):
         raise PoundingError("no space")
@@ -160,6 +167,7 @@ def test_a_disk_that_is_full_drops_the_rest(client):
     assert forgotten(client)
 
 
+@complete
 def test_workers_of_other_versions_are_refused(client, monkeypatch):
     """Those that are there before any chunk; those that come later, and sources that were edited, with the first."""
     job = Numbers(ScanInput(batches=20))
@@ -214,6 +222,7 @@ def apart(root):
         process.communicate()
 
 
+@complete
 def test_a_scheduler_that_goes_away_is_told(apart):
     address, process = apart(1)
     scan_input = ScanInput(batches=300, laws=1, seconds=2e-3)
@@ -237,6 +246,7 @@ def test_a_scheduler_that_goes_away_is_told(apart):
     assert np.array_equal(kept.value[found], expected(scan_input)[found])
 
 
+@complete
 def test_workers_that_are_all_gone_are_told(apart, monkeypatch):
     """Where somebody started them by hand nobody starts others: a scan that waits for ever helps no one."""
     address, _ = apart(1)
@@ -263,6 +273,7 @@ def test_workers_that_are_all_gone_are_told(apart, monkeypatch):
         cluster.close()
 
 
+@complete
 def test_a_scheduler_without_workers_is_told(apart, monkeypatch):
     monkeypatch.setattr(dask_executor, "PATIENCE", 0.3)
     address, _ = apart(0)

@@ -43,7 +43,7 @@ def events(folder: Path) -> list[str]:
     return [json.loads(line)["event"] for line in log.read_text().splitlines()] if log.exists() else []
 
 
-@pytest.mark.slow
+@pytest.mark.complete
 def test_ctrl_c_waits_for_no_kernel_and_keeps_what_is_done(tmp_path):
     (tmp_path / "scene.toml").write_text(SCENE)
     child = started(tmp_path)

@@ -12,7 +12,7 @@ from processes import output
 SCRIPT = Path(__file__).parents[1] / "killed_scans.py"
 
 
-@pytest.mark.slow
+@pytest.mark.complete
 def test_a_killed_scan_ends_in_the_file_of_one_that_nobody_disturbed(tmp_path):
     """Bit-identical each time, with one to four threads, and at no moment a partial file under the final name."""
     if not hasattr(os, "fork"):

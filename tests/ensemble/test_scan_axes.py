@@ -68,6 +68,7 @@ def test_grounds_of_buildings_equal_a_loop_of_set():
     assert whole["record_ground_widening_largest"].dims == (*axes, "record", "interface")
 
 
+@pytest.mark.complete  # it compiles a kernel of its own
 def test_grounds_of_a_row_equal_a_loop_of_set():
     """A key that the scene leaves out stands last in the building's table, elsewhere than in a scene that has it."""
     axes = {"building.B.ground_factor": [-1.0, 0.5]}

@@ -152,7 +152,6 @@ def test_no_check_leaves_no_variables():
     assert list(findings(dataset)) == []
 
 
-@pytest.mark.slow
 def test_a_lossless_pair_with_a_closed_gap_is_sensitive():
     """Elastic contacts, no damping, gap closed: late histories grow by orders of magnitude from rounding."""
     wild = scan(study(1e-6, "hertz", 0.0, "0.13 s", length="50 s", forces=()), check_fraction=1.0)

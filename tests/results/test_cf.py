@@ -71,19 +71,9 @@ NO_DATE = "Coordinate variable 'time' should have standard_name='time', found: '
 # address of what varies along it, as `--set` takes it.
 AN_ADDRESS = re.compile(r"(variable|dimension) (building|interface|effects)\.[\w.]+ should begin with ")
 # Rows first: the other half of the tests begins with pairs, and what two processes need at once both of them compile.
-COMMANDS = [
-    "scan row",
-    "simulate row",
-    "histories row",
-    "scan pair",
-    "simulate pair",
-    "damage pair",
-    "histories pair",
-    "effects",
-    "accuracy",
-    "compare",
-    "compare_along",
-]
+QUICK = ["scan row", "histories pair"]
+ALL = ["simulate row", "histories row", "scan pair", "simulate pair", "damage pair"]
+ALL += ["effects", "accuracy", "compare", "compare_along"]
 
 
 def complaints(file: Path, folder: Path) -> list[str]:
@@ -111,8 +101,7 @@ def looked_at_once(monkeypatch) -> None:
         monkeypatch.setattr(util, name, lru_cache(maxsize=1)(getattr(util, name)))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", [*QUICK, *(pytest.param(one, marks=pytest.mark.complete) for one in ALL)])
 def test_the_checker_has_nothing_against_it(command, tmp_path):
     file = written_by(command, tmp_path)
     dataset = open_results(file)
