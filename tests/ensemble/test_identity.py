@@ -100,59 +100,45 @@ def test_numbers_of_numpy_are_numbers():
     assert difference({"options": {"a": np.int64(1)}}, {"options": {"a": 1}}) == []
 
 
-@pytest.mark.parametrize(
-    ("overrides", "sentences"),
-    [
-        (['interface.gap="25 mm"'], ['interface[0].gap: was "0.02 m", is "0.025 m"']),
-        (
-            ['building.frame.damping="2 %"', "solver.rtol=1e-7"],
-            ["building[0].damping: was 0.05, is 0.02", "solver.rtol: was 1e-06, is 1e-07"],
-        ),
-        (['grid.gap=["0 mm", "5 mm"]'], ['grid.gap: was ["0.0 m", "0.005 m", "1.0 m"], is ["0.0 m", "0.005 m"]']),
-        (['grid.pga=["0.5 g", "1 g"]'], ['grid.pga: was absent, is ["4.903325 m/s^2", "9.80665 m/s^2"]']),
-    ],
-)
-def test_a_changed_scene_is_told_key_by_key(overrides, sentences):
-    assert told(asked(), asked(*overrides)) == sentences
+GAPS = [f"{gap} mm" for gap in range(40)]
+ANOTHER = [*GAPS[:17], "17.5 mm", *GAPS[18:]]
+CHANGES = {
+    "a gap": ['interface.gap="25 mm"'],
+    "two keys": ['building.frame.damping="2 %"', "solver.rtol=1e-7"],
+    "a grid that is shorter": ['grid.gap=["0 mm", "5 mm"]'],
+    "a grid that was not there": ['grid.pga=["0.5 g", "1 g"]'],
+    "a grid that is long": [f"grid.gap={json.dumps(GAPS)}"],
+}
 
 
-def test_long_lists_are_told_by_their_first_difference():
-    gaps = [f"{gap} mm" for gap in range(40)]
-    other = [*gaps[:17], "17.5 mm", *gaps[18:]]
-    one, two = (asked(f"grid.gap={json.dumps(values)}") for values in (gaps, other))
-    assert told(one, two) == ['grid.gap: value 18 was "0.017 m", is "0.0175 m"']
-    assert told(one, asked()) == [
-        'grid.gap: was 40 values from "0.0 m" to "0.039 m", is ["0.0 m", "0.005 m", "1.0 m"]',
-    ]
-    assert told(one, asked(f"grid.gap={json.dumps([*gaps, '1 m'])}")) == [
-        'grid.gap: was 40 values from "0.0 m" to "0.039 m", is 41 values from "0.0 m" to "1.0 m"'
-    ]
+@pytest.mark.parametrize("overrides", CHANGES.values(), ids=CHANGES)
+def test_a_changed_scene_is_told_key_by_key(overrides, says):
+    says(told(asked(), asked(*overrides)))
 
 
-@pytest.mark.parametrize(
-    ("motions", "sentences"),
-    [
-        ((motion(), motion("B", sha256="bb")), ["record B: its file holds other bytes than before"]),
-        (
-            (motion(factor=2.0), motion("B")),
-            ['record A: the same file is processed or scaled otherwise: was "scaled by 1"; is "scaled by 2"'],
-        ),
-        ((motion(dt=0.005), motion("B")), ["record A: the same file is processed or scaled otherwise"]),
-        ((motion(),), ["record B: was one of the study, is not now"]),
-        ((motion(), motion("B"), motion("C")), ["record C: was not one of the study, is now"]),
-        ((motion("B"), motion()), ["records: was the order A, B, is B, A"]),
-        ((motion(), motion("B"), motion()), ["record A (2): was not one of the study, is now"]),
-    ],
-)
-def test_changed_records_are_told_by_name(motions, sentences):
-    assert told(asked(), asked(motions=motions)) == sentences
+def test_long_lists_are_told_by_their_first_difference(says):
+    long, another, longer = (asked(f"grid.gap={json.dumps(one)}") for one in (GAPS, ANOTHER, [*GAPS, "1 m"]))
+    says(told(long, another), told(long, longer))
 
 
-def test_options_and_program_count(monkeypatch):
-    assert told(asked(), asked(screening=False, check_fraction=0.01)) == [
-        "screening: was true, is false",
-        "check_fraction: was 0.0, is 0.01",
-    ]
+RECORDS = {
+    "other bytes": (motion(), motion("B", sha256="bb")),
+    "another scale": (motion(factor=2.0), motion("B")),
+    "another time step": (motion(dt=0.005), motion("B")),
+    "one less": (motion(),),
+    "one more": (motion(), motion("B"), motion("C")),
+    "another order": (motion("B"), motion()),
+    "one twice": (motion(), motion("B"), motion()),
+}
+
+
+@pytest.mark.parametrize("motions", RECORDS.values(), ids=RECORDS)
+def test_changed_records_are_told_by_name(motions, says):
+    says(told(asked(), asked(motions=motions)))
+
+
+def test_options_and_program_count(monkeypatch, says):
+    says(told(asked(), asked(screening=False, check_fraction=0.01)))
     old = identity(asked())
     monkeypatch.setattr(identities, "package_digest", lambda: "another")
     assert difference(old, identity(asked())) == [CHANGED]
