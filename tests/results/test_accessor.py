@@ -13,6 +13,7 @@ import xarray as xr
 from figure_words import words_of
 from processes import output
 from scenes import BOTH, scene_text, single
+from sentences import refusal
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError
@@ -81,15 +82,8 @@ def test_a_method_is_the_public_call_without_its_first_argument(results, name):
 
 
 def test_methods_answer_as_the_calls_do(results, tmp_path):
-    pounding = results.pounding
-    assert (
-        pounding.assess(gap="90 mm", pga=0.5 * STANDARD_GRAVITY).as_dict()
-        == pr.assess(results, gap="90 mm", pga=0.5 * STANDARD_GRAVITY).as_dict()
-    )
-    assert pounding.separations(95).as_dict() == pr.code_table(results, 95).as_dict()
-    assert pounding.summary() == pr.summary(results)
-    one, other = pounding.report(tmp_path / "one.html"), pr.report(results, tmp_path / "other.html")
-    assert one.read_bytes() == other.read_bytes()
+    pounding, asked = results.pounding, {"gap": "90 mm", "pga": 0.5 * STANDARD_GRAVITY}
+    assert pounding.assess(**asked).as_dict() == pr.assess(results, **asked).as_dict()
     assert pr.open_results(pounding.save(tmp_path / "again.nc")).identical(results)
 
 
@@ -119,26 +113,27 @@ def test_what_is_left_out_is_as_in_simulate(made, request):
     assert int(case["impact_count"].sum()) == simulated.sizes["contact"] > 0
 
 
-@pytest.mark.parametrize(
-    ("asked", "sentence"),
-    [
-        ({"gap": "3 mm", "pga": "0.5 g"}, "gap 3 mm is not in the grid, which has 2 mm, 8 mm"),
-        ({"gap": "3 kg", "pga": "0.5 g"}, "gap: .*is a mass, not a length"),
-        ({"record": "RSN6-18", "pga": "0.5 g"}, r"record 'RSN6-18' is not in the grid \(did you mean \"RSN6-180\"\?\)"),
-        ({}, "pga: the scene has none of its own, and the grid has 0.3 g, 0.5 g; name one"),
-    ],
-)
-def test_a_case_that_is_not_there_is_told_with_what_is(results, asked, sentence):
-    with pytest.raises(PoundingError, match=sentence):
-        results.pounding.case(**asked)
+CASES = {
+    "a gap of another grid": {"gap": "3 mm", "pga": "0.5 g"},
+    "a gap in kg": {"gap": "3 kg", "pga": "0.5 g"},
+    "an unknown record": {"record": "RSN6-18", "pga": "0.5 g"},
+    "no amplitude": {},
+}
 
 
-def test_the_scene_s_own_value_is_not_replaced_by_a_near_one(results):
-    """The scene's gap is 2 mm: where the grid has lost it, none is guessed."""
-    with pytest.raises(PoundingError, match=r"gap: none is named, .*own is not there: gap 2 mm is not .*; name one"):
-        results.assign_coords(gap=[0.003, 0.008]).pounding.case(pga="0.5 g")
-    with pytest.raises(PoundingError, match="scales its records to no PGA"):
-        results.isel(pga=0, drop=True).pounding.case(pga="0.5 g")
+@pytest.mark.parametrize("asked", CASES.values(), ids=CASES)
+def test_a_case_that_is_not_there_is_told_with_what_is(results, asked, says):
+    says(refusal(results.pounding.case, **asked))
+
+
+def test_the_scene_s_own_value_is_not_replaced_by_a_near_one(results, run, says):
+    """The scene's gap is 2 mm: where the grid has lost it, none is guessed. A run has no cases."""
+    says(
+        refusal(results.assign_coords(gap=[0.003, 0.008]).pounding.case, pga="0.5 g"),
+        refusal(results.isel(pga=0, drop=True).pounding.case, pga="0.5 g"),
+        refusal(run.pounding.case, gap="2 mm"),
+        refusal(run.pounding.assess),
+    )
 
 
 def test_each_dataset_has_its_usual_figure(results, row, run):
@@ -168,50 +163,30 @@ def test_each_figure_s_name_is_that_of_its_function():
     assert all(f'"{name}"' in text for name in names)
 
 
-@pytest.mark.parametrize(
-    ("asked", "sentence"),
-    [
-        (
-            {"kind": "elevatoin"},
-            r"'elevatoin'.*none of this dataset \(did you mean \"elevation\"\?\); it has scan, ratio",
-        ),
-        ({"kind": "simulation"}, "it has scan, ratio, assessment"),
-        (
-            {"kind": "elevation", "gapp": 1.0},
-            r"elevation has no option gapp \(did you mean \"gap\"\?\); it takes gap, con",
-        ),
-        ({"gap": "8 mm"}, "scan has no option gap; it takes none beside note"),
-    ],
-)
-def test_an_unknown_figure_or_option_is_told_with_the_known_ones(row, asked, sentence):
-    with pytest.raises(PoundingError, match=sentence.replace("'elevatoin'", '"elevatoin"')):
-        row.pounding.figure(**asked)
+FIGURES_ASKED = {
+    "an unknown figure": {"kind": "elevatoin"},
+    "a figure of another command": {"kind": "simulation"},
+    "an unknown option": {"kind": "elevation", "gapp": 1.0},
+    "an option of another figure": {"gap": "8 mm"},
+}
 
 
-def test_separations_of_a_row_are_those_of_the_interface_that_is_named(row):
+@pytest.mark.parametrize("asked", FIGURES_ASKED.values(), ids=FIGURES_ASKED)
+def test_an_unknown_figure_or_option_is_told_with_the_known_ones(row, asked, says):
+    says(refusal(lambda: row.pounding.figure(**asked)))
+
+
+def test_separations_of_a_row_are_those_of_the_interface_that_is_named(row, says):
     name = "A <1> | B"
     assert row.pounding.separations(interface=name).as_dict() == pr.code_table(row.isel(interface=[0])).as_dict()
-    with pytest.raises(PoundingError, match=r"'A \| C' is not in the dataset.*A <1> \| B"):
-        row.pounding.separations(interface="A | C")
+    says(refusal(row.pounding.separations, interface="A | C"))
 
 
-def test_a_dataset_that_is_not_of_the_package_gets_a_sentence():
+def test_a_dataset_that_is_not_of_the_package_gets_a_sentence(says):
     other = xr.Dataset({f"v{number}": ("x", [1.0]) for number in range(5)})
-    sentence = r"was not made by pounding_risk.*variables: v0, v1, v2 and 2 more"
-    for method in ("assess", "figure", "case", "summary"):
-        with pytest.raises(PoundingError, match=r"pounding_risk|another program"):
-            getattr(other.pounding, method)()
-    with pytest.raises(PoundingError, match=sentence):
-        other.pounding.assess()
+    says([refusal(getattr(other.pounding, method)) for method in ("assess", "figure", "case", "summary")])
     assert "was not made by pounding_risk" in repr(other.pounding)
     assert ElementTree.fromstring(other.pounding._repr_html_()) is not None
-
-
-def test_a_run_has_no_case_and_is_not_assessed(run):
-    with pytest.raises(PoundingError, match="the dataset of simulate is one case as it is"):
-        run.pounding.case(gap="2 mm")
-    with pytest.raises(PoundingError, match="a dataset of `simulate`"):
-        run.pounding.assess()
 
 
 @pytest.mark.parametrize(
@@ -257,8 +232,7 @@ def test_cases_are_counted_but_not_where_that_takes_long(results, monkeypatch):
     assert dict(results.pounding.facts())["cases"] == f"{half * 2}; .summary() counts those that are complete"
 
 
-@pytest.mark.slow
-def test_datasets_of_the_other_calls_say_what_they_are_and_are_drawn(tmp_path):
+def test_datasets_of_the_other_calls_say_what_they_are_and_are_drawn(tmp_path, says):
     small = [*('grid.yield_force=["100 kN"]', 'grid.gap=["2 mm"]', 'grid.pga=["0.5 g"]'), 'records.names=["RSN6-180"]']
     scene = pr.read_scene(SCENE, small)
     made = {
@@ -271,12 +245,10 @@ def test_datasets_of_the_other_calls_say_what_they_are_and_are_drawn(tmp_path):
         assert dataset.pounding.kind == kind
         assert repr(dataset.pounding).startswith(f"<results of {kind}>\n  scene")
         if kind == "histories":
-            with pytest.raises(PoundingError, match="a dataset of histories has no figure"):
-                dataset.pounding.figure()
+            says(refusal(dataset.pounding.figure))
         else:
             assert words_of(dataset.pounding.figure())
-        with pytest.raises(PoundingError, match=f"a dataset of `{kind}`"):
-            dataset.pounding.assess()
+        assert f"a dataset of `{kind}`" in refusal(dataset.pounding.assess)
     assert made["histories"].pounding.case()["displacement"].dims[-1] == "sample"
     jankowski = made["compare"].pounding.case(contact_model="jankowski", polarity="reversed")
     assert jankowski["peak_contact_force"].size == 1
