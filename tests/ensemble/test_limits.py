@@ -73,20 +73,19 @@ def scene(tmp_path: Path) -> str:
     return str(file)
 
 
-@pytest.mark.parametrize(
-    ("override", "sentence"),
-    [
-        ('building.B.period="1e-5 s"', "must be at least 0.0001 s"),
-        ('building.B.period="1e-7 s"', "must be at least 0.0001 s"),
-        ('building.A.mass="1e-30 kg"', "must be at least 1 kg"),
-        (f"building.{'.'.join(['a'] * 20_000)}=1", "the path has 20001 parts"),
-    ],
-    ids=["1e-5 s", "1e-7 s", "1e-30 kg", "dotted"],
-)
-def test_values_beyond_physics_are_refused(scene, override, sentence):
+BEYOND = {
+    "1e-5 s": 'building.B.period="1e-5 s"',
+    "1e-7 s": 'building.B.period="1e-7 s"',
+    "1e-30 kg": 'building.A.mass="1e-30 kg"',
+    "20 001 parts": f"building.{'.'.join(['a'] * 20_000)}=1",
+}
+
+
+@pytest.mark.parametrize("override", BEYOND.values(), ids=BEYOND)
+def test_values_beyond_physics_are_refused(scene, override, says):
     ended, words = command("validate", scene, "--set", override)
-    assert ended == 2 and sentence in words and "Traceback" not in words
-    assert len(words) < 2000
+    assert ended == 2 and "Traceback" not in words and len(words) < 2000
+    says(words)
 
 
 def test_a_building_faster_than_any_is_refused_by_its_stiffness_too():
@@ -143,7 +142,7 @@ def test_the_size_of_a_response_is_told_beforehand():
         assert held < work_limits.response_bytes(study, motion) < 4 * held
 
 
-@pytest.mark.parametrize("row", [False, True])
+@pytest.mark.parametrize("row", [False, pytest.param(True, marks=pytest.mark.complete)])
 @pytest.mark.parametrize("distance", ["20 m", "20.3 m"])
 def test_under_a_wave_the_size_is_told_too(row, distance):
     """More than is allocated at most while the motion is laid out and answered, as Python counts it, and not much."""
@@ -241,6 +240,7 @@ def test_the_distance_between_outlines_of_many_corners():
     assert clear_distance(left, above) == pytest.approx(exact, abs=2.0 * sagitta / (1.0 - 0.4**2) ** 0.5)
 
 
+@pytest.mark.complete
 def test_a_street_of_many_corners_is_read(tmp_path):
     corners = [[10.0 + 1e-4 * x, 50.0 + 1e-4 * y] for x, y in ring(20_000).tolist()]
     features = []

@@ -13,7 +13,6 @@ from pounding_risk.assessment.assess import assess
 from pounding_risk.ensemble import row_job
 from pounding_risk.ensemble import scan as ensemble
 from pounding_risk.ensemble.scan import scan
-from pounding_risk.results.files import open_results
 from pounding_risk.results.labels import positions
 from pounding_risk.results.summary import counted
 from pounding_risk.scene.reader import parse_scene
@@ -143,12 +142,6 @@ def test_ends_and_interiors_are_told_apart(screened):
     assert positions(1) == ["alone"] and positions(2) == ["end", "end"]
 
 
-def test_a_dataset_comes_back_from_disk_as_it_was(tmp_path, screened):
-    written = scan(parse_scene(FOUR_IN_A_ROW), tmp_path / "row.nc", check_fraction=0.02)
-    assert open_results(tmp_path / "row.nc").identical(written)
-    assert written.identical(screened)
-
-
 def test_a_share_of_the_runs_is_made_again(screened):
     every = scan(parse_scene(FOUR_IN_A_ROW), check_fraction=1.0)
     assert ((every["sensitive"] >= 0) == (every["simulated"] == 1)).all(), "and of those alone"
@@ -157,11 +150,6 @@ def test_a_share_of_the_runs_is_made_again(screened):
     moved = screened["change_peak_contact_force"].values[checked.values]
     # The tolerance is 1e-6 of each step; peaks of a row with some ten contacts have been found to move by 1e-5.
     assert (moved < 1e-4).all()
-
-
-def test_the_scene_of_a_dataset_runs_again_to_the_same_numbers(screened):
-    again = scan(parse_scene(screened.attrs["scene_resolved"]), check_fraction=0.02)
-    same(again, screened)
 
 
 def test_progress_counts_every_case():
