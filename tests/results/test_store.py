@@ -185,7 +185,7 @@ store.finish({"later": 1})
 """
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", [".nc", pytest.param(".zarr", marks=pytest.mark.complete)])
 def test_bytes_follow_from_the_values_alone(tmp_path, suffix):
     """Two processes, at another second: no time and no name is in the bytes."""
     template, start = made_template(), int(time.time())
@@ -201,7 +201,10 @@ def test_bytes_follow_from_the_values_alone(tmp_path, suffix):
     assert checksum(tmp_path / f"one{suffix}") == checksum(tmp_path / f"other{suffix}")
 
 
-@pytest.mark.parametrize(("suffix", "older"), [(".nc", False), (".nc", True), (".zarr", True)])
+@pytest.mark.parametrize(
+    ("suffix", "older"),
+    [(".nc", True), *(pytest.param(*one, marks=pytest.mark.complete) for one in ((".nc", False), (".zarr", True)))],
+)
 def test_a_killed_run_leaves_the_older_results_or_none(tmp_path, suffix, older):
     target = tmp_path / f"results{suffix}"
     template = made_template()
@@ -456,6 +459,7 @@ assert all(each.identical(found[0]) for each in found)
 """
 
 
+@pytest.mark.complete
 def test_threads_of_a_user_take_turns_at_netcdf(tmp_path):
     """Without turns the process ends by a signal: of the first run of three threads, each with a scan of its own."""
     output("-c", THREADS, cwd=tmp_path)

@@ -157,6 +157,7 @@ def test_the_commands_print_and_write(files, tmp_path):
     assert pounding_risk.summary is summary and pounding_risk.convert is convert
 
 
+@pytest.mark.complete
 def test_everything_that_reads_results_reads_both(files, tmp_path):
     """The same answer from either kind of file."""
     both = [files / f"{kind}" for kind in ("pair.nc", "pair.zarr")]
