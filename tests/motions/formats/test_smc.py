@@ -1,55 +1,27 @@
-"""SMC: corrected and uncorrected files, every way to hand over a file, and the exact sentence for each fault."""
+"""SMC: corrected and uncorrected files, records of film, and texts with faults."""
 
-import gzip
+from functools import partial
 from io import BytesIO
-from pathlib import Path
 
 import numpy as np
 import obspy
 import pytest
+import real_files
+from real_files import real
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats.smc import _read_smc
 
-DATA = Path(__file__).parents[2] / "data" / "formats"
-FILES = {path.name: path for path in DATA.glob("smc-*.gz")}
-SHAFTER, RAW, UP = (
-    gzip.decompress(FILES[f"smc-{name}.smc.gz"].read_bytes()) for name in ("shafter", "alhambra-raw", "alhambra-up")
-)
+SHAFTER, RAW, UP = (real(f"smc-{name}.smc") for name in ("shafter", "alhambra-raw", "alhambra-up"))
 
 
 def read(data, **more):
     return _read_smc(BytesIO(data), **more)[0]
 
 
-@pytest.mark.parametrize(
-    ("data", "id", "component", "azimuth", "npts", "state", "ends"),
-    [
-        (SHAFTER, ".SAF0A..HNN", "360", 360.0, 6001, "processed", (1.5057, -0.28745)),
-        (RAW, ".0482G..HNE", "90", 90.0, 6012, "raw", (1.0540, None)),
-        (UP, ".0482H..HNZ", "up", None, 6014, "processed", (-2.7715, None)),
-    ],
-    ids=["corrected", "uncorrected", "vertical"],
-)
-def test_what_the_files_hold(data, id, component, azimuth, npts, state, ends):
-    """``ends`` are the first and the last number, in cm/s², copied out of the file."""
-    trace = read(data)
-    assert (trace.id, trace.stats.npts, trace.stats.delta, trace.stats.calib) == (id, npts, 0.005, 1.0)
-    record = trace.stats.record
-    assert (record.component, record.azimuth, record.state) == (component, azimuth, state)
-    assert record.units == "units: cm/s², times 0.01"
-    assert trace.data.dtype == np.float64
-    assert trace.data[0] == pytest.approx(0.01 * ends[0], rel=1e-12)
-    last = 0.01 * float(data.decode().split()[-1][-10:]) if ends[1] is None else 0.01 * ends[1]
-    assert trace.data[-1] == pytest.approx(last, rel=1e-12)
-
-
 @pytest.mark.parametrize("data", [SHAFTER, RAW, UP], ids=["corrected", "uncorrected", "vertical"])
-def test_the_header_peak_comes_out_of_the_samples(data):
-    """The header has seven digits, the samples five: half of the last one is at most 5e-5 of a peak."""
-    trace = read(data)
-    peak = np.abs(trace.data).max()
-    assert peak == pytest.approx(trace.stats.record.header_pga, rel=5e-5)
+def test_the_peak_in_the_text_comes_out_of_the_samples(data):
+    peak = np.abs(read(data).data).max()
     text = data.decode().split("pk ")[1].split("\n")[0].replace("acc", "").replace("=", "")
     assert peak == pytest.approx(abs(float(text)) * 0.01, abs=0.00051)  # in cm/s² with one decimal
 
@@ -59,19 +31,6 @@ def test_the_time_of_the_header_peak_is_that_of_the_samples():
     trace = read(SHAFTER)
     assert np.argmin(trace.data) * trace.stats.delta == pytest.approx(10.34, abs=1e-9)
     assert np.argmax(trace.data) * trace.stats.delta == pytest.approx(10.17, abs=1e-9)
-
-
-def test_the_header_goes_to_the_statistics():
-    stats = read(SHAFTER).stats
-    assert stats.starttime == obspy.UTCDateTime(1989, 10, 18, 0, 4)
-    record = stats.record
-    assert not record.timed  # it is that of the earthquake, to the minute
-    assert (record.event, record.date, record.magnitude) == ("Loma Prieta, CA", "1989-10-18", 7.1)
-    assert (record.station, record.distance_km) == ("San Francisco, 1295 Shafter, F", 89.0)
-    assert (record.low_corner, record.high_corner) == (0.1, None)
-    assert (stats.smc.latitude, stats.smc.longitude, stats.smc.problem) == (37.728, -122.385, False)
-    assert (read(UP).stats.record.low_corner, read(UP).stats.record.high_corner) == (0.33, 25.0)
-    assert read(RAW).stats.record.low_corner is None
 
 
 def test_a_damaged_count_of_a_head_alone_takes_no_memory():
@@ -85,15 +44,8 @@ GOOD = "\n".join(CUT).replace("      6001    -32768", "        12    -32768")[:-
 GOOD = GOOD.replace("  0.1044078E+03", "  0.1505700E+01").replace(
     " -0.7882104E+02", " -0.5793300E+01"
 )  # of these twelve
+changed = partial(real_files.changed, GOOD)
 COUNT = "        12    -32768    -32768"
-
-
-def changed(*pairs, base=GOOD):
-    """The good text with words replaced, each of which is in it."""
-    for old, new in pairs:
-        assert old in base, old
-        base = base.replace(old, new, 1)
-    return base
 
 
 VALUES = [1.0, 2.0, 3.0, 4.0, 5.0, -6.0]  # cm/s²
@@ -150,12 +102,6 @@ SPELLINGS = {
 }
 
 
-def test_the_good_text_is_good():
-    first, second = [1.5057, -2.2223, -1.9234, -3.1562, -3.2440, -3.5638], [-5.1941, -5.7933, -5.5295, -5.4933, -5.4174]
-    expected = np.array([*first, *second, -4.5081])
-    assert read(GOOD.encode()).data == pytest.approx(0.01 * expected, rel=1e-12)
-
-
 def test_a_file_marked_as_having_a_problem_says_so():
     assert read(changed((COUNT, "        12         1    -32768")).encode()).stats.smc.problem is True
 
@@ -170,96 +116,27 @@ def test_time_in_seconds_and_none():
     assert (stats.starttime, stats.record.date) == (obspy.UTCDateTime(0), "1989-10-18")
 
 
-TITLES = '"1 UNCORRECTED ACCELEROGRAM" or "2 CORRECTED ACCELEROGRAM"'
-BAD = [
-    ("", "x.smc: is empty (0 bytes); fetch the record again"),
-    *[
-        (
-            changed(("2 CORRECTED ACCELEROGRAM", title)),
-            f'x.smc, line 1: the title is "{title}"; an SMC file of acceleration has {TITLES} there: take such a file '
-            "of this record",
-        )
-        for title in ("3 VELOCITY", "4 DISPLACEMENT", "5 RESPONSE SPECTRA", "*")
-    ],
-    (
-        changed((COUNT, "    -32768    -32768    -32768")),
-        "x.smc, line 14: the number of samples is -32768; a record needs at least 2, or as many pairs of time "
-        "and acceleration: fetch the file again",
-    ),
-    (
-        changed((COUNT, "        13    -32768    -32768")),
-        "x.smc, line 35: 13 samples should follow, 12 found; the file is cut short: fetch it again",
-    ),
-    (
-        changed((COUNT, "        11    -32768    -32768")),
-        "x.smc, line 35: 11 samples should follow, 12 found; correct that number, or fetch the file again",
-    ),
-    (
-        changed((COUNT, "         8    -32768    -32768")),
-        'x.smc, line 37: "-5.5295E+0-5.4933E+0-5.4174E+0-4.5081E+0" follows the last of the 8 samples that line 14 '
-        "promises; correct that number, or fetch the file again",
-    ),
-    (
-        film([0.0, 0.0014, 0.0028, 0.0042, 0.0057, 0.0071], VALUES),
-        "x.smc, line 18: holds pairs of times and accelerations, at steps from 0.0014 to 0.0015 s; give the even "
-        'step at which to read them: records.dt = "0.005 s" in a scene, dt=0.005 in Python, --dt "0.005 s" on the '
-        "command line, or take the corrected file of this record",
-    ),
-    (
-        film([0.0, 0.01, 0.02, 0.01, 0.03, 0.04], VALUES),
-        "x.smc, line 18: after the time 0.02 s comes 0.01 s; times must rise, by at most 0.05 s: take the corrected "
-        "file of this record, or cut it there and hand it over in columns",
-    ),
-    (
-        film([0.0, 0.01, 0.02, 1.46, 1.47, 1.48], VALUES),
-        "x.smc, line 18: after the time 0.02 s comes 1.46 s; times must rise, by at most 0.05 s: take the corrected "
-        "file of this record, or cut it there and hand it over in columns",
-    ),
-    (
-        changed(("  0.2000000E+03", "  0.0000000E+00")),
-        'x.smc, line 18: the time step is "1/(0/s)"; the time step must be a number of seconds greater than 0, from '
-        "1e-06 to 1 s: restore that line, or fetch the file again",
-    ),
-    (
-        changed(("  0.2000000E+03", "  0.2000000E+09")),
-        'x.smc, line 18: the time step is "1/(2e+08/s)"; the time step must be a number of seconds greater than 0, '
-        "from 1e-06 to 1 s: restore that line, or fetch the file again",
-    ),
-    (
-        changed(("       101         8", "       101         9")),
-        'x.smc, line 36: "1.5057E+0-2.2223E+0-1.9234E+0-3.1562E..." should be one of 9 comments, which start with "|"; '
-        "restore that line, or fetch the file again",
-    ),
-    (
-        changed(("       101         8", "       101        -8")),
-        "x.smc, line 13: the number of comments is -8; it must be 0 or more: fetch the file again",
-    ),
-    (
-        changed(("-2.2223E+0", "       NaN")),
-        'x.smc, line 36: "NaN" is not a finite number; the samples must be plain numbers such as -2.2223E+0: repair '
-        "that line, or fetch the file again",
-    ),
-    (
-        changed(("-2.2223E+0", "-2.22230+0")),
-        'x.smc, line 36: "-2.22230+0" is not a finite number; the samples must be plain numbers such as -2.2223E+0: '
-        "repair that line, or fetch the file again",
-    ),
-    (
-        changed(("      1989       291", "      1989       ***")),
-        'x.smc, line 12: "***" is not a finite number; the whole numbers of the header must be plain numbers such as '
-        "-32768: repair that line, or fetch the file again",
-    ),
-    (
-        changed(("      1989       291", "      1989       391")),
-        "x.smc, line 12: the time, year day hour minute, is 1989 391 0 4; correct these whole numbers, or write -32768 "
-        "where they are not known",
-    ),
-    (
-        "\n".join(CUT[:20]),
-        "x.smc, line 17: 50 real numbers of the header should follow, 15 found; the file is cut short: fetch it again",
-    ),
-    (
-        "\n".join(CUT[:30]),
-        "x.smc: ends at line 30, where its comments should be; the file is cut short: fetch it again",
-    ),
-]
+BAD = {
+    "empty": "",
+    "velocity": changed(("2 CORRECTED ACCELEROGRAM", "3 VELOCITY")),
+    "displacement": changed(("2 CORRECTED ACCELEROGRAM", "4 DISPLACEMENT")),
+    "response spectra": changed(("2 CORRECTED ACCELEROGRAM", "5 RESPONSE SPECTRA")),
+    "no title": changed(("2 CORRECTED ACCELEROGRAM", "*")),
+    "no number of samples": changed((COUNT, "    -32768    -32768    -32768")),
+    "a sample less": changed((COUNT, "        13    -32768    -32768")),
+    "a sample more": changed((COUNT, "        11    -32768    -32768")),
+    "a line more": changed((COUNT, "         8    -32768    -32768")),
+    "film at uneven times": film([0.0, 0.0014, 0.0028, 0.0042, 0.0057, 0.0071], VALUES),
+    "film whose times fall": film([0.0, 0.01, 0.02, 0.01, 0.03, 0.04], VALUES),
+    "film with a hole": film([0.0, 0.01, 0.02, 1.46, 1.47, 1.48], VALUES),
+    "no sampling rate": changed(("  0.2000000E+03", "  0.0000000E+00")),
+    "a sampling rate beyond all": changed(("  0.2000000E+03", "  0.2000000E+09")),
+    "a comment less": changed(("       101         8", "       101         9")),
+    "a negative number of comments": changed(("       101         8", "       101        -8")),
+    "NaN": changed(("-2.2223E+0", "       NaN")),
+    "a sign lost in a number": changed(("-2.2223E+0", "-2.22230+0")),
+    "stars for a year": changed(("      1989       291", "      1989       ***")),
+    "day 391": changed(("      1989       291", "      1989       391")),
+    "cut in the real numbers": "\n".join(CUT[:20]),
+    "cut before the comments": "\n".join(CUT[:30]),
+}
