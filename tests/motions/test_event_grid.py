@@ -7,15 +7,18 @@ import json
 import numpy as np
 import pytest
 from damaged_tables import survey
+from scenes import scene_text, single
+from sentences import refusal
 
 import pounding_risk as pr
 from pounding_risk.cli import main
-from pounding_risk.errors import PoundingError, RecordError
+from pounding_risk.errors import RecordError
 from pounding_risk.motions.ensemble import read_ensemble, sources_named
 from pounding_risk.motions.manifest import write_manifest
 from pounding_risk.motions.request import RecordRequest
 from pounding_risk.motions.sites.event_grid import read_grid
 from pounding_risk.motions.sites.places import Place, distance, nearest
+from pounding_risk.scene.reader import parse_scene
 
 G = 9.80665
 PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "none", 0.0, unit="g", sites="EventGrid.csv")
@@ -100,95 +103,60 @@ def test_a_selection_of_site_motions_survives_its_manifest(grid):
         np.testing.assert_allclose(one.acceleration, other.acceleration, rtol=1e-14)
 
 
-SCENE = """
-[[building]]
-name = "a"
-mass = "40 t"
-period = "0.3 s"
-[[building]]
-name = "b"
-mass = "60 t"
-period = "0.5 s"
-[[interface]]
-gap = "20 mm"
-contact_model = "linear"
-stiffness = "1e8 N/m"
-restitution = 1.0
-[records]
-unit = "g"
-sites = "EventGrid.csv"
-{more}
-"""
+def scene(more: str = "", source: str = 'sites = "EventGrid.csv"') -> str:
+    buildings = single("a", "40 t", "0.3 s"), single("b", "60 t", "0.5 s")
+    text = scene_text(*buildings, law="linear", gap="20 mm", records={"names": None, "unit": "g"})
+    return f"{text}{source}\n{more}\n"
+
+
+PLACE = "place = {longitude = 23.75, latitude = 37.98}"
 
 
 def test_a_scene_has_sites_and_its_place(grid):
-    scene = pr.read_scene(_written(grid, "place = {longitude = 23.75, latitude = 37.98}"))
-    assert scene.records.place == Place(23.75, 37.98)
-    assert "place = {longitude = 23.75, latitude = 37.98}" in scene.to_toml()
+    read = parse_scene(scene(PLACE), str(grid.parent / "scene.toml"))
+    assert read.records.place == Place(23.75, 37.98) and PLACE in read.to_toml()
     built = pr.Records(sites="EventGrid.csv", place={"longitude": 23.75, "latitude": 37.98}, unit="g")
-    assert built.request().place == scene.records.place
+    assert built.request().place == read.records.place
 
 
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        ("place = {longitude = 23.75}", "records.place.latitude: missing; write place = {longitude = 23.73"),
-        ("place = {longitude = 23.75, latitude = 123.0}", "the latitude is 123, and it goes from -90 to 90 degrees"),
-        ('place = {longitude = "x", latitude = 1}', "is no number of degrees"),
-        ('place = "Athens"', "is not a table"),
-        ('pga = "0.3 g"', "sites and pga are both given, and each sets the amplitude"),
-        ('files = ["RSN1.json"]', "files and sites are both given"),
-    ],
-)
-def test_keys_that_do_not_fit_are_refused(grid, more, words):
-    with pytest.raises(PoundingError) as caught:
-        pr.read_scene(_written(grid, more))
-    assert words in str(caught.value)
+KEYS = {
+    "half a place": ("place = {longitude = 23.75}",),
+    "a place beyond the pole": ("place = {longitude = 23.75, latitude = 123.0}",),
+    "a letter for a longitude": ('place = {longitude = "x", latitude = 1}',),
+    "a name of a place": ('place = "Athens"',),
+    "an amplitude": ('pga = "0.3 g"',),
+    "files beside sites": ('files = ["RSN1.json"]',),
+    "a place without sites": (PLACE, 'files = ["RSN1.json"]'),
+    "a grid that is not there": (PLACE, 'sites = "Grid.csv"'),
+}
 
 
-def test_a_place_without_sites_and_a_grid_that_is_not_there(grid):
-    path = _written(grid, "place = {longitude = 23.75, latitude = 37.98}")
-    path.write_text(path.read_text().replace('sites = "EventGrid.csv"', 'files = ["RSN1.json"]'))
-    with pytest.raises(PoundingError, match="there are no sites to choose from"):
-        pr.read_scene(path)
-    path.write_text(path.read_text().replace('files = ["RSN1.json"]', 'sites = "Grid.csv"'))
-    with pytest.raises(PoundingError, match=r"records.sites.*no such file"):
-        pr.read_scene(path)
+@pytest.mark.parametrize("words", KEYS)
+def test_keys_that_do_not_fit_are_refused(grid, says, words):
+    says(refusal(parse_scene, scene(*KEYS[words]), str(grid.parent / "scene.toml")))
 
 
-def _written(grid, more):
-    path = grid.parent / "scene.toml"
-    path.write_text(SCENE.replace("{more}", more))
-    return path
+DAMAGES = {
+    "a letter for a latitude": ("EventGrid.csv", "37.98,420", "x,420"),
+    "a site twice": ("EventGrid.csv", "23.75,37.98", "23.73,37.98"),
+    "no latitude": ("EventGrid.csv", "Latitude", "Lat"),
+    "a negative factor": ("site0.csv", "2.5", "-1"),
+    "a motion that is not there": ("site0.csv", "RSN2", "RSN9"),
+    "intensities for motions": ("site0.csv", "TH_file,factor", "PGA,SA"),
+    "a step backwards": ("RSN1.json", '"dT": 0.02', '"dT": -0.02'),
+    "a letter for a sample": ("RSN1.json", '"data_x": [', '"data_x": [\n"a",'),
+    "a sample more": ("RSN1.json", '"data_x": [', '"data_x": [\n0.0,'),
+    "an open bracket": ("RSN1.json", "]", ""),
+    "another peak": ("RSN1.json", '"dT"', '"PGA_x": 9.0, "dT"'),
+}
 
 
-@pytest.mark.parametrize(
-    ("file", "old", "new", "words"),
-    [
-        ("EventGrid.csv", "37.98,420", "x,420", 'line 3: Latitude is "x"; it must be a number'),
-        ("EventGrid.csv", "23.75,37.98", "23.73,37.98", "line 3: has a second site at 23.73, 37.98"),
-        ("EventGrid.csv", "Latitude", "Lat", 'line 1: the head "GP_file,Longitude,Lat,Vs30" has no column Latitude'),
-        ("site0.csv", "2.5", "-1", "line 3: the factor is -1; it must be greater than 0"),
-        ("site0.csv", "RSN2", "RSN9", 'line 3: no motion "RSN9" is beside it, as RSN9.json, RSN9.csv'),
-        ("site0.csv", "TH_file,factor", "PGA,SA", "motions are in TH_file"),
-        ("RSN1.json", '"dT": 0.02', '"dT": -0.02', "line 2: dT is"),
-        ("RSN1.json", '"data_x": [', '"data_x": [\n"a",', 'line 4: sample 1 of data_x is "a"'),
-        (
-            "RSN1.json",
-            '"data_x": [',
-            '"data_x": [\n0.0,',
-            "samples are missing, there are 201 in data_x, 200 in data_y",
-        ),
-        ("RSN1.json", "]", "", "is no JSON at character"),
-        ("RSN1.json", '"dT"', '"PGA_x": 9.0, "dT"', "line 2: PGA_x is"),
-    ],
-)
-def test_damaged_files_are_refused_with_their_line(grid, file, old, new, words):
+@pytest.mark.parametrize("words", DAMAGES)
+def test_damaged_files_are_refused_with_their_line(grid, says, words):
+    file, old, new = DAMAGES[words]
     path = grid.parent / file
     path.write_text(path.read_text().replace(old, new, 1))
-    with pytest.raises(RecordError) as caught:
-        read_ensemble(HERE, grid.parent)
-    assert words in str(caught.value) and str(path) in str(caught.value)
+    says(refusal(read_ensemble, HERE, grid.parent))
 
 
 def test_thousands_of_damaged_grids_end_in_a_sentence_or_in_places(grid):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import tomllib
 from math import cos, degrees, radians, sin, sqrt
 from pathlib import Path
@@ -30,6 +31,7 @@ from pounding_risk.streets.neighbours import floors
 from pounding_risk.streets.rows import Block, footprint_outlines, footprint_rings, read_block
 from pounding_risk.streets.table import BlockError
 
+SHIPPED = Path(pr.__file__).parent / "scene" / "shipped"
 GAPS = (0.02, 0.3, 0.0, 0.15)
 WIDTHS = (10.0, 14.0, 8.0, 20.0, 12.0)
 EQUATOR, FLATTENING = 6378137.0, 1.0 / 298.257223563
@@ -72,6 +74,11 @@ def read_faults(path: Path, rules: Rules | None = None, **options: Any) -> list[
     with pytest.raises(BlockError) as error:
         read_block(path, rules, **options)
     return error.value.faults
+
+
+def houses(block: Block) -> list[str]:
+    """Each with its id of the map; a height of a part, of feet and of a rule among them."""
+    return [f"{each.mapped.id}, {each.name}: {each.height:.9g} m, {each.storeys} storeys" for each in block.houses]
 
 
 def only(block: Block) -> Any:
@@ -132,47 +139,36 @@ def test_a_plane_of_utm_is_unrolled_by_its_scale(tmp_path):
     assert (first.mapped.longitude, first.mapped.latitude) == pytest.approx((15.0, 40.0), abs=1e-7)
 
 
-def test_a_layer_is_chosen_and_others_are_named(tmp_path):
+def test_a_layer_is_chosen_and_others_are_named(tmp_path, says):
     path = tmp_path / "city.gpkg"
     for name in ("houses", "sheds"):
         frame(made_street(), "EPSG:32633").to_file(path, engine="pyogrio", layer=name)
     frame([shapely.Point(0, 0)] * 2, "EPSG:32633").to_file(path, engine="pyogrio", layer="trees")
-    assert read_faults(path) == ["has the layers houses, sheds; say which one with --layer (layer= in Python)"]
     assert len(only(read_block(path, layer="sheds")).buildings) == 5
-    assert read_faults(path, layer="shed") == [
-        'has no layer "shed" (did you mean "sheds"?); it has houses, sheds, trees'
-    ]
-    assert 'feature 1: has "Point"; a building needs its footprint' in read_faults(path, layer="trees")[0]
-    shipped = Path(pr.__file__).parent / "scene" / "shipped"
-    assert "has no layers" in read_faults(shipped / "street.geojson", layer="x")[0]
-    assert "a CSV has no footprints" in read_faults(shipped / "street.csv", layer="x")[0]
+    says(read_faults(path), read_faults(path, layer="shed"), read_faults(path, layer="trees"))
+    for name in ("street.geojson", "street.csv"):
+        says(read_faults(SHIPPED / name, layer="x"))
 
 
 @pytest.mark.filterwarnings("ignore:'crs' was not provided")
-def test_coordinates_that_nothing_ties_to_the_earth_are_refused_unless_they_are_metres(tmp_path):
+def test_coordinates_that_nothing_ties_to_the_earth_are_refused_unless_they_are_metres(tmp_path, says):
     path = tmp_path / "street.gpkg"
     pyogrio.write_dataframe(frame(made_street(), None), path)
-    (fault,) = read_faults(path)
-    assert fault.startswith("has no coordinate reference system, so nobody knows what its numbers are; set it")
     block = read_block(path, Rules(metres=True))
     assert only(block).gaps == GAPS
-    assert only(block).buildings[0].mapped.longitude != only(block).buildings[0].mapped.longitude
+    assert np.isnan(only(block).buildings[0].mapped.longitude)
     degrees_of = write(tmp_path / "degrees.gpkg", in_degrees(made_street(), 15.0, 40.0), "EPSG:4326")
-    assert (
-        "its coordinates are degrees (WGS 84), so they are no metres" in read_faults(degrees_of, Rules(metres=True))[0]
-    )
     larger = [shapely.affinity.scale(shape, 400, 400, origin=(0, 0)) for shape in made_street()]
     wrong = write(tmp_path / "wrong.fgb", larger, "EPSG:32633")
-    assert "set the coordinate reference system that the file really has" in read_faults(wrong)[0]
     far = write(tmp_path / "far.fgb", [shapely.box(250, 0, 250.1, 0.1)], "EPSG:4326")
-    assert read_faults(far)[0].startswith("feature 1: [250.1, 0] is no longitude and latitude in degrees")
+    says(read_faults(path), read_faults(degrees_of, Rules(metres=True)), read_faults(wrong), read_faults(far))
 
 
 SPIKE = [(0, 0), (10, 0), (10, 5), (14, 5), (10, 5), (10, 10), (0, 10), (0, 0)]  # a wall out and back
 BOW = [(0, 0), (9, 9), (9, 0), (0, 8), (0, 0)]
 
 
-def test_what_is_plain_is_repaired_and_told(tmp_path):
+def test_what_is_plain_is_repaired_and_told(tmp_path, says):
     """A spike of no width, parts that overlap, heights of corners; a court that touches its wall in one point."""
     first = shapely.Polygon(SPIKE)
     second = shapely.MultiPolygon([shapely.box(10.5, 0, 16, 10), shapely.box(15, 0, 20, 10)])
@@ -186,48 +182,39 @@ def test_what_is_plain_is_repaired_and_told(tmp_path):
     assert at == pytest.approx([100.0, 95.0, 95.0, 92.0], rel=8e-3)
     assert at[0] / at[1] == pytest.approx(100.0 / 95.0, rel=1e-6)
     assert row.gaps == pytest.approx((0.5, 0.5, 1.0), rel=4e-3)
-    told = [note for note in block.notes if note.startswith("feature")]
-    assert told[0].startswith("feature 1: its outline is repaired (Self-intersection")
-    assert told[1].startswith("feature 2: its outline is repaired (")
-    assert told[2] == "feature 3: its Z coordinates are left out"
-    assert len(told) == 3
+    # Words of GEOS stand in brackets.
+    says([re.sub(r" \(.*?\)", "", note) for note in block.notes if note.startswith("feature")])
 
 
-@pytest.mark.parametrize(
-    ("shape", "sentence"),
-    [
-        (shapely.Polygon(BOW), "a ring crosses itself; draw the footprint again, its corners in turn"),
-        (shapely.Polygon([(0, 0), (1, 1), (2, 2), (0, 0)]), "a ring has no area; draw the footprint again"),
-        (shapely.Polygon(), "has no geometry; a building needs its footprint, a Polygon or a MultiPolygon"),
-        (None, "has no geometry; a building needs its footprint, a Polygon or a MultiPolygon"),
-        (shapely.Point(0, 0), 'has "Point"; a building needs its footprint, a Polygon or a MultiPolygon'),
-        (
-            shapely.Polygon([(0, 0), (9, 0), (9, 9), (0, 9)], [[(20, 20), (29, 20), (29, 29), (20, 20)]]),
-            "its outline has no plain inside (Hole lies outside shell",
-        ),
-    ],
-)
-def test_what_is_not_plain_is_refused_by_its_feature(tmp_path, shape, sentence):
-    path = write(tmp_path / "street.parquet", [shapely.box(-12, 0, -2, 10), shape], "EPSG:32633")
-    (fault,) = read_faults(path)
-    assert fault.startswith(f"feature 2: {sentence}")
+FAULTY = {
+    "a bow": shapely.Polygon(BOW),
+    "a line": shapely.Polygon([(0, 0), (1, 1), (2, 2), (0, 0)]),
+    "an empty polygon": shapely.Polygon(),
+    "nothing": None,
+    "a point": shapely.Point(0, 0),
+    "a hole outside": shapely.Polygon([(0, 0), (9, 0), (9, 9), (0, 9)], [[(20, 20), (29, 20), (29, 29), (20, 20)]]),
+}
 
 
-def test_buildings_within_a_box_or_polygons(tmp_path):
+@pytest.mark.parametrize("words", FAULTY)
+def test_what_is_not_plain_is_refused_by_its_feature(tmp_path, says, words):
+    path = write(tmp_path / "street.parquet", [shapely.box(-12, 0, -2, 10), FAULTY[words]], "EPSG:32633")
+    says(read_faults(path))
+
+
+def test_buildings_within_a_box_or_polygons(tmp_path, says):
     """Faults outside do not count."""
     shapes = [*in_degrees(made_street(), 15.0, 40.0), *in_degrees([shapely.Polygon(BOW)], 15.1, 40.0)]
     path = write(tmp_path / "street.fgb", shapes, "EPSG:4326")
-    assert read_faults(path)[0].startswith("feature 6: a ring crosses itself")
     assert len(only(read_block(path, within="14.99, 39.99, 15.05, 40.01")).buildings) == 5
     # The middles of the first two houses are 5 and 17.02 m east, 85.4 km to a degree at 40 degrees north.
     assert len(only(read_block(path, within=f"14.9,39.9,{15.0 + 20.0 / 85.4e3},40.1")).buildings) == 2
     area = write(tmp_path / "area.gpkg", [shapely.box(14.9, 39.9, 15.0 + 30.0 / 85.4e3, 40.1)], "EPSG:4326")
     assert len(only(read_block(path, within=str(area))).buildings) == 3
-    assert "has no building within 1,1,2,2" in read_faults(path, within="1,1,2,2")[0]
-    assert "is no box" in read_faults(path, within="2,1,1,2")[0]
+    says(read_faults(path), read_faults(path, within="1,1,2,2"), read_faults(path, within="2,1,1,2"))
 
 
-def test_a_file_of_openstreetmap_is_read_as_it_is(tmp_path):
+def test_a_file_of_openstreetmap_is_read_as_it_is(tmp_path, says):
     """Tags in columns and in other_tags, as GDAL writes them; parts stand in their buildings; shared names."""
     shapes = [*in_degrees(made_street(), 15.0, 40.0)]
     part = in_degrees([shapely.box(1.0, 1.0, 5.0, 5.0)], 15.0, 40.0)
@@ -242,24 +229,11 @@ def test_a_file_of_openstreetmap_is_read_as_it_is(tmp_path):
     path = tmp_path / "osm.gpkg"
     pyogrio.write_dataframe(frame(shapes + part, "EPSG:4326", **columns).drop(columns="storeys"), path)
     block = read_block(path, Rules(storeys=2))
-    houses = {house.mapped.id: house for house in block.houses}
-    assert list(houses) == ["11", "12", "13", "14", "15"]
-    assert [houses["11"].name, houses["12"].name, houses["13"].name] == [
-        *("Kiosk (feature 1)", "Kiosk (feature 2)", "building 3")
-    ]
-    assert (houses["11"].height, houses["11"].storeys) == (21.0, 7)  # the height of its part
-    assert (houses["14"].height, houses["14"].storeys) == pytest.approx((12.192, 3))
-    assert (houses["15"].height, houses["15"].storeys) == (6.0, 2)
-    assert "2, stated for buildings without height and storeys" in [
-        f"{each.value}, {each.rule}" for each in block.filled
-    ]
-    notes = " | ".join(block.notes)
-    assert 'feature 3: its tag building is "roof"; leave it out where nothing with floors stands there' in notes
-    assert "feature 6: parts of buildings, which stand in the outlines of those" in notes
-    assert block.resolution.size == 0.5 and "OpenStreetMap" in block.resolution.words
+    says(houses(block), [f"{each.building}: {each.value}, {each.rule}" for each in block.filled], block.notes)
+    says(str(block.resolution.size), block.resolution.words)
 
 
-def test_a_file_of_overture_is_read_as_it_is(tmp_path):
+def test_a_file_of_overture_is_read_as_it_is(tmp_path, says):
     """Its schema (docs.overturemaps.org/schema/reference/buildings/building): names is a table, height in metres."""
     columns = {
         "id": [f"08b2a100-{n}" for n in range(5)],
@@ -273,12 +247,7 @@ def test_a_file_of_overture_is_read_as_it_is(tmp_path):
     table = frame(in_degrees(made_street(), 15.0, 40.0), "OGC:CRS84", **columns).drop(columns=["name", "storeys"])
     table.to_parquet(tmp_path / "buildings.parquet")
     block = read_block(tmp_path / "buildings.parquet")
-    houses = block.houses
-    assert [house.name for house in houses] == ["Town hall", "building 2", "building 3", "Inn", "building 5"]
-    assert [(house.height, house.storeys) for house in houses] == [(12.5, 4), (6.0, 2), (9.0, 3), (9.0, 3), (7.0, 2)]
-    assert [house.mapped.id for house in houses] == columns["id"]
-    assert any(note.startswith("feature 3: min_height is above 0") for note in block.notes)
-    assert any('"has_parts", "sources" are not read' in note for note in block.notes)
+    says(houses(block), block.notes)
 
 
 def three(tmp_path: Path, turn: float = 0.4, **rules: Any) -> Block:
@@ -393,13 +362,11 @@ def test_streets_at_an_angle_have_an_axis_of_their_own(tmp_path):
     assert [row.gaps for row in block.rows] == [pytest.approx(GAPS, abs=2e-4)] * 2
 
 
-def test_many_neighbours_that_face_each_other_over_a_part_are_counted(tmp_path):
+def test_many_neighbours_that_face_each_other_over_a_part_are_counted(tmp_path, says):
     """A staircase of squares, each beside the last 30 % of the one before."""
     shapes = [shapely.box(500e3 + 10.1 * n, 7.0 * n, 500e3 + 10.1 * n + 10.0, 7.0 * n + 10.0) for n in range(9)]
     block = read_block(write(tmp_path / "street.gpkg", shapes, "EPSG:32633"), Rules(axis=90.0))
-    (note,) = [note for note in block.notes if "face each other" in note]
-    assert note.count("face each other over 3 m of a front of 10 m (30 %)") == 5
-    assert "; and 3 more (neighbours.csv): taken as full neighbours" in note
+    says([note for note in block.notes if "face each other" in note])
 
 
 def test_a_plan_takes_footprints_of_any_map(tmp_path):
@@ -423,20 +390,14 @@ def test_a_plan_takes_footprints_of_any_map(tmp_path):
         footprint_rings(tmp_path / "none" / "buildings.csv")
 
 
-def test_scenes_of_a_street_take_the_motions_of_their_sites(tmp_path):
+def test_scenes_of_a_street_take_the_motions_of_their_sites(tmp_path, says):
     three(tmp_path)
     (tmp_path / "EventGrid.csv").write_text("GP_file,Longitude,Latitude\nfar.csv,15.5,40\nnear.csv,15.001,40\n")
     (tmp_path / "near.csv").write_text("TH_file,factor\nRSN1,2.0\n")
     wave = (0.1 * np.sin(np.linspace(0.0, 9.0, 100))).tolist()
     (tmp_path / "RSN1.json").write_text(json.dumps({"dT": 0.02, "data_x": wave}))
-    words = [
-        "block",
-        str(tmp_path / "street.gpkg"),
-        "-o",
-        str(tmp_path / "out"),
-        "--sites",
-        str(tmp_path / "EventGrid.csv"),
-    ]
+    folder = str(tmp_path)
+    words = ["block", f"{folder}/street.gpkg", "-o", f"{folder}/out", "--sites", f"{folder}/EventGrid.csv"]
     told = CliRunner().invoke(app, [*words, "--unit", "g"])
     assert told.exit_code == 0, told.output
     study = pr.read_scene(tmp_path / "out" / "street.toml")
@@ -444,28 +405,21 @@ def test_scenes_of_a_street_take_the_motions_of_their_sites(tmp_path):
     (motion,) = gathered(study).motions
     assert motion.name == "RSN1"
     assert motion.acceleration[50] == pytest.approx(2.0 * 9.80665 * wave[50], rel=1e-12)
-    for wrong, sentence in (
-        (["--pga", "0.3 g"], "leave --pga out"),
-        (["--record", "RSN6-180"], "leave --record out"),
-        (["--sites", "none.csv"], "none.csv"),
-    ):
-        refused = CliRunner().invoke(app, [*words, *wrong])
-        assert refused.exit_code == 2 and sentence in refused.stderr, wrong
-    refused = CliRunner().invoke(app, [*words[:2], "--unit", "g"])
-    assert refused.exit_code == 2 and "--unit: is that of the motions of --sites" in refused.stderr
+    more = (["--pga", "0.3 g"], ["--record", "RSN6-180"], ["--sites", "none.csv"])
+    for wrong in ([*words[:2], "--unit", "g"], *([*words, *each] for each in more)):
+        refused = CliRunner().invoke(app, wrong)
+        assert refused.exit_code == 2
+        says(" ".join(refused.stderr.split()))
 
 
-def test_numbers_without_a_unit_are_one_fault(tmp_path):
+def test_numbers_without_a_unit_are_one_fault(tmp_path, says):
     path = write(tmp_path / "street.gpkg", in_degrees(made_street(), 15.0, 40.0), "EPSG:4326", height=[9.0] * 5)
-    (fault,) = read_faults(path)
-    assert fault.startswith(
-        'properties: "height" has numbers without a unit; name it "height [m]", by the unit that it'
-    )
+    says(read_faults(path))
     faults = read_faults(write(tmp_path / "crossed.parquet", [shapely.Polygon(BOW)] * 80, "EPSG:32633"))
     assert len(faults) == 51 and faults[-1] == "and 30 more faults like these"
 
 
-def test_the_command_reads_a_map(tmp_path):
+def test_the_command_reads_a_map(tmp_path, says):
     three(tmp_path)
     words = ["block", str(tmp_path / "street.gpkg"), "-o", str(tmp_path / "out"), "--resolution", "0.1 m"]
     told = CliRunner().invoke(app, [*words, "--samples", "16", "--record", "RSN6-180"])
@@ -473,28 +427,35 @@ def test_the_command_reads_a_map(tmp_path):
     assert "measured gaps are uniform within 100 mm of the distance of the walls (as stated)" in told.output
     assert "by buildings: 2 on one, 3 on two" in told.output
     assert tomllib.loads((tmp_path / "out" / "street.toml").read_text())["uncertain"]["samples"] == 16
-    alone = CliRunner().invoke(app, ["block", str(tmp_path / "street.gpkg"), "--samples", "16"])
-    assert alone.exit_code == 2 and "--samples: no gap of this street is uncertain" in alone.stderr
-    for wrong in (["--within", "x"], ["--layer", "x"], ["--storeys", "0"], ["--resolution", "5"]):
-        refused = CliRunner().invoke(app, [*words[:2], *wrong])
-        assert refused.exit_code == 2 and refused.stderr.startswith("pounding-risk: "), wrong
+    for wrong in ("--samples 16", "--within x", "--layer x", "--storeys 0", "--resolution 5"):
+        refused = CliRunner().invoke(app, [*words[:2], *wrong.split()])
+        assert refused.exit_code == 2
+        says(" ".join(refused.stderr.split()))
 
 
 def test_without_the_extra_a_table_is_read_and_a_map_is_refused(monkeypatch):
-    shipped = Path(pr.__file__).parent / "scene" / "shipped"
     monkeypatch.setattr(street_table, "find_spec", lambda name: None if name == "pyproj" else name)
-    assert len(read_block(shipped / "street.csv").rows) == 3
+    assert len(read_block(SHIPPED / "street.csv").rows) == 3
     with pytest.raises(PoundingError, match=r"footprints need pyproj, .* pip install 'pounding-risk\[maps\]'"):
-        read_block(shipped / "street.geojson")
+        read_block(SHIPPED / "street.geojson")
 
 
-@pytest.mark.parametrize("name", ["street.gpkg", "street.fgb", "street.parquet"])
-def test_damaged_maps_are_read_or_refused_in_words(tmp_path, name):
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [
+        *(("street.gpkg", 40), ("street.fgb", 100), ("street.parquet", 60)),
+        *(
+            pytest.param(f"street.{kind}", many, marks=pytest.mark.complete)
+            for kind, many in (("gpkg", 400), ("fgb", 1000), ("parquet", 600))
+        ),
+    ],
+)
+def test_damaged_maps_are_read_or_refused_in_words(tmp_path, name, count):
     """Bytes changed, taken out or cut off at random: a block, or sentences."""
     whole = write(tmp_path / name, in_degrees(made_street(), 15.0, 40.0), "EPSG:4326").read_bytes()
     random = np.random.default_rng(22)
     path, refused = tmp_path / f"damaged-{name}", 0
-    for _ in range(VARIANTS[name]):
+    for _ in range(count):
         data = bytearray(whole)
         start = int(random.integers(len(data)))
         kind = random.integers(3)
@@ -516,9 +477,6 @@ def test_damaged_maps_are_read_or_refused_in_words(tmp_path, name):
     assert refused > 0
 
 
-VARIANTS = {"street.gpkg": 400, "street.fgb": 1000, "street.parquet": 600}
-
-
 def oed(lines: list[tuple[str, float, float, int]]) -> str:
     head = "PortNumber,AccNumber,LocNumber,CountryCode,Latitude,Longitude,NumberOfStoreys,ConstructionCode,"
     return f"{head}LocPerilsCovered\n" + "".join(
@@ -526,7 +484,7 @@ def oed(lines: list[tuple[str, float, float, int]]) -> str:
     )
 
 
-def test_an_inventory_is_joined_to_footprints_by_its_points(tmp_path):
+def test_an_inventory_is_joined_to_footprints_by_its_points(tmp_path, says):
     """In any order; one beside all footprints, a second one in a footprint and a footprint without one are told."""
     shapes = in_degrees(made_street(0.3), 23.7, 37.9)
     table = frame(shapes, "EPSG:4326").drop(columns=["name", "storeys"])
@@ -540,18 +498,13 @@ def test_an_inventory_is_joined_to_footprints_by_its_points(tmp_path):
         *(("L0", 2), ("L1", 3), ("L2", 4), ("building 4", 1), ("L4", 6))
     ]
     assert only(block).gaps == pytest.approx(GAPS, abs=3e-4)
-    notes = "\n".join(block.notes)
-    assert "loc.csv: 5 buildings joined to footprints by point, 0 by id or name" in notes
-    assert "loc.csv, line 6: in no footprint, left out" in notes
-    assert "loc.csv, line 7 (with line 3 in feature 1): a second building in one footprint, left out" in notes
-    assert "feature 4: not in loc.csv; taken with what the map and the rules say" in notes
+    says(block.notes)
     assert {each.value for each in block.filled if each.column == "typology" and each.building == "L0"} == {"masonry"}
     (tmp_path / "far.csv").write_text(oed([("L1", 25.0, 37.0, 2)]))
-    with pytest.raises(BlockError, match="no building has a point in a footprint, or the id or the name of one"):
-        read_block(tmp_path / "street.gpkg", inventory=tmp_path / "far.csv")
+    says(read_faults(tmp_path / "street.gpkg", inventory=tmp_path / "far.csv"))
 
 
-def test_an_inventory_is_joined_by_ids_where_points_agree(tmp_path):
+def test_an_inventory_is_joined_by_ids_where_points_agree(tmp_path, says):
     """A street's table by the ids of the map; and a point some metres beside the walls of the footprint of its id."""
     shapes = in_degrees(made_street(), 23.7, 37.9)
     path = tmp_path / "street.fgb"
@@ -570,8 +523,7 @@ def test_an_inventory_is_joined_by_ids_where_points_agree(tmp_path):
     assert "loc.csv, line 3: in no footprint, left out" in joined.notes
     command = ["block", str(path), "--inventory", str(tmp_path / "loc.csv")]
     assert "1 by id or name" in CliRunner().invoke(app, command).output
-    shipped = Path(pr.__file__).parent / "scene" / "shipped" / "street.csv"
-    assert "a CSV has no footprints" in read_faults(shipped, inventory=tmp_path / "loc.csv")[0]
+    says(read_faults(SHIPPED / "street.csv", inventory=tmp_path / "loc.csv"))
 
 
 def test_an_inventory_with_outlines_of_its_own_is_a_street(tmp_path):
