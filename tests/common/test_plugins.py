@@ -46,6 +46,7 @@ def python(site: Path, *words: str, cwd: Path | None = None) -> str:
     return run.stdout
 
 
+@pytest.mark.complete
 def test_the_example_package_passes_its_own_tests_once_installed(root, site, tmp_path):
     words = ["-m", "pytest", "-q", "-c", os.devnull, "-p", "no:cacheprovider", str(root / EXAMPLE / "tests")]
     assert re.search(r"\d+ passed in", python(site, *words, cwd=tmp_path))
@@ -60,6 +61,7 @@ def rebound(damping: float) -> float:
     return float(brentq(loss, 1e-6, min(1.0, 1.0 / damping - 1e-12)))
 
 
+@pytest.mark.complete
 def test_an_edited_law_is_compiled_anew(site, tmp_path):
     """No compiled code of a plug-in's law outlives its source."""
     code = (
