@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 import json
 import shutil
 
@@ -17,7 +16,6 @@ from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
-from pounding_risk.motions import copies as module
 from pounding_risk.motions.copies import copies
 from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.read import read_motion
@@ -236,7 +234,3 @@ def test_a_file_that_is_written_again_is_a_copy(tmp_path):
     write_motion(read_motion("RSN753-090"), tmp_path / "again.csv")
     shutil.copy(catalogue.path("RSN753-090"), tmp_path / "one.AT2")
     assert len(read_ensemble(PLAIN._replace(files=("*",)), tmp_path).motions) == 1
-
-
-def test_the_example():
-    assert doctest.testmod(module).failed == 0

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -291,10 +289,6 @@ def test_what_cannot_be_measured_is_told(call, told):
 def test_components_of_unlike_length_are_refused():
     with pytest.raises(RecordError, match="3 and 2 samples"):
         measures.rotated_spectra(([1.0, 2.0, 0.0], [1.0, 2.0]), 0.01, 1.0)
-
-
-def test_examples_in_the_docstring_are_right():
-    assert doctest.testmod(measures).failed == 0
 
 
 def bits() -> list[str]:

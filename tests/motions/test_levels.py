@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import doctest
-
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson
 from scipy.signal import StateSpace, lsim
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions import levels
 from pounding_risk.motions.levels import Level, Measure, driven, read_measure, say_level
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.read import read_motion
@@ -134,4 +131,3 @@ def test_other_words_are_no_measures(word):
 def test_values_are_said_in_the_units_of_the_trade():
     assert (say_level(0.4, PGV), say_level(0.2 * 9.80665, PGA)) == ("40 cm/s", "0.2 g")
     assert Measure("sa_avg", (0.2, 2.0), 0.02).words == "Sa_avg(0.2-2 s, 2 %)"
-    assert doctest.testmod(levels).failed == 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -60,7 +59,3 @@ def test_a_damaged_manifest_is_refused(motions, tmp_path, says):
 
 def test_places_that_cannot_be(motions, tmp_path, says):
     says(refusal(write_manifest, motions, tmp_path / "no" / "m.csv"), refusal(read_manifest, tmp_path / "m.csv"))
-
-
-def test_the_example():
-    assert doctest.testmod(manifest).failed == 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 from math import cos, radians, sin
 
 import numpy as np
@@ -13,7 +12,6 @@ from obspy.signal.rotate import rotate2zne, rotate_ne_rt
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import intensity as measures
-from pounding_risk.motions import rotation
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.rotation import rotated
@@ -158,10 +156,6 @@ def test_nothing_is_turned_that_does_not_fit():
         rotated(early, late, 30.0)
     with pytest.raises(RecordError, match="direction: nan is no finite number"):
         rotated(one, other, float("nan"))
-
-
-def test_the_example():
-    assert doctest.testmod(rotation).failed == 0
 
 
 def test_doubts_say_which_component_they_are_of():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -139,7 +137,3 @@ def test_what_cannot_be_scaled_to_is_told(call, words):
 def test_zeros_are_not_scaled(call):
     with pytest.raises(RecordError, match=r"still: .* no factor scales"):
         call(Motion("still", np.zeros(50), 0.01, {}))
-
-
-def test_the_example():
-    assert doctest.testmod(scaling).failed == 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 from collections import Counter
 
 import numpy as np
@@ -241,7 +240,3 @@ def test_pairs_of_the_far_field_set():
 def test_choices_that_cannot_be(twelve, choices, words):
     with pytest.raises(RecordError, match=words):
         select(twelve, spectrum_of(twelve[0]), **choices)
-
-
-def test_the_example():
-    assert doctest.testmod(selection).failed == 0

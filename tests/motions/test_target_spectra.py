@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,7 +9,6 @@ from hypothesis import strategies as st
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import record_sets
-from pounding_risk.motions import target_spectra as targets
 from pounding_risk.motions.target_spectra import GROUNDS, Target, asce7, eurocode8, read_target
 
 G = 9.80665
@@ -153,7 +150,3 @@ def test_a_published_set_is_a_target():
     assert (target.acceleration < carried.pseudo_acceleration.max(axis=0)).all()
     middle = np.prod(carried.pseudo_acceleration[:, 300]) ** (1.0 / 44.0)
     assert target.at(carried.periods[300]) == pytest.approx(middle, rel=1e-12)
-
-
-def test_the_example():
-    assert doctest.testmod(targets).failed == 0
