@@ -7,7 +7,7 @@ from math import cos, pi, radians, sin, sqrt, tau
 import numpy as np
 import pytest
 import shapely
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from matplotlib.path import Path as Drawn
 
@@ -39,6 +39,7 @@ def in_space(longitude: float, latitude: float) -> np.ndarray:
     return np.array([*east, radius * (1.0 - squashed) * sin(radians(latitude))])
 
 
+@settings(max_examples=50)
 @given(
     st.floats(-179.0, 179.0),
     st.floats(-65.0, 65.0),
@@ -144,6 +145,7 @@ def test_the_shared_face_is_along_the_walls_of_the_two(at, face, angle):
     assert shared_face(*pair[::-1], 1.1) == pytest.approx(face, abs=1e-9)
 
 
+@settings(max_examples=30)
 @given(stars(), stars(), st.floats(-20.0, 20.0), st.floats(0.5, 60.0))
 def test_the_faced_length_is_that_of_lines_along_the_street(left, right, across, reach):
     """Lines a step apart in v, cut with both outlines by hand: each of some forty corners is off by a step at most."""

@@ -128,7 +128,7 @@ def test_a_table_and_the_footprints_of_a_street_are_the_same_rows(folder, street
     assert sorted(gap for row in table.rows for gap in row.gaps) == pytest.approx(sorted(g for g in gaps if g < 1.0))
 
 
-@settings(max_examples=50)
+@settings(max_examples=30)
 @given(streets(), st.floats(-3.14, 3.14))
 def test_degrees_are_as_good_as_metres(folder, street, turn):
     """At the equator, by 110.574 km a degree north and 111.320 km east, the ellipsoid's own (Snyder 1987, table 3)."""
@@ -140,7 +140,7 @@ def test_degrees_are_as_good_as_metres(folder, street, turn):
         assert mine.gaps == pytest.approx(theirs.gaps, abs=2e-4)
 
 
-@settings(max_examples=50)
+@settings(max_examples=30)
 @given(streets())
 def test_a_mirrored_street_is_the_mirrored_rows(folder, street):
     """Walls seen from behind reverse the rows, as do footprints listed the other way; footprints turned over do not."""
