@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from processes import PACKAGE, bare_environment, compiled
+from sweeps import sweep
 
 import pounding_risk
 from pounding_risk._jit import sources as _jit
@@ -132,7 +133,7 @@ DAMAGE = {
 
 
 @compiled
-@pytest.mark.parametrize("damage", DAMAGE)
+@pytest.mark.parametrize("damage", sweep(DAMAGE, "an index cut short", "code cut by one byte"))
 def test_a_damaged_cache_is_mended(damage, filled, tmp_path):
     """A full disk or a power cut leaves such files; the run must not fail, nor the one after it be slow."""
     folder, good = filled
@@ -160,6 +161,7 @@ def test_code_of_another_law_is_not_taken(filled, tmp_path):
 
 
 @compiled
+@pytest.mark.complete
 def test_processes_that_start_together_agree(filled, tmp_path):
     environment = bare_environment(PYTHONPATH=str(PACKAGE.parent), NUMBA_CACHE_DIR=str(tmp_path))
     started = [
@@ -179,6 +181,7 @@ def blocked(tmp_path) -> str:
 
 
 @compiled
+@pytest.mark.complete
 def test_without_a_home_the_cache_is_in_the_temporary_folder(blocked, filled, tmp_path):
     (tmp_path / "temporary").mkdir()
     found = run(PROBE, HOME=blocked, TMPDIR=str(tmp_path / "temporary"))
@@ -214,6 +217,7 @@ tempfile.NamedTemporaryFile = tempfile.TemporaryFile = refuse
 
 
 @compiled
+@pytest.mark.complete
 def test_a_cache_that_can_only_be_read_is_read(filled, tmp_path):
     """As on a node whose homes are read-only; a folder that is empty as well is of no use."""
     folder, first = filled
@@ -223,6 +227,7 @@ def test_a_cache_that_can_only_be_read_is_read(filled, tmp_path):
 
 
 @compiled
+@pytest.mark.complete
 def test_a_cache_that_can_no_longer_be_written_is_left_alone(filled, tmp_path):
     """The disk fills up, or the folder goes, after the first look at it."""
     code = "import shutil\nfrom pounding_risk._jit import sources as _jit\nimport pounding_risk.solver.pair.law_verbs\n"
@@ -365,11 +370,10 @@ def interpreted() -> dict[str, list[dict[str, str]]]:
 
 # One law of each kind at once; the rest cost a compilation each.
 FIRST = ("viscous_elastoplastic", "kelvin_voigt_tension_cut")
-SPREAD = [pytest.param(name, marks=() if name in FIRST else pytest.mark.slow) for name in LAWS]
 
 
 @compiled
-@pytest.mark.parametrize("name", SPREAD)
+@pytest.mark.parametrize("name", sweep(LAWS, *FIRST))
 def test_compiled_and_interpreted_runs_are_the_same_bits(name, interpreted):
     outputs = case(name)
     assert outputs["status"] == 0.0

@@ -6,10 +6,12 @@ import os
 import shutil
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 
 import pytest
 from processes import PACKAGE, bare_environment, compiled
+from sweeps import sweep
 
 from pounding_risk._jit import sources, trust
 
@@ -65,8 +67,7 @@ def test_a_cache_is_private_whatever_the_umask(cache):
 
 
 @compiled
-@pytest.mark.parametrize("depth", range(3), ids=["named", "ours", "version"])
-@pytest.mark.parametrize("mode", [0o777, 0o770, 0o702])
+@pytest.mark.parametrize(("mode", "depth"), sweep(product([0o777, 0o770, 0o702], range(3)), (0o770, 1)))
 def test_a_folder_that_others_can_write_is_not_used(cache, depth, mode):
     folder = sorted((path for path in below(cache) if path.is_dir()), key=lambda path: len(path.parts))[depth]
     folder.chmod(mode)
@@ -81,6 +82,7 @@ def test_a_folder_that_others_can_write_is_not_used(cache, depth, mode):
 
 
 @compiled
+@pytest.mark.complete
 def test_a_subfolder_that_others_can_write_is_not_read(cache):
     shelf = next(cache.rglob("*.nbi")).parent
     shelf.chmod(0o777)
@@ -89,7 +91,7 @@ def test_a_subfolder_that_others_can_write_is_not_read(cache):
 
 
 @compiled
-@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+@pytest.mark.parametrize("suffix", sweep(["nbi", "nbc"], "nbc"))
 def test_a_file_that_others_can_write_is_compiled_anew_once(cache, suffix):
     file = next(cache.rglob(f"*.{suffix}"))
     file.chmod(0o666)
@@ -101,7 +103,7 @@ def test_a_file_that_others_can_write_is_compiled_anew_once(cache, suffix):
 
 @compiled
 @as_root
-@pytest.mark.parametrize("what", ["folder", "file"])
+@pytest.mark.parametrize("what", sweep(["folder", "file"], "file"))
 def test_what_another_user_owns_is_not_used(cache, what):
     os.chown(cache / "pounding_risk" if what == "folder" else next(cache.rglob("*.nbc")), STRANGER, STRANGER)
     counts, said = run(cache)
@@ -110,7 +112,7 @@ def test_what_another_user_owns_is_not_used(cache, what):
 
 
 @compiled
-@pytest.mark.parametrize("key", ["XDG_CACHE_HOME", "HOME"])
+@pytest.mark.parametrize("key", sweep(["XDG_CACHE_HOME", "HOME"], "HOME"))
 def test_the_users_own_cache_is_checked_too(key, tmp_path):
     place = tmp_path / ".cache"
     place.mkdir()

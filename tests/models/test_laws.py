@@ -254,7 +254,6 @@ def bilinear_run(left: Building, right: Building, gap: float, stiffness: float, 
     return largest, force, touches
 
 
-@pytest.mark.slow
 def test_bilinear_run_against_scipy():
     """Whole run, path and all; to 1e-5, what the fine samples and SciPy's steps over the corners leave."""
     pair = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 0.31, 0.05)

@@ -53,7 +53,7 @@ def fenced(root: Path, page: str, language: str) -> str:
     return re.findall(rf"^```{language}\n(.*?)^```$", (root / "docs" / page).read_text("utf-8"), re.S | re.M)[0]
 
 
-@pytest.mark.slow
+@pytest.mark.complete
 def test_the_example_of_the_page(root, tmp_path):
     """As it stands there, on the scene of docs/start.md, and its class defined again with twice the damping.
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from oracle import CONCRETE, WALL, Oscillator, Scene, integrate
+from sweeps import sweep
 
 from pounding_risk.models import restitution
 from pounding_risk.models.contact.law import is_path_dependent
@@ -92,6 +93,8 @@ RUNS = {
     "middle-cap": (*pair(0.5, 1.0, 500, 800), CAPPED, 2.75e9, 0.01, 0.65, 1e6, el_centro(8, 0.5)),
     "yields-twice": (*pair(0.26, 0.11, 180, 75), CAPPED, 4e9, 0.0, 0.65, 5e4, burst(6, 0.01, 5.0)),
 }
+# A cap and none, a damper cut off, a wall, a plastic branch that hardens.
+QUICK = ("paper", "tension-cut", "jankowski-wall", "van-mier-hardening")
 SCENES = {name: Scene(*numbers) for name, (*numbers, _) in RUNS.items()}
 
 
@@ -130,8 +133,7 @@ TOLERANCES = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("name", sweep(RUNS, *QUICK))
 def test_solver_agrees_with_scipy(name: str):
     scene, motion = SCENES[name], RUNS[name][-1]()
     true, found = integrate(scene, *motion), by_solver(scene, motion)

@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.optimize import minimize_scalar
+from sweeps import examples, many
 
 from pounding_risk.models.contact.laws import Hertz, Jankowski
 from pounding_risk.models.ground import UniformInterval
@@ -124,8 +125,7 @@ def relative(stretch, x):
     return u - w, v - z, 40.0 * slack
 
 
-@given(stretches())
-@settings(max_examples=150)
+@examples(60, stretches())
 def test_the_series_is_the_closed_form(stretch):
     pair, state, span, terms = stretch
     workspace = laid_out(stretch)
@@ -137,6 +137,9 @@ def test_the_series_is_the_closed_form(stretch):
         assert np.abs(found - u).max() <= slack
         found = [slope_at(workspace.search.series, row, terms, place) for place in x]
         assert np.abs(found - v).max() <= slack / min(pair[side].inverse_omega, span[2])
+
+
+test_many_series_are_the_closed_form = many(test_the_series_is_the_closed_form, 150)
 
 
 @given(stretches())
@@ -206,8 +209,7 @@ def test_the_crest_bound_is_the_crest_of_the_steepest_parabola(start, stop, span
 MARGINS = st.sampled_from([0.0, 1e-15, 1e-9, 1e-4, 0.01, 0.1, 0.5, 0.9, 0.999999, 1.0, 1.000001, 2.0])
 
 
-@given(stretches(), MARGINS)
-@settings(max_examples=400)
+@examples(100, stretches(), MARGINS)
 def test_no_touch_is_missed_and_the_first_is_found(stretch, share):
     """Gaps from the value at the start to past the crest, most of all just under and over it."""
     _, _, span, terms = stretch
@@ -226,6 +228,9 @@ def test_no_touch_is_missed_and_the_first_is_found(stretch, share):
     at, slope, _ = relative(stretch, touch)
     assert abs(at - level) <= slack
     assert slope >= -1e-6 * np.abs(rate).max()
+
+
+test_of_many_touches_none_is_missed = many(test_no_touch_is_missed_and_the_first_is_found, 400)
 
 
 def test_two_touches_in_one_interval_the_first_counts():

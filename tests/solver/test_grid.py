@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from processes import compiled
 from scenes import BOTH, scene_text
+from sweeps import sweep
 
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.models.contact.impulsive.rigid import Stereomechanical
@@ -65,9 +66,7 @@ OWN = [DENTED, Jankowski(2.75e9), Stereomechanical()]
 
 
 @compiled
-@pytest.mark.parametrize(
-    "law", [OWN[0], *(pytest.param(law, marks=pytest.mark.slow) for law in OWN[1:])], ids=lambda law: type(law).__name__
-)
+@pytest.mark.parametrize("law", sweep(OWN, OWN[2]), ids=lambda law: type(law).__name__)
 def test_a_law_by_address_gives_the_bits_of_its_own_kernel(law, short):
     gaps, forces = np.array([0.0, 0.02]), np.array([1e6, 5e6, inf])
     called, _ = grid(law, short, gaps, forces, True)

@@ -131,8 +131,8 @@ def test_a_touch_is_when_the_grounds_have_closed_the_gap():
 # -------------------------------------------------------------------------------------------------- pairs
 
 
-@pytest.mark.parametrize("law", [HERTZ, LINEAR], ids=["hertz", "linear"])
-@pytest.mark.parametrize("right", [SHED, ROCK], ids=["mass", "wall"])
+@pytest.mark.parametrize("law", [HERTZ, pytest.param(LINEAR, marks=pytest.mark.complete)], ids=["hertz", "linear"])
+@pytest.mark.parametrize("right", [SHED, pytest.param(ROCK, marks=pytest.mark.complete)], ids=["mass", "wall"])
 @pytest.mark.parametrize("name", PAIRS)
 def test_a_pair_by_an_independent_integrator(name: str, right: Building, law):
     """Displacements in space at every sample of the flights, to 1e-9 of the largest."""

@@ -52,7 +52,6 @@ def differences(found: dict[str, np.ndarray], true: dict[str, np.ndarray], slack
     return off
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_row_agrees_with_scipy(name: str):
     case = CASES[name]
@@ -79,7 +78,6 @@ def test_row_agrees_with_scipy(name: str):
         np.testing.assert_allclose(found["first_yield_time"], points["first_yield_time"], rtol=0, atol=1e-6)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_free_flight_of_a_row_is_direct_integration(name: str):
     """Without contact the solver has no step error at all; what is left is SciPy's."""

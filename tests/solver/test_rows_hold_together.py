@@ -90,7 +90,6 @@ def test_between_mirror_images_a_building_stands_exactly_still():
     assert floors[:2] == floors[4:]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["5 and 3 storeys, floors against columns", "single, rigid, storeys"])
 def test_a_row_from_the_other_side_of_the_street(name: str):
     """Left and right swapped and the ground reversed: the same motion, but for the order in which rounding adds up."""

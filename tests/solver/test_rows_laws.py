@@ -14,6 +14,7 @@ import pytest
 from interpreted import interpreted
 from row_cases import EL_CENTRO, PLACES, RIGID, contacts_of, floors, jankowski, meeting, points_of, single, storeys
 from scipy.integrate import solve_ivp
+from sweeps import sweep
 
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
@@ -113,7 +114,7 @@ print(json.dumps([[run.status, run.points.tolist(), run.floors.tolist()] for run
 """
 
 
-@pytest.mark.slow
+@pytest.mark.complete
 def test_laws_of_every_kind_side_by_side_are_those_of_a_pair():
     """With and without effects, with memories of none to four numbers; an effect around two laws is two laws.
 
@@ -133,7 +134,7 @@ def test_a_law_defined_again_answers_with_its_own_numbers_in_a_row():
         assert own[0][counters.COUNT] >= 1
 
 
-@pytest.mark.slow
+@pytest.mark.complete
 @pytest.mark.parametrize("gap", [0.006, 0.5])
 def test_groups_side_by_side_are_one_group(gap: float):
     """Solved apart where they stand apart, against all buildings in one group at all times: 1e-7 at rtol 1e-9."""
@@ -231,8 +232,9 @@ print(json.dumps([run.status, run.steps, run.points.tolist(), run.floors.tolist(
 """
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("law", ["Bilinear(2.75e9)", "ViscousElastoplastic(2.75e9)"])
+@pytest.mark.parametrize(
+    "law", sweep(["Bilinear(2.75e9)", "ViscousElastoplastic(2.75e9)"], "ViscousElastoplastic(2.75e9)")
+)
 def test_a_row_compiled_is_the_row_interpreted_in_bits(law: str, capsys: pytest.CaptureFixture[str]):
     code = SETUP + BITS.replace("LAW", f"[{law}] * 3")
     status, steps, *values = interpreted(code)
