@@ -8,13 +8,19 @@ import shutil
 import zlib
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 DRIVER = shutil.which("chromedriver")
-needs_browser = pytest.mark.skipif(not (BROWSER and DRIVER), reason="no Chromium with its driver is installed")
+
+
+def needs_browser(test: Any) -> Any:
+    """A test in a browser is of the complete ones, and skipped where no browser is installed."""
+    without = pytest.mark.skipif(not (BROWSER and DRIVER), reason="no Chromium with its driver is installed")
+    return pytest.mark.complete(without(test))
 
 
 class Page(HTMLParser):

@@ -5,16 +5,16 @@ from __future__ import annotations
 import base64
 import json
 import re
-import shutil
 import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from explorer_page import needs_browser
 from made_row import made_run
+from sentences import refusal
 
-from pounding_risk.errors import PoundingError
 from pounding_risk.reports import animation
 
 RATE = 50.0
@@ -90,13 +90,13 @@ def test_a_run_without_contact_stands_too(run, tmp_path):
     assert not unpacked(model["force"]).any()
 
 
-def test_what_is_no_run_is_told(run, tmp_path):
-    with pytest.raises(PoundingError, match="has no contact_force, so it is no run with its histories"):
-        animation.animate(run.drop_vars("contact_force"), tmp_path / "a.html")
-    with pytest.raises(PoundingError, match="fewer than two instants"):
-        animation.animate(run.isel(time=slice(0, 1)), tmp_path / "a.html")
-    with pytest.raises(PoundingError, match="must end in"):
-        animation.animate(run, tmp_path / "a.gif")
+def test_what_is_no_run_is_told(run, says, tmp_path):
+    for dataset, name in (
+        (run.drop_vars("contact_force"), "a.html"),
+        (run.isel(time=slice(0, 1)), "a.html"),
+        (run, "a.gif"),
+    ):
+        says(refusal(animation.animate, dataset, tmp_path / name))
 
 
 def test_the_page_holds_one_script_by_its_checksum_and_names_no_other_place(written):
@@ -106,36 +106,24 @@ def test_the_page_holds_one_script_by_its_checksum_and_names_no_other_place(writ
     assert set(re.findall(r"https?://[^\"']+", text)) == {"http://www.w3.org/2000/svg"}  # a name, never fetched
 
 
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-
-
-@pytest.mark.skipif(not (BROWSER and shutil.which("chromedriver")), reason="no Chromium with its driver is installed")
-def test_it_plays_and_goes_to_contacts_in_a_browser(run, written):
-    webdriver = pytest.importorskip("selenium.webdriver")
+@needs_browser
+def test_it_plays_and_goes_to_contacts_in_a_browser(driver, run, written):
     from selenium.webdriver.support.ui import WebDriverWait
 
-    options = webdriver.ChromeOptions()
-    options.binary_location = BROWSER
-    for option in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage"):
-        options.add_argument(option)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(shutil.which("chromedriver")))
-    try:
-        driver.get(written.as_uri())
-        wait = WebDriverWait(driver, 30, 0.02)
-        wait.until(lambda page: page.execute_script("return document.body.dataset.ready === 'yes'"))
-        driver.find_element("id", "next").click()
-        told = driver.find_element("id", "told").text
-        seconds = float(told.split()[0])
-        near = run["contact_force"].sel(time=seconds, method="nearest", tolerance=0.003).values
-        assert "Contact: " in told
-        assert near.max() > 0.0
-        assert len(driver.find_elements("css selector", "#row .touch")) == (near > 0.0).sum()
-        before = driver.find_element("css selector", "#row .building").get_attribute("d")
-        driver.find_element("id", "play").click()
-        wait.until(lambda page: int(page.find_element("id", "at").get_attribute("value")) > seconds * RATE + 5)
-        driver.find_element("id", "play").click()
-        assert driver.find_element("css selector", "#row .building").get_attribute("d") != before
-        assert driver.get_log("browser") == []
-    finally:
-        driver.quit()
+    driver.get_log("browser")
+    driver.get(written.as_uri())
+    wait = WebDriverWait(driver, 30, 0.02)
+    wait.until(lambda page: page.execute_script("return document.body.dataset.ready === 'yes'"))
+    driver.find_element("id", "next").click()
+    told = driver.find_element("id", "told").text
+    seconds = float(told.split()[0])
+    near = run["contact_force"].sel(time=seconds, method="nearest", tolerance=0.003).values
+    assert "Contact: " in told
+    assert near.max() > 0.0
+    assert len(driver.find_elements("css selector", "#row .touch")) == (near > 0.0).sum()
+    before = driver.find_element("css selector", "#row .building").get_attribute("d")
+    driver.find_element("id", "play").click()
+    wait.until(lambda page: int(page.find_element("id", "at").get_attribute("value")) > seconds * RATE + 5)
+    driver.find_element("id", "play").click()
+    assert driver.find_element("css selector", "#row .building").get_attribute("d") != before
+    assert driver.get_log("browser") == []

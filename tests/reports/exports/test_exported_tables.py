@@ -10,7 +10,6 @@ import pytest
 from scenes import BOTH, scene_text, single, storeyed
 
 import pounding_risk as pr
-from pounding_risk.errors import PoundingError
 
 
 @pytest.fixture(scope="module")
@@ -100,14 +99,6 @@ def test_tables_hold_every_number(results, tmp_path):
         if own & set(results[name].dims) and "flag_meanings" not in results[name].attrs
     }
     assert seen == numeric - {"record_spectral_acceleration"}
-
-
-def test_a_file_in_place_of_a_folder_is_refused(results, tmp_path):
-    (tmp_path / "taken").write_text("kept")
-    for to in ("csv", "pelicun"):
-        with pytest.raises(PoundingError, match="taken is a file, and the tables go to a folder"):
-            pr.export(results, to, tmp_path / "taken")
-    assert (tmp_path / "taken").read_text() == "kept"
 
 
 def test_pelicun_reads_the_demands(results, tmp_path):

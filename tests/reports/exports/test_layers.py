@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import sqlite3
-import sys
 from contextlib import closing
 from itertools import pairwise
 from xml.etree import ElementTree as Xml
@@ -19,21 +17,17 @@ from made_row import made_row
 from scenes import scene_text, single
 from scipy import stats
 from shapely import box
-from typer.testing import CliRunner
+from streets_drawn import DEEP, EAST, NORTH, WIDE, corner, street_file
 
 import pounding_risk as pr
-from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports import geopackage
 from pounding_risk.reports.exports._layers import BUILDING, INTERFACE
 from pounding_risk.reports.exports._outlines import REACH, face_of
 from pounding_risk.reports.exports._styles import CLASSES
-from pounding_risk.results.files import save
 
 STREET = (MADE[0], *MADE[4:])  # Corner, Kiosk, and Vault, which is rigid
 ROW = {"records": 3, "gaps": (0.02,), "street": STREET}
-EAST, NORTH = 174.776, -41.286  # degrees, of the made street
-WIDE, DEEP, APART = 1.1e-4, 1.2e-4, 1.0e-6
 
 
 @pytest.fixture(scope="module")
@@ -46,25 +40,6 @@ def street(tmp_path_factory):
     """Footprints of the made row, and of a building in none."""
     names = [*(one.name for one in STREET), "Lone"]
     return street_file(tmp_path_factory.mktemp("street") / "street.geojson", [("", name) for name in names])
-
-
-def corner(at: int) -> tuple[float, float]:
-    """Longitude and latitude of a building's corner in the south-west; every other one stands back."""
-    return EAST + at * (WIDE + APART), NORTH + 2e-5 * (at % 2)
-
-
-def street_file(path, buildings):
-    """A GeoJSON of buildings (street, name) side by side."""
-    features = []
-    for at, (street, name) in enumerate(buildings):
-        x, y = corner(at)
-        ring = [[x, y], [x + WIDE, y], [x + WIDE, y + DEEP], [x, y + DEEP], [x, y]]
-        about = {"name": name, "height [m]": 9.0, "storeys": 3, "typology": "masonry"}
-        about |= {"street": street} if street else {}
-        geometry = {"type": "Polygon", "coordinates": [ring]}
-        features.append({"type": "Feature", "properties": about, "geometry": geometry})
-    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}), "utf-8")
-    return path
 
 
 @pytest.fixture(scope="module")
@@ -274,44 +249,11 @@ def test_a_file_is_whole_or_as_it_was(row, tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.iterdir()] == ["street.gpkg"]
 
 
-def test_a_missing_library_is_a_sentence(row, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyogrio", None)
-    for to, target in (("geopackage", "a.gpkg"), ("geoparquet", "a")):
-        with pytest.raises(PoundingError, match=r"needs pyogrio, not installed; pip install 'pounding-risk\[maps\]'"):
-            pr.export(row, to, tmp_path / target)
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_row_is_found_in_its_own_street(row, tmp_path):
-    """Two streets with the same names: the title says which; where it does not, that is a sentence."""
+    """Two streets with the same names: the title says which."""
     names = [one.name for one in STREET]
     twice = street_file(tmp_path / "two.geojson", [(street, name) for street in ("North", "South") for name in names])
-    with pytest.raises(PoundingError, match="2 streets have buildings with the names of A street"):
-        pr.export(row, "geopackage", tmp_path / "a.gpkg", street=twice)
     titled = row.assign_attrs(title="South, row 1")
     written = pr.export(titled, "geopackage", tmp_path / "a.gpkg", street=twice)
     first = geopandas.read_file(written.files[0], layer="buildings").geometry.iloc[0]
     assert first.bounds[0] == pytest.approx(corner(len(names))[0], abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("rows", "words", "sentence"),
-    [
-        (1, ["--street", "few.geojson"], "few.geojson: has no footprint of Kiosk, Vault of A street"),
-        (1, ["--street", "walls.csv"], "walls.csv: has no footprints; layers to scale need a map"),
-        (2, [], "Corner of A street, made, not solved is in two of the results"),
-        (1, ["--of", "yield"], "--of: has no effect on geopackage"),
-        (1, ["--pga", "0.3 g"], "0.3 g is not in the dataset"),
-    ],
-)
-def test_what_cannot_be_mapped_is_a_sentence(row, tmp_path, monkeypatch, rows, words, sentence):
-    monkeypatch.chdir(tmp_path)
-    save(row, tmp_path / "row.nc")
-    street_file(tmp_path / "few.geojson", [("", one.name) for one in STREET[:1]])
-    (tmp_path / "walls.csv").write_text(
-        "name,height [m],storeys,floor area [m^2],gap [mm]\nCorner,9,3,100,10\nKiosk,9,3,100,\n", encoding="utf-8"
-    )
-    told = CliRunner().invoke(app, ["export", *["row.nc"] * rows, "--to", "geopackage", "-o", "a.gpkg", *words])
-    assert told.exit_code == 2, told.output
-    assert sentence in told.stderr
-    assert not (tmp_path / "a.gpkg").exists()

@@ -6,11 +6,9 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 import pytest
-from made_row import made_row
 from scipy import stats
 
 import pounding_risk as pr
-from pounding_risk.errors import PoundingError
 from pounding_risk.units import STANDARD_GRAVITY
 
 SPACE = {"n": "http://openquake.org/xmlns/nrml/0.5"}
@@ -81,20 +79,6 @@ def test_a_description_tells_the_error_of_the_fit(results, tmp_path):
     assert any("no uncertainty of the buildings" in sentence for sentence in written.told)
 
 
-def test_what_has_no_name_elsewhere_is_refused(results, tmp_path):
-    with pytest.raises(PoundingError, match="write a period among them, or pga"):
-        pr.export(results, "nrml", tmp_path / "f.xml", intensity="sa(1 s, 2 %)")
-    with pytest.raises(PoundingError, match="hold no fragility of contact: one recording has no dispersion"):
-        pr.export(results.isel(pga=[1], record=[0], polarity=[0]), "nrml", tmp_path / "f.xml", intensity="pga")
-    with pytest.raises(PoundingError, match=r'"nmrl" is no format \(did you mean "nrml"\?\)'):
-        pr.export(results, "nmrl", tmp_path / "f.xml")
-    with pytest.raises(PoundingError, match=r"a file that ends in \.xml"):
-        pr.export(results, "nrml", tmp_path / "f.txt")
-    with pytest.raises(PoundingError, match="--of: 'collapse' is none"):
-        pr.export(results, "nrml", tmp_path / "f.xml", of="collapse")
-    assert not list(tmp_path.iterdir())
-
-
 def with_dispersions(damaged, *values):
     """The damage states of the frame with other dispersions with pounding, of the slight and the moderate one."""
     changed = damaged.copy(deep=True)
@@ -147,23 +131,6 @@ def test_curves_that_cross_are_models_of_their_own(damaged, tmp_path):
         np.array(poes.text.split(), dtype=float) for poes in model_of(together.files[0]).iter(f"{{{SPACE['n']}}}poes")
     )
     assert (first >= second).all() and first[0] < 1e-4 and second[-1] > 1.0 - 1e-4
-
-
-def test_options_that_damage_does_not_take_are_refused(results, damaged, tmp_path):
-    for source, asked, sentence in (
-        (results, {"without": True}, "--without: without pounding there is no contact"),
-        (made_row(records=2), {"of": "damage"}, r"--of damage: the scene has no \[\[damage\]\]; write `pounding-risk"),
-        (results, {"of": "damage", "pga": "0.3 g"}, "--pga: curves of damage are of all levels"),
-        (damaged, {"intensity": "pga"}, "--intensity: the curves of this dataset are fitted; give --intensity to"),
-        (damaged, {"of": "contact"}, "--of: contact is assessed from results of scan"),
-    ):
-        with pytest.raises(PoundingError, match=sentence):
-            pr.export(source, "nrml", tmp_path / "f.xml", **asked)
-    with pytest.raises(PoundingError, match="is a dataset of `damage`"):
-        pr.export(damaged, "csv", tmp_path / "tables")
-    with pytest.raises(PoundingError, match="nrml is written from one source, and 2 are given"):
-        pr.export([results, results], "nrml", tmp_path / "f.xml")
-    assert not list(tmp_path.iterdir())
 
 
 def test_openquake_reads_the_same_curve(results, tmp_path):

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scenes import rigid, scene_text, single, storeyed
+from sweeps import sweep
 
 import pounding_risk as pr
-from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.lab.accuracy_opensees import power_law
 from pounding_risk.models.contact.register import LAWS
 
@@ -22,7 +22,6 @@ SHOP = storeyed("shop", "150 t", "60 MN/m", "3 m", storeys=1, damping=0.05, damp
 PAIR = single("a", "500 t", "0.5 s"), single("b", "800 t", "1.0 s", damping=0.02)
 FRAME = storeyed("frame", "100 t", "90 MN/m", "3 m", storeys=3, damping=0.05)
 LOFT = storeyed("loft", "150 t", "160 MN/m", "4 m", storeys=2, damping=0.05)
-VAN_MIER = {"law": "van_mier", "restitution": None, "plastic_exponent": 1.2, "yield_force": "4 MN"}
 STRENGTHS = {"yield_force": "4 MN", "column_yield_force": "600 kN"}
 SCENES = {
     "jankowski": scene_text(single("a", "500 t", "0.5 s", **DAMPED), PAIR[1], records=SHORT),
@@ -47,7 +46,7 @@ def peaks_of(script: Path, step: float) -> dict[str, tuple[float, float]]:
     return {line[:40].strip(): tuple(map(float, line[40:].split())) for line in lines}
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", sweep(SCENES, "a rigid wall", "a row with storeys"))
 def test_the_script_agrees_as_its_step_shrinks(name, tmp_path):
     pytest.importorskip("openseespy.opensees", exc_type=ImportError)
     scene = pr.read_scene(SCENES[name])
@@ -104,29 +103,3 @@ def test_a_law_in_two_powers_is_the_law(law):
         force = own.force(own.begin(0.65, touch, 3e5), delta, rate, rate > 0.0)
         capped = max(min(force, own.ceiling(1e6)), own.floor())
         assert found.force(touch, delta, rate) == pytest.approx(capped, rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("changes", "reason"),
-    [
-        (VAN_MIER, "it has no material for van_mier, whose force is no sum of two powers"),
-        ({"law": "bilinear"}, "it knows no bilinear"),
-        ({"restitution": "concrete"}, "one e for every impact"),
-        ({"effects": {"permanent_set": {}}, "law": "viscous_elastoplastic"}, "permanent_set"),
-    ],
-)
-def test_what_opensees_cannot_say_is_refused_with_the_reason(changes, reason, tmp_path):
-    scene = pr.read_scene(scene_text(**{"records": SHORT} | changes))
-    with pytest.raises(SceneError, match=reason):
-        pr.export(scene, "opensees", tmp_path / "model.py")
-    assert not list(tmp_path.iterdir())
-
-
-def test_results_in_place_of_a_scene_are_refused_and_the_reverse(tmp_path):
-    scene = pr.read_scene(scene_text(records=SHORT))
-    with pytest.raises(PoundingError, match="the dataset holds results; name the TOML file"):
-        pr.export(pr.scan(scene), "opensees", tmp_path / "model.py")
-    with pytest.raises(PoundingError, match=r"`pounding-risk scan scene\.toml -o results\.nc` writes them"):
-        pr.export("scene.toml", "nrml", tmp_path / "f.xml")
-    with pytest.raises(PoundingError, match="--discrete: has no effect on opensees"):
-        pr.export(scene, "opensees", tmp_path / "model.py", discrete=True)

@@ -10,7 +10,6 @@ import pytest
 from scipy import stats
 
 import pounding_risk as pr
-from pounding_risk.errors import PoundingError
 from pounding_risk.units import STANDARD_GRAVITY
 
 FRAME = "PND.damage.floor_displacement_of_a_frame"
@@ -73,26 +72,16 @@ def test_the_demand_of_fragilities_is_in_every_file_of_demands(results, written,
     assert [float(row["1-SA_1-0-1"]) for row in rows] == pytest.approx(expected, rel=0.02)
 
 
-def test_damage_states_alone_and_refusals(results, damaged, tmp_path):
+def test_damage_states_alone(results, damaged, tmp_path):
     written = pr.export(damaged, "pelicun", tmp_path / "of-damage")
     assert [file.name for file in written.files] == ["fragility.csv", "fragility.json"]
     assert {row["ID"].split(".")[1] for row in rows_of(written)} == {"damage"}
     asked = {"pga": "0.3 g", "intensity": "pga", "of": "yield"}
     assert len(rows_of(pr.export(results, "pelicun", tmp_path / "of-yielding", **asked))) == 2
-    with pytest.raises(PoundingError, match="--intensity: the curves of this dataset are fitted"):
-        pr.export(damaged, "pelicun", tmp_path / "none", intensity="pga")
-    # One side without a curve is told, both are a fault.
+    # One side without a curve is told.
     blow = damaged.sel(state=["blow"])
     told = pr.export(blow, "pelicun", tmp_path / "of-blow", of="damage").told
     assert any(sentence.startswith("damage without pounding: the results hold no fragility") for sentence in told)
-    none = blow.assign_coords(fault=(("state", "pounding"), [["none is known"] * 2]))
-    with pytest.raises(PoundingError, match="hold no fragility of damage: blow, with pounding: no curve, none is"):
-        pr.export(none, "pelicun", tmp_path / "none")
-    with pytest.raises(PoundingError, match="--of: 'collapse' is none"):
-        pr.export(results, "pelicun", tmp_path / "none", pga="0.3 g", of="collapse")
-    with pytest.raises(PoundingError, match="has no name in other tools"):
-        pr.export(results, "pelicun", tmp_path / "none", pga="0.3 g", intensity="sa_avg(0.5-1 s)")
-    assert not (tmp_path / "none").exists()
 
 
 @pytest.mark.parametrize("to", ["nrml", "pelicun"])
@@ -114,10 +103,6 @@ def test_the_method_of_damage_states_is_an_option_and_is_said(results, to, tmp_p
         ida = pr.export(results, to, tmp_path / "again", of="damage", intensity="pga", method="ida")
         (row,) = (row for row in rows_of(ida) if row["ID"] == f"{FRAME}.with")
         assert float(row["LS2-Theta_0"]) * STANDARD_GRAVITY == pytest.approx(float(curve["median"]), rel=1e-14)
-    with pytest.raises(PoundingError, match="--method: is of damage states, and has no effect on contact"):
-        pr.export(results, "nrml", tmp_path / "x.xml", of="contact", method="ida", intensity="pga")
-    with pytest.raises(PoundingError, match="--method: the curves of this dataset are fitted"):
-        pr.export(pr.damage(results, intensity="pga"), to, tmp_path / f"x-{name}", method="ida")
 
 
 def test_pelicun_samples_the_states_of_the_curves(written):

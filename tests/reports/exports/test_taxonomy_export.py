@@ -10,7 +10,6 @@ from openquake.gem_taxonomy import GemTaxonomy
 from scenes import BOTH, scene_text, single, storeyed
 
 import pounding_risk as pr
-from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports.taxonomy import oed_code
 
 NAMES = ["flats", "shop", "tower"]
@@ -90,15 +89,3 @@ def test_a_building_without_a_height_has_no_position(tmp_path):
 def test_codes_of_oed_are_those_of_its_list(gap, code):
     assert oed_code(gap) == code
     assert np.searchsorted([0.25, 0.5, 1.0, 2.0], gap, side="right") + 1 == code
-
-
-def test_an_inventory_of_others_and_options_without_effect_are_refused(results, tmp_path):
-    inventory = tmp_path / "assets.csv"
-    inventory.write_text(INVENTORY.replace("flats", "Flats 2").replace("tower,", "x,"), encoding="utf-8")
-    with pytest.raises(PoundingError, match=r'has none of the buildings, such as "flats" \(did you mean "Flats 2"\?\)'):
-        pr.export(results, "taxonomy", tmp_path / "t.csv", inventory=inventory)
-    with pytest.raises(PoundingError, match="--discrete: has no effect on taxonomy"):
-        pr.export(results, "taxonomy", tmp_path / "t.csv", discrete=True)
-    with pytest.raises(PoundingError, match="--inventory: has no effect on csv"):
-        pr.export(results, "csv", tmp_path / "t", inventory=inventory)
-    assert not (tmp_path / "t.csv").exists()
