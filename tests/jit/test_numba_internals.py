@@ -28,149 +28,17 @@ from pounding_risk.models.contact.laws import LAWS
 JIT = Path(_jit.__path__[0])
 compiled = pytest.mark.skipif(INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 
-# Private name: its parameters as we pass them (None for what is not called), and what rests on it.
-PRIVATE = {
-    "numba.core.caching.CompileResultCacheImpl": (
-        ["py_func"],
-        "`OnShelf` sets its `_locator_classes`; the constructor asks each class `from_function(py_func, py_file)`, "
-        "catches nothing, and reads `_py_file` when it warns",
-    ),
-    "numba.core.caching.FunctionCache": (
-        ["py_func"],
-        "`ForgivingCache` sets its `_impl_class` and overrides `load_overload`, of which it calls what follows the "
-        "loading of declarations, and `save_overload`; both must still raise what goes wrong with a file; `flush` "
-        "empties the index, `cache_path` names the folder in a warning",
-    ),
-    "numba.core.caching.IndexDataCacheFile": (
-        ["cache_path", "filename_base", "source_stamp"],
-        "`OwnFiles` overrides how index and data are read and a file is written, and reads `_cache_path`, "
-        "`_index_path` and `_source_stamp`; `load` takes an OSError of `_load_data` for an absent file",
-    ),
-    "numba.core.codegen.JITCodeLibrary": (
-        ["codegen", "name"],
-        "`Fragment` and `Entry` override `finalize`, `_optimize_functions` and `_get_module_for_linking`, read "
-        "`_linking_libraries` and `_reload_init`, and set `_finalized`; `get_pointer_to_function` may give 0",
-    ),
-    "numba.core.compiler.Compiler": (
-        ["typingctx", "targetctx", "library", "args", "return_type", "flags", "locals"],
-        "`FragmentCompiler` hands over a library of its own, sets `no_compile`, so that no machine code is made, and "
-        "gives the result of `_compile_core` an entry point by which `insert_user_function` knows it",
-    ),
-    "numba.core.compiler.Flags": (
-        ["copy_from"],
-        "`FragmentFlags` compares its `_values`, in place of every option: numba looks overloads up by the flags",
-    ),
-    "numba.core.dispatcher._FunctionCompiler": (
-        ["py_func", "targetdescr", "targetoptions", "locals", "pipeline_class"],
-        "`EntryCompiler` is a dispatcher's `_compiler`, and overrides `_compile_core`",
-    ),
-    "numba.core.registry.cpu_target": (
-        None,
-        "its `typing_context` gives the type of what stands for a function in compiled code",
-    ),
-    "numba.core.runtime._nrt_python": (
-        None,
-        "`c_helpers`, by which machine code from the cache finds the functions that make arrays, with the prefix NRT_",
-    ),
-    "numba.core.entrypoints.init_all": (
-        [],
-        "loads numba's extensions; a dispatcher's `_compilation_chain_init_hook`, which does too, is replaced",
-    ),
-    "numba.core.environment.lookup_environment": (
-        ["env_name"],
-        "the constants of a function whose code stands in another's library are set when that one is finished",
-    ),
-    "numba.core.cgutils": (
-        None,
-        "`unpack_tuple` and `get_null_value`, in `_without_reference` and `calls`: shape and strides of an array, and "
-        "the null pointer that says that nobody counts references to it",
-    ),
-    "numba.np.arrayobj.make_array": (
-        ["array_type"],
-        "a class whose instances have `data`, `shape`, `strides`, `itemsize`, `meminfo`, `parent` and `_getvalue()`",
-    ),
-    "numba.np.arrayobj.populate_array": (
-        ["array", "data", "shape", "strides", "itemsize", "meminfo", "parent"],
-        "`_without_reference` fills a view whose `meminfo` is null: references to it must stay uncounted",
-    ),
-    "numba.core.datamodel.models": (
-        None,
-        "`PrimitiveModel` is what a lent tuple is to LLVM, `ArrayModel` what its arrays are",
-    ),
-    "numba.core.typing.templates.AttributeTemplate": (
-        None,
-        "`_LentFields` answers `generic_resolve(kind, name)` with a field's type",
-    ),
-    "numba.core.typing.templates.infer_getattr": (None, "registers `_LentFields`"),
-    "numba.core.imputils.impl_ret_new_ref": (
-        ["ctx", "builder", "retty", "ret"],
-        "`memory.zeros` gives a new array whose reference is the caller's",
-    ),
-    "numba.np.arrayobj._empty_nd_impl": (
-        ["context", "builder", "arrtype", "shapes"],
-        "`memory.zeros` allocates as np.empty does",
-    ),
-    "numba.np.arrayobj.getitem_array_tuple": (
-        ["context", "builder", "sig", "args"],
-        "what is not a single element of a lent array is left to numba",
-    ),
-    "numba.np.arrayobj.getitem_arraynd_intp": (
-        ["context", "builder", "sig", "args"],
-        "as `getitem_array_tuple`, for one index",
-    ),
-    "numba.np.arrayobj.setitem_array": (
-        ["context", "builder", "sig", "args"],
-        "as `getitem_array_tuple`, for what is written",
-    ),
-    "numba.np.arrayobj.load_item": (
-        ["context", "builder", "arrayty", "ptr"],
-        "reads an element, or the address of a record",
-    ),
-    "numba.np.arrayobj.store_item": (["context", "builder", "arrayty", "val", "ptr"], "writes an element, or a record"),
-}
-METHODS = {
-    "numba.core.caching.FunctionCache": {
-        "load_overload": ["self", "sig", "target_context"],
-        "_load_overload": ["self", "sig", "target_context"],
-        "_guard_against_spurious_io_errors": ["self"],
-        "save_overload": ["self", "sig", "data"],
-        "flush": ["self"],
-    },
-    "numba.core.caching.IndexDataCacheFile": {
-        "_load_index": ["self"],
-        "_load_data": ["self", "name"],
-        "_data_path": ["self", "name"],
-        "_open_for_write": ["self", "filepath"],
-    },
-    # What numba asks of a locator, which `Shelf` answers.
-    "numba.core.caching._CacheLocator": {
-        "get_cache_path": ["self"],
-        "ensure_cache_path": ["self"],
-        "get_source_stamp": ["self"],
-        "get_disambiguator": ["self"],
-        "from_function": ["py_func", "py_file"],
-    },
-    "numba.core.codegen.JITCodeLibrary": {
-        "finalize": ["self"],
-        "add_linking_library": ["self", "library"],
-        "get_pointer_to_function": ["self", "name"],
-        "_optimize_functions": ["self", "ll_module"],
-        "_get_module_for_linking": ["self"],
-        "_finalize_dynamic_globals": ["self"],
-        "serialize_using_object_code": ["self"],
-        "_get_compiled_object": ["self"],
-    },
-    "numba.core.compiler.Compiler": {"_compile_core": ["self"]},
-    "numba.core.typing.context.BaseContext": {"resolve_value_type": ["self", "val"]},
-    "numba.core.dispatcher._FunctionCompiler": {"_compile_core": ["self", "args", "return_type"]},
-    # `by_type_alone` replaces it on every compiled function; `kernel` sets `_cache` beside it.
-    "numba.core.dispatcher.Dispatcher": {
-        "get_call_template": ["self", "args", "kws"],
-        "get_overload": ["self", "sig"],
-        "enable_caching": ["self"],
-        "_compilation_chain_init_hook": ["self"],
-    },
-}
+# Private names with the parameters that we pass, and what rests on them; methods with theirs.
+NAMES, METHODS = (
+    [line for line in part.splitlines() if line and not line.startswith("#")]
+    for part in (Path(__file__).parent / "numba_internals.txt").read_text("utf-8").split("\n\n")
+)
+PRIVATE = {line.partition(":")[0].partition("(")[0]: line for line in NAMES}
+
+
+def parameters(call: str) -> list[str]:
+    """Of a call as it is written."""
+    return [name for name in call.partition("(")[2].partition(")")[0].split(", ") if name]
 
 
 def found(name: str):
@@ -190,18 +58,17 @@ def test_every_private_import_is_named_here():
 
 @pytest.mark.parametrize("name", PRIVATE)
 def test_a_private_name_takes_what_we_pass(name):
-    parameters, rests_on_it = PRIVATE[name]
-    used = found(name)
-    if parameters is not None:
+    line, used = PRIVATE[name], found(name)
+    if line.startswith(f"{name}("):
         # As the first ones: numba may add others with a default.
-        accepted = list(inspect.signature(used).parameters)
-        assert accepted[: len(parameters)] == parameters, rests_on_it
+        passed = parameters(line)
+        assert list(inspect.signature(used).parameters)[: len(passed)] == passed, line
 
 
-@pytest.mark.parametrize("name", METHODS)
-def test_a_private_class_has_the_methods_we_override_or_call(name):
-    for method, parameters in METHODS[name].items():
-        assert list(inspect.signature(getattr(found(name), method)).parameters) == parameters, f"{name}.{method}"
+@pytest.mark.parametrize("method", METHODS)
+def test_a_private_class_has_the_methods_we_override_or_call(method):
+    owner, _, name = method.partition("(")[0].rpartition(".")
+    assert list(inspect.signature(getattr(found(owner), name)).parameters) == parameters(method)
 
 
 def test_attributes_of_the_cache_are_those_we_set():
