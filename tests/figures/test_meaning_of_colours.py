@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
@@ -17,13 +15,11 @@ from pounding_risk.figures.style import MEANING, RULE_MARKS, contact_styles, pan
 
 
 @pytest.fixture(scope="module")
-def scan(root):
+def scan(benchmarks):
     """A dataset as a scan writes it, made and not solved."""
-    sys.path.insert(0, str(root / "benchmarks"))
     from made_scan import made_scan
 
-    yield made_scan(5, np.linspace(0.0, 0.1, 6), (2e5, np.inf), 2)
-    sys.path.remove(str(root / "benchmarks"))
+    return made_scan(5, np.linspace(0.0, 0.1, 6), (2e5, np.inf), 2)
 
 
 def colours(axis) -> dict[str, str]:
