@@ -8,15 +8,13 @@ from math import floor, inf, log, sqrt
 import numpy as np
 import pytest
 import xarray as xr
-from interpreted import interpreted
 from scipy.integrate import solve_ivp
+from sentences import refusal
 
 import pounding_risk as pr
 from pounding_risk import figures
-from pounding_risk.errors import PoundingError
 from pounding_risk.lab.stability.trial import SOFT, STIFF, WALL, push, shaking
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, INSTANT_LAWS, Merged, Stereomechanical
-from pounding_risk.models.contact.laws import HertzDampExact
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.scene.scene import scene_of
@@ -55,13 +53,6 @@ def test_goldsmith(e, other):
     assert np.isnan(found.peak_force)
     if other < inf:
         assert abs(found.momentum_change) < 1e-11  # M × the rounding of its small speed, over the impulse
-
-
-def test_merged_takes_the_common_velocity():
-    found = impact(Merged(), 0.7, 5e5, 3e5, restitution=0.65)
-    assert found.restitution == 0.0
-    assert found.energy_lost == pytest.approx(0.5 * 1.875e5 * 0.49, rel=1e-14)
-    assert abs(found.momentum_change) < 1e-14
 
 
 def test_concrete_falls_with_the_speed():
@@ -198,41 +189,12 @@ def test_it_parts_where_the_force_is_zero():
         assert after[3] == after[4]
 
 
-def test_a_stiff_contact_tends_to_the_jump():
-    """One clean impact on a wall: what differs goes with the contact's duration ~ β^(−2/5), a 1/16 from 1e13 to 1e16.
-
-    At β = 1e13 the contact lasts a hundredth of the period.
-    """
-    pulse = np.zeros(61)
-    pulse[1:4] = -6.0
-    laws = (Stereomechanical(), HertzDampExact(1e13), HertzDampExact(1e16))
-    jump, stiff, stiffer = (solve(SOFT, WALL, Interface(0.008, law, HALF), pulse, 0.01) for law in laws)
-    assert jump["impact_count"] == stiff["impact_count"] == stiffer["impact_count"] == 1.0
-    for name in ("peak_opening", "impulse"):
-        far, near = (abs(found[name] / jump[name] - 1.0) for found in (stiff, stiffer))
-        assert far < 0.03
-        assert near < far / 10.0
-
-
 def test_no_rebound_is_merged():
     """e → 0: what rebounds with 1e-12 of the approach speed comes back within rounding."""
     merged, jump = (solve(SOFT, STIFF, Interface(0.005, m, Restitution(1e-12)), shaking(4.0), 0.01) for m in MODELS)
     assert merged["impact_count"] >= 3
     for name in ("peak_relative_displacement", "impulse", "energy_viscous", "peak_contact_force", "contact_time"):
         assert jump[name] == pytest.approx(merged[name], rel=1e-8), name
-
-
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("right", [STIFF, WALL])
-def test_seen_from_behind_to_the_bit(model, right):
-    ground = shaking(4.0)
-    one = solve(SOFT, right, Interface(0.005, model, HALF), ground, 0.01)
-    other = solve(right, SOFT, Interface(0.005, model, HALF), -ground, 0.01)
-    swap = {"left": "right", "right": "left"}
-    for name, value in one.items():
-        stem, _, side = name.rpartition("_")
-        twin = other[f"{stem}_{swap[side]}" if side in swap else name]
-        assert value == twin or np.isnan([value, twin]).all(), name
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -261,22 +223,6 @@ def test_no_run_chatters_for_ever(model, gap, right):
     assert found["peak_closing"] <= gap + 1e-15
     assert (found["yield_exceedance"], found["yield_count"]) == (-1.0, -1.0)
     assert np.isnan(found["yield_demand"])
-
-
-def test_interpreted_as_compiled():
-    code = (
-        "import json\nfrom pounding_risk.lab.stability.trial import SOFT, STIFF, shaking\n"
-        "from pounding_risk.models.contact.impulsive import Merged, Stereomechanical\n"
-        "from pounding_risk.models.restitution import Restitution\n"
-        "from pounding_risk.solver.pair.api import Interface, solve\n"
-        "print(json.dumps([solve(SOFT, STIFF, Interface(0.003, m(), Restitution(0.5)), shaking(4.0)[:300], 0.01)"
-        " for m in (Merged, Stereomechanical)]))"
-    )
-    for model, values in zip(MODELS, interpreted(code), strict=True):
-        compiled = solve(SOFT, STIFF, Interface(0.003, model, HALF), shaking(4.0)[:300], 0.01)
-        for name, value in values.items():
-            # Nothing is contracted or reordered; what the library's roots and sums of a matrix differ by: 1e-12.
-            assert compiled[name] == pytest.approx(value, rel=1e-12, abs=1e-15, nan_ok=True), name
 
 
 def scene(**interface):
@@ -318,16 +264,13 @@ def test_scan_simulate_and_figures(tmp_path):
     figures.impact_figure([impact(Stereomechanical(), 0.5, 5e5, restitution=0.65), impact(Merged(), 0.5, 5e5)])
 
 
-def test_a_law_of_force_beside_them_needs_a_stiffness():
+def test_a_law_of_force_beside_them_needs_a_stiffness(says):
     tables = scene(restitution=0.65)
     tables["grid"]["contact_model"] = ["merged", "jankowski"]
-    with pytest.raises(PoundingError, match=r"stiffness: missing; write stiffness"):
-        scene_of(tables)
+    says(refusal(scene_of, tables))
     tables["interface"][0]["stiffness"] = "2.75e9 N/m^1.5"
     study = scene_of(tables)
     assert (study.stiff_name, study.law("jankowski").stiffness) == ("jankowski", 2.75e9)
     assert scene_of(study.resolved()) == study
-    with pytest.raises(PoundingError, match=r"jankowski needs a stiffness in N/m\^1.5, and the scene gives none"):
-        scene_of(scene(restitution=0.65)).law("jankowski")
-    with pytest.raises(PoundingError, match=r"stereomechanical needs it; write restitution = 0.65"):
-        scene_of(scene())
+    says(refusal(scene_of(scene(restitution=0.65)).law, "jankowski"))
+    says(refusal(scene_of, scene()))

@@ -7,7 +7,8 @@ from math import inf, sqrt
 import closed_forms as exact
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_ivp
+from paths import Path, follow_pair
+from scipy.integrate import quad
 
 from pounding_risk.lab.stability.trial import shaking
 from pounding_risk.models.contact.law import complete, is_path_dependent
@@ -195,63 +196,22 @@ def test_bilinear_takes_its_loss_by_hysteresis():
     assert found["energy_residual"] < 1e-5 and found["lowest_contact_force"] >= 0.0 == found["permanent_set"]
 
 
-def bilinear_run(left: Building, right: Building, gap: float, stiffness: float, depth: float, ground, dt: float):
-    """The pair under the bilinear law by SciPy's DOP853, stopped at every turn: (largest |u|, largest F, contacts)."""
-    loop, times = stiffness * depth**2.5 * (1.0 - 0.65**2) / 2.5, np.arange(len(ground)) * dt
-    steep = stiffness * sqrt(depth) + loop / (0.1 * depth**2)
-    flat = stiffness * sqrt(depth) - loop / (0.9 * depth**2)
-    coefficients = [(b.mass, b.stiffness, 2.0 * b.damping * sqrt(b.stiffness * b.mass)) for b in (left, right)]
-    state, now, touching, anchor, way = np.zeros(4), 0.0, False, 0.0, 1.0
-    largest, force, touches = 0.0, 0.0, 0
+class Loop(Path):
+    """The bilinear law with a design penetration, at e = 0.65."""
 
-    def pushed(y):
-        delta = y[0] - y[1] - gap
-        inside = np.clip(delta - anchor, 0.0, 0.1 * depth)
-        return flat * delta + (steep - flat) * inside if touching and delta > 0.0 else 0.0
+    def __init__(self, stiffness: float, depth: float):
+        loop, self.reach, self.anchor = stiffness * depth**2.5 * (1.0 - 0.65**2) / 2.5, 0.1 * depth, 0.0
+        self.steep = stiffness * sqrt(depth) + loop / (0.1 * depth**2)
+        self.flat = stiffness * sqrt(depth) - loop / (0.9 * depth**2)
 
-    def slopes(t, y):
-        a, push = float(np.interp(t, times, ground)), pushed(y)
-        rates = [
-            -a - (k * u + c * v + sign * push) / m
-            for (m, k, c), u, v, sign in zip(coefficients, y[:2], y[2:], (1.0, -1.0), strict=True)
-        ]
-        return [y[2], y[3], *rates]
+    def begin(self):
+        self.anchor = 0.0
 
-    def gone(t, y):
-        return y[0] - y[1] - gap
+    def force(self, delta):
+        return self.flat * delta + (self.steep - self.flat) * float(np.clip(delta - self.anchor, 0.0, self.reach))
 
-    def turns(t, y):
-        return way * (y[2] - y[3])
-
-    gone.terminal = turns.terminal = True
-    turns.direction = -1.0
-    while now < times[-1]:
-        gone.direction = -1.0 if touching else 1.0
-        stop = times[np.searchsorted(times, now, side="right")]
-        events = [gone, turns] if touching else [gone]
-        done = solve_ivp(
-            slopes,
-            (now, stop),
-            state,
-            "DOP853",
-            rtol=1e-10,
-            atol=1e-13,
-            max_step=dt / 8,
-            events=events,
-            dense_output=True,
-        )
-        fine = done.sol(np.linspace(now, done.t[-1], 40))
-        largest = max(largest, np.abs(fine[0] - fine[1]).max())
-        force = max(force, max(map(pushed, fine.T)))
-        now, state = done.t[-1], done.y[:, -1]
-        if done.status == 1 and len(done.t_events[0]):
-            touching, anchor, way = not touching, 0.0, 1.0
-            touches += touching
-        elif done.status == 1:
-            delta = state[0] - state[1] - gap
-            anchor = max(anchor, delta - 0.1 * depth) if way > 0.0 else min(anchor, delta)
-            way = -way
-    return largest, force, touches
+    def turned(self, delta, inwards):
+        self.anchor = max(self.anchor, delta - self.reach) if inwards else min(self.anchor, delta)
 
 
 def test_bilinear_run_against_scipy():
@@ -259,7 +219,7 @@ def test_bilinear_run_against_scipy():
     pair = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 0.31, 0.05)
     ground = shaking(4.0, duration=3.0)
     found = solve(*pair, Interface(0.004, Bilinear(2.75e9, 0.005), constant(0.65)), ground, 0.01, rtol=1e-10)
-    largest, force, touches = bilinear_run(*pair, 0.004, 2.75e9, 0.005, ground, 0.01)
+    largest, force, touches = follow_pair(*pair, 0.004, Loop(2.75e9, 0.005), ground, 0.01)
     assert touches == found["impact_count"] >= 4.0
     assert found["peak_relative_displacement"] == pytest.approx(largest, rel=1e-5)
     assert found["peak_contact_force"] == pytest.approx(force, rel=1e-4)
